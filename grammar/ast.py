@@ -281,6 +281,7 @@ _TERMINALS: dict[type, str] = {
 
 
 def _terminal(value: Any) -> str:
+    """Return the terminal of ``core.lark`` that an atom of expanded code stands for."""
     kind = type(value)
     if kind is Head:
         return str(value)
@@ -291,8 +292,11 @@ _Stack: TypeAlias = list[tuple[ListDatum | ArrayDatum | None, Iterator[Datum]]]
 
 
 def _tokens(datums: Sequence[Datum], terminal: Callable[[Any], str], stack: _Stack) -> Iterator[tuple[str, Any]]:
-    """Iterate over the terminals of datums in depth-first order, without recursion; the value of an atom and of an
-    opening bracket is its datum, that of a closing bracket the list. ``stack`` has the forms that are open."""
+    """Iterate over the terminals of datums in depth-first order, without recursion.
+
+    The value of an atom and of an opening bracket is its datum, that of a closing bracket the list. ``stack`` holds
+    the open forms, the innermost last; after a syntax error it tells in which form the parser stopped.
+    """
     stack.append((None, iter(datums)))
     while stack:
         form, parts = stack[-1]
@@ -312,7 +316,11 @@ def _tokens(datums: Sequence[Datum], terminal: Callable[[Any], str], stack: _Sta
 
 
 class _Builder:
-    """Builds the AST bottom-up. The span of a form is that of the datum of its opening bracket."""
+    """Builds the AST bottom-up: one method for each rule of ``core.lark``, with the rule's name.
+
+    Each method gets the parts of its rule in order, brackets included (hence ``items[:-1]``). The span of a form is
+    that of the datum of its opening bracket.
+    """
 
     def start(self, *forms: Any) -> tuple[Any, ...]:
         return forms
@@ -350,6 +358,8 @@ class _Builder:
         return items[:-1]
 
     def function(self, opener: Datum, _lambda: Any, parameters: Atom, defaults: Any, body: Any, _close: Any) -> Lambda:
+        # The expander leaves a placeholder in each parameter that has a default, because parameters are opaque to the
+        # grammar; the expressions follow in ``defaults``, in the same order.
         name, plain, usage = parameters.value.value
         pending = iter(defaults)
         filled = tuple(
@@ -361,7 +371,7 @@ class _Builder:
         return Define(target, value, opener.span)
 
     def body(self, opener: Datum, _body: Any, *items: Any) -> Any:
-        if len(items) == 2 and not isinstance(items[0], Define):
+        if len(items) == 2 and not isinstance(items[0], Define):  # one expression and the bracket
             return items[0]
         return Body(items[:-1], opener.span)
 
@@ -419,6 +429,7 @@ class _Builder:
 
 @cache
 def _core() -> tuple[Tables, Builders]:
+    """Load the tables of ``core.lark`` with the functions that build its nodes."""
     tables = load_tables("core")
     return tables, tables.builders(_Builder())
 
@@ -431,7 +442,23 @@ class FormError(SceneError):
 
 
 def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
-    """Parse expanded top-level forms into the core AST; raise ``SceneError`` at a datum that does not fit its form."""
+    """Parse expanded top-level forms into the core AST.
+
+    Parameters
+    ----------
+    datums
+        Output of the expander: forms whose heads are ``Head`` and whose names are resolved.
+
+    Returns
+    -------
+    tuple
+        One node for each form.
+
+    Raises
+    ------
+    SceneError
+        At the first datum that does not fit its form.
+    """
     tables, build = _core()
     stack: _Stack = []
     forms: tuple[Any, ...] | Misfit = tables.parse(_tokens(datums, _terminal, stack), build)
@@ -441,6 +468,7 @@ def parse_core(datums: Sequence[Datum]) -> tuple[Any, ...]:
 
 
 def _misfit(misfit: Misfit, stack: _Stack) -> SceneError:
+    """Return the error for a terminal that does not fit the innermost open form."""
     if misfit.terminal == END:
         return SceneError("syntax", "unexpected end of the program inside a form")
     form, datum = stack[-1][0], misfit.value
@@ -477,7 +505,7 @@ STRICT_OPERATORS = frozenset({
     "acos", "atan", "hypot", "degrees", "radians", "quotient", "remainder", "modulo", "translate", "rotate",
     "scale", "reflect", "@", "vector", "norm", "normalize", "dot", "cross",
 })  # fmt: skip
-STRICT_MEASURES = frozenset(f"compute-shape-{what}" for what in ("center", "min", "max", "sizes"))
+STRICT_MEASURES = frozenset(f"compute-shape-{measure}" for measure in ("center", "min", "max", "sizes"))
 _RULE_OF_HEAD = {
     "bind": "<bind-expr>", "lambda": "<entity-func>", "union": "<sub-entities>", "union-loop": "<sub-entities>",
     "transform": "<entity-transform>", "call": "<entity>", "list": "<create-entity-list>",
@@ -491,6 +519,7 @@ _RULE_OF_TERMINALS = {
 
 
 def _strict_terminal(value: Any) -> str:
+    """Return the terminal of ``strict.lark`` of an atom as read; names are classified by the three tables above."""
     kind = type(value)
     if kind is Symbol:
         name = str(value)
@@ -520,6 +549,7 @@ def check_strict(datums: Sequence[Datum]) -> None:
 
 
 def _strict_misfit(misfit: Misfit, stack: _Stack) -> SceneError:
+    """Return the error of ``--strict``, which names the rule of the paper's grammar that fails."""
     expected = misfit.expected
     hint = "expected " + " or ".join(sorted(_READABLE.get(name, f"`{_spelled(name)}`") for name in expected))
     if misfit.terminal == END:
@@ -529,8 +559,8 @@ def _strict_misfit(misfit: Misfit, stack: _Stack) -> SceneError:
     by_head = _RULE_OF_HEAD.get(head.value, "<value>") if isinstance(head, Atom) else "<START>"
     rule = _RULE_OF_TERMINALS.get(expected, by_head)
     closing = misfit.terminal in ("RPAR", "RSQB")
-    what = "incomplete form" if closing else f"unexpected `{_clip(misfit.value.span.text)}`"
-    return SceneError("strict", f"not in the paper's grammar: {what} in {rule}", hint, misfit.value.span)
+    problem = "incomplete form" if closing else f"unexpected `{_clip(misfit.value.span.text)}`"
+    return SceneError("strict", f"not in the paper's grammar: {problem} in {rule}", hint, misfit.value.span)
 
 
 _READABLE = {
@@ -544,6 +574,12 @@ def _spelled(terminal: str) -> str:
     return terminal.lower().replace("_", "-")
 
 
+_MAX_CLIP_CHARACTERS = 40  # of quoted source text: enough for a name or a short form, and the message stays one line
+
+
 def _clip(text: str) -> str:
+    """Shorten quoted source text to the beginning of its first line."""
     line = text.split("\n", 1)[0]
-    return line if len(line) <= 40 and line == text else line[:37] + "..."
+    if line == text and len(line) <= _MAX_CLIP_CHARACTERS:
+        return line
+    return line[: _MAX_CLIP_CHARACTERS - 3] + "..."

@@ -1,8 +1,8 @@
 """Concrete syntax tree: datums with their comments, empty lines, spelling and line breaks, for the formatter.
 
 The tree differs from the reader's where a formatter requires it: `(a . (b))` remains a pair, `(quote x)` is
-distinguished
-from `'x`, and text that must not change (`; fmt: off`, `; fmt: skip`, comments in odd places) is one verbatim atom.
+distinguished from `'x`, and text that must not change (`; fmt: off`, `; fmt: skip`, comments in odd places) is one
+verbatim atom.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from scenelang.grammar.layout_styles import head_of, is_keyword
 from scenelang.grammar.reader import atom_value, block_comments, terminals, without_comments
 
 # Tokenizing a text: tokens and comments, that is, everything except white space.
-
 
 LINE_COMMENT = "LINE_COMMENT"
 BLOCK_COMMENT = "BLOCK_COMMENT"
@@ -42,7 +41,7 @@ def _terminals() -> re.Pattern[str]:
 
 def tokens(text: str) -> Iterator[Token]:
     """Iterate over the tokens and comments of a valid text, in order."""
-    places = block_comments(text)
+    places = block_comments(text)  # blanked out for the pattern and merged back by their offsets
     position, upcoming = 0, 0
     for match in _terminals().finditer(without_comments(text, places)):
         start, end = match.span()
@@ -63,6 +62,7 @@ def tokens(text: str) -> Iterator[Token]:
 
 
 def _block(text: str, start: int, end: int) -> Token:
+    """Return a block comment or `#;` as a token."""
     return Token(BLOCK_COMMENT, text[start:end], start, end)
 
 
@@ -99,10 +99,12 @@ class Comment:
 
     @property
     def has_lines(self) -> bool:
+        """Whether the comment spans several lines."""
         return "\n" in self.text
 
     @property
     def is_line(self) -> bool:
+        """Whether this is a line comment, which ends with its line."""
         return self.text[0] == ";"
 
     @property
@@ -143,10 +145,21 @@ _CLOSE, _BLANK = Gap(), Gap(blank=True)
 
 
 def gap_of(text: str, start: int, end: int, comments: Sequence[Comment], *, note: bool, lead: bool) -> Gap:
-    """Classify the comments of the gap between the offsets ``start`` and ``end``.
+    """Classify the comments of the gap between two datums.
 
-    ``note`` allows end-of-line comments after the previous datum. ``lead`` allows comments on the line of the next
-    datum or, before a closing bracket, on the line of the previous one.
+    Parameters
+    ----------
+    text
+        Source text.
+    start, end
+        Offsets of the gap.
+    comments
+        Its comments, in order.
+    note
+        Whether the previous datum can have end-of-line comments.
+    lead
+        Whether the next datum can have comments before it on its line or, before a closing bracket, the previous datum
+        comments after it.
     """
     if not comments:
         return _BLANK if text.count("\n", start, end) > 1 else _CLOSE
@@ -196,7 +209,9 @@ def _joined(row: Sequence[Comment]) -> list[Row]:
     return [" ".join(comment.exact for comment in row)] if row else []
 
 
-_MAX_DEPTH = MAX_DEPTH - 4  # nested deeper, lists with comments stay verbatim, because the layout would write one line
+# Lists with comments that are nested more deeply stay verbatim: from ``MAX_DEPTH`` on the layout writes one line, in
+# which a line comment would swallow the code behind it.
+_MAX_DEPTH = MAX_DEPTH - 4
 _TOP, _PREFIX, _HIDING = "TOP", "PREFIX", "DATUM_COMMENT"
 _QUOTES = frozenset(PREFIXES.values())
 _PLAIN = Trivia()
@@ -232,7 +247,15 @@ class Concrete:
 
 
 def concrete(source: Source, known: Iterable[Token] | None = None) -> Concrete:
-    """Build the concrete syntax tree of a text, which must be valid; ``known`` are its tokens, if they are at hand."""
+    """Build the concrete syntax tree of a valid text.
+
+    Parameters
+    ----------
+    source
+        Text that the reader accepts.
+    known
+        Its tokens, if the caller has them already.
+    """
     return _Builder(source).build(tokens(source.text) if known is None else known)
 
 
@@ -270,15 +293,17 @@ class _Frame:
 
     @property
     def end(self) -> int:
+        """Offset behind the last item, or behind the opening bracket."""
         return self.items[-1].end if self.items else self.body
 
     @property
     def is_top(self) -> bool:
+        """Whether the frame is the whole text."""
         return self.kind == _TOP
 
     @property
     def takes_one(self) -> bool:
-        """Return whether the frame is complete after one datum."""
+        """Whether the frame is complete after one datum."""
         return self.kind == _PREFIX or self.kind == _HIDING
 
 
@@ -296,6 +321,7 @@ class _Builder:
         self.stack = [_Frame(_TOP, 0, 0, "", [])]
 
     def build(self, tokens: Iterable[Token]) -> Concrete:
+        """Read all tokens and return the tree of the whole text."""
         for token in tokens:
             self._take(token)
         (top,) = self.stack
@@ -318,6 +344,7 @@ class _Builder:
         )
 
     def _take(self, token: Token) -> None:
+        """Add a token to the innermost frame; a closing bracket ends the frame, an opening one or prefix begins one."""
         frame, kind = self.stack[-1], token.kind
         if kind == "ATOM" or kind == "STRING":
             datum = Atom(atom_value(token.text) if kind == "ATOM" else None, Span(self.source, token.start, token.end))
@@ -330,9 +357,8 @@ class _Builder:
             self._comment(frame, Comment(token.text, token.start, token.end))
         elif kind == "DOT":
             frame.dotted = True
-            frame.verbatim = (
-                frame.verbatim or any(comment.directive for comment in frame.comments) or frame.off is not None
-            )
+            has_directive = frame.off is not None or any(comment.directive for comment in frame.comments)
+            frame.verbatim = frame.verbatim or has_directive
         else:
             before, frame.comments = frame.comments, []
             self.stack.append(_Frame(kind, token.start, token.end, token.text, before))
@@ -347,6 +373,7 @@ class _Builder:
 
     @staticmethod
     def _comment(frame: _Frame, comment: Comment) -> None:
+        """Add a comment to the gap; behind a prefix, `#;` or dot no layout can place it, so the form stays verbatim."""
         frame.has_comments = True
         frame.verbatim = frame.verbatim or frame.takes_one or frame.dotted
         frame.comments.append(comment)
@@ -372,6 +399,7 @@ class _Builder:
         return []
 
     def _begins_line(self, place: int) -> bool:
+        """Return whether only blanks precede an offset on its line."""
         return not self.text[self.text.rfind("\n", 0, place) + 1 : place].strip()
 
     def _end_off(self, frame: _Frame, end: int, inside: Sequence[Comment] = ()) -> list[Comment]:
@@ -403,7 +431,7 @@ class _Builder:
                 self._comment(parent, Comment(text, frame.start, end, None if verbatim else datum))
                 return
             parent.has_comments = parent.has_comments or frame.has_comments
-            datum, start, comments = self._prefixed(frame, datum, end, verbatim), frame.start, frame.before
+            datum, start, comments = self._prefixed(frame, datum, end, verbatim=verbatim), frame.start, frame.before
             frame = parent
         if comments:
             comments = self._directives(frame, comments)
@@ -413,11 +441,12 @@ class _Builder:
             self.replaced.append(datum)
             frame.reached = end
 
-    def _prefixed(self, frame: _Frame, operand: Datum, end: int, verbatim: bool) -> Datum:
+    def _prefixed(self, frame: _Frame, operand: Datum, end: int, *, verbatim: bool) -> Datum:
+        """Return the list of a prefix and its operand, such as `(quote x)` of `'x`."""
         if verbatim or (frame.has_comments and len(self.stack) >= _MAX_DEPTH):
             return self._verbatim(frame.start, end)
         text = self.spelling[id(operand)] if isinstance(operand, Atom) else ""
-        if text.startswith("@"):
+        if text.startswith("@"):  # `, @x` without its blank would read as `,@ x`
             return self._verbatim(frame.start, end, f"{frame.text} {text}")
         head = Atom(Symbol(PREFIXES[frame.text]), Span(self.source, frame.start, frame.body))
         self.spelling[id(head)] = head.value
@@ -432,11 +461,11 @@ class _Builder:
             self._note(frame, gap)
         elif gap.note:
             frame.opening = _text_of(gap.note)
-        own, trivia = comments[len(gap.note) :], _PLAIN
-        if own or gap.blank:
+        remaining, trivia = comments[len(gap.note) :], _PLAIN
+        if remaining or gap.blank:
             lead = "".join(f"{comment.exact} " for comment in gap.lead)
             trivia = Trivia(before=gap.rows, blank=gap.blank and self._may_be_blank(frame), lead=lead)
-        frame.items.append(_Item(datum, start, end, own[0].start if own else start, end, trivia))
+        frame.items.append(_Item(datum, start, end, remaining[0].start if remaining else start, end, trivia))
 
     @staticmethod
     def _may_be_blank(frame: _Frame) -> bool:
@@ -463,6 +492,7 @@ class _Builder:
     # --- lists ---------------------------------------------------------------------------------------------------
 
     def _end_list(self, frame: _Frame, end: int) -> None:
+        """Complete a list at its closing bracket and add it to the enclosing frame."""
         trivia = self._close(frame, end - 1)
         parent = self.stack[-1]
         parent.has_comments = parent.has_comments or frame.has_comments
@@ -519,4 +549,5 @@ class _Builder:
 
 
 def _text_of(comments: Sequence[Comment]) -> str:
+    """Join comments with blanks, without their trailing ones."""
     return " ".join(comment.exact for comment in comments)

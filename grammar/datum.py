@@ -1,5 +1,6 @@
-"""Datums, the syntax tree that the reader produces from text; every datum carries its source span. Also the data
-classes that the rest is made of."""
+"""Datums, the syntax tree that the reader produces from text; every datum carries its source span.
+
+Also the data classes of the whole project."""
 
 from __future__ import annotations
 
@@ -11,24 +12,29 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar, cast, dataclass_transform
 
+_RARE_THRESHOLDS = (200_000, 50, 100)  # objects, and collections of the younger generation, as in ``gc.set_threshold``
+
 
 @contextmanager
 def rare_collection() -> Iterator[None]:
-    """Context in which garbage is collected rarely: programs and scenes are many small objects that stay.
+    """Collect garbage rarely within the context.
 
-    Formatting 1 MB takes half the time.
+    Programs and scenes are many small objects that stay, so with the default thresholds the collector traverses the
+    same trees again and again. With these, formatting 1 MB takes half the time.
     """
     thresholds = gc.get_threshold()
-    gc.set_threshold(200_000, 50, 100)
+    gc.set_threshold(*_RARE_THRESHOLDS)
     try:
         yield
     finally:
         gc.set_threshold(*thresholds)
 
 
-# Data classes. Those of the standard library write and compile up to eight methods of each class when it is defined,
-# which was half of what a command took to start. Here the constructor is written for the first instance, and the other
-# methods are shared. They are data classes to type checkers, and to the functions of ``dataclasses``.
+# Data classes. Those of the standard library write and compile up to eight methods of each class when it is defined: 83
+# classes took a third of the time of ``check``. Here the constructor is written for the first instance, and the other
+# methods are shared. They are data classes to type checkers and to the functions of ``dataclasses``. Every class that
+# declares settings (``grammar/settings``) must be one of them. A module takes ``dataclass``, ``field``, ``fields`` and
+# ``replace`` either from here or from ``dataclasses``, never from both, because the two kinds of fields do not mix.
 
 T = TypeVar("T")
 _MISSING: Any = object()
@@ -41,7 +47,7 @@ class Field:
     __slots__ = ("compare", "default", "factory", "init", "metadata", "name", "repr")
 
     def __init__(
-        self, default: Any, factory: Any = _MISSING, init: bool = True, repr: bool = True, compare: bool = True,
+        self, default: Any, factory: Any = _MISSING, *, init: bool = True, repr: bool = True, compare: bool = True,
         metadata: Mapping[str, Any] = _NO_METADATA,
     ) -> None:  # fmt: skip
         self.name = ""
@@ -54,7 +60,7 @@ def field(
     compare: bool = True, metadata: Mapping[str, Any] = _NO_METADATA,
 ) -> Any:  # fmt: skip
     """Declare a field of a data class, as ``dataclasses.field`` does."""
-    return Field(default, default_factory, init, repr, compare, metadata)
+    return Field(default, default_factory, init=init, repr=repr, compare=compare, metadata=metadata)
 
 
 @dataclass_transform(field_specifiers=(field,))
@@ -63,20 +69,24 @@ def dataclass(
 ) -> Callable[[type[T]], type[T]]:
     """Return a decorator that makes a data class, as ``dataclasses.dataclass`` does.
 
-    Methods that the class defines are kept.
+    Methods that the class defines itself are not replaced.
     """
 
     def decorate(kind: type[T]) -> type[T]:
-        own = _own_fields(kind)
-        made = _with_slots(kind, own) if slots else kind
-        known = {each.name: each for each in getattr(kind, "__record__", ())} | {each.name: each for each in own}
+        """Add the shared methods, and a constructor that compiles itself when the first instance is created."""
+        declared = _own_fields(kind)
+        record_class = _with_slots(kind, declared) if slots else kind
+        by_name = {entry.name: entry for entry in getattr(kind, "__record__", ())} | {
+            entry.name: entry for entry in declared
+        }
+        options = {"frozen": frozen, "eq": eq, "kw_only": kw_only}
         methods: dict[str, Any] = {
-            "__record__": tuple(known.values()),
-            "__match_args__": () if kw_only else tuple(name for name, each in known.items() if each.init),
-            "__init__": _first_constructor(made, frozen, kw_only),
-            "__signature__": _Signature(made, frozen, kw_only),
-            "__dataclass_fields__": _Standard("__dataclass_fields__", made, frozen, eq, kw_only),
-            "__dataclass_params__": _Standard("__dataclass_params__", made, frozen, eq, kw_only),
+            "__record__": tuple(by_name.values()),
+            "__match_args__": () if kw_only else tuple(name for name, entry in by_name.items() if entry.init),
+            "__init__": _first_constructor(record_class, frozen=frozen, kw_only=kw_only),
+            "__signature__": _Signature(record_class, frozen=frozen, kw_only=kw_only),
+            "__dataclass_fields__": _Standard("__dataclass_fields__", record_class, options),
+            "__dataclass_params__": _Standard("__dataclass_params__", record_class, options),
         }
         if repr:
             methods["__repr__"] = _repr
@@ -88,125 +98,139 @@ def dataclass(
             methods |= {"__getstate__": _state, "__setstate__": _set_state}
         for name, method in methods.items():
             if name not in kind.__dict__ or (name == "__hash__" and kind.__dict__[name] is None):
-                setattr(made, name, method)
-        return made
+                setattr(record_class, name, method)
+        return record_class
 
     return decorate
 
 
 def _own_fields(kind: type) -> list[Field]:
-    """Return the fields that a class declares, and leave only their defaults in it."""
-    found = []
+    """Return the fields that a class itself declares, and leave only their defaults in its namespace."""
+    declared = []
     for name, annotation in kind.__annotations__.items():
         if str(annotation).startswith("ClassVar"):
             continue
         default = kind.__dict__.get(name, _MISSING)
-        each = default if isinstance(default, Field) else Field(default)
-        each.name = name
-        if each is default:
-            if each.default is _MISSING:
+        entry = default if isinstance(default, Field) else Field(default)
+        entry.name = name
+        if entry is default:
+            if entry.default is _MISSING:
                 delattr(kind, name)
             else:
-                setattr(kind, name, each.default)
-        found.append(each)
-    return found
+                setattr(kind, name, entry.default)
+        declared.append(entry)
+    return declared
 
 
-def _with_slots(kind: type[T], own: list[Field]) -> type[T]:
-    names = tuple(each.name for each in own)
-    space = {name: value for name, value in kind.__dict__.items() if name not in (*names, "__dict__", "__weakref__")}
-    make: Any = type(kind)
-    made = make(kind.__name__, kind.__bases__, {**space, "__slots__": names})
-    made.__qualname__ = kind.__qualname__
-    return cast("type[T]", made)
+def _with_slots(kind: type[T], declared: list[Field]) -> type[T]:
+    """Return a copy of a class with slots for its fields, because a class cannot gain slots once it exists."""
+    names = tuple(entry.name for entry in declared)
+    namespace = {
+        name: value for name, value in kind.__dict__.items() if name not in (*names, "__dict__", "__weakref__")
+    }
+    metaclass: Any = type(kind)
+    slotted = metaclass(kind.__name__, kind.__bases__, {**namespace, "__slots__": names})
+    slotted.__qualname__ = kind.__qualname__
+    return cast("type[T]", slotted)
 
 
-def _first_constructor(kind: type, frozen: bool, kw_only: bool) -> Callable[..., None]:
-    """Return a constructor that puts the real one in its place."""
+def _first_constructor(kind: type, *, frozen: bool, kw_only: bool) -> Callable[..., None]:
+    """Return a constructor that replaces itself by the real one when the first instance is created."""
 
     def __init__(self: Any, *values: Any, **named: Any) -> None:
-        _complete(kind, frozen, kw_only)
+        _complete(kind, frozen=frozen, kw_only=kw_only)
         kind.__init__(self, *values, **named)  # type: ignore[misc]
 
     return __init__
 
 
-def _complete(kind: type, frozen: bool, kw_only: bool) -> None:
-    """Write and compile the constructor of a data class."""
+def _complete(kind: type, *, frozen: bool, kw_only: bool) -> None:
+    """Write, compile and install the constructor of a data class.
+
+    Its text is that of a class written by hand: default factories run only if the argument is missing, and fields of
+    frozen classes are set past ``__setattr__``.
+    """
     fields: tuple[Field, ...] = kind.__record__  # type: ignore[attr-defined]
-    space: dict[str, Any] = {"_missing": _MISSING, "_set": object.__setattr__}
+    namespace: dict[str, Any] = {"_missing": _MISSING, "_set": object.__setattr__}
     parameters, lines = ["self", *(["*"] if kw_only else [])], []
-    for each in fields:
-        value = name = each.name
-        if each.factory is not _MISSING:
-            space[f"_make_{name}"] = each.factory
-            value = f"_make_{name}() if {name} is _missing else {name}" if each.init else f"_make_{name}()"
-        if each.default is not _MISSING:
-            space[f"_default_{name}"] = each.default
-        default = "_missing" if each.factory is not _MISSING else f"_default_{name}"
-        if each.init:
-            parameters.append(name if each.factory is each.default else f"{name}={default}")
-        elif each.factory is _MISSING:
-            if each.default is _MISSING:
+    for entry in fields:
+        value = name = entry.name
+        if entry.factory is not _MISSING:
+            namespace[f"_make_{name}"] = entry.factory
+            value = f"_make_{name}() if {name} is _missing else {name}" if entry.init else f"_make_{name}()"
+        if entry.default is not _MISSING:
+            namespace[f"_default_{name}"] = entry.default
+        default = "_missing" if entry.factory is not _MISSING else f"_default_{name}"
+        if entry.init:
+            parameters.append(name if entry.factory is entry.default else f"{name}={default}")
+        elif entry.factory is _MISSING:
+            if entry.default is _MISSING:
                 continue
             value = f"_default_{name}"
         lines.append(f" _set(self, {name!r}, {value})" if frozen else f" self.{name} = {value}")
     if hasattr(kind, "__post_init__"):
         lines.append(" self.__post_init__()")
-    exec(f"def __init__({', '.join(parameters)}):\n" + "\n".join([*lines, " return None"]), space)  # noqa: S102  # nosec
-    constructor = space["__init__"]
+    exec(f"def __init__({', '.join(parameters)}):\n" + "\n".join([*lines, " return None"]), namespace)  # noqa: S102  # nosec
+    constructor = namespace["__init__"]
     constructor.__qualname__ = f"{kind.__qualname__}.__init__"
-    types = {each.name: _annotation(kind, each.name) for each in fields if each.init}
+    types = {entry.name: _annotation(kind, entry.name) for entry in fields if entry.init}
     constructor.__annotations__ = types | {"return": None}
     kind.__init__ = constructor  # type: ignore[misc]
 
 
 class _Standard:
-    """Attribute by which ``dataclasses`` knows its classes; it is made when somebody asks."""
+    """Attribute by which ``dataclasses`` recognizes its classes; it is computed on first access.
 
-    def __init__(self, name: str, kind: type, frozen: bool, eq: bool, kw_only: bool) -> None:
-        self._name, self._kind, self._frozen, self._eq, self._kw_only = name, kind, frozen, eq, kw_only
+    ``options`` are the arguments ``frozen``, ``eq`` and ``kw_only`` of the decorator.
+    """
+
+    def __init__(self, name: str, kind: type, options: Mapping[str, bool]) -> None:
+        self._name, self._kind, self._options = name, kind, options
 
     def __get__(self, instance: object, owner: type) -> Any:
+        """Build an equal class of the standard library, and store its attribute in place of this descriptor."""
         import dataclasses
 
-        space: dict[str, Any] = {"__annotations__": {}}
-        for each in self._kind.__record__:  # type: ignore[attr-defined]
-            options: dict[str, Any] = {"init": each.init, "repr": each.repr, "compare": each.compare}
-            options |= {} if each.default is _MISSING else {"default": each.default}
-            options |= {} if each.factory is _MISSING else {"default_factory": each.factory}
-            space[each.name] = dataclasses.field(metadata=each.metadata, kw_only=self._kw_only, **options)
-            space["__annotations__"][each.name] = _annotation(self._kind, each.name)
-        made: Any = type(self._kind.__name__, (), space)
-        made = dataclasses.dataclass(frozen=self._frozen, eq=self._eq)(made)
-        value = getattr(made, self._name)
+        namespace: dict[str, Any] = {"__annotations__": {}}
+        for entry in self._kind.__record__:  # type: ignore[attr-defined]
+            options: dict[str, Any] = {"init": entry.init, "repr": entry.repr, "compare": entry.compare}
+            options["kw_only"] = self._options["kw_only"]
+            options |= {} if entry.default is _MISSING else {"default": entry.default}
+            options |= {} if entry.factory is _MISSING else {"default_factory": entry.factory}
+            namespace[entry.name] = dataclasses.field(metadata=entry.metadata, **options)
+            namespace["__annotations__"][entry.name] = _annotation(self._kind, entry.name)
+        standard: Any = type(self._kind.__name__, (), namespace)
+        standard = dataclasses.dataclass(frozen=self._options["frozen"], eq=self._options["eq"])(standard)
+        value = getattr(standard, self._name)
         setattr(self._kind, self._name, value)
         return value
 
 
 class _Signature:
-    """Attribute that ``inspect`` asks for before it looks at the constructor, which must be the real one then."""
+    """Attribute that ``inspect.signature`` reads before the constructor, which must be the real one by then."""
 
-    def __init__(self, kind: type, frozen: bool, kw_only: bool) -> None:
-        self._options = kind, frozen, kw_only
+    def __init__(self, kind: type, *, frozen: bool, kw_only: bool) -> None:
+        self._kind, self._frozen, self._kw_only = kind, frozen, kw_only
 
     def __get__(self, instance: object, owner: type) -> Any:
-        _complete(*self._options)
+        _complete(self._kind, frozen=self._frozen, kw_only=self._kw_only)
         raise AttributeError("__signature__")
 
 
 def _annotation(kind: type, name: str) -> Any:
+    """Return the annotation of a field, which a base class may declare."""
     return next(types[name] for base in kind.__mro__ if name in (types := getattr(base, "__annotations__", {})))
 
 
 def _key(record: Any) -> tuple[Any, ...]:
-    return tuple(getattr(record, each.name) for each in record.__record__ if each.compare)
+    """Return the values by which instances of one class are compared and hashed."""
+    return tuple(getattr(record, entry.name) for entry in record.__record__ if entry.compare)
 
 
 def _repr(self: Any) -> str:
     name = type(self).__qualname__
     try:
-        parts = (f"{each.name}={getattr(self, each.name)!r}" for each in self.__record__ if each.repr)
+        parts = (f"{entry.name}={getattr(self, entry.name)!r}" for entry in self.__record__ if entry.repr)
         return f"{name}({', '.join(parts)})"
     except RecursionError:  # a program may be nested more deeply than calls
         return f"{name}(...)"
@@ -221,6 +245,7 @@ def _hash(self: Any) -> int:
 
 
 def _refuse_to_set(self: Any, name: str, value: Any) -> None:
+    """Refuse to set a field of a frozen class; a subclass that is no data class may have attributes of its own."""
     from dataclasses import FrozenInstanceError
 
     if "__record__" in type(self).__dict__ or name in self.__match_args__:
@@ -235,12 +260,12 @@ def _refuse_to_delete(self: Any, name: str) -> None:
 
 
 def _state(self: Any) -> list[Any]:
-    return [getattr(self, each.name) for each in self.__record__]
+    return [getattr(self, entry.name) for entry in self.__record__]
 
 
 def _set_state(self: Any, state: list[Any]) -> None:
-    for each, value in zip(self.__record__, state):
-        object.__setattr__(self, each.name, value)
+    for entry, value in zip(self.__record__, state):
+        object.__setattr__(self, entry.name, value)
 
 
 if TYPE_CHECKING:
@@ -258,14 +283,17 @@ else:
         """Return a copy of a data class with changes, as ``dataclasses.replace`` does."""
         if not _is_ours(type(record)):
             return _standard("replace")(record, **changes)
-        kept = {each.name: getattr(record, each.name) for each in record.__record__ if each.init}
-        return type(record)(**kept | changes)
+        values = {entry.name: getattr(record, entry.name) for entry in record.__record__ if entry.init}
+        return type(record)(**values | changes)
 
     def _is_ours(kind):
-        """Whether the nearest class with fields is ours, not one of the standard library that extends one of ours."""
-        declared = (base.__dict__ for base in kind.__mro__)
-        found = next((each for each in declared if "__record__" in each or "__dataclass_fields__" in each), {})
-        return "__record__" in found
+        """Return whether the nearest data class is one of this module, not one of ``dataclasses`` that extends it."""
+        namespaces = (base.__dict__ for base in kind.__mro__)
+        nearest = next(
+            (namespace for namespace in namespaces if "__record__" in namespace or "__dataclass_fields__" in namespace),
+            {},
+        )
+        return "__record__" in nearest
 
     def _standard(name):
         import dataclasses
@@ -310,13 +338,13 @@ class Source:
 
 
 def comment_above(source: Source, offset: int) -> list[str]:
-    """Return the comment lines directly above the line of ``offset``, unchanged."""
+    """Return the comment lines directly above the line of ``offset``, without indentation."""
     number = source.position(offset)[0] - 1
-    found: list[str] = []
+    lines: list[str] = []
     while number >= 1 and (line := source.line(number).strip()).startswith(";"):
-        found.insert(0, line)
+        lines.insert(0, line)
         number -= 1
-    return found
+    return lines
 
 
 class Expansion(NamedTuple):
@@ -344,6 +372,7 @@ class Span(NamedTuple):
 
     @property
     def text(self) -> str:
+        """Characters of the range."""
         return self.source.text[self.start : self.end]
 
 
@@ -434,7 +463,10 @@ def walk(*datums: Datum) -> Iterator[Datum]:
 
 
 def is_deeper(datums: Iterable[Datum], most: int) -> bool:
-    """Return whether lists are nested in more than ``most`` levels."""
+    """Return whether lists are nested in more than ``most`` levels.
+
+    Level by level rather than by recursion, because the caller asks before it knows that recursion is safe.
+    """
     level = [datum for datum in datums if not isinstance(datum, Atom)]
     for _ in range(most):
         level = [below for datum in level for below in subdatums(datum) if not isinstance(below, Atom)]
@@ -446,7 +478,7 @@ def is_deeper(datums: Iterable[Datum], most: int) -> bool:
 # Printing datums as text that reads back equal. It is iterative, so that deep nesting cannot overflow the stack.
 
 
-_MAX_BITS = 14_000  # Python refuses to print more than 4,300 digits
+_MAX_BITS = 14_000  # 4,215 digits: CPython refuses to print integers of more than 4,300 (``sys.int_info``)
 _NO_SPELLING: Mapping[int, str] = MappingProxyType({})
 _PREFIX_OF = {name: prefix for prefix, name in PREFIXES.items()}
 _STRING_ESCAPES = {

@@ -252,7 +252,7 @@ CODES: dict[str, DiagnosticCode] = {
 }
 
 
-# Findings about where things are in a scene, which other mistakes may be the cause of.
+# Findings about positions of objects, which may be consequences of other mistakes: repairs handle them last.
 ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
 
 
@@ -276,7 +276,7 @@ class Edit:
 class Fix:
     """Code fix for a diagnostic (a "code action" in LSP).
 
-    A ``safe`` fix preserves the behaviour of correct programs, so it may be applied automatically.
+    A ``safe`` fix preserves the behavior of correct programs, so it may be applied automatically.
     """
 
     title: str
@@ -285,12 +285,12 @@ class Fix:
 
     @property
     def text_edits(self) -> list[TextEdit]:
-        """The edits by their offsets, all of which are in one source."""
+        """Edits by offsets; all are in one source."""
         return [TextEdit(edit.span.start, edit.span.end, edit.text) for edit in self.edits]
 
 
-_MAX_MESSAGE = 2_000  # characters
-_MAX_NAME = 100
+_MAX_MESSAGE = 2_000  # characters of a message or hint; cut in the middle, because values are quoted there
+_MAX_NAME = 100  # characters of a name in a call stack, and of one that is compared with others
 
 
 @dataclass(frozen=True, slots=True)
@@ -331,14 +331,16 @@ class Diagnostic:
 
     @property
     def code(self) -> str:
+        """Code such as ``E101``, which users see; errors start with E, warnings with W."""
         return CODES[self.name].code
 
     @property
     def is_error(self) -> bool:
+        """Whether the program is rejected; otherwise this is a warning."""
         return self.code.startswith("E")
 
 
-_MAX_CALLS = 200
+_MAX_CALLS = 200  # of a call stack: output shows 8, and an infinite recursion would keep thousands
 
 
 def _cut(text: str, longest: int) -> str:
@@ -377,6 +379,7 @@ class SceneError(Exception):
 
     @property
     def diagnostic(self) -> Diagnostic:
+        """The same error as plain data, without ``value`` and ``subject``."""
         return Diagnostic(
             self.name, self.message, self.span, self.hint, self.notes, tuple(self.chain), self.fixes, self.expected,
             self.found, self.signature, self.near,
@@ -413,8 +416,14 @@ def usage_errors() -> Iterator[None]:
         raise UsageError(error.name, error.message, error.hint) from None
 
 
+_MIN_RATIO, _MIN_SHORT_RATIO = 0.72, 0.8
+
+
 def near_names(name: str, candidates: Iterable[str]) -> list[str]:
-    """Return at most two candidates that ``name`` may be a misspelling of; overlong names have none."""
+    """Return at most two candidates that ``name`` may be a misspelling of; overlong names have none.
+
+    Names with two neighboring letters swapped come first, because ``difflib`` rates a swap like two wrong letters.
+    """
     if len(name) > _MAX_NAME:
         return []
     lowered = {
@@ -423,41 +432,49 @@ def near_names(name: str, candidates: Iterable[str]) -> list[str]:
     anagrams = [lowered[other] for other in lowered if len(other) == len(name) > 2 and _is_swap(other, name.lower())]
     if anagrams:
         return anagrams[:2]
-    cutoff = 0.72 if len(name) > 3 else 0.8  # in a short name, two matching letters of three are a coincidence
     from difflib import get_close_matches
+
+    # ratios of ``SequenceMatcher``; in a name of three letters, two that match are a coincidence
+    cutoff = _MIN_RATIO if len(name) > 3 else _MIN_SHORT_RATIO
 
     return [lowered[match] for match in get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)]
 
 
 def _is_swap(a: str, b: str) -> bool:
-    """Return whether two names differ by two neighbouring letters in the wrong order."""
+    """Return whether two names differ by two neighboring letters in the wrong order."""
     i = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), None)
     return i is not None and a[i : i + 2] == b[i : i + 2][::-1] and a[i + 2 :] == b[i + 2 :]
 
 
-_ROWS = ("qwertyuiop", "asdfghjkl", "zxcvbnm")
-_LEAST = 4  # letters of a name in which one wrong letter is a slip
+_KEYBOARD_ROWS = ("qwertyuiop", "asdfghjkl", "zxcvbnm")
+_KEY_PLACES = {
+    letter: (row, column) for row, letters in enumerate(_KEYBOARD_ROWS) for column, letter in enumerate(letters)
+}
+_MIN_SLIP_LETTERS = 4  # in shorter names, one other letter makes another word, such as "car" and "cat"
 
 
 def is_slip(written: str, meant: str) -> bool:
-    """Return whether a name is another one typed with a slip: a neighbouring key, a letter twice, or two exchanged."""
-    if min(len(written), len(meant)) < _LEAST or written == meant:
+    """Return whether a name is another one typed with a slip: a neighboring key, a letter twice, or two exchanged.
+
+    The keyboard tells a slip from another word: "cune" is "cube", but "tube" is a word of its own, because its first
+    letter is not next to "c". Assumes a QWERTY layout.
+    """
+    if min(len(written), len(meant)) < _MIN_SLIP_LETTERS or written == meant:
         return False
     if len(written) == len(meant) + 1:
         return any(written == meant[:i] + meant[i] + meant[i:] for i in range(len(meant)))
     if len(written) != len(meant):
         return False
     wrong = [(a, b) for a, b in zip(written, meant) if a != b]
-    return _is_swap(written, meant) or (len(wrong) == 1 and _are_neighbours(*wrong[0]))
+    return _is_swap(written, meant) or (len(wrong) == 1 and _are_neighbors(*wrong[0]))
 
 
-def _are_neighbours(a: str, b: str) -> bool:
-    """Return whether two letters are next to each other in a row of a keyboard, or above each other."""
-    places = {letter: (row, column) for row, letters in enumerate(_ROWS) for column, letter in enumerate(letters)}
-    if a not in places or b not in places:
+def _are_neighbors(a: str, b: str) -> bool:
+    """Return whether two letters are adjacent on the keyboard, in one row or in two."""
+    if a not in _KEY_PLACES or b not in _KEY_PLACES:
         return False
-    (row, column), (other, place) = places[a], places[b]
-    return abs(row - other) <= 1 and abs(column - place) <= 1
+    (row_a, column_a), (row_b, column_b) = _KEY_PLACES[a], _KEY_PLACES[b]
+    return abs(row_a - row_b) <= 1 and abs(column_a - column_b) <= 1
 
 
 def suggest(name: str, candidates: Iterable[str]) -> str | None:
@@ -478,16 +495,19 @@ def rename_fixes(span: Span | None, name: str, near: Iterable[str]) -> tuple[Fix
     if span is None or span.expansion is not None or span.text != name:
         return ()
     names = tuple(near)
-    is_sure = len(names) == 1 and len(name) >= _LONG and is_one_letter_off(name, names[0])
-    is_sure = is_sure and name.endswith("!") == names[0].endswith("!")  # what changes a value is another function
+    is_sure = len(names) == 1 and len(name) >= _MIN_SURE_LETTERS and is_one_letter_off(name, names[0])
+    is_sure = is_sure and name.endswith("!") == names[0].endswith("!")  # `reverse!` is not a misspelled `reverse`
     return tuple(Fix(f"Change to `{other}`", (Edit(span, other),), is_sure) for other in names)
 
 
-_LONG = 5  # shorter names are one letter away from too many others
+_MIN_SURE_LETTERS = 5  # shorter names are one letter away from too many others
 
 
 def is_one_letter_off(a: str, b: str) -> bool:
-    """Return whether one letter is missing, added or different, or two neighbours are swapped."""
+    """Return whether one letter is missing, added or different, or two neighboring ones are swapped.
+
+    That is an edit distance of 1 (Damerau-Levenshtein): both names are compared from their first difference on.
+    """
     start = next((i for i, (x, y) in enumerate(zip(a, b)) if x != y), min(len(a), len(b)))
     x, y = a[start:], b[start:]
     swapped = len(x) > 1 and len(y) > 1 and x[0] == y[1] and x[1] == y[0] and x[2:] == y[2:]
@@ -498,8 +518,9 @@ def is_one_letter_off(a: str, b: str) -> bool:
 
 _STYLES = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "place": "\x1b[36m", "hint": "\x1b[32m", "off": "\x1b[0m"}
 _TAB = "    "
-_MAX_WIDTH = 160
-_MAX_CHAIN_LINES = 8
+_MAX_WIDTH = 160  # columns of an excerpt: about two lines of a terminal
+_MAX_CHAIN_LINES = 8  # of a call stack: the four innermost and the four outermost calls
+_MAX_EXPANSION_NOTES = 4  # levels of macros, the innermost first
 
 
 def printable(text: str) -> str:
@@ -510,6 +531,7 @@ def printable(text: str) -> str:
 
 
 def _place(span: Span) -> str:
+    """Return a location as ``file:line:column``, which terminals and editors link."""
     line, column = span.source.position(span.start)
     return f"{printable(span.source.name)}:{line}:{column}"
 
@@ -523,9 +545,9 @@ def _excerpt(span: Span, marker: str) -> list[str]:
     line = span.source.line(line_number)
     first = column - 1
     last = max(min(first + span.end - span.start, len(line)), first + 1)
-    offset = max(0, first - _MAX_WIDTH // 2) if len(line) > _MAX_WIDTH else 0
+    offset = max(0, first - _MAX_WIDTH // 2) if len(line) > _MAX_WIDTH else 0  # start of the window
     shown = line[offset : offset + _MAX_WIDTH]
-    before = line[offset:first].replace("\t", _TAB)
+    before = line[offset:first].replace("\t", _TAB)  # tabs are expanded everywhere, so that the marker lines up
     width = max(1, len(line[first : min(last, offset + _MAX_WIDTH)].replace("\t", _TAB)))
     shown = "".join(c if c.isprintable() else "�" for c in shown.replace("\t", _TAB))
     gutter = " " * len(str(line_number))
@@ -533,15 +555,17 @@ def _excerpt(span: Span, marker: str) -> list[str]:
 
 
 def _expansion_notes(span: Span | None) -> list[Note]:
+    """Return a note for each macro whose expansion made the code at ``span``, innermost first."""
     notes: list[Note] = []
     expansion = span.expansion if span else None
-    while expansion is not None and len(notes) < 4:
+    while expansion is not None and len(notes) < _MAX_EXPANSION_NOTES:
         notes.append(Note(f"in the expansion of the macro `{expansion.macro}`", expansion.definition))
         expansion = expansion.outer
     return notes
 
 
 def _chain_lines(chain: Sequence[tuple[str, Span | None]]) -> list[str]:
+    """Render a call stack: consecutive calls of one function share a line, and a long stack lacks its middle."""
     lines: list[str] = []
     index = 0
     while index < len(chain):
@@ -578,8 +602,9 @@ def render_text(diagnostic: Diagnostic, color: bool = False) -> str:
     return "\n".join(lines)
 
 
-_MAX_SHOWN = 100
-_MAX_SHOWN_LENGTH = 64_000  # total number of characters
+# One mistake, such as a misspelled name in a large generated program, can cause thousands of findings.
+_MAX_SHOWN = 100  # findings
+_MAX_SHOWN_CHARACTERS = 64_000
 
 
 def capped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
@@ -587,10 +612,10 @@ def capped(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
 
     Errors take precedence over warnings; the order is preserved. If any are omitted, a final diagnostic counts them.
     """
-    if len(diagnostics) <= _MAX_SHOWN and sum(map(_length, diagnostics)) <= _MAX_SHOWN_LENGTH:
+    if len(diagnostics) <= _MAX_SHOWN and sum(map(_length, diagnostics)) <= _MAX_SHOWN_CHARACTERS:
         return list(diagnostics)
     selected: set[int] = set()
-    left = _MAX_SHOWN_LENGTH
+    left = _MAX_SHOWN_CHARACTERS
     for number in sorted(range(len(diagnostics)), key=lambda n: not diagnostics[n].is_error):
         left -= _length(diagnostics[number])
         if selected and (len(selected) >= _MAX_SHOWN or left < 0):
@@ -609,6 +634,7 @@ def _length(diagnostic: Diagnostic) -> int:
 
 
 def _json_place(span: Span | None) -> dict[str, Any] | None:
+    """Return a location as JSON; lines and columns count from 1, and the end is exclusive."""
     if span is None:
         return None
     line, column = span.source.position(span.start)
@@ -852,8 +878,8 @@ def diagnostic_asked(query: str) -> str:
     """Return the name of the diagnostic with the given code or name; raise ``UsageError`` if it does not exist."""
     name = diagnostic_named(query)
     if name is None:
-        known = [*(entry.code for entry in CODES.values()), *CODES]
-        hint = suggest(query, known) or "`scenelang explain` lists all codes"
+        choices = [*(entry.code for entry in CODES.values()), *CODES]
+        hint = suggest(query, choices) or "`scenelang explain` lists all codes"
         raise UsageError("value", f"unknown diagnostic code or name `{query[:80]}`", hint)
     return name
 
@@ -884,7 +910,10 @@ def explained(names: Sequence[str]) -> str:
 
 
 def moved_span(span: Span, move: Callable[[Span], tuple[Source, int]]) -> Span:
-    """Convert a span, and those of the expansion that it comes from; ``move`` returns the source and the offset."""
+    """Convert a span, and those of the expansion that it comes from.
+
+    ``move`` returns the source of the converted span and the number of characters by which it is shifted.
+    """
     expansion = span.expansion
     if expansion is not None:
         definition = expansion.definition
@@ -896,7 +925,7 @@ def moved_span(span: Span, move: Callable[[Span], tuple[Source, int]]) -> Span:
 
 
 def moved_diagnostic(diagnostic: Diagnostic, place: Callable[[Span], Span]) -> Diagnostic:
-    """Convert the spans of a diagnostic."""
+    """Return a diagnostic with all its spans (notes, call stack, fixes) converted by ``place``."""
     if diagnostic.span is None and not diagnostic.notes:
         return diagnostic
     notes = tuple(Note(note.message, note.span and place(note.span)) for note in diagnostic.notes)

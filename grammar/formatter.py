@@ -3,11 +3,18 @@
 The text is parsed into a concrete syntax tree (``concrete``) and laid out (``layout``). Because some line breaks of the
 author are preserved, this is repeated until the text no longer changes, which makes formatting idempotent. Finally,
 tokens and comments are compared with the original; a difference is a bug in the formatter, and nothing is returned.
+
+Line breaks that carry structure are preserved: a body or a clause's body on its own line, each member of a union, a
+pose under its shape, bindings under each other, rows of a table or matrix, a keyword pair per line, and a function as
+the last operand (``layout_styles.stays_broken`` and ``has_rows``). Everything else is joined and wrapped. One program
+written on one line and on several lines can therefore be formatted differently. Several empty lines become one; those
+after an opening bracket, a head or a keyword are removed; one is inserted between multi-line top-level forms, except
+between definitions of values.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import NamedTuple
@@ -21,7 +28,7 @@ from scenelang.grammar.reader import read
 
 # Indentation of macro uses, inferred from the macros' definitions.
 
-
+# names of pattern variables that authors give to bodies
 _BODY_NAMES = frozenset(("body", "bodies", "forms", "expressions", "statements", "clauses", "rows"))
 
 
@@ -31,33 +38,35 @@ def learnt_indents(forms: Iterable[Datum], indents: Mapping[str, int | None]) ->
     If a rule of a macro ends in a body (``body ...``, or a rest parameter), the operands before the body go on the line
     of the head. A macro without a body is laid out like a function call, even if a special form has the same name.
     """
-    known = dict(indents)
+    learnt = dict(indents)
     for datum in walk(*forms):
         if not isinstance(datum, ListDatum):
             continue
         head, items = head_of(datum), datum.items
         if head == "define-syntax" and len(items) == 3:
-            _learn(known, _symbol(items[1]), _rules_indent(items[2], indents))
+            _learn(learnt, _symbol(items[1]), _rules_indent(items[2], indents))
         elif head == "define-macro" and len(items) > 2 and isinstance(items[1], ListDatum) and items[1].items:
             rest = items[1].tail is not None
-            _learn(known, _symbol(items[1].items[0]), len(items[1].items) - 1 if rest else None)
+            _learn(learnt, _symbol(items[1].items[0]), len(items[1].items) - 1 if rest else None)
         elif head in ("let-syntax", "letrec-syntax") and len(items) > 1 and isinstance(items[1], ListDatum):
             for binding in items[1].items:
                 if isinstance(binding, ListDatum) and len(binding.items) == 2:
-                    _learn(known, _symbol(binding.items[0]), _rules_indent(binding.items[1], indents))
-    return known
+                    _learn(learnt, _symbol(binding.items[0]), _rules_indent(binding.items[1], indents))
+    return learnt
 
 
-def _learn(known: dict[str, int | None], name: str | None, indent: int | None) -> None:
+def _learn(learnt: dict[str, int | None], name: str | None, indent: int | None) -> None:
+    """Record the indentation of a macro; one without a body loses that of the form that it shadows."""
     if name is None:
         return
     if indent is None:
-        known.pop(name, None)
+        learnt.pop(name, None)
     else:
-        known[name] = indent
+        learnt[name] = indent
 
 
 def _symbol(datum: Datum) -> str | None:
+    """Return the name of a symbol, or None for any other datum."""
     return str(datum.value) if isinstance(datum, Atom) and type(datum.value) is Symbol else None
 
 
@@ -70,11 +79,12 @@ def _rules_indent(rules: Datum, indents: Mapping[str, int | None]) -> int | None
         return None
     named = _symbol(rules.items[1])
     ellipsis = named or "..."
-    found = [_rule_indent(rule, ellipsis, indents) for rule in rules.items[3 if named else 2 :]]
-    return max((indent for indent in found if indent is not None), default=None)
+    by_rule = [_rule_indent(rule, ellipsis, indents) for rule in rules.items[3 if named else 2 :]]
+    return max((indent for indent in by_rule if indent is not None), default=None)
 
 
 def _rule_indent(rule: Datum, ellipsis: str, indents: Mapping[str, int | None]) -> int | None:
+    """Return the number of operands before the body of one ``syntax-rules`` rule, or None if it has no body."""
     if not isinstance(rule, ListDatum) or len(rule.items) != 2 or not isinstance(rule.items[0], ListDatum):
         return None
     pattern, template = rule.items
@@ -101,9 +111,9 @@ def _is_body(name: str, template: Datum, indents: Mapping[str, int | None]) -> b
     return False
 
 
-WIDTH = 88
-_MAX_PASSES = 20
-_MARK = "\ufeff"  # a byte order mark
+WIDTH = 88  # columns, as Black's
+_MAX_PASSES = 20  # of layout until a fixed point; a few suffice, the limit guards against oscillation
+_BYTE_ORDER_MARK = "\ufeff"
 
 
 @dataclass(eq=False)
@@ -157,19 +167,20 @@ def format_text(text: str, indents: Mapping[str, int | None], *, name: str = "<t
     FormatFault
         If the formatter has a bug.
     """
-    mark = _MARK if text.startswith(_MARK) else ""
+    mark = _BYTE_ORDER_MARK if text.startswith(_BYTE_ORDER_MARK) else ""
     body = text[len(mark) :]
-    placeholder = _unused(body) if NOTE in body else NOTE
+    placeholder = _unused(body) if NOTE in body else NOTE  # the layout uses NOTE as a mark of its own
     return mark + _formatted(Source(name, body.replace(NOTE, placeholder)), indents, width).replace(placeholder, NOTE)
 
 
 def _unused(text: str) -> str:
-    """Return a character that does not occur in a text."""
-    found = set(text)
-    return next(chr(code) for code in range(0xE000, 0x110000) if chr(code) not in found)
+    """Return a character that does not occur in a text, preferably a private one of Unicode."""
+    used = set(text)
+    return next(chr(code) for code in range(0xE000, 0x110000) if chr(code) not in used)
 
 
 def _formatted(source: Source, indents: Mapping[str, int | None], width: int) -> str:
+    """Format a source without byte order mark and without ``NOTE`` characters."""
     with rare_collection():
         return _settled(source, learnt_indents(read_forms(source), indents), width, is_checked=True)
 
@@ -179,28 +190,29 @@ def settled(text: str, indents: Mapping[str, int | None]) -> str:
     return _settled(Source("<text>", text), indents, WIDTH)
 
 
-def _settled(source: Source, indents: Mapping[str, int | None], width: int, is_checked: bool = False) -> str:
+def _settled(source: Source, indents: Mapping[str, int | None], width: int, *, is_checked: bool = False) -> str:
     """Repeat the layout until it is a fixed point; raise ``FormatFault`` if it changes tokens or comments.
 
-    Datums depend on nothing but the tokens, so that equal tokens are the same program.
+    Comparing tokens suffices, because datums depend on nothing else: equal tokens are the same program.
     """
     text = source.text
-    known = list(tokens(text))
-    expected = essence_of(known) if is_checked else None
-    tree = concrete(source, known)
+    text_tokens = list(tokens(text))
+    expected = essence_of(text_tokens) if is_checked else None
+    tree = concrete(source, text_tokens)
     line_end = _line_end(text, tree)
     for _ in range(_MAX_PASSES):
         before, text = text, _laid_out(tree, indents, width, line_end)
         if text == before:
             break
-        known = list(tokens(text))
-        if expected is not None and essence_of(known) != expected:
+        text_tokens = list(tokens(text))
+        if expected is not None and essence_of(text_tokens) != expected:
             raise FormatFault(f"formatting {source.name} would change more than white space")
-        tree = concrete(Source(source.name, text), known)
+        tree = concrete(Source(source.name, text), text_tokens)
     return text
 
 
 def _laid_out(tree: Concrete, indents: Mapping[str, int | None], width: int, line_end: str) -> str:
+    """Return the text of one pass of the layout."""
     lines = layout_lines(
         tree.forms,
         indents=indents,
@@ -249,12 +261,14 @@ def _fixed(tree: Concrete) -> Iterable[str]:
 
 
 def _around(tree: Concrete, around: Trivia) -> Iterable[str]:
+    """Iterate over the comments of several lines around a datum, and the verbatim texts in hidden ones."""
     yield from _comments((*around.before, *around.end, around.after, around.opening, around.closing))
     for hidden in hidden_datums((*around.before, *around.end)):
         yield tree.spelling.get(id(hidden), "")
 
 
 def _comments(rows: Iterable[Row]) -> Iterable[str]:
+    """Return the comments of several lines."""
     return (row for row in rows if isinstance(row, str) and "\n" in row)
 
 
@@ -270,11 +284,28 @@ def format_range(
     name: str = "<text>",
     width: int = WIDTH,
 ) -> str:
-    """Format only the top-level forms that overlap the lines ``first_line`` to ``last_line`` (from 1, inclusive).
+    """Format only the top-level forms that overlap a range of lines, with their comments.
 
-    Comments of the forms are included. Returns the whole text; raises the same errors as ``format_text``.
+    Parameters
+    ----------
+    text
+        Source text.
+    first_line, last_line
+        Range of lines, from 1 and inclusive.
+    indents, name, width
+        As for ``format_text``.
+
+    Returns
+    -------
+    str
+        The whole text.
+
+    Raises
+    ------
+    UnreadableError, FormatFault
+        As ``format_text`` does.
     """
-    mark = _MARK if text.startswith(_MARK) else ""
+    mark = _BYTE_ORDER_MARK if text.startswith(_BYTE_ORDER_MARK) else ""
     source = Source(name, text[len(mark) :])
     indents = learnt_indents(read_forms(source), indents)
     lines = source.text.split("\n")
@@ -307,11 +338,11 @@ def edit_between(before: str, after: str) -> FormatEdit | None:
     if before == after:
         return None
     old, new = before.splitlines(keepends=True), after.splitlines(keepends=True)
-    head = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(old, new)))
-    room = min(len(old), len(new)) - head
-    tail = (
-        sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(reversed(old[-room:]), reversed(new[-room:]))))
-        if room
-        else 0
-    )
+    head = _common_lines(old, new)
+    tail = _common_lines(old[head:][::-1], new[head:][::-1])
     return FormatEdit(head + 1, len(old) - tail, "".join(new[head : len(new) - tail]))
+
+
+def _common_lines(a: Sequence[str], b: Sequence[str]) -> int:
+    """Count the equal lines at the beginning of two lists."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(a, b)))

@@ -1,7 +1,7 @@
 """LALR parsing with the tables that Lark makes of ``reader.lark`` and ``core.lark``.
 
 The tables are files of this package, so that parsing imports no Lark: ``make tables`` writes them after a change of a
-grammar, and a test compares them with the grammars.
+grammar, and a test compares them with the grammars. Lark is a development dependency only.
 
 A state whose only action is one reduction is never entered: what the parser does there is known in advance, and is
 part of the action that would lead to it. So an atom inside a list costs one action, not five. An error is found at the
@@ -20,12 +20,12 @@ from scenelang.grammar.datum import dataclass
 
 END = "$END"
 
-# What an action does with the value of its symbol, after the rule of the action, if any, has made another of it.
+# What an action does with the value of its symbol, after the rule of the action, if any, was applied to it.
 APPEND = 0  # append it to the repetition on top of the stack
 BEGIN = 1  # push a repetition that begins with it
 PUSH = 2  # push it
-CLOSE = 3  # push it, and reduce by the rule that is the target
-REDUCE = 4  # reduce by the rule that is the target; the token is looked at again
+CLOSE = 3  # push it, then reduce by the rule that is the target
+REDUCE = 4  # reduce by the rule that is the target, without consuming the token
 ACCEPT = 5
 
 Action: TypeAlias = Sequence[int]  # kind; rule applied to the value first, -1 for none; target state or rule
@@ -58,7 +58,7 @@ class Rule(NamedTuple):
 
 
 class Misfit(NamedTuple):
-    """Token that fits nowhere; ``expected`` are the terminals that would have."""
+    """Token without an action in the parser's state; ``expected`` are the terminals that have one."""
 
     terminal: str
     value: Any
@@ -133,7 +133,7 @@ class Tables:
         raise ValueError("the tokens have no end")
 
     def _reduce(self, number: int, states: list[int], values: list[Any], build: Builders) -> None:
-        """Reduce by a rule, and by those that follow from it."""
+        """Reduce by a rule, and by the rules that the result completes in turn."""
         kind = CLOSE
         while kind == CLOSE:
             name, origin, length, spread, absent = self.rules[number]
@@ -154,15 +154,20 @@ class Tables:
 
 
 def _same(value: Any) -> Any:
+    """Builder of rules whose value is that of their only symbol."""
     return value
 
 
 def _is_terminal(symbol: str) -> bool:
+    """Return whether a symbol is a terminal; Lark spells these in capitals."""
     return symbol.isupper()
 
 
 def _arguments(children: list[Any], spread: list[int], absent: list[int]) -> list[Any]:
-    """Return the arguments of a builder: the first repetition is extended in place, for it is not used again."""
+    """Return the arguments of a builder, with repetitions spread and None for absent optional parts.
+
+    A repetition at the beginning is extended in place, because it is not used again.
+    """
     for position in absent:
         children.insert(position, None)
     for position in reversed(spread):
@@ -188,9 +193,14 @@ def _file(name: str) -> Path:
 
 
 class _Grammar(NamedTuple):
+    """Grammar file, start rule, and whether states that can only reduce are left out.
+
+    They are not where messages list the expected terminals, because reductions made in advance change these.
+    """
+
     file: str
     start: str
-    runs_ahead: bool = True  # not if what a misfit expected is reported
+    runs_ahead: bool = True
 
 
 GRAMMARS = {
@@ -205,17 +215,27 @@ def tables_text(name: str) -> str:
     grammar = GRAMMARS[name]
     lark = _lark(grammar)
     maker = _Maker(lark.rules, lark.parser.parser.parser.parse_table, grammar)
-    order = lambda t: (-t.priority, -t.pattern.max_width, -len(t.pattern.value), t.name)
-    terminals = [(t.name, t.pattern.to_regexp()) for t in sorted(lark.terminals, key=order)]
-    parts = ([json.dumps(each) for each in part] for part in (terminals, maker.rules, maker.rows()))
-    return "[" + ",\n".join("[" + ",\n".join(lines) + "]" for lines in parts) + "]\n"
+    terminals = [(t.name, t.pattern.to_regexp()) for t in sorted(lark.terminals, key=_terminal_key)]
+    sections = []
+    for entries in (terminals, maker.rules, maker.rows()):  # one entry per line, so that diffs can be read
+        sections.append("[" + ",\n".join(json.dumps(entry) for entry in entries) + "]")
+    return "[" + ",\n".join(sections) + "]\n"
+
+
+def _terminal_key(terminal: Any) -> tuple[int, int, int, str]:
+    """Sort key of terminals in the order in which Lark's basic lexer tries them."""
+    pattern = terminal.pattern
+    return -terminal.priority, -pattern.max_width, -len(pattern.value), terminal.name
 
 
 def _lark(grammar: _Grammar) -> Any:
+    """Parse a grammar file with Lark; only ``reader.lark`` is over text and has a lexer."""
     from lark import Lark
     from lark.lexer import Lexer
 
     class NoLexer(Lexer):
+        """Placeholder, because terminals of datums have no patterns."""
+
         def __init__(self, _: Any) -> None:
             pass
 
@@ -227,7 +247,7 @@ def _lark(grammar: _Grammar) -> Any:
 
 
 class _Maker:
-    """Makes tables of those of Lark: numbers states in the order of a walk, and runs ahead."""
+    """Converts Lark's tables: numbers states in breadth-first order, and leaves out states that can only reduce."""
 
     def __init__(self, rules: Sequence[Any], table: Any, grammar: _Grammar) -> None:
         self._table = table
@@ -242,16 +262,18 @@ class _Maker:
         self.rules = [self._rule(rule) for rule in self._lark_rules]
 
     def _rule(self, rule: Any) -> Rule:
+        """Convert a rule of Lark."""
         names = [symbol.name for symbol in rule.expansion]
         spread = [position for position, name in enumerate(names) if _is_repetition(name)]
         flags = "".join(str(int(flag)) for flag in rule.options.empty_indices)
-        absent = [position for position, run in enumerate(flags.split("0")) for _ in run]
+        absent = [position for position, run in enumerate(flags.split("0")) for _ in run]  # one for each "1"
         name = "" if _passes(rule) else rule.alias or str(rule.origin.name)
         name = None if _is_repetition(rule.origin.name) else name
         return Rule(name, str(rule.origin.name), len(names), spread, absent)
 
     def rows(self) -> list[dict[str, Action]]:
-        found, numbers = [], {self._start: 0}
+        """Return the actions of every state that is reached, by symbol."""
+        rows, numbers = [], {self._start: 0}
         states = [self._start]
         for state in states:
             row: dict[str, Action] = {END: (ACCEPT, -1, -1)} if state == self._end else {}
@@ -263,11 +285,11 @@ class _Maker:
                         states.append(target)
                     target = numbers[target]
                 row[symbol] = kind, rule, target
-            found.append(row)
-        return found
+            rows.append(row)
+        return rows
 
     def _action(self, state: int, symbol: str) -> Action:
-        """Return the action of a state on a symbol, together with all that follows from it whatever comes next."""
+        """Return the action of a state on a symbol, with the reductions that follow whatever the next token is."""
         applied = -1
         while True:
             kind, target = self._table.states[state][symbol]
@@ -276,7 +298,7 @@ class _Maker:
             rule = self._only_reduction(target)
             if rule is None:
                 return PUSH, applied, target
-            names, origin = [each.name for each in rule.expansion], rule.origin.name
+            names, origin = [part.name for part in rule.expansion], rule.origin.name
             if names == [symbol] and _is_repetition(origin):
                 return BEGIN, applied, self._table.states[state][origin][1]
             if names == [origin, symbol] and self._symbol.get(state) == origin:
@@ -295,10 +317,12 @@ class _Maker:
 
 
 def _shifts(kind: Any) -> bool:
+    """Return whether an action of Lark is a shift; the class is private there."""
     return str(kind.name) == "Shift"
 
 
 def _reductions(row: Mapping[str, Any]) -> list[Any]:
+    """Return the rules of the reductions in a row of Lark's table."""
     return [target for kind, target in row.values() if not _shifts(kind)]
 
 
@@ -318,5 +342,5 @@ def _passes(rule: Any) -> bool:
 
 
 if __name__ == "__main__":
-    for each in GRAMMARS:
-        (Path(sys.argv[1]) / f"{each}.json").write_text(tables_text(each), "utf-8")
+    for grammar_name in GRAMMARS:
+        (Path(sys.argv[1]) / f"{grammar_name}.json").write_text(tables_text(grammar_name), "utf-8")

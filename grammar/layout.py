@@ -3,8 +3,7 @@
 First every datum is measured, bottom-up and without recursion; a datum that fits on one line has a flat text from then
 on. Then the lines are produced top-down: a datum that does not fit is written onto a page by one of the styles for its
 shape (``layout_styles``). If a shape has several styles, the first one within the line width is used. Blocks are
-memoized
-by datum and column, which keeps trying out several styles cheap.
+memoized by datum and column, which keeps trying out several styles cheap.
 """
 
 from __future__ import annotations
@@ -35,11 +34,10 @@ from scenelang.grammar.layout_styles import (
 
 # The text around datums: comments, empty lines, and the author's line breaks.
 
-
 NOTE = "\0"  # separates code from an end-of-line comment until all lines are known and can be aligned
 # control characters, line and paragraph separators, bidirectional marks, surrogates
 _UNSEEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
-_UNEVEN = 12  # maximum difference in length of adjacent lines whose comments are aligned
+_MAX_UNEVENNESS = 12  # columns; aligned further apart, a comment is hard to assign to its line
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,13 +114,15 @@ def with_notes(lines: Iterable[str]) -> list[str]:
 
 
 def _aligned(group: Sequence[tuple[str, str]]) -> list[str]:
+    """Join lines of code with their comments, in one column unless the lengths differ too much."""
     lengths = [len(code) - code.rfind("\n") - 1 for code, _ in group]  # a string may contain line breaks
     column = max(lengths, default=0)
-    even = column - min(lengths, default=0) <= _UNEVEN
+    even = column - min(lengths, default=0) <= _MAX_UNEVENNESS
     return [f"{code}{' ' * (column - length if even else 0)}  {note}" for (code, note), length in zip(group, lengths)]
 
 
 def _indentation(line: str) -> int:
+    """Return the number of spaces at the beginning of a line."""
     return len(line) - len(line.lstrip(" "))
 
 
@@ -147,6 +147,7 @@ class Page:
     def __init__(
         self, work: Layout, datum: ListDatum | ArrayDatum, shape: HeadShape, column: int, trailing: int, depth: int
     ) -> None:
+        """Begin a page at ``column``; ``trailing`` is the number of brackets that follow on the last line."""
         self.work, self.datum, self.shape = work, datum, shape
         self.parts = parts_of(datum)
         self.start, self.trailing, self.depth = column, trailing, depth
@@ -163,11 +164,12 @@ class Page:
 
     @property
     def head(self) -> str | None:
+        """Symbol at the head of the list, or None."""
         return head_of(self.datum)
 
     @property
     def broken(self) -> bool:
-        """Return whether there is more than one line so far."""
+        """Whether there is more than one line so far."""
         return bool(self._lines)
 
     @property
@@ -177,7 +179,7 @@ class Page:
 
     @property
     def has_rows(self) -> bool:
-        """Return whether the author put every item on a separate line."""
+        """Whether the author put every item on a separate line."""
         return id(self.datum) in self.work.rows
 
     def kind_shape(self, position: int) -> HeadShape | None:
@@ -203,9 +205,10 @@ class Page:
         return width is not None and column + width <= self.width
 
     def _trailing(self, position: int) -> int:
+        """Return the number of closing brackets behind a part."""
         return self.trailing + 1 if position == len(self.parts) - 1 else 0
 
-    def item(self, position: int, indent: int, fresh: bool = False) -> None:
+    def item(self, position: int, indent: int, *, fresh: bool = False) -> None:
         """Write a part after a space, or on a new line at ``indent`` if ``fresh`` is set or a comment requires it."""
         work = self.work
         datum = self.parts[position]
@@ -231,6 +234,7 @@ class Page:
         if around is not None and around.closing:
             self._note = joined_notes(self._note, around.closing)
         if self._raw or (around is not None and (around.end or around.closing)):
+            # A comment ends the last line, so the bracket needs one of its own.
             self._end_line()
             self._lines += self.work.comment_lines(around.end if around is not None else (), self._indent, self.depth)
             self._start_line(self.start)
@@ -239,6 +243,7 @@ class Page:
         return ListPage((*self._lines, self._line), self._note, self._excess)
 
     def _write(self, text: str) -> None:
+        """Append text to the current line; a string may contain line breaks."""
         self._line += text
         if "\n" in text:
             self.column = len(text) - text.rfind("\n") - 1
@@ -246,6 +251,7 @@ class Page:
             self.column += len(text)
 
     def _place(self, block: ListPage) -> None:
+        """Append the lines of a laid-out part."""
         lines = block.lines
         self._write(lines[0])
         if len(lines) > 1:
@@ -257,6 +263,7 @@ class Page:
         self._note = block.note
 
     def _new_line(self, indent: int, around: Trivia | None) -> None:
+        """Start a line for a part, after the comments above it."""
         self._end_line()
         if around is not None:
             if around.blank:
@@ -266,16 +273,18 @@ class Page:
         self._start_line(indent)
 
     def _end_line(self) -> None:
+        """Finish the current line with its end-of-line comment."""
         self._excess = max(self._excess, self.column - self.width)
         self._lines.append(self._line + NOTE + self._note if self._note else self._line)
 
     def _start_line(self, indent: int) -> None:
+        """Begin a line that consists of indentation."""
         self._line = " " * indent
         self.column = indent
         self._note = ""
 
 
-MAX_DEPTH = 80  # nested deeper, a datum is written on one line, which bounds Python's recursion
+MAX_DEPTH = 80  # levels; nested deeper, a datum is written on one line, which bounds Python's recursion
 _NO_SPELLING: Mapping[int, str] = MappingProxyType({})
 
 
@@ -356,6 +365,7 @@ def _with_trivia(work: Layout, block: ListPage, around: Trivia | None) -> list[s
 
 
 def hidden_datums(rows: Iterable[Row]) -> list[Datum]:
+    """Return the datums that are commented out with `#;` among rows of comments."""
     return [row.datum for row in rows if isinstance(row, Hidden)]
 
 
@@ -374,6 +384,7 @@ class Layout:
         width: int,
         written: AuthorLayout = NO_AUTHOR_LAYOUT,
     ) -> None:
+        """Measure all forms for lines of at most ``width`` columns; see ``layout_lines`` for the arguments."""
         self.by_head, self.trivia, self.spelling, self.width = shapes, trivia, spelling, width
         self.written = written
         self.shapes: dict[int, HeadShape] = {}
@@ -428,6 +439,7 @@ class Layout:
         return is_definition and isinstance(form.items[1], Atom)
 
     def _flat_text(self, datum: ListDatum | ArrayDatum, parts: Sequence[Datum]) -> str | None:
+        """Return the text of a list on one line, or None if a part of it takes several."""
         flat = self.flat
         texts = []
         for part in parts:
@@ -475,8 +487,8 @@ class Layout:
         if prefix is None or not self.trivia:
             return prefix
         head, operand = (self.trivia.get(id(part)) for part in datum.items)
-        own = self.trivia.get(id(datum))
-        if head or (operand is not None and (operand.before or operand.blank)) or (own is not None and own.end):
+        around = self.trivia.get(id(datum))
+        if head or (operand is not None and (operand.before or operand.blank)) or (around is not None and around.end):
             return None
         return prefix
 
@@ -507,6 +519,7 @@ class Layout:
         return block
 
     def _new_block(self, datum: ListDatum | ArrayDatum, column: int, trailing: int, depth: int) -> ListPage:
+        """Return the lines of a list by the first style that stays within the width, or that exceeds it least."""
         if depth >= MAX_DEPTH:
             return self._one_line(datum)
         prefix = self.prefix(datum)
@@ -514,25 +527,25 @@ class Layout:
             return self._prefixed(prefix, datum.items[1], column, trailing, depth)
         shape = self.shapes[id(datum)]
         styles = styles_of(shape) if column < self.width else (last_resort,)
-        shortest = shape.kind in SHORTEST
+        prefers_short = shape.kind in SHORTEST
         best: ListPage | None = None
         for style in styles:
             page = Page(self, datum, shape, column, trailing, depth)
             if not style(page):
                 continue
             block = page.finished()
-            if best is None or self._is_better(block, best, shortest):
+            if best is None or self._is_better(block, best, prefers_short=prefers_short):
                 best = block
-            if best.excess <= 0 and (not shortest or len(best.lines) == 2):
-                break
+            if best.excess <= 0 and (not prefers_short or len(best.lines) == 2):
+                break  # no later style can be better
         assert best is not None  # the last style of every shape accepts any datum
         return best
 
     @staticmethod
-    def _is_better(block: ListPage, than: ListPage, shortest: bool) -> bool:
+    def _is_better(block: ListPage, than: ListPage, *, prefers_short: bool) -> bool:
         """Return whether ``block``, made by a later style, is better than ``than``."""
         excess, other = max(block.excess, 0), max(than.excess, 0)
-        return excess < other or (excess == other and shortest and len(block.lines) <= len(than.lines))
+        return excess < other or (excess == other and prefers_short and len(block.lines) <= len(than.lines))
 
     def _one_line(self, datum: Datum) -> ListPage:
         """Write ``datum`` on one line regardless of its length, followed by its comments."""
@@ -558,6 +571,7 @@ class Layout:
         return lines
 
     def _prefixed(self, prefix: str, operand: Datum, column: int, trailing: int, depth: int) -> ListPage:
+        """Return the lines of a prefix and its operand, such as ``'x``."""
         inner = self.block(operand, column + len(prefix), trailing, depth + 1)
         around = self.trivia.get(id(operand))
         note = joined_notes(inner.note, around.after if around is not None else None)
@@ -566,17 +580,17 @@ class Layout:
 
 def _comments_within(datum: Datum, trivia: Mapping[int, Trivia]) -> list[str]:
     """Return the comments inside ``datum`` in order, including those before its closing bracket."""
-    found: list[Row] = []
+    rows: list[Row] = []
     stack: list[Datum | tuple[Row, ...]] = [datum]
     while stack:
         item = stack.pop()
         if isinstance(item, tuple):
-            found += item
+            rows += item
             continue
         around = trivia.get(id(item)) or Trivia()
         if item is not datum:
-            found += around.before
+            rows += around.before
             stack.append((around.after,))
         stack.append(around.end)
         stack += reversed(list(subdatums(item)))
-    return [text for text in found if isinstance(text, str) and text]
+    return [text for text in rows if isinstance(text, str) and text]

@@ -153,6 +153,7 @@ def head_of(datum: Datum) -> str | None:
 
 
 def is_keyword(datum: Datum) -> bool:
+    """Return whether ``datum`` is a keyword such as ``:scale``."""
     return isinstance(datum, Atom) and type(datum.value) is Keyword
 
 
@@ -314,7 +315,7 @@ def units(page: Page, first: int) -> list[Unit]:
 
     In a call, the value may be a keyword too, as in ``(align a b :x :min)``; elsewhere keywords in a row are data.
     """
-    parts, found, position = page.parts, [], first
+    parts, grouped, position = page.parts, [], first
     is_call = page.shape.kind in (HeadKind.CALL, HeadKind.ORDINARY)
     while position < len(parts):
         stop = position + 1
@@ -322,19 +323,20 @@ def units(page: Page, first: int) -> list[Unit]:
             stop += 1
         while stop < len(parts) and is_ellipsis(parts[stop]):
             stop += 1
-        found.append(range(position, stop))
+        grouped.append(range(position, stop))
         position = stop
-    return found
+    return grouped
 
 
-def write_units(page: Page, found: Sequence[Unit], indent: int) -> None:
+def write_units(page: Page, group: Sequence[Unit], indent: int) -> None:
     """Write one unit per line."""
-    for unit in found:
-        write_unit(page, unit, indent, True)
+    for unit in group:
+        write_unit(page, unit, indent, fresh=True)
 
 
-def write_unit(page: Page, unit: Unit, indent: int, fresh: bool) -> None:
-    page.item(unit.start, indent, fresh)
+def write_unit(page: Page, unit: Unit, indent: int, *, fresh: bool) -> None:
+    """Write the parts of a unit, on a new line if ``fresh``; a break inside it is indented further."""
+    page.item(unit.start, indent, fresh=fresh)
     for position in unit[1:]:
         page.item(position, indent + 2)
 
@@ -350,26 +352,26 @@ def unit_width(page: Page, unit: Unit) -> int | None:
     return width
 
 
-def fill(page: Page, found: Sequence[Unit], indent: int, most: int = 0) -> None:
+def fill(page: Page, group: Sequence[Unit], indent: int, most: int = 0) -> None:
     """Write as many units per line as fit, at most ``most`` if it is not 0.
 
     A unit of several lines does not share them with others.
     """
-    alone = False
-    for count, unit in enumerate(found):
+    alone = False  # whether the previous unit takes several lines
+    for count, unit in enumerate(group):
         width = unit_width(page, unit)
         fresh = alone or width is None or page.column + 1 + width > page.width
         fresh = fresh or (most > 0 and count % most == 0)
         if unit.start == 0 or (page.column == indent and not alone):
             fresh = False
-        write_unit(page, unit, indent, fresh)
+        write_unit(page, unit, indent, fresh=fresh)
         alone = width is None or indent + width > page.width
 
 
 Style: TypeAlias = "Callable[[Page], bool]"
 
-_ROW = 3  # minimum number of compound items that must fit on a line for filling
-_SHORT = 26  # maximum width of a quoted list that counts as a short item
+_MIN_FILLED_ITEMS = 3  # compound items that must fit on a line for filling; fewer are rows, which read better apart
+_MAX_SHORT_WIDTH = 26  # columns of a quoted list or array that counts as short: three fit on a line
 
 
 def styles_of(shape: HeadShape) -> Sequence[Style]:
@@ -397,11 +399,12 @@ def _special(page: Page) -> bool:
 
 
 def _with_inline(page: Page, inline_count: int) -> bool:
+    """Write the head with ``inline_count`` operands on its line, and the others indented by two."""
     inline_count = min(inline_count, len(page.parts) - 1)
     page.item(0, page.start + 1)
     under = page.column + 1
     for position in range(1, 1 + inline_count):
-        page.item(position, under, position > 1 and not page.fits(position, page.column + 1))
+        page.item(position, under, fresh=position > 1 and not page.fits(position, page.column + 1))
     write_units(page, units(page, 1 + inline_count), page.start + 2)
     return True
 
@@ -412,6 +415,7 @@ def _keyed_as_written(page: Page) -> bool:
 
 
 def _has_keywords(page: Page) -> bool:
+    """Return whether a call has keyword arguments."""
     return any(is_keyword(part) for part in page.parts[1:])
 
 
@@ -468,15 +472,15 @@ def _as_written(page: Page) -> bool:
     if breaks is None or len(page.parts) < 2:
         return False
     if page.shape.kind is HeadKind.CALL:
-        return _on_lines(page, breaks, True)
+        return _on_lines(page, breaks, is_shallow=True)
     below = breaks[1]
     if page.shape.kind is HeadKind.ALIGNED and (below or not any(breaks[2:])):
         return False
     if head_of(page.datum) in EVEN_HEADS and not below:
         return False
-    begins = page.start + 2 + (page.flat_width(0) or 0)
+    begins = page.start + 2 + (page.flat_width(0) or 0)  # column of the first operand on the line of the head
     keyed = page.fits(1, begins) and any(is_keyword(part) for part in page.parts)
-    return _on_lines(page, breaks, below or keyed)
+    return _on_lines(page, breaks, is_shallow=below or keyed)
 
 
 def _as_written_below(page: Page) -> bool:
@@ -484,12 +488,13 @@ def _as_written_below(page: Page) -> bool:
     breaks = page.breaks
     if breaks is None or len(page.parts) < 3 or head_of(page.datum) in EVEN_HEADS:
         return False
-    return _on_lines(page, breaks, True)
+    return _on_lines(page, breaks, is_shallow=True)
 
 
-def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
+def _on_lines(page: Page, breaks: Sequence[bool], *, is_shallow: bool) -> bool:
+    """Write the operands with the given line breaks, indented by two if shallow, else under the first operand."""
     page.item(0, page.start + 1)
-    indent = page.start + 2 if shallow else page.column + 1
+    indent = page.start + 2 if is_shallow else page.column + 1
     filled = False  # whether the previous unit took several lines
     for unit in units(page, 1):
         fresh = breaks[unit.start] and not (unit.start == 1 and page.shape.kind is HeadKind.CALL)
@@ -498,7 +503,7 @@ def _on_lines(page: Page, breaks: Sequence[bool], shallow: bool) -> bool:
             return False  # it fits on a line, but not at this indentation
         if unit.start > 1 and width is not None and page.column + 1 + width > page.width:
             fresh = True
-        write_unit(page, unit, indent, fresh or filled)
+        write_unit(page, unit, indent, fresh=fresh or filled)
         filled = width is None
     return True
 
@@ -509,7 +514,7 @@ def _data_as_written(page: Page) -> bool:
     if breaks is None or not any(breaks[1:]) or page.has_rows or _is_matrix(page):
         return False
     for position in range(len(page.parts)):
-        page.item(position, page.start + 1, position > 0 and breaks[position])
+        page.item(position, page.start + 1, fresh=position > 0 and breaks[position])
     return True
 
 
@@ -528,19 +533,19 @@ def _pairs(page: Page, inline_count: int) -> bool:
     inline_count = min(inline_count, len(page.parts) - 1)
     for position in range(1, 1 + inline_count):
         page.item(position, indent)
-    found = units(page, 1 + inline_count)
-    if page.has_rows or any(_is_weighty(page, unit, indent) for unit in found):
-        atoms = list(takewhile(lambda unit: len(unit) == 1 and isinstance(page.parts[unit.start], Atom), found))
-        if not inline_count:
-            atoms = []
+    group = units(page, 1 + inline_count)
+    if page.has_rows or any(_is_weighty(page, unit, indent) for unit in group):
+        atoms = []
+        if inline_count:
+            atoms = list(takewhile(lambda unit: len(unit) == 1 and isinstance(page.parts[unit.start], Atom), group))
         fill(page, atoms, indent)
-        write_units(page, found[len(atoms) :], indent)
+        write_units(page, group[len(atoms) :], indent)
     else:
-        leading = list(takewhile(lambda unit: not is_keyword(page.parts[unit.start]), found))
+        leading = list(takewhile(lambda unit: not is_keyword(page.parts[unit.start]), group))
         fill(page, leading, indent)
-        keyed = _with_series(page, found[len(leading) :], indent)
+        keyed = _with_series(page, group[len(leading) :], indent)
         if leading and keyed and page.broken:
-            write_unit(page, keyed.pop(0), indent, True)
+            write_unit(page, keyed.pop(0), indent, fresh=True)
         fill(page, keyed, indent)
     return True
 
@@ -552,10 +557,10 @@ def _is_weighty(page: Page, unit: Unit, indent: int) -> bool:
     return width is None or indent + width > page.width or (shape is not None and shape.kind in WEIGHTY)
 
 
-def _with_series(page: Page, found: Sequence[Unit], indent: int) -> list[Unit]:
+def _with_series(page: Page, pairs: Sequence[Unit], indent: int) -> list[Unit]:
     """Join pairs with numbered keywords, such as ``:p0`` and ``:p1``, if they fit on one line."""
     joined: list[Unit] = []
-    for unit in found:
+    for unit in pairs:
         if joined and _continues(page, joined[-1], unit):
             both = range(joined[-1].start, unit.stop)
             width = unit_width(page, both)
@@ -567,6 +572,7 @@ def _with_series(page: Page, found: Sequence[Unit], indent: int) -> list[Unit]:
 
 
 def _continues(page: Page, unit: Unit, following: Unit) -> bool:
+    """Return whether two keywords differ in a final digit only."""
     names = [page.parts[place.start] for place in (unit, following)]
     if not all(isinstance(name, Atom) and is_keyword(name) for name in names):
         return False
@@ -604,7 +610,7 @@ def _aligned(page: Page) -> bool:
         is_atom = all(isinstance(page.parts[position], Atom) for position in unit)
         width = unit_width(page, unit)
         shares = is_atom and was_atom and width is not None and page.column + 1 + width <= page.width
-        write_unit(page, unit, indent, unit.start > 1 and not shares)
+        write_unit(page, unit, indent, fresh=unit.start > 1 and not shares)
         was_atom = is_atom
     return True
 
@@ -621,13 +627,14 @@ def _filled_operands(page: Page) -> bool:
 
 
 def _is_short(page: Page, position: int) -> bool:
+    """Return whether a part is an atom or a short constant, several of which share a line."""
     part = page.parts[position]
     shape = page.kind_shape(position)
     if isinstance(part, Atom) or shape is None:
         return True
     width = page.flat_width(position)
     constant = shape.kind in (HeadKind.ARRAY, HeadKind.DATA, HeadKind.QUOTE)
-    return constant and width is not None and width <= _SHORT
+    return constant and width is not None and width <= _MAX_SHORT_WIDTH
 
 
 def _table(page: Page) -> bool:
@@ -645,28 +652,28 @@ def _table(page: Page) -> bool:
 def _filled(page: Page) -> bool:
     """Fill lines with the items, aligned after the bracket; wide compound items are written one per line."""
     indent = page.start + 1
-    found = [range(position, position + 1) for position in range(len(page.parts))]
+    items = [range(position, position + 1) for position in range(len(page.parts))]
     if page.has_rows or _is_matrix(page) or _are_rows(page, indent):
-        for unit in found:
-            write_unit(page, unit, indent, unit.start > 0)
+        for unit in items:
+            write_unit(page, unit, indent, fresh=unit.start > 0)
     else:
-        fill(page, found, indent, _even_count(page, indent))
+        fill(page, items, indent, _even_count(page, indent))
     return True
 
 
 def _even_count(page: Page, indent: int) -> int:
     """Return how many compound items per line give even lines without adding lines, or 0 for no limit."""
     widths = [page.flat_width(position) for position in range(len(page.parts))]
-    known = [width for width in widths if width is not None]
-    if not known or len(known) < len(widths) or any(isinstance(part, Atom) for part in page.parts):
+    flat_widths = [width for width in widths if width is not None]
+    if not flat_widths or len(flat_widths) < len(widths) or any(isinstance(part, Atom) for part in page.parts):
         return 0
     lines, column = 1, indent
-    for width in known:
+    for width in flat_widths:
         if column > indent and column + width > page.width:
             lines, column = lines + 1, indent
         column += width + 1
-    most = -(-len(known) // lines)
-    longest = max(sum(known[start : start + most]) for start in range(0, len(known), most))
+    most = -(-len(flat_widths) // lines)
+    longest = max(sum(flat_widths[start : start + most]) for start in range(0, len(flat_widths), most))
     return most if indent + longest + most - 1 <= page.width else 0
 
 
@@ -685,7 +692,7 @@ def _are_rows(page: Page, indent: int) -> bool:
         if width is None:
             return True
         total += width + 1
-    return indent + _ROW * total / max(len(page.parts), 1) > page.width + 1
+    return indent + _MIN_FILLED_ITEMS * total / max(len(page.parts), 1) > page.width + 1
 
 
 def _signature(page: Page) -> bool:
@@ -700,7 +707,7 @@ def _signature(page: Page) -> bool:
 def _listed(page: Page) -> bool:
     """Write every item on a separate line, aligned after the bracket."""
     for unit in units(page, 0):
-        write_unit(page, unit, page.start + 1, unit.start > 0)
+        write_unit(page, unit, page.start + 1, fresh=unit.start > 0)
     return True
 
 
@@ -711,7 +718,7 @@ def _glued_binding(page: Page) -> bool:
     page.item(0, page.start + 1)
     under = page.column + 1
     for position in range(1, len(page.parts)):
-        page.item(position, under, position > 1)
+        page.item(position, under, fresh=position > 1)
     return True
 
 
@@ -719,7 +726,7 @@ def _clause(page: Page) -> bool:
     """Write ``(test`` with the body below the test; ``=>`` stays with its function."""
     arrow = False
     for position, part in enumerate(page.parts):
-        page.item(position, page.start + 1, position > 0 and not arrow)
+        page.item(position, page.start + 1, fresh=position > 0 and not arrow)
         arrow = isinstance(part, Atom) and part.value == "=>"
     return True
 

@@ -34,7 +34,6 @@ from scenelang.grammar.lalr import END, Misfit, Tables, load_tables
 # This scanner only matches brackets; the reader decides whether a chunk is valid. If brackets do not match, a chunk
 # ends where the next form seems to begin: at an opening bracket in the first column.
 
-
 _TOKEN = re.compile(
     r"""(?P<space>\s+)|(?P<comment>;[^\n]*)|(?P<block>\#\|)|(?P<hide>\#;)|(?P<string>"(?:[^"\\]|\\.)*")"""
     r"""|(?P<open>[(\[])|(?P<close>[)\]])|(?P<prefix>'|`|,@|,)|(?P<atom>[^\s()\[\]";'`,]+)|(?P<other>.)""",
@@ -67,11 +66,14 @@ class Chunk:
 
     @property
     def end(self) -> int:
+        """Offset behind the chunk in the whole text."""
         return self.start + len(self.text)
 
 
 @dataclass(frozen=True, eq=False)
 class _Scan:
+    """Text being split, with what its chunks share."""
+
     text: str
 
     @cached_property
@@ -81,10 +83,11 @@ class _Scan:
 
     @cached_property
     def unclosed(self) -> set[int]:
-        """Offsets of opening brackets that are known to be never closed."""
+        """Offsets of brackets that were found to be never closed, so that none is followed to the end twice."""
         return set()
 
     def next_resumption(self, after: int) -> int:
+        """Return the first resumption behind an offset, or the end of the text."""
         place = bisect_right(self.resumptions, after)
         return self.resumptions[place] if place < len(self.resumptions) else len(self.text)
 
@@ -95,27 +98,25 @@ def split(text: str) -> tuple[Chunk, ...]:
 
 
 def _pieces(scan: _Scan) -> Iterator[Chunk]:
+    """Iterate over the chunks of a text.
+
+    A chunk in the first column is held back with the indented ones after it: if a stray closing bracket follows, one of
+    them ended too early, and all become one unmatched chunk.
+    """
     position = 0
-    open_chunks: list[Chunk] = []  # a chunk in the first column and the indented ones after it
-    while (found := _next_piece(scan, position)) is not None:
-        chunk, position = found
-        if (
-            scan.text[chunk.start] in ")]" and open_chunks
-        ):  # a stray closer: one of the held chunks may have ended too early
-            open_chunks = [
-                Chunk(
-                    open_chunks[0].start,
-                    scan.text[open_chunks[0].start : position],
-                    open_chunks[0].column,
-                    matched=False,
-                )
-            ]
+    held: list[Chunk] = []
+    while (piece := _next_piece(scan, position)) is not None:
+        chunk, position = piece
+        is_stray_closer = scan.text[chunk.start] in ")]"
+        if is_stray_closer and held:
+            first = held[0]
+            held = [Chunk(first.start, scan.text[first.start : position], first.column, matched=False)]
         elif chunk.column == 0:
-            yield from open_chunks
-            open_chunks = [chunk]
+            yield from held
+            held = [chunk]
         else:
-            open_chunks.append(chunk)
-    yield from open_chunks
+            held.append(chunk)
+    yield from held
 
 
 def _next_piece(scan: _Scan, position: int) -> tuple[Chunk, int] | None:
@@ -131,6 +132,7 @@ def _next_piece(scan: _Scan, position: int) -> tuple[Chunk, int] | None:
 
 
 def _line_start(text: str, position: int) -> int:
+    """Return the offset at which the line of ``position`` starts."""
     return text.rfind("\n", 0, position) + 1
 
 
@@ -156,19 +158,20 @@ def split_again(text: str, before: str, chunks: Sequence[Chunk]) -> tuple[Chunk,
     tail = _common_start(text[head:][::-1], before[head:][::-1])
     shift = len(text) - len(before)
     after = {chunk.start + shift: i for i, chunk in enumerate(chunks) if chunk.start > len(before) - tail}
-    scan, position, found = _Scan(text), unchanged[-1].end if unchanged else 0, list(unchanged)
+    scan, position, reused = _Scan(text), unchanged[-1].end if unchanged else 0, list(unchanged)
     while (piece := _next_piece(scan, position)) is not None:
         chunk, position = piece
         if not chunk.matched or text[chunk.start] in ")]":
             return split(text)
         if chunk.start in after:
             rest = chunks[after[chunk.start] :]
-            return (*found, *(_shifted(each, shift, text) for each in rest))
-        found.append(chunk)
-    return tuple(found)
+            return (*reused, *(_shifted(chunk_after, shift, text) for chunk_after in rest))
+        reused.append(chunk)
+    return tuple(reused)
 
 
 def _shifted(chunk: Chunk, shift: int, text: str) -> Chunk:
+    """Return a chunk at its place in the edited text; its column changes if the edit is on the same line."""
     start = chunk.start + shift
     column = start - _line_start(text, start) if chunk.column else 0
     return Chunk(start, chunk.text, column)
@@ -216,6 +219,8 @@ _OPENING = {")": "(", "]": "["}
 
 
 class _End(NamedTuple):
+    """End of a chunk, and whether its brackets match."""
+
     end: int
     matched: bool
 
@@ -236,7 +241,10 @@ def _piece_end(text: str, position: int, unclosed: set[int] | None = None) -> _E
 
 
 def _followed(text: str, position: int, open_brackets: list[tuple[str, int]]) -> _End | None:
-    """Return the end of the chunk at ``position``, or None, when ``open_brackets`` are those that are not closed."""
+    """Return the end of the chunk at ``position``, or None if it is never closed.
+
+    ``open_brackets`` is the stack of brackets with their offsets; it is left as it is where the scan ends.
+    """
     pending = False  # whether a prefix still lacks its datum
     while (match := _TOKEN.match(text, position)) is not None:
         kind, start = match.lastgroup, position
@@ -246,7 +254,7 @@ def _followed(text: str, position: int, open_brackets: list[tuple[str, int]]) ->
             pending = False
         elif kind == "close":
             if not open_brackets:
-                return _End(position, False)
+                return _End(position, matched=False)
             if open_brackets[-1][0] != _OPENING[match[0]]:
                 return None
             open_brackets.pop()
@@ -263,8 +271,8 @@ def _followed(text: str, position: int, open_brackets: list[tuple[str, int]]) ->
         elif kind in ("atom", "string"):
             pending = False
         if not open_brackets and not pending and (kind in ("space", "comment") or _is_gap(text, position)):
-            return _End(position, True)
-    return None if open_brackets or pending else _End(position, True)
+            return _End(position, matched=True)
+    return None if open_brackets or pending else _End(position, matched=True)
 
 
 def _is_gap(text: str, position: int) -> bool:
@@ -300,11 +308,13 @@ def piece_at(text: str, position: int) -> tuple[int, int]:
     return begin, len(text) if closed is None else closed.end
 
 
-MAX_NESTING = 5_000
-_MAX_DIGITS = 4_000
+MAX_NESTING = 5_000  # levels; expansion and compilation recurse on them, in a thread with a stack of that size
+_MAX_DIGITS = 4_000  # of an integer; CPython refuses to convert more than 4,300
 
 
 class Completeness(Enum):
+    """Whether a text is a program, the beginning of one, or neither."""
+
     COMPLETE = "complete"
     INCOMPLETE = "incomplete"  # further input could make it valid
     WRONG = "wrong"
@@ -329,18 +339,24 @@ _WRONG = "WRONG"
 
 @cache
 def _tables() -> Tables:
+    """Load the tables of ``reader.lark``."""
     return load_tables("reader")
 
 
 def terminals() -> list[tuple[str, str]]:
-    """Return the names and regular expressions of the grammar's terminals, in the order in which they are tried; names
-    of ignored terminals start with ``__``."""
+    """Return the names and regular expressions of the grammar's terminals, in the order in which they are tried.
+
+    Names of ignored terminals start with ``__``.
+    """
     return list(_tables().terminals)
 
 
 @cache
 def _token_pattern() -> re.Pattern[str]:
-    """Return a pattern of one token with what is ignored before it, or of the end; it matches everywhere."""
+    """Return a pattern of one token with the blanks before it, or of the end; it matches at every offset.
+
+    The quantifier of the blanks is possessive, because backtracking into them makes no token.
+    """
     ignored = "|".join(pattern for name, pattern in terminals() if name.startswith("__"))
     named = "|".join(f"(?P<{name}>{pattern})" for name, pattern in terminals() if not name.startswith("__"))
     return re.compile(rf"(?:{ignored})*+(?:{named}|(?P<END>\Z)|(?P<{_WRONG}>.))", re.S)
@@ -358,8 +374,8 @@ def _tokens(text: str) -> Iterator[tuple[str, Place]]:
 
 # --- brackets --------------------------------------------------------------------------------------------------
 #
-# The tables tell where a text is wrong. Why is worked out by a second look at the brackets, from the start: it knows
-# the opener that is not closed, and where the indentation contradicts the nesting.
+# The tables tell where a text is wrong. The cause is looked for by a second pass over the brackets, from the start: it
+# knows the opener that is not closed, and where the indentation contradicts the nesting. Valid texts do not pay for it.
 
 _OPENER = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _CLOSING = {"LPAR": ")", "LSQB": "]"}
@@ -368,6 +384,8 @@ _INDEXED = re.compile(r"""[^\s()\[\]";'`,]\[""")  # where there may be an atom j
 
 
 class _Token(NamedTuple):
+    """Token with its place; lines and columns count from 1."""
+
     type: str
     text: str
     start: int
@@ -378,6 +396,7 @@ class _Token(NamedTuple):
 
 
 def _located_tokens(text: str) -> Iterator[_Token]:
+    """Iterate over the tokens of a text with lines and columns."""
     source = Source("", text)
     for terminal, (start, end) in _tokens(text):
         line, column = source.position(start)
@@ -385,7 +404,7 @@ def _located_tokens(text: str) -> Iterator[_Token]:
 
 
 class _ReadProblem(NamedTuple):
-    """What is wrong with the brackets of a text; ``before`` is the last offset of what was read."""
+    """Error in the brackets of a text; ``notes`` are messages with the offsets of the brackets that they are about."""
 
     name: str
     message: str
@@ -396,31 +415,35 @@ class _ReadProblem(NamedTuple):
     notes: tuple[tuple[str, int], ...] = ()
 
     def diagnostic(self, source: Source) -> Diagnostic:
+        """Return the problem as a diagnostic of ``source``."""
         notes = tuple(Note(message, Span(source, start, start + 1)) for message, start in self.notes)
         return Diagnostic(self.name, self.message, Span(source, self.start, self.end), self.hint, notes)
 
 
-class _Found(NamedTuple):
-    """Problem, the token at which it shows, and the start of the token before."""
+class _LocatedProblem(NamedTuple):
+    """Problem with the offsets of the token ``at`` which it shows and of the token before."""
 
     problem: _ReadProblem
     at: int
     previous: int
 
 
-def _bracket_problem(text: str) -> _Found | None:
+def _bracket_problem(text: str) -> _LocatedProblem | None:
     """Return the first problem of brackets, dots and nesting."""
     brackets = _Brackets()
     for token in _located_tokens(text):
         problem = brackets.problem(token)
         if problem is not None:
-            return _Found(problem, token.start, brackets.last.start if brackets.last is not None else 0)
+            return _LocatedProblem(problem, token.start, brackets.last.start if brackets.last is not None else 0)
         brackets.last = token
     return None
 
 
 class _Unindented(NamedTuple):
-    """Opener that the first token of a later line is not indented beyond, and what closes all such openers there."""
+    """Opener with a later line that is not indented beyond it: probably a missing closing bracket.
+
+    ``closing`` are the brackets that close all such openers, ``start`` is the offset of the line's first token.
+    """
 
     opener: _Token
     closing: str
@@ -442,7 +465,7 @@ class _Brackets:
         self.early_close: _Token | None = None  # last top-level closer that is followed by an indented line
 
     def problem(self, token: _Token) -> _ReadProblem | None:
-        """Take the next token, and return what is wrong with it."""
+        """Process the next token; return the problem that it shows, if any."""
         kind, last, openers = token.type, self.last, self.openers
         if kind == END:
             return self._problem_at_end()
@@ -453,7 +476,7 @@ class _Brackets:
         else:
             if token.line != last.end_line:
                 self._note_indentation(token, last)
-            wrong = _wrong_neighbours(token, last)
+            wrong = _wrong_neighbors(token, last)
             if wrong is not None:
                 return wrong
         if kind == "DOT" and last is None:
@@ -466,6 +489,7 @@ class _Brackets:
         return self._open(kind, token)
 
     def _open(self, kind: str, token: _Token) -> _ReadProblem | None:
+        """Process a token that is no closing bracket; nesting that is too deep is a problem."""
         depth = 0
         if kind in _OPEN_ENDED:
             self.prefixes += 1
@@ -483,6 +507,7 @@ class _Brackets:
         return _wrong("nesting", f"parentheses are nested too deeply (more than {MAX_NESTING:,} levels)", token)
 
     def _note_indentation(self, token: _Token, last: _Token) -> None:
+        """Record a line that contradicts the nesting: too far left in a form, or indented outside all forms."""
         self.indent = token.column
         if self.openers and self.suspect is None and token.type not in _OPENER and token.column <= self.indents[-1]:
             closing = [_CLOSING[o.type] for o, n in zip(self.openers, self.indents, strict=True) if token.column <= n]
@@ -491,6 +516,7 @@ class _Brackets:
             self.early_close = last
 
     def _close(self, kind: str, token: _Token) -> _ReadProblem | None:
+        """Process a closing bracket; return the problem if it closes nothing, or a bracket of the other kind."""
         if not self.openers:
             wrong = _wrong(
                 "extra-close", f"unmatched closing `{token.text}`", token, "remove it, or add the missing `(`"
@@ -512,6 +538,7 @@ class _Brackets:
         return None
 
     def _problem_at_end(self) -> _ReadProblem | None:
+        """Return what is unclosed at the end; the hint points at the first line that contradicts the nesting."""
         last = self.last
         if self.openers:
             suspect = self.suspect or self.closed_suspect
@@ -532,7 +559,8 @@ class _Brackets:
         return None
 
 
-def _wrong_neighbours(token: _Token, last: _Token) -> _ReadProblem | None:
+def _wrong_neighbors(token: _Token, last: _Token) -> _ReadProblem | None:
+    """Return the problem of two adjacent tokens that cannot follow each other, such as `(` and `.`."""
     kind = token.type
     if kind == "LSQB" and last.type == "ATOM" and last.end == token.start and "::" not in last.text:
         hint = f"write `(ref {_short(last.text)} 0)`, or leave a space before `[`"
@@ -548,10 +576,12 @@ def _wrong_neighbours(token: _Token, last: _Token) -> _ReadProblem | None:
 
 
 def _problem(name: str, message: str, token: _Token, width: int, state: Completeness, hint: str = "") -> _ReadProblem:
+    """Return a problem of the first ``width`` characters of a token."""
     return _ReadProblem(name, message, token.start, token.start + width, state, hint or None)
 
 
 def _wrong(name: str, message: str, token: _Token, hint: str = "") -> _ReadProblem:
+    """Return a problem of a token that no further input can solve."""
     return _problem(name, message, token, len(token.text), Completeness.WRONG, hint)
 
 
@@ -603,6 +633,7 @@ def is_keyword_name(text: str) -> bool:
 
 
 def _number(text: str) -> int | float:
+    """Return the value of an atom that begins like a number."""
     if _INTEGER.match(text):
         if len(text) > _MAX_DIGITS:
             message = f"integer literal with {len(text):,} digits exceeds the limit of {_MAX_DIGITS:,}"
@@ -617,9 +648,13 @@ def _number(text: str) -> int | float:
     raise SceneError("bad-atom", f"invalid number `{_short(text)}`", hint)
 
 
+_MAX_QUOTED_CHARACTERS = 40  # of source text in a message
+
+
 def _short(text: str) -> str:
-    shown = "".join(c if c.isprintable() else "�" for c in text[:40])
-    return shown + "..." if len(text) > 40 else shown
+    """Return source text for a message: shortened, and without invisible characters."""
+    shown = "".join(c if c.isprintable() else "�" for c in text[:_MAX_QUOTED_CHARACTERS])
+    return shown + "..." if len(text) > _MAX_QUOTED_CHARACTERS else shown
 
 
 _ESCAPES = {
@@ -629,10 +664,12 @@ _ESCAPE = re.compile(r"\\(?:x([0-9A-Fa-f]+);|u([0-9A-Fa-f]{4})|([ \t]*\r?\n[ \t]
 
 
 def _unescape(body: str) -> str:
+    """Replace the escapes of a string literal (R7RS 6.7, and ``\\u0041`` of JSON); an error has its offset as value."""
     if "\\" not in body:
         return body
 
     def replacement(match: re.Match[str]) -> str:
+        """Return the text of an escape; a backslash at the end of a line joins it with the next one."""
         digits = match[1] or match[2]
         if digits:
             point = int(digits, 16) if len(digits) < 9 else -1
@@ -655,15 +692,19 @@ _SKIPPED = object()
 
 
 class _Builder:
-    """Builds datums bottom-up during parsing; problems of malformed atoms are collected rather than raised."""
+    """Builds datums bottom-up during parsing: one method for each rule of ``reader.lark``, with the rule's name.
+
+    Errors of malformed atoms are collected rather than raised, so that one run reports all of them.
+    """
 
     def __init__(self, source: Source, text: str) -> None:
         self._source = source
         self._text = text
-        self._values: dict[str, Any] = {}  # of the atoms that were read, by their texts
+        self._values: dict[str, Any] = {}  # values of atoms by text: most names of a program occur many times
         self.problems: list[Diagnostic] = []
 
     def atom(self, place: Place) -> Atom:
+        """Return an atom; its value is computed once for each spelling."""
         start, end = place
         text = self._text[start:end]
         span = Span(self._source, start, end)
@@ -677,6 +718,7 @@ class _Builder:
             return self._malformed(error, span)
 
     def string(self, place: Place) -> Atom:
+        """Return a string literal without its quotes and escapes."""
         start, end = place
         span = Span(self._source, start, end)
         try:
@@ -685,6 +727,7 @@ class _Builder:
             return self._malformed(error, span)
 
     def _malformed(self, error: SceneError, span: Span) -> Atom:
+        """Record the error of an atom, and return a placeholder for it."""
         at = error.value if type(error.value) is int else None  # offset of the error within the text
         error.span = span if at is None else Span(self._source, span.start + at, min(span.start + at + 2, span.end))
         self.problems.append(error.diagnostic)
@@ -694,7 +737,8 @@ class _Builder:
         return ListDatum(_without_skipped(rest[:-1]), None, Span(self._source, opener[0], rest[-1][1]))
 
     def dotted_list(self, opener: Place, *rest: Any) -> ListDatum:
-        dot = next(i for i, item in enumerate(rest) if type(item) is tuple)
+        """Return an improper list; ``(a . (b))`` reads as ``(a b)``."""
+        dot = next(i for i, item in enumerate(rest) if type(item) is tuple)  # a place; the other items are datums
         before, after = _without_skipped(rest[:dot]), _without_skipped(rest[dot + 1 : -1])
         span = Span(self._source, opener[0], rest[-1][1])
         if len(after) != 1 or not before:
@@ -721,6 +765,7 @@ class _Builder:
 
 
 def _without_skipped(items: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return items without those commented out by ``#;``."""
     return tuple(item for item in items if item is not _SKIPPED) if _SKIPPED in items else items
 
 
@@ -729,14 +774,14 @@ _BLOCK = re.compile(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
 
 def block_comments(text: str) -> list[tuple[int, int]]:
     """Return the ranges of the outermost ``#| |#`` comments; the last one ends with the text if it is not closed."""
-    found: list[tuple[int, int]] = []
+    ranges: list[tuple[int, int]] = []
     search = 0 if "#|" in text else len(text)
     while (match := _BLOCK.search(text, search)) is not None:
         search = match.end()
         if match[0] == "#|":
             search = _block_comment_end(text, match.start()) or len(text)
-            found.append((match.start(), search))
-    return found
+            ranges.append((match.start(), search))
+    return ranges
 
 
 def without_comments(text: str, places: Sequence[tuple[int, int]]) -> str:
@@ -751,15 +796,15 @@ def without_comments(text: str, places: Sequence[tuple[int, int]]) -> str:
 
 def read_comments(source: Source) -> tuple[Span, ...]:
     """Return the comments of a text in order: ``; line``, ``#| block |#``, and the ``#;`` of a datum comment."""
-    found: list[Span] = []
+    comments: list[Span] = []
     search = 0
     while (match := _BLOCK.search(source.text, search)) is not None:
         start, search = match.span()
         if match[0] == "#|":
             search = _block_comment_end(source.text, start) or len(source.text)
         if match[0][0] in "#;" and match[0] != "|#":
-            found.append(Span(source, start, search))
-    return tuple(found)
+            comments.append(Span(source, start, search))
+    return tuple(comments)
 
 
 def read(source: Source) -> ReadResult:
@@ -768,7 +813,11 @@ def read(source: Source) -> ReadResult:
 
 
 def read_pieces(source: Source) -> ReadResult:
-    """Read ``source`` with error recovery: chunks that do not parse are skipped, and all others are read."""
+    """Read ``source`` with error recovery: chunks that do not parse are skipped, and all others are read.
+
+    The parser is run again without the chunks at fault, until the others read. Their errors are those of each chunk
+    alone, with the text before it blanked out.
+    """
     result = read(source)
     if result.forms or result.completeness is Completeness.COMPLETE or len(source.text) > _MAX_RETRIED:
         return result
@@ -792,8 +841,8 @@ def read_pieces(source: Source) -> ReadResult:
     return ReadResult(source, rest.forms, tuple(problems), result.completeness)
 
 
-_MAX_WRONG = 20  # maximum number of malformed chunks that are reported
-_MAX_RETRIED = 1_000_000
+_MAX_WRONG = 20  # malformed chunks that are reported; each costs a run of the parser over the text
+_MAX_RETRIED = 1_000_000  # characters of a text that is read again without its malformed chunks
 
 
 def _without(text: str, chunks: Sequence[Chunk]) -> str:
@@ -819,12 +868,12 @@ def _read(source: Source, text: str) -> ReadResult:
     clean = without_comments(text, comments)
     result, problems = _parsed(source, clean, MAX_NESTING)
     if isinstance(result, Misfit) or _INDEXED.search(clean):
-        found = _bracket_problem(clean)
+        fault = _bracket_problem(clean)
         if isinstance(result, Misfit) and not result.expected:  # the stack is high, whether or not the nesting is deep
-            result, problems = _parsed(source, clean if found is None else clean[: found.at])
-        if found is not None and not (isinstance(result, Misfit) and result.value[0] < found.at):
-            read_before = [each for each in problems if each.span is not None and each.span.end <= found.previous]
-            return ReadResult(source, (), (*read_before, found.problem.diagnostic(source)), found.problem.state)
+            result, problems = _parsed(source, clean if fault is None else clean[: fault.at])
+        if fault is not None and not (isinstance(result, Misfit) and result.value[0] < fault.at):
+            read_before = [other for other in problems if other.span is not None and other.span.end <= fault.previous]
+            return ReadResult(source, (), (*read_before, fault.problem.diagnostic(source)), fault.problem.state)
     if isinstance(result, Misfit):
         diagnostic, state = _misfit(source, text, result)
         return ReadResult(source, (), (*problems, diagnostic), state)
@@ -839,7 +888,7 @@ def _parsed(source: Source, text: str, max_height: int = sys.maxsize) -> tuple[A
 
 
 def _misfit(source: Source, text: str, misfit: Misfit) -> tuple[Diagnostic, Completeness]:
-    """Return what is wrong with a token where all brackets are right, such as a prefix with only a comment after it."""
+    """Return the error of a token where all brackets match, such as a prefix with only a comment after it."""
     if misfit.terminal == END:
         last = len(text.rstrip())
         message = "unexpected end of input, expected a datum"

@@ -1,7 +1,8 @@
-"""Where a bracket that is missing or superfluous was meant: the edits that make a text read and fit its indentation.
+"""Recovery from missing and superfluous brackets: the edits that make a text read and fit its indentation.
 
-Most programs are indented by hand or by a tool as they were meant, so that the lines show where a form ends. The edits
-that contradict the fewest lines are candidates; what they mean for the program decides among them (``Session.check``).
+Programs are usually indented as they were meant, so the lines show where a form ends. The edits that contradict the
+fewest lines are candidates; ``Session.check`` checks the program after each of them and takes the one with the fewest
+findings.
 """
 
 from __future__ import annotations
@@ -15,12 +16,13 @@ from scenelang.grammar.datum import Source, Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import Chunk, lexemes, split
 
-MAX_CHUNKS = 4  # malformed forms of a text that are repaired
-_MAX_TOKENS = 4_000  # of a malformed form
-_MAX_TRIED = 300  # edits of a form whose indentation is compared
-_MAX_FOUND = 16
-_SHOWN = 30  # characters before an edit that a hint shows
-_LEFT, _OUTSIDE = 2, 1  # what a line costs that begins left of its list, or where nothing in it lines up
+MAX_CHUNKS = 4  # malformed forms of a text that are repaired; each costs up to 16 checks of the program
+_MAX_TOKENS = 4_000  # of a malformed form: the cost of an edit is linear in them, and there are as many edits
+_MAX_TRIED = 300  # edits of a form whose indentation is compared, the last ones before the contradiction
+_MAX_CANDIDATES = 16  # edits of a form that are returned: the program is checked once for each of them
+_CONTEXT_CHARACTERS = 30  # before an edit, in a hint
+# Costs of a line: one that begins left of its list contradicts the nesting more than one that lines up with nothing.
+_LEFT_COST, _UNALIGNED_COST = 2, 1
 _PAIRS = {"(": ")", "[": "]"}
 
 
@@ -34,13 +36,24 @@ class BracketEdit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """A text whose brackets match, after edits in the order in which they were made, and the text as it was written."""
+    """Text after edits of its brackets.
+
+    Attributes
+    ----------
+    written
+        Text as the user wrote it.
+    source
+        Text after the edits.
+    edits
+        Edits in the order in which they were applied; their offsets are those of the text before each of them.
+    """
 
     written: Source
     source: Source
     edits: tuple[BracketEdit, ...] = ()
 
     def edited(self, edit: BracketEdit) -> Recovered:
+        """Return the text after one more edit."""
         text = self.source.text
         source = Source(self.written.name, text[: edit.start] + edit.text + text[edit.end :])
         return Recovered(self.written, source, (*self.edits, edit))
@@ -52,6 +65,7 @@ class Recovered:
         return Span(self.written, self._offset(span.start), self._offset(span.end), span.expansion)
 
     def _offset(self, offset: int) -> int:
+        """Return the offset in the written text of an offset in the edited one."""
         for edit in reversed(self.edits):
             after = edit.start + len(edit.text)
             if offset >= after and offset > edit.start:
@@ -61,41 +75,46 @@ class Recovered:
         return offset
 
     def explained(self, problems: Sequence[Diagnostic], is_sure: bool) -> list[Diagnostic]:
-        """Return what was wrong with the brackets, each with the edit of its form as a fix.
+        """Return the bracket errors of the written text, each with the edit of its form as a fix.
 
-        ``is_sure`` says that the edited text has no errors. A superfluous bracket that is reported where it stands is
-        then surely the one.
+        Parameters
+        ----------
+        problems
+            Diagnostics of the written text.
+        is_sure
+            Whether the edited text has no errors. A fix that removes the very bracket that is reported is then safe.
         """
-        found: list[Diagnostic] = []
+        explained: list[Diagnostic] = []
         edits = [self._written_edit(i) for i in range(len(self.edits))]
         chunks = wrong_chunks(self.written.text)
         for problem in problems:
             at = problem.span.start if problem.span is not None else -1
             chunk = next((chunk for chunk in chunks if chunk.start <= at < chunk.end), None)
             edit = next((e for e in edits if chunk is not None and chunk.start <= e.start <= chunk.end), None)
-            if "string" in problem.message:  # which is not closed where it seems to begin
+            if "string" in problem.message:  # an open string swallows quotes, so it seems to begin somewhere else
                 edit = next((e for e in edits if e.text == '"'), None)
             if edit is None or problem.name not in ("unclosed", "extra-close"):
-                found.append(problem)
+                explained.append(problem)
                 continue
             span = Span(self.written, edit.start, edit.end)
             is_same = is_sure and not edit.text and span == problem.span
             title, hint = _advice(self.written, edit)
             fix = Fix(title, (Edit(span, edit.text),), safe=is_same)
-            found.append(replace(problem, hint=hint, notes=(), fixes=(fix,)))
-        return found
+            explained.append(replace(problem, hint=hint, notes=(), fixes=(fix,)))
+        return explained
 
     def _written_edit(self, number: int) -> BracketEdit:
+        """Return an edit with its offsets in the written text."""
         before = replace(self, edits=self.edits[:number])
         edit = self.edits[number]
         return BracketEdit(before._offset(edit.start), before._offset(edit.end), edit.text)
 
 
 def _advice(source: Source, edit: BracketEdit) -> tuple[str, str]:
-    """Return the title of a fix, and a hint that says where it is made."""
+    """Return the title of a fix, and a hint with its place."""
     line = source.position(edit.start)[0]
     before = source.text[source.line_start(line) : edit.start].strip()
-    place = f"after `{before[-_SHOWN:].strip()}` in line {line}" if before else f"in line {line}"
+    place = f"after `{before[-_CONTEXT_CHARACTERS:].strip()}` in line {line}" if before else f"in line {line}"
     if not edit.text:
         return "Remove the bracket", f"remove `{source.text[edit.start : edit.end]}` {place}"
     if edit.start == edit.end:
@@ -104,6 +123,8 @@ def _advice(source: Source, edit: BracketEdit) -> tuple[str, str]:
 
 
 class _Token(NamedTuple):
+    """Token of a malformed form, with offsets in the whole text."""
+
     text: str
     start: int
     end: int
@@ -113,7 +134,7 @@ class _Token(NamedTuple):
 
 @dataclass(slots=True)
 class _Frame:
-    """An open list: its bracket, the column of it and of its second item, and the columns where its lines begin."""
+    """Open list: its bracket and column, the column of its second item, and those where its lines begin."""
 
     opener: str
     column: int
@@ -128,28 +149,28 @@ def wrong_chunks(text: str) -> list[Chunk]:
 
 
 def bracket_edits(chunk: Chunk) -> list[BracketEdit]:
-    """Return the edits that make a piece read, those that fit its indentation best.
+    """Return the edits that balance the brackets of a piece and fit its indentation best.
 
-    They are in the order of the text, at most 16, and each makes another text. If more brackets are missing than one
-    edit can add, the first of them is returned, behind which others are still missing.
+    They are in the order of the text, at most 16, and each results in a different text. If several brackets are missing
+    at different places, only the first edit is returned, after which others are still missing.
     """
     tokens = _tokens(chunk)
     if tokens is None:
         return []
     missing = _missing(tokens)
-    cost, found = _best(chunk, tokens, _edits(tokens, *missing), 0)
+    cost, best = _best(chunk, tokens, _edits(tokens, *missing), 0)
     if sum(missing) > 1 and min(missing) >= 0:
         single = (1, 0) if missing[0] else (0, 1)
         part, several = _best(chunk, tokens, _edits(tokens, *single), sum(missing) - 1)
-        if several and (not found or part < cost):
+        if several and (not best or part < cost):
             return several[-1:]
-    return found
+    return best
 
 
 def quote_edits(text: str) -> list[BracketEdit]:
     """Return the edits that close a string in the first line with an odd number of quotes, at the ends of its words.
 
-    There are none if all strings are closed. Strings of several lines are not told apart: they are rare.
+    There are none if all strings are closed. Strings of several lines, which are rare, count as open.
     """
     if not any(kind == "other" and text[start] == '"' for kind, start, _ in lexemes(text, 0, len(text))):
         return []
@@ -157,12 +178,10 @@ def quote_edits(text: str) -> list[BracketEdit]:
     for line in text.splitlines(keepends=True):
         quotes = [match.start() for match in _QUOTE.finditer(_COMMENT.sub(_blanked, line))]
         if len(quotes) % 2 == 1:
-            places = dict.fromkeys(
-                start + match.end()
-                for i, quote in enumerate(quotes)
-                for match in _WORD_END.finditer(line, quote + 1, quotes[i + 1] if i + 1 < len(quotes) else len(line))
-            )
-            return [BracketEdit(place, place, '"') for place in places][:_MAX_FOUND]
+            places: dict[int, None] = {}  # an ordered set
+            for quote, following in zip(quotes, [*quotes[1:], len(line)]):
+                places |= {start + match.end(): None for match in _WORD_END.finditer(line, quote + 1, following)}
+            return [BracketEdit(place, place, '"') for place in places][:_MAX_CANDIDATES]
         start += len(line)
     return []
 
@@ -180,8 +199,11 @@ def _blanked(match: re.Match[str]) -> str:
 def _best(
     chunk: Chunk, tokens: Sequence[_Token], edits: Iterator[tuple[BracketEdit, list[_Token]]], missing: int
 ) -> tuple[int, list[BracketEdit]]:
-    """Return the least cost of edits after which some brackets are still missing, and those that have it."""
-    best: dict[str, BracketEdit] = {}  # by the text that is made: the last one that makes it
+    """Return the least cost of the edits, and the edits that have it.
+
+    ``missing`` is the number of brackets that are still missing after each of them.
+    """
+    best: dict[str, BracketEdit] = {}  # by resulting text: the last edit that results in it
     least = sys.maxsize
     for edit, changed in list(edits)[-_MAX_TRIED:]:
         cost = _cost(changed, missing)
@@ -189,44 +211,49 @@ def _best(
             continue
         if cost < least:
             least, best = cost, {}
-        best[chunk.text[: edit.start - chunk.start] + edit.text + chunk.text[edit.end - chunk.start :]] = edit
-    return least, list(best.values())[-_MAX_FOUND:]
+        text = chunk.text[: edit.start - chunk.start] + edit.text + chunk.text[edit.end - chunk.start :]
+        best[text] = edit
+    return least, list(best.values())[-_MAX_CANDIDATES:]
 
 
 def _missing(tokens: Sequence[_Token]) -> tuple[int, int]:
-    """Return how many closing parentheses and brackets are missing, below 0 if there are too many."""
+    """Return the numbers of missing closing parentheses and brackets, negative if there are too many."""
     counts = {bracket: sum(token.text == bracket for token in tokens) for bracket in "()[]"}
     return counts["("] - counts[")"], counts["["] - counts["]"]
 
 
 def _tokens(chunk: Chunk) -> list[_Token] | None:
     """Return the tokens of a piece without comments; None if there are too many, or a string is open."""
-    found: list[_Token] = []
+    tokens: list[_Token] = []
     line = chunk.start - chunk.column
     is_first = True
     for kind, start, end in lexemes(chunk.text, 0, len(chunk.text)):
         piece = chunk.text[start:end]
-        if kind == "other" or len(found) > _MAX_TOKENS:
+        if kind == "other" or len(tokens) > _MAX_TOKENS:
             return None
         if kind not in ("space", "comment", "block"):
-            found.append(_Token(piece, chunk.start + start, chunk.start + end, chunk.start + start - line, is_first))
+            tokens.append(_Token(piece, chunk.start + start, chunk.start + end, chunk.start + start - line, is_first))
             is_first = False
         if "\n" in piece:
             line = chunk.start + start + piece.rindex("\n") + 1
             is_first = kind in ("space", "block")
-    return found
+    return tokens
 
 
 def _edits(tokens: Sequence[_Token], round_: int, square: int) -> Iterator[tuple[BracketEdit, list[_Token]]]:
-    """Yield the edits that add or remove so many closing brackets, with the tokens that they leave."""
+    """Yield the edits that add or remove ``round_`` closing parentheses and ``square`` brackets.
+
+    Each comes with the tokens after it. At most two brackets of one kind are added, in one place; (1, -1) replaces
+    `]` by `)`.
+    """
     limit = _first_contradiction(tokens)
     if (round_, square) in ((1, 0), (2, 0), (0, 1), (0, 2)):
         closing = ")" * round_ + "]" * square
         for i, token in enumerate(tokens[: limit + 1]):
             if token.text in _PAIRS and not _is_empty_list(tokens, i, closing):
                 continue
-            made = [_Token(c, token.end, token.end, token.column, False) for c in closing]
-            yield BracketEdit(token.end, token.end, closing), [*tokens[: i + 1], *made, *tokens[i + 1 :]]
+            added = [_Token(c, token.end, token.end, token.column, is_first=False) for c in closing]
+            yield BracketEdit(token.end, token.end, closing), [*tokens[: i + 1], *added, *tokens[i + 1 :]]
     elif (round_, square) in ((-1, 0), (0, -1)):
         wrong = ")" if round_ else "]"
         for i, token in enumerate(tokens[: limit + 1]):
@@ -236,20 +263,21 @@ def _edits(tokens: Sequence[_Token], round_: int, square: int) -> Iterator[tuple
         wrong, right = ("]", ")") if round_ == 1 else (")", "]")
         for i, token in enumerate(tokens[: limit + 1]):
             if token.text == wrong:
-                yield BracketEdit(token.start, token.end, right), [
-                    *tokens[:i], token._replace(text=right), *tokens[i + 1 :],
-                ]  # fmt: skip
+                replaced = token._replace(text=right)
+                yield BracketEdit(token.start, token.end, right), [*tokens[:i], replaced, *tokens[i + 1 :]]
 
 
 def _is_empty_list(tokens: Sequence[_Token], i: int, closing: str) -> bool:
-    """Return whether a list may be closed where it begins: that of a function without parameters, behind which a line
-    ends."""
+    """Return whether a list may be closed directly after its opening bracket.
+
+    Only the parameter list of a function may be empty, and only where the line ends after it.
+    """
     is_behind = i > 0 and tokens[i - 1].text == "lambda"
     return is_behind and closing == ")" and (i + 1 == len(tokens) or tokens[i + 1].is_first)
 
 
 def _first_contradiction(tokens: Sequence[_Token]) -> int:
-    """Return the number of the token at which the brackets do not match any more, beyond which no edit can help."""
+    """Return the number of the first token whose bracket does not match; edits behind it cannot help."""
     stack: list[str] = []
     for i, token in enumerate(tokens):
         if token.text in _PAIRS:
@@ -260,7 +288,10 @@ def _first_contradiction(tokens: Sequence[_Token]) -> int:
 
 
 def _cost(tokens: Sequence[_Token], missing: int) -> int | None:
-    """Return how much the lines contradict the nesting, None if brackets do not match but for some that are missing."""
+    """Return how much the lines contradict the nesting.
+
+    None if the brackets do not match, apart from ``missing`` closing ones at the end.
+    """
     stack: list[_Frame] = []
     outer = tokens[0].column if tokens else 0
     cost = 0
@@ -285,9 +316,13 @@ def _cost(tokens: Sequence[_Token], missing: int) -> int | None:
 
 
 def _cost_of_line(frame: _Frame | None, column: int, outer: int) -> int:
+    """Return the cost of a line that begins at ``column`` in a list, or outside of all at the column ``outer``.
+
+    It lines up with an earlier line of the list, with its second item, or is indented by the usual one, two or four.
+    """
     if frame is None:
-        return 0 if column == outer else _LEFT
+        return 0 if column == outer else _LEFT_COST
     if column <= frame.column:
-        return _LEFT
+        return _LEFT_COST
     lined_up = frame.starts or {frame.column + 1, frame.column + 2, frame.column + 4, frame.second}
-    return 0 if column in lined_up or column == frame.second else _OUTSIDE
+    return 0 if column in lined_up or column == frame.second else _UNALIGNED_COST

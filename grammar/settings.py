@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 
 
 _SUFFIXES = {"k": 10**3, "m": 10**6, "g": 10**9}
-_MAX_SIDE = 16_384
-FRAME_RATES = (0.01, 240.0)  # a GIF holds at most 655 s of an image; screens show at most 240 images a second
+_MAX_SIDE = 16_384  # pixels of an image
+# images per second: a GIF shows an image for at most 655 s, and screens show at most 240 images per second
+FRAME_RATES = (0.01, 240.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +61,7 @@ class Setting:
 
 
 def setting(default: Any, help: str, *flags: str, **more: Any) -> Any:
-    """Declare a dataclass field as an option.
+    """Declare a dataclass field as an option, once for the command line and the Python API.
 
     ``flags`` default to ``--`` and the name of the field; ``more`` are further attributes of ``Setting``.
     """
@@ -69,8 +70,13 @@ def setting(default: Any, help: str, *flags: str, **more: Any) -> Any:
 
 def settings_in(kind: type) -> dict[str, Setting]:
     """Return the options declared by a dataclass, by field name."""
-    found = {each.name: each.metadata["setting"] for each in fields(kind) if "setting" in each.metadata}
-    return {name: replace(each, flags=each.flags or (f"--{name.replace('_', '-')}",)) for name, each in found.items()}
+    options: dict[str, Setting] = {}
+    for entry in fields(kind):
+        if "setting" in entry.metadata:
+            option: Setting = entry.metadata["setting"]
+            flags = option.flags or (f"--{entry.name.replace('_', '-')}",)
+            options[entry.name] = replace(option, flags=flags)
+    return options
 
 
 def amount(text: str) -> float:
@@ -120,6 +126,7 @@ def within(low: float, high: float) -> Callable[[str], float]:
     """
 
     def read(text: str) -> float:
+        """Parse a number of the range."""
         value = _number(text)
         if not low <= value <= high:
             raise ValueError(f"expected a number from {low:,g} to {high:,g}, got `{text}`")
@@ -186,28 +193,29 @@ def typed(function: _Function) -> _Function:
     """Decorate a public function so that it checks its arguments by their annotations before it does anything.
 
     The decorated function raises SceneError("value") for an argument of another type, so that a mistake is reported in
-    the caller's terms, and SceneError("file") in place of OSError. Classes are compared by name, because importing them
-    would take long.
+    the caller's terms, and SceneError("file") in place of OSError. Classes are compared by name, because importing
+    them all would make the import of the package slow.
     """
-    found: list[tuple[inspect.Signature, dict[str, str], set[str]]] = []
+    inspected: list[tuple[inspect.Signature, dict[str, str], set[str]]] = []
 
     @wraps(function)
     def checked(*arguments: Any, **named: Any) -> Any:
-        if not found:  # at the first call: inspection is slow
+        """Check the arguments, call the function, and convert the errors of Python that a user can cause."""
+        if not inspected:  # at the first call: inspection is slow
             import inspect
 
             signature = inspect.signature(function)
-            every = signature.parameters.values()
-            several = {p.name for p in every if p.kind is inspect.Parameter.VAR_POSITIONAL}
-            stated = {p.name: "Any" if p.annotation is p.empty else str(p.annotation) for p in every}
-            found.append((signature, stated, several))
-        signature, annotations, several = found[0]
+            parameters = signature.parameters.values()
+            several = {p.name for p in parameters if p.kind is inspect.Parameter.VAR_POSITIONAL}
+            stated = {p.name: "Any" if p.annotation is p.empty else str(p.annotation) for p in parameters}
+            inspected.append((signature, stated, several))
+        signature, annotations, several = inspected[0]
         try:
             bound = signature.bind(*arguments, **named)
         except TypeError as error:
             raise SceneError("value", f"`{function.__name__}`: {error}") from None
-        for name, given in bound.arguments.items():
-            for value in given if name in several else (given,):
+        for name, argument in bound.arguments.items():
+            for value in argument if name in several else (argument,):
                 if fits(value, annotations[name]):
                     continue
                 raise SceneError("value", f"`{name}`: expected {_expected(annotations[name])}, got {_shown(value)}")
@@ -215,11 +223,11 @@ def typed(function: _Function) -> _Function:
             return function(*arguments, **named)
         except BrokenPipeError:
             raise
-        except OSError as error:  # as of a name that is too long, wherever it is looked for
+        except OSError as error:  # such as a file name that is too long, from whatever opens it
             raise SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}") from error
-        except OverflowError as error:  # a whole number beyond all floats, wherever it becomes one
+        except OverflowError as error:  # an integer that is too large for a float
             raise SceneError("value", f"a number is too large: {error}") from error
-        except UnicodeEncodeError as error:  # half a character in a name
+        except UnicodeEncodeError as error:  # a lone surrogate in a file name
             raise SceneError("value", f"a name cannot be written: {error.reason}") from error
 
     return cast(_Function, checked)
@@ -236,7 +244,7 @@ _EXPECTED = {
 
 
 def _expected(annotation: str) -> str:
-    """Return what an annotation asks for, in words."""
+    """Return the description of an annotation for messages, with an article."""
     kind = annotation.removesuffix(" | None")
     if kind in _EXPECTED:
         return _EXPECTED[kind]
@@ -250,10 +258,13 @@ def _expected(annotation: str) -> str:
 
 
 def fits(value: Any, annotation: str) -> bool:
-    """Return whether a value fits an annotation; a name that is no builtin one is that of a class."""
+    """Return whether a value fits an annotation, given as text.
+
+    A name that is not in ``_KINDS`` is that of a class of the value.
+    """
     kinds = _parts(annotation, "|")
-    if "Path" in kinds and isinstance(value, str | os.PathLike) and "\0" in os.fsdecode(value):  # as no name has
-        return False
+    if "Path" in kinds and isinstance(value, str | os.PathLike) and "\0" in os.fsdecode(value):
+        return False  # no file name contains NUL
     if len(kinds) > 1:
         return any(fits(value, kind) for kind in kinds)
     name, _, inner = annotation.partition("[")
@@ -265,7 +276,7 @@ def fits(value: Any, annotation: str) -> bool:
 
 
 def _parts(annotation: str, separator: str) -> list[str]:
-    """Split an annotation where a separator is outside of brackets."""
+    """Split an annotation at a separator, outside brackets."""
     parts, depth = [""], 0
     for letter in annotation:
         depth += (letter == "[") - (letter == "]")
@@ -277,33 +288,41 @@ def _parts(annotation: str, separator: str) -> list[str]:
 
 
 def _is_finite(value: Any) -> bool:
+    """Return whether a number has a finite value as a float."""
     try:
         return math.isfinite(value)
-    except OverflowError:  # a whole number that no float holds
+    except OverflowError:  # an integer that is too large for a float
         return False
 
 
 def _is_several(value: Any) -> bool:
+    """Return whether a value is an array or a sequence other than a string."""
     return hasattr(value, "__array__") or (isinstance(value, Sequence) and not isinstance(value, str | bytes))
 
 
 def _is_size(value: Any) -> bool:
+    """Return whether a value is a size of an image in pixels, width and height."""
     return _is_several(value) and len(value) == 2 and all(fits(side, "int") and 0 < side <= _MAX_SIDE for side in value)
 
 
 def _is_tuple(value: Any, inner: str) -> bool:
+    """Return whether a value fits ``tuple[inner]``; arrays and lists do too."""
     kinds = _parts(inner, ",")
     if not _is_several(value) or (kinds[-1] != "..." and len(value) != len(kinds)):
         return False
-    return all(fits(each, kind) for each, kind in zip(value, kinds * len(value) if kinds[-1] == "..." else kinds))
+    if kinds[-1] == "...":
+        kinds = kinds * len(value)
+    return all(fits(item, kind) for item, kind in zip(value, kinds))
 
 
 def _is_mapping(value: Any, inner: str) -> bool:
+    """Return whether a value fits ``Mapping[inner]``."""
     keys, values = _parts(inner, ",")
     return isinstance(value, Mapping) and all(fits(k, keys) and fits(v, values) for k, v in value.items())
 
 
 def _is_literal(value: Any, inner: str) -> bool:
+    """Return whether a value is one of those of ``Literal[inner]``."""
     import ast
 
     return isinstance(value, str | int) and value in ast.literal_eval(f"[{inner}]")
@@ -329,7 +348,7 @@ _KINDS: Mapping[str, Callable[[Any], bool]] = {
 }
 _FORMS: Mapping[str, Callable[[Any, str], bool]] = {
     "Literal": _is_literal,
-    "Sequence": lambda value, inner: _is_several(value) and all(fits(each, inner) for each in value),
+    "Sequence": lambda value, inner: _is_several(value) and all(fits(item, inner) for item in value),
     "Mapping": _is_mapping,
     "tuple": _is_tuple,
     "Callable": lambda value, inner: callable(value),
@@ -341,6 +360,10 @@ def _classes(value: Any) -> set[str]:
     return {cls.__name__ for cls in type(value).__mro__}
 
 
+_MAX_SHOWN_CHARACTERS = 60  # of a value in a message
+
+
 def _shown(value: Any) -> str:
+    """Return a value as Python writes it, shortened for a message."""
     text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    return text if len(text) <= _MAX_SHOWN_CHARACTERS else f"{text[: _MAX_SHOWN_CHARACTERS - 3]}..."

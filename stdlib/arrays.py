@@ -45,8 +45,10 @@ if TYPE_CHECKING:
 
 registry = Registry("arrays")
 
-_BLOCK = 1024  # arrays that are joined between two checks of the limits
-_MAX_DIMENSIONS = 32
+_BLOCK_ARRAYS = 1024  # that are joined between two checks of the limits
+_MAX_DIMENSIONS = 32  # as many as older versions of numpy allow
+_MAX_MASK_DEPTH = 8  # levels of lists of booleans
+_MAX_EXACT = 1 << 62  # numbers of a range, and products, that are certainly within 64 bits
 
 
 # --- creation --------------------------------------------------------------------------------------------------
@@ -78,6 +80,7 @@ def list_to_vector(rt: Runtime, xs: Any) -> Any:
 
 
 def _constant_array(rt: Runtime, name: str, sides: tuple[Any, ...], value: float) -> Any:
+    """Return an array of one number; the shape is given as one argument or as a count for each axis."""
     shape: Any = sides[0] if len(sides) == 1 else make_list(sides)
     return from_numpy(np.full(shape_argument(rt, shape, name), value))
 
@@ -132,7 +135,7 @@ def arange(rt: Runtime, start: Any, end: Any = None, step: Any = 1) -> Any:
         raise SceneError("value", f"`arange` expects finite bounds, got {show(start)} and {show(end)}")
     count = max(0, math.ceil(extent))
     check_shape(rt, (count,), "arange")
-    if max(abs(start), abs(end), abs(step)) >= 1 << 62:
+    if max(abs(start), abs(end), abs(step)) >= _MAX_EXACT:  # numpy would overflow silently
         start, end, step = float(start), float(end), float(step)
     try:
         return from_numpy(np.arange(start, end, step))
@@ -168,9 +171,9 @@ def reshape(rt: Runtime, array: Any, shape: Any) -> Any:
     sides = [shape] if type(shape) is int else [int(side) for side in to_numpy(rt, shape, "reshape").ravel().tolist()]
     if len(sides) > _MAX_DIMENSIONS:
         raise SceneError("value", f"`reshape` supports at most {_MAX_DIMENSIONS} dimensions, got {len(sides)}")
-    known = math.prod(side for side in sides if side != -1)
-    if sides.count(-1) == 1 and known and data.size % known == 0:
-        sides[sides.index(-1)] = data.size // known
+    known_size = math.prod(side for side in sides if side != -1)  # a single -1 is inferred, as by numpy
+    if sides.count(-1) == 1 and known_size and data.size % known_size == 0:
+        sides[sides.index(-1)] = data.size // known_size
     check_shape(rt, [max(side, 0) for side in sides], "reshape")
     if math.prod(sides) != data.size or min(sides, default=0) < 0:
         raise SceneError("value", f"cannot reshape an array of {data.size} numbers to the shape {show(shape, 60)}")
@@ -198,6 +201,7 @@ def _operands(rt: Runtime, name: str, arrays: tuple[Any, ...]) -> list[Numpy]:
                  ("(list (stack-arrays [1 2] [3 4]) (stack-arrays (list [1 2] [3 4]) :axis 1))",
                   "([[1 2] [3 4]] [[1 3] [2 4]])"))  # fmt: skip
 def stack(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
+    # `stack` itself is a combinator, which places objects on top of each other; given a list of arrays, it calls this.
     return _join(rt, "stack-arrays", np.stack, _operands(rt, "stack-arrays", arrays), axis)
 
 
@@ -209,11 +213,12 @@ def concatenate(rt: Runtime, *arrays: Any, axis: int = 0) -> Any:
 
 
 def _join(rt: Runtime, name: str, join: Callable[..., Any], arrays: list[Numpy], axis: int) -> Any:
+    """Join arrays block by block, then the blocks, so that the limits are checked in between."""
     joined = []
     try:
-        for start in range(0, len(arrays), _BLOCK):
-            rt.charge(_BLOCK >> 2)
-            joined.append(join(arrays[start : start + _BLOCK], axis=axis))
+        for start in range(0, len(arrays), _BLOCK_ARRAYS):
+            rt.charge(_BLOCK_ARRAYS >> 2)
+            joined.append(join(arrays[start : start + _BLOCK_ARRAYS], axis=axis))
         return from_numpy(joined[0] if len(joined) == 1 else np.concatenate(joined, axis=axis))
     except ValueError:
         shapes = ", ".join(show(make_list(array.shape)) for array in arrays[:4])
@@ -248,7 +253,7 @@ def _reduction(rt: Runtime, name: str, value: Any, axis: int | None, reduce: Cal
 def _checked_product(data: Numpy, axis: int | None) -> Any:
     """Return ``np.prod``, in floats if integers would overflow."""
     floats = data.astype(float)
-    if data.dtype.kind == "i" and np.max(np.prod(np.maximum(np.abs(floats), 1.0), axis=axis), initial=0.0) < 1 << 62:
+    if data.dtype.kind == "i" and np.max(np.prod(np.maximum(np.abs(floats), 1.0), axis=axis), initial=0.0) < _MAX_EXACT:
         return np.prod(data, axis=axis)
     return np.prod(floats, axis=axis)
 
@@ -410,7 +415,7 @@ def _mask(rt: Runtime, condition: Any, depth: int = 0) -> Any:
     """Return nested lists of booleans as nested Python lists."""
     if type(condition) is bool or condition is None:
         return bool(condition)
-    if isinstance(condition, _CONTAINERS) and depth < 8:
+    if isinstance(condition, _CONTAINERS) and depth < _MAX_MASK_DEPTH:
         rt.charge(1)
         return [_mask(rt, item, depth + 1) for item in items(rt, condition, "where")]
     data = to_numpy(rt, condition, "where")
@@ -436,6 +441,7 @@ def where(rt: Runtime, condition: Any, a: Any, b: Any) -> Any:
 
 
 def _coordinate(rt: Runtime, name: str, point: Any, index: int) -> Any:
+    """Return one number of a point; a matrix is an error, because its first row is not a position."""
     if type(point) is not Vector:
         if type(point) is Matrix or (type(point) is MutableArray and point.data.ndim != 1):
             raise wrong_type(name, "a vector", point, "for the position of a pose, write `(@ pose [0 0 0])`")
@@ -468,11 +474,15 @@ def z_of(rt: Runtime, point: Any) -> Any:
 
 
 def _shape(data: Numpy) -> str:
+    """Return the shape of an array for a message."""
     return show(make_list(data.shape))
 
 
 def matrix_product(rt: Runtime, a: Any, b: Any, name: str = "@") -> Any:
-    """Return the product of two matrices or vectors; a pose transforms a point."""
+    """Return the product of two matrices or vectors; a pose transforms a point.
+
+    Poses and points have a fast path, since they are most of what programs multiply.
+    """
     if type(a) is Matrix:
         if type(b) is Matrix:
             return pose.compose(a, b)
@@ -487,6 +497,7 @@ def matrix_product(rt: Runtime, a: Any, b: Any, name: str = "@") -> Any:
 
 
 def _numpy_product(rt: Runtime, name: str, multiply: Callable[..., Any], left: Numpy, right: Numpy) -> Any:
+    """Return a matrix product by numpy; its cost is charged first, and integers that might overflow become floats."""
     if not left.ndim or not right.ndim:
         hint = "to multiply an array by a number, write `(* x array)`"
         raise SceneError("type", f"`{name}` expects arrays, got a number", hint=hint)
@@ -541,6 +552,7 @@ def cross(rt: Runtime, a: Vector, b: Vector) -> Any:
 
 
 def _flat(rt: Runtime, name: str, value: Any) -> list[float]:
+    """Return all numbers of a vector or array."""
     flat: list[float] = list(value) if type(value) is Vector else to_numpy(rt, value, name).ravel().tolist()
     if len(flat) > 16:
         rt.charge(len(flat) >> 4)
@@ -548,6 +560,7 @@ def _flat(rt: Runtime, name: str, value: Any) -> list[float]:
 
 
 def _length(numbers: list[float]) -> float:
+    """Return the Euclidean norm; ``hypot`` is exact where squares overflow or vanish, but slower."""
     total = 0.0
     for number in numbers:
         total += float(number) * float(number)
@@ -585,6 +598,7 @@ def distance(rt: Runtime, a: Any, b: Any) -> float:
 
 
 def _square(rt: Runtime, name: str, value: Any) -> Numpy:
+    """Return a square matrix of floats, after charging for a cubic algorithm on it."""
     data = to_numpy(rt, value, name)
     if data.ndim != 2 or data.shape[0] != data.shape[1]:
         raise wrong_type(name, "a square matrix", value)
@@ -593,6 +607,7 @@ def _square(rt: Runtime, name: str, value: Any) -> Numpy:
 
 
 def _singular(name: str) -> SceneError:
+    """Return the error for a matrix without an inverse."""
     return SceneError("domain", f"`{name}` expects an invertible matrix, got a singular one")
 
 
@@ -606,7 +621,7 @@ def inverse(rt: Runtime, matrix: Any) -> Any:
     except np.linalg.LinAlgError:
         raise _singular("inverse") from None
     if data.shape == (4, 4) and data[3].tolist() == [0, 0, 0, 1]:
-        result[3] = (0, 0, 0, 1)
+        result[3] = (0, 0, 0, 1)  # exactly, so that the inverse of a pose is a pose
     return from_numpy(result)
 
 

@@ -1,4 +1,4 @@
-"""Colours from CSS names, hexadecimal digits, RGB and HSV, converted to the linear sRGB of scenes."""
+"""Colors from CSS names, hexadecimal digits, RGB and HSV, converted to the linear sRGB of scenes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 registry = Registry("colors")
 
-# The named colours of CSS (CSS Color Module Level 4, section 6.1).
+# The named colors of CSS (CSS Color Module Level 4, section 6.1).
 _NAMES = """
 aliceblue:f0f8ff antiquewhite:faebd7 aqua:00ffff aquamarine:7fffd4 azure:f0ffff beige:f5f5dc bisque:ffe4c4
 black:000000 blanchedalmond:ffebcd blue:0000ff blueviolet:8a2be2 brown:a52a2a burlywood:deb887 cadetblue:5f9ea0
@@ -47,11 +47,12 @@ violet:ee82ee wheat:f5deb3 white:ffffff whitesmoke:f5f5f5 yellow:ffff00 yellowgr
 
 @cache
 def named_colors() -> dict[str, str]:
-    """Return the hexadecimal digits of the named colours, by name."""
+    """Return the hexadecimal digits of the named colors, by name."""
     return dict(entry.split(":") for entry in _NAMES.split())
 
 
 def _from_hex(text: str) -> Vector | None:
+    """Return the linear sRGB of ``#rrggbb`` or ``#rgb``, or None if it is malformed."""
     digits = text[1:]
     if len(digits) == 3:
         digits = "".join(digit * 2 for digit in digits)
@@ -61,7 +62,10 @@ def _from_hex(text: str) -> Vector | None:
 
 
 def color_of(name: str) -> Vector:
-    """Return the linear sRGB of a colour given as text; an unknown colour is a SceneError."""
+    """Return the linear sRGB of a color given as text.
+
+    Raises SceneError("value") for an unknown color, with similar names.
+    """
     text = name.strip().lower()
     if not text.startswith("#"):
         digits = named_colors().get(text.replace(" ", ""))

@@ -211,8 +211,11 @@ def apply(rt: Runtime, f: Any, *arguments: Any) -> Any:
 
 registry = Registry("control")
 
-_MAX_TEXTS = 100  # of the message and the irritants of an error
-_USER_ERRORS = ("user", "assert")  # raised by the program itself: the values in their messages were read then
+_MAX_TEXTS = 100  # of an error: its message and its irritants
+_MAX_IRRITANT_CHARACTERS = 200
+_MAX_MESSAGE_CHARACTERS = 1000  # of a message that is not a string
+# Errors that the program itself raises: reads of the values in their messages were recorded when they were raised.
+_USER_ERRORS = ("user", "assert")
 
 
 @registry.define("error", "message::Any irritants::Any ...", "Any",
@@ -221,7 +224,7 @@ _USER_ERRORS = ("user", "assert")  # raised by the program itself: the values in
 def error(rt: Runtime, message: Any, *irritants: Any) -> Any:
     texts = [_message(rt, message)]
     for irritant in irritants:
-        texts.append(rt.show(irritant, 200))
+        texts.append(rt.show(irritant, _MAX_IRRITANT_CHARACTERS))
         if len(texts) > _MAX_TEXTS:
             texts.append("...")
             break
@@ -231,7 +234,7 @@ def error(rt: Runtime, message: Any, *irritants: Any) -> Any:
 def _message(rt: Runtime, value: Any) -> str:
     """Return the text of the message of an error, truncated to the maximum length."""
     if type(value) is not str:
-        return rt.show(value, 1000)
+        return rt.show(value, _MAX_MESSAGE_CHARACTERS)
     return value if len(value) <= MAX_LENGTH else value[: MAX_LENGTH - 3] + "..."
 
 
@@ -241,7 +244,7 @@ def _message(rt: Runtime, value: Any) -> str:
 def raise_(rt: Runtime, value: Any) -> Any:
     if type(value) is Condition:
         raise value.error
-    raise SceneError("user", f"the program raised {rt.show(value, 200)}", value=value)
+    raise SceneError("user", f"the program raised {rt.show(value, _MAX_IRRITANT_CHARACTERS)}", value=value)
 
 
 @registry.define("gensym", "[prefix::String]", "Symbol",
@@ -290,10 +293,11 @@ def error_message(rt: Runtime, caught: Any) -> str:
 
 
 def _condition(name: str, value: Any) -> SceneError:
+    """Return the error that ``guard`` caught."""
     if type(value) is not Condition:
         raise wrong_type(name, "an error caught by `guard`", value)
-    found: SceneError = value.error
-    return found
+    error: SceneError = value.error
+    return error
 
 
 @registry.define("error-code", "error::Any", "String", "Return the stable code of an error, such as E405.",
@@ -309,7 +313,7 @@ def error_place(rt: Runtime, caught: Any) -> str | None:
     span = _condition("error-place", caught).span
     if span is None:
         return None
-    rt.read_error()  # the place changes with the text above
+    rt.read_error()  # the location changes with the text above
     span = rt.place(span)
     line, column = span.source.position(span.start)
     return f"{span.source.name}:{line}:{column}"

@@ -24,16 +24,18 @@ if TYPE_CHECKING:
 
 poses = Registry("poses")
 _ORIGIN = (0.0, 0.0, 0.0)
-_EXACT = 1 << 53  # integers below are exact as floats
+_EXACT = 1 << 53  # smaller integers are exact as floats
 
 
 def _point(name: str, role: str, value: Vector) -> Vector:
+    """Return a vector of three numbers; ``role`` names the argument in the error for others."""
     if len(value) != 3:
         raise SceneError("value", f"`{name}` expects three numbers for {role}, got {len(value)}: {show(value, 60)}")
     return value
 
 
 def _finite(name: str, make: Callable[[], Matrix]) -> Matrix:
+    """Return the pose that ``make`` computes; raise SceneError if it is impossible or not finite."""
     try:
         matrix = make()
     except ValueError as error:
@@ -48,6 +50,7 @@ def _finite(name: str, make: Callable[[], Matrix]) -> Matrix:
     ("(@ (translate [1 2 3]) [0 0 0])", "[1.0 2.0 3.0]"),
 )  # fmt: skip
 def translate(rt: Runtime, offset: Vector) -> Matrix:
+    # The fast path repeats ``pose.translation``, because most poses of programs are translations.
     if len(offset) == 3:
         x, y, z = offset
         if type(x) is int and -_EXACT < x < _EXACT and -_EXACT < y < _EXACT and -_EXACT < z < _EXACT:
@@ -78,7 +81,7 @@ def rotate(rt: Runtime, angle: Any, axis: Vector, point: Any = _ORIGIN) -> Matri
 def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
     if origin is not _ORIGIN:
         _point("scale", "`origin`", origin)
-    if type(factors) in (int, float):
+    if type(factors) in (int, float):  # one factor for all axes
         return _finite("scale", lambda: pose.scaling(factors, factors, factors, origin))
     numbers = numbers_of(factors, rt)
     if numbers is None:
@@ -175,9 +178,9 @@ def is_bound(rt: Runtime, word: str) -> bool:
     ('(call-embeddings "tree" (list :height 3))', "((embedding :height 3))"),
 )
 def call_embeddings(rt: Runtime, word: str, arguments: Any) -> Any:
-    given = items_of(rt, arguments)
-    rt.charge(len(given) >> 2)
-    z, rest, written = parts.call_embeddings(rt, word, given)
+    values = items_of(rt, arguments)
+    rt.charge(len(values) >> 2)
+    z, rest, written = parts.call_embeddings(rt, word, values)
     rt.check_written(word, written)
     return Pair(z, make_list(rest))
 
@@ -292,7 +295,7 @@ def embedding(rt: Runtime, *arguments: Any) -> Embedding:
         elif type(argument) is Embedding:
             handle, text = argument.handle or handle, argument.text or text
             rt.charge((len(argument.attributes) + len(attributes)) >> 4)
-            attributes = {**argument.attributes, **attributes}
+            attributes = {**argument.attributes, **attributes}  # those written here override an embedding's
         else:
             hint = "write attributes as `(embedding :name value)`"
             message = f"`embedding` expects a handle, a text or attributes, got {type_name(argument)}"

@@ -64,8 +64,8 @@ def _collect(topics: tuple[Registry, ...]) -> dict[str, Builtin]:
 
 def _modules() -> dict[str, str]:
     """Return the source of every module of the package that is written in the language, by file name."""
-    found = sorted(Path(__file__).parent.glob("*.scene"))
-    return {path.name: path.read_text("utf-8") for path in found}
+    paths = sorted(Path(__file__).parent.glob("*.scene"))
+    return {path.name: path.read_text("utf-8") for path in paths}
 
 
 @cache

@@ -80,6 +80,7 @@ def cdr_of(rt: Runtime, value: Any, name: str = "cdr") -> Any:
 
 
 def _not_a_pair(name: str, value: Any) -> SceneError:
+    """Return the error for a value without a first item."""
     if value is NIL or type(value) is MutableList:
         return empty_sequence(name, "list")
     return wrong_type(name, "a pair or a list", value)
@@ -119,6 +120,7 @@ def _define_chain(letters: str) -> None:
 
     @registry.define(name, "pair::Any", "Any", f"The same as `{written}`.", (f"({name} '{sample})", printed))
     def entry(rt: Runtime, pair: Any) -> Any:
+        """Apply the steps from right to left."""
         for step in steps:
             pair = step(rt, pair, name)
         return pair
@@ -252,7 +254,10 @@ def list_copy(rt: Runtime, xs: Any) -> Any:
 
 
 def drop_front(rt: Runtime, xs: Any, count: int, name: str) -> Any:
-    """Return a list without its first ``count`` items; the result shares the rest."""
+    """Return a list without its first ``count`` items; the result shares the rest.
+
+    The root's infinite list of handles stays infinite.
+    """
     if type(xs) is MutableList:
         xs = make_list(items(rt, xs, name))
     if type(xs) is HandleList:
@@ -271,7 +276,7 @@ def drop_front(rt: Runtime, xs: Any, count: int, name: str) -> Any:
 
 
 def take_front(rt: Runtime, xs: Any, count: int, name: str) -> list[Any]:
-    """Return the first ``count`` items of a list."""
+    """Return the first ``count`` items of a list, or of the root's infinite list of handles."""
     if type(xs) is MutableList:
         xs = make_list(items(rt, xs, name))
     if count < 0:
@@ -328,6 +333,7 @@ def _equality(same: Any) -> Same:
         return _same_typed
 
     def by_function(rt: Runtime, a: Any, b: Any) -> bool:
+        """Return the truth value of the program's function."""
         result = rt.call2(same, a, b)
         return result is not False and result is not None
 
@@ -335,7 +341,10 @@ def _equality(same: Any) -> Same:
 
 
 def _same_typed(rt: Runtime, a: Any, b: Any) -> bool:
-    """Return whether two values are ``equal?``, the equality of ``case``."""
+    """Return whether two values are ``equal?``, the equality of ``case``.
+
+    R7RS specifies ``eqv?`` for ``case``, which would never match constants that are lists.
+    """
     kind = type(a)
     if kind is int or kind is str or kind is Symbol:
         return type(b) is kind and bool(a == b)
@@ -343,13 +352,15 @@ def _same_typed(rt: Runtime, a: Any, b: Any) -> bool:
 
 
 def _same_identity(rt: Runtime, a: Any, b: Any) -> bool:
+    """Return whether two values are ``eq?``."""
     return identical(a, b)
 
 
 def _tail_from(rt: Runtime, x: Any, xs: Any, same: Same, name: str) -> Any:
+    """Return the list from the first item that is the same as ``x``, or False."""
     if type(xs) is not Pair:
         xs = make_list(items(rt, xs, name))
-    length(rt, xs, name)
+    length(rt, xs, name)  # an improper list is an error even if an item matches
     while type(xs) is Pair:
         rt.charge(1)
         if same(rt, x, xs.car):
@@ -378,6 +389,7 @@ def memv(rt: Runtime, x: Any, xs: Any) -> Any:
 
 
 def _entry_of(rt: Runtime, key: Any, entries: Any, same: Same, name: str) -> Any:
+    """Return the first pair of an association list with a key, or False."""
     for entry in items(rt, entries, name):
         rt.charge(1)
         if type(entry) is not Pair and type(entry) is not MutableList:

@@ -48,10 +48,11 @@ if TYPE_CHECKING:
 
 registry = Registry("changes")
 
-_LONG = 1 << 16  # items: the reallocation of longer lists is charged
+_MIN_CHARGED_ITEMS = 1 << 16  # the reallocation of longer lists is charged
 
 
 def _writable_list(rt: Runtime, name: str, value: Any) -> list[Any]:
+    """Return the items of a mutable list, and record that it is modified."""
     if type(value) is not MutableList:
         raise cannot_change(name, value, "a mutable list")
     rt.write(value)
@@ -60,6 +61,7 @@ def _writable_list(rt: Runtime, name: str, value: Any) -> list[Any]:
 
 
 def _writable_table(rt: Runtime, name: str, value: Any) -> dict[Any, tuple[Any, Any]]:
+    """Return the entries of a table, and record that it is modified."""
     if type(value) is not Table:
         raise cannot_change(name, value, "a table")
     rt.write(value)
@@ -68,7 +70,8 @@ def _writable_table(rt: Runtime, name: str, value: Any) -> dict[Any, tuple[Any, 
 
 
 def _check_growth(rt: Runtime, count: int) -> None:
-    if count > _LONG:
+    """Check that a collection of ``count`` items may get one more."""
+    if count > _MIN_CHARGED_ITEMS:
         rt.charge(count >> 16)  # the amortized cost of reallocation
     if count >= rt.limits.size:
         rt.meter.check_size(count + 1, "a list")
@@ -119,7 +122,7 @@ def set_ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> None:
         hint = "write `(set-ref! xs index value)`"
         raise SceneError("arity", "`set-ref!` expects a value after the index", hint=hint)
     value = more[-1]
-    if type(collection) is MutableArray:
+    if type(collection) is MutableArray:  # one index for each axis
         set_array(rt, collection, (key, *more[:-1]), value)
         return
     for next_key in more[:-1]:
@@ -194,6 +197,7 @@ def pop(rt: Runtime, xs: Any, *key_and_default: Any) -> Any:
 
 
 def _pop_entry(rt: Runtime, table: Table, key_and_default: tuple[Any, ...]) -> Any:
+    """Remove the entry of a key and return its value, or the default."""
     if not key_and_default:
         raise SceneError("arity", "`pop!` of a table expects a key", hint="write `(pop! table key)`")
     entries = _writable_table(rt, "pop!", table)
@@ -233,7 +237,7 @@ def extend(rt: Runtime, xs: Any, more: Any) -> None:
         if type(more) is not Table:
             raise wrong_type("extend!", "a table to add to a table", more)
         rt.read(more)
-        added = list(more.entries.values())
+        added = list(more.entries.values())  # a copy, because a table may be extended by itself
         entries = _writable_table(rt, "extend!", xs)
         rt.charge(len(added))
         for key, value in added:
@@ -284,7 +288,7 @@ def remove(rt: Runtime, xs: Any, value: Any) -> None:
     if type(xs) is Table:
         raise wrong_type("remove!", "a mutable list or a set", xs, "`remove-key!` removes an entry of a table")
     members = _writable_list(rt, "remove!", xs)
-    index = position_of(rt, xs, value, "remove!")
+    index = position_of(rt, xs, value, "remove!")  # equality by value, as in `contains?`
     if index is None:
         raise SceneError("value", f"the list does not contain {show(value, 60)}")
     rt.charge(len(members) >> 4)
@@ -412,6 +416,7 @@ def list_to_table(rt: Runtime, pairs: Any) -> Any:
 
 
 def _key_and_value(rt: Runtime, pair: Any) -> tuple[Any, Any]:
+    """Return the parts of a pair ``(key . value)`` or a list ``(key value)``."""
     if type(pair) is Pair and type(pair.cdr) is not Pair and pair.cdr is not NIL:
         return pair.car, pair.cdr
     members = items(rt, pair, "list->table")
@@ -440,6 +445,7 @@ def table_items(rt: Runtime, table: Table) -> Any:
 
 
 def _entries(rt: Runtime, table: Table) -> list[tuple[Any, Any]]:
+    """Return the keys and values of a table, and record that it is read."""
     rt.read(table)
     rt.charge(len(table.entries) >> 1)
     return list(table.entries.values())
@@ -485,6 +491,7 @@ def keywords(rt: Runtime, table: Table) -> Any:
 
 
 def _set_of(rt: Runtime, members: list[Any]) -> Any:
+    """Return a set of members, the first of equal ones."""
     return rt.set_of(_by_key(rt, members))
 
 

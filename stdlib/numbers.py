@@ -38,9 +38,11 @@ registry = Registry("numbers")
 # Python refuses to print integers of more than 4,300 digits (`sys.set_int_max_str_digits`), and its multiplication
 # takes more than linear time, so larger integers are errors.
 MAX_DIGITS = 4_000
-_MAX_BITS = int(MAX_DIGITS / 0.30103)  # log10(2) digits per bit
+_MAX_BITS = int(MAX_DIGITS / 0.30103)  # a bit is log10(2) digits
 _BOUND = 1 << _MAX_BITS
-_SHORT_ARRAY = 64  # up to this number of items, plain Python is faster than numpy
+_SHORT_ARRAY = 64  # items up to which plain Python is faster than numpy
+_MAX_SHIFT = 100_000  # bits: more than any integer has, and a result of more would be refused anyway
+_MAX_PLACES = 400  # decimal places: a float has no more
 
 Operation = Callable[[Any, Any], Any]
 
@@ -78,6 +80,7 @@ def charge_digits(rt: Runtime, *numbers: Any) -> None:
 
 
 def check_operand(name: str, value: Any) -> None:
+    """Raise SceneError for a value that is neither a number nor an array."""
     if type(value) is not int and type(value) is not float and not is_array(value):
         raise operand_error(name, value)
 
@@ -97,6 +100,7 @@ def elementwise(rt: Runtime, name: str, operation: Operation, a: Any, b: Any) ->
 
 
 def _short_vector(name: str, numbers: list[Any]) -> Vector:
+    """Return a vector of results, whose integers must fit 64 bits as in numpy."""
     if numbers and type(numbers[0]) is int and (max(numbers) >= INT64 or min(numbers) < -INT64):
         raise overflow_error(name)
     return vector_of(numbers)
@@ -132,6 +136,7 @@ def _broadcast(rt: Runtime, name: str, operation: Operation, a: Numpy, b: Numpy)
 
 
 def _check_integers(name: str, a: Numpy, b: Numpy) -> None:
+    """Raise SceneError if integers of a result may exceed 64 bits, which numpy would not report."""
     bound = 0
     if name in ("+", "-"):
         bound = largest(a) + largest(b)
@@ -142,6 +147,7 @@ def _check_integers(name: str, a: Numpy, b: Numpy) -> None:
 
 
 def overflow_error(name: str) -> SceneError:
+    """Return the error for integers of an array that exceed 64 bits."""
     return SceneError("domain", f"the integers of the result of `{name}` are too large for an array")
 
 
@@ -153,12 +159,14 @@ def add(rt: Runtime, a: Any, b: Any) -> Any:
 
 
 def subtract(rt: Runtime, a: Any, b: Any) -> Any:
+    """Return ``a - b`` for numbers and arrays."""
     if type(a) in (int, float) and type(b) in (int, float):
         return bounded(a - b)
     return elementwise(rt, "-", operator.sub, a, b)
 
 
 def multiply(rt: Runtime, a: Any, b: Any) -> Any:
+    """Return ``a * b`` for numbers and arrays; the size of integers is checked before, because that takes long."""
     if type(a) in (int, float) and type(b) in (int, float):
         if type(a) is int and type(b) is int and a.bit_length() + b.bit_length() > _MAX_BITS:
             raise too_large(a.bit_length() + b.bit_length())
@@ -167,24 +175,28 @@ def multiply(rt: Runtime, a: Any, b: Any) -> Any:
 
 
 def divide(rt: Runtime, a: Any, b: Any) -> Any:
+    """Return ``a / b`` for numbers and arrays."""
     if type(a) in (int, float) and type(b) in (int, float):
         return a / b
     return elementwise(rt, "/", operator.truediv, a, b)
 
 
 def floor_divide(rt: Runtime, a: Any, b: Any) -> Any:
+    """Return ``a // b`` for numbers and arrays."""
     if type(a) in (int, float) and type(b) in (int, float):
         return a // b
     return elementwise(rt, "//", operator.floordiv, a, b)
 
 
 def modulo(rt: Runtime, a: Any, b: Any) -> Any:
+    """Return ``a % b`` for numbers and arrays."""
     if type(a) in (int, float) and type(b) in (int, float):
         return a % b
     return elementwise(rt, "%", operator.mod, a, b)
 
 
 def power(rt: Runtime, a: Any, b: Any) -> Any:
+    """Return ``a ** b`` for numbers and arrays."""
     if type(a) in (int, float) and type(b) in (int, float):
         result = _power(a, b)
         charge_digits(rt, result)
@@ -193,6 +205,7 @@ def power(rt: Runtime, a: Any, b: Any) -> Any:
 
 
 def _power(a: Any, b: Any) -> Any:
+    """Return a power of two numbers; one with too many digits, or a complex one, is an error."""
     if type(a) is int and type(b) is int and b > 1 and (a > 1 or a < -1):
         bits = (a.bit_length() - 1) * b
         if bits > _MAX_BITS:
@@ -204,6 +217,7 @@ def _power(a: Any, b: Any) -> Any:
 
 
 def _single(name: str, value: Any) -> Any:
+    """Return the first operand after checking it, since no operation does so for a single one."""
     check_operand(name, value)
     return value
 
@@ -340,6 +354,10 @@ def square(rt: Runtime, number: Any) -> Any:
 
 
 def _comparable(name: str, value: Any) -> None:
+    """Raise SceneError for a value that is not a number.
+
+    Arrays are among these: their comparison would always be true in a condition.
+    """
     if type(value) is int or type(value) is float:
         return
     hint = None
@@ -353,7 +371,7 @@ def _comparable(name: str, value: Any) -> None:
 
 
 def _chain(name: str, holds: Callable[[Any, Any], bool], numbers: tuple[Any, ...]) -> bool:
-    """Return whether ``holds`` is true for all pairs of neighbours."""
+    """Return whether ``holds`` is true for all pairs of neighbors."""
     for number in numbers:
         _comparable(name, number)
     return all(holds(a, b) for a, b in pairwise(numbers))
@@ -423,6 +441,7 @@ Unary = Callable[[Any], Any]
 
 
 def domain_error(name: str, value: Any) -> SceneError:
+    """Return the error for a number outside the domain of a function."""
     return SceneError("domain", f"`{name}` is not defined for {show(value, 40)}")
 
 
@@ -451,6 +470,7 @@ def _define_unary(name: str, function: Unary, doc: str, example: tuple[str, str]
 
     @registry.define(name, "x::Numeric", "Number", doc + " Elementwise on arrays.", example)
     def entry(rt: Runtime, x: Any) -> Any:
+        """Apply the function elementwise."""
         return unary(rt, name, function, x)
 
 
@@ -487,6 +507,7 @@ _define_unary(
 
 
 def _sign(x: Any) -> Any:
+    """Return -1, 0 or 1; 0 for nan."""
     return (x > 0) - (x < 0)
 
 
@@ -505,6 +526,7 @@ _define_unary(
 )
 def exact(rt: Runtime, x: Any) -> Any:
     def to_integer(number: Any) -> int:
+        """Return a whole number as an Integer."""
         if number != math.floor(number):
             hint = "to convert it, use `round`, `floor`, `ceiling` or `truncate`"
             raise SceneError("domain", f"`exact` expects a whole number, got {show(number)}", hint=hint)
@@ -525,7 +547,7 @@ def round_(rt: Runtime, x: Any, digits: int | None = None) -> Any:
     if digits is None:
         return unary(rt, "round", round, x)
     charge_digits(rt, x)
-    return unary(rt, "round", lambda number: _rounded(number, min(digits, 400)), x)
+    return unary(rt, "round", lambda number: _rounded(number, min(digits, _MAX_PLACES)), x)
 
 
 def _rounded(number: Any, places: int) -> Any:
@@ -619,6 +641,7 @@ def smoothstep(rt: Runtime, a: Any, b: Any, x: Any) -> Any:
 
 
 def _quotient(a: Any, b: Any) -> Any:
+    """Divide and round toward zero; integers exactly, without a detour through floats."""
     if type(a) is int and type(b) is int:
         result = abs(a) // abs(b)
         return result if (a < 0) == (b < 0) else -result
@@ -626,6 +649,7 @@ def _quotient(a: Any, b: Any) -> Any:
 
 
 def _remainder(a: Any, b: Any) -> Any:
+    """Return the remainder of ``_quotient``, with the sign of ``a``."""
     if type(a) is int and type(b) is int:
         return a - b * _quotient(a, b)
     if b == 0:
@@ -730,8 +754,8 @@ def bitwise_xor(rt: Runtime, *integers: int) -> int:
 )
 def arithmetic_shift(rt: Runtime, n: int, count: int) -> Any:
     if count < 0:
-        return n >> min(-count, 100_000)
-    return bounded(n << min(count, 100_000))
+        return n >> min(-count, _MAX_SHIFT)
+    return bounded(n << min(count, _MAX_SHIFT))
 
 
 @registry.define(
@@ -761,12 +785,15 @@ def lcm(rt: Runtime, *integers: int) -> Any:
 
 
 def _number(name: str, x: Any) -> Any:
+    """Return a number; anything else is an error."""
     if type(x) is not int and type(x) is not float:
         raise wrong_type(name, "a number", x)
     return x
 
 
 def _define_predicate(name: str, holds: Callable[[Any], bool], doc: str, example: tuple[str, str]) -> None:
+    """Register a predicate of one number."""
+
     @registry.define(name, "x::Number", "Boolean", doc, example)
     def entry(rt: Runtime, x: Any) -> bool:
         return holds(_number(name, x))
@@ -805,12 +832,13 @@ def is_odd(rt: Runtime, n: int) -> bool:
 
 # --- text ------------------------------------------------------------------------------------------------------
 
-_SHORT = 32
+_MAX_SIMPLE_DIGITS = 32  # that are divided off one by one
 _DIGITS = "0123456789abcdefghijklmnopqrstuvwxyz"
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
 
 
 def _check_radix(name: str, radix: int) -> None:
+    """Raise SceneError for a radix without enough digits and letters."""
     if not 2 <= radix <= 36:
         raise SceneError("value", f"`{name}` expects a radix from 2 to 36, got {show(radix, 20)}")
 
@@ -839,13 +867,12 @@ def _digits_of(number: int, radix: int) -> str:
     """Return the digits of ``number`` with leading zeros.
 
     Divide and conquer: a long number is split in two halves, so that the divisions of all digits are not quadratic
-    (Knuth,
-    The Art of Computer Programming, volume 2, section 4.4).
+    (Knuth, The Art of Computer Programming, volume 2, section 4.4).
     """
     count = 1
     while radix**count <= number:
         count *= 2
-    if count <= _SHORT:
+    if count <= _MAX_SIMPLE_DIGITS:
         digits = []
         for _ in range(count):
             number, digit = divmod(number, radix)
@@ -873,7 +900,7 @@ def string_to_number(rt: Runtime, text: str, radix: int = 10) -> Any:
             return int(text, radix) if valid else False
         except ValueError:
             return False
-    if not _DECIMAL.match(text):
+    if not _DECIMAL.match(text):  # Python's `float` also accepts "nan", underscores and other digits
         return False
     try:
         return int(text)

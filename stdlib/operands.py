@@ -43,12 +43,13 @@ if TYPE_CHECKING:
 
 Numpy: TypeAlias = "npt.NDArray[Any]"
 ARRAYS = (Vector, Matrix, Array, MutableArray)
-INT64 = 1 << 63
+INT64 = 1 << 63  # integers of arrays are smaller
 _MAX_DEPTH = 32  # of nested lists, and dimensions of an array
-_FREE_ITEMS = 32  # up to this number of items, a vector is read without charge
+_MAX_FREE_ITEMS = 32  # of a vector that is read without charge
 
 
 def is_array(value: Any) -> bool:
+    """Return whether a value is an array, of whatever representation."""
     return isinstance(value, ARRAYS)
 
 
@@ -58,7 +59,7 @@ def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:
     if kind is int or kind is float:
         return numbers_to_numpy(value)
     if kind is Vector:
-        if len(value) > _FREE_ITEMS:
+        if len(value) > _MAX_FREE_ITEMS:
             rt.charge(len(value) >> 5)
         return numbers_to_numpy(list(value))
     if kind is Matrix:
@@ -77,11 +78,13 @@ def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:
 
 
 def not_numeric(name: str, value: Any) -> SceneError:
+    """Return the error for an argument that is neither a number nor an array."""
     message = f"`{name}` expects numbers or arrays, got {type_name(value)}: {show(value, 60)}"
     return SceneError("type", message)
 
 
 def _from_list(rt: Runtime, value: Any, name: str) -> Numpy:
+    """Convert nested lists of numbers and arrays to a numpy array."""
     nested = _nested(rt, value, name, 0)
     try:
         return numbers_to_numpy(nested)
@@ -113,6 +116,7 @@ def _nested(rt: Runtime, value: Any, name: str, depth: int) -> Any:
 
 
 def _proper(rt: Runtime, name: str, value: Any) -> list[Any]:
+    """Return the items of a list; an improper one is an error."""
     members, tail = [], value
     while type(tail) is Pair:
         members.append(tail.car)
@@ -188,6 +192,7 @@ def shape_argument(rt: Runtime, value: Any, name: str) -> tuple[int, ...]:
 
 
 def _shape_text(shape: Sequence[int]) -> str:
+    """Return a shape as the program would write it, for messages."""
     return show(make_list(shape), 200)
 
 
@@ -263,15 +268,25 @@ def bad_index(index: Any, length: int, kind: str) -> SceneError:
 
 
 def empty_sequence(name: str, kind: str = "sequence") -> SceneError:
+    """Return the error for a sequence without items."""
     return SceneError("index", f"`{name}` expects a {kind} with at least one item, got an empty one")
 
 
-_BLOCK = 4096  # items between two checks of the limits
+_BLOCK_ITEMS = 4096  # between two checks of the limits
 
 
 def items(rt: Runtime, value: Any, name: str = "a sequence", ordered: bool = True) -> list[Any]:
-    """Return the items of any sequence as a new Python list; ``ordered`` says whether the result depends on their
-    order."""
+    """Return the items of any sequence as a new Python list.
+
+    Parameters
+    ----------
+    value
+        List, array, string, table (its keys) or set; anything else raises SceneError("type").
+    name
+        Builtin that is named in errors.
+    ordered
+        Whether the result of the builtin depends on the order, which for a set of strings differs from Python's.
+    """
     kind = type(value)
     if kind is Pair or value is NIL:
         out = []
@@ -287,12 +302,13 @@ def items(rt: Runtime, value: Any, name: str = "a sequence", ordered: bool = Tru
     elif kind is Vector or kind is str:
         out = list(value)
     else:
-        out = _other_items(rt, value, name, ordered)
+        out = _other_items(rt, value, name, ordered=ordered)
     rt.charge(len(out) >> 2)
     return out
 
 
-def _other_items(rt: Runtime, value: Any, name: str, ordered: bool) -> list[Any]:
+def _other_items(rt: Runtime, value: Any, name: str, *, ordered: bool) -> list[Any]:
+    """Return the items of a matrix, array, table or set."""
     kind = type(value)
     if kind is Matrix:
         return [Vector(value[0:4]), Vector(value[4:8]), Vector(value[8:12]), Vector((0.0, 0.0, 0.0, 1.0))]
@@ -319,14 +335,17 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
 
 
 def iterate(rt: Runtime, value: Any, name: str = "a sequence") -> Iterable[Any]:
-    """Return ``items`` for a loop that calls functions of the program: a change of a table or set in between is an
-    error."""
+    """Return ``items`` for a loop that calls functions of the program.
+
+    It is an error if they change the table or set that is iterated.
+    """
     if type(value) is Table or type(value) is Set:
         return _checked_members(value, items(rt, value, name))
     return items(rt, value, name)
 
 
 def _checked_members(collection: Table | Set, members: list[Any]) -> Iterator[Any]:
+    """Iterate over members; raise SceneError if the size of their collection changes."""
     count = len(members)
     for member in members:
         yield member
@@ -338,8 +357,8 @@ def _checked_members(collection: Table | Set, members: list[Any]) -> Iterator[An
 
 def blocks(rt: Runtime, members: Sequence[Any]) -> Iterator[Sequence[Any]]:
     """Yield ``members`` in blocks, each charged in advance, for a loop that creates a value for every item."""
-    for start in range(0, len(members), _BLOCK):
-        block = members[start : start + _BLOCK]
+    for start in range(0, len(members), _BLOCK_ITEMS):
+        block = members[start : start + _BLOCK_ITEMS]
         rt.charge(1 + (len(block) >> 3))
         yield block
 

@@ -20,39 +20,39 @@ if TYPE_CHECKING:
 registry = Registry("paths")
 define = registry.define
 
-_MAX_DEGREE = 64  # of a Bezier curve: beyond, its control points say little about it
-_BLOCK = 4096  # poses between two checks of the limits
-_POINTS = "at least two different points [x y z]"
+_MAX_DEGREE = 64  # of a Bezier curve: with more control points, each hardly changes it
+_BLOCK_POSES = 4096  # between two checks of the limits
+_EXPECTED_POINTS = "at least two different points [x y z]"
 
 
 # --- arguments -------------------------------------------------------------------------------------------------------
 
 
-def _given(rt: Runtime, name: str, value: Any) -> Numpy:
+def _points(rt: Runtime, name: str, value: Any) -> Numpy:
     """Return at least two different points (N, 2) or (N, 3), without repetitions."""
-    points = curves.without_repeats(points_of(rt, name, value, _POINTS, (2, 3), 2))
+    points = curves.without_repeats(points_of(rt, name, value, _EXPECTED_POINTS, (2, 3), 2))
     if len(points) < 2:
-        raise SceneError("value", f"`{name}` expects {_POINTS}, got {show(value, 60)}")
+        raise SceneError("value", f"`{name}` expects {_EXPECTED_POINTS}, got {show(value, 60)}")
     return points
 
 
 def path_of(rt: Runtime, name: str, value: Any) -> Numpy:
     """Return a path (N, 3) of at least two points, none equal to the one before; of points [x y], with z = 0."""
-    points = _given(rt, name, value)
+    points = _points(rt, name, value)
     return points if points.shape[1] == 3 else np.pad(points, ((0, 0), (0, 1)))
 
 
 def _shares(rt: Runtime, name: str, value: Any) -> tuple[Numpy, bool]:
     """Return shares (T,) of a path's length, and whether there is just one, given as a number."""
-    found = np.asarray(to_numpy(rt, value, name), np.float64)
-    if found.ndim > 1 or not ((found >= 0.0) & (found <= 1.0)).all():
+    shares = np.asarray(to_numpy(rt, value, name), np.float64)
+    if shares.ndim > 1 or not ((shares >= 0.0) & (shares <= 1.0)).all():
         raise SceneError("value", f"`{name}` expects a share of the length from 0 to 1, got {show(value, 40)}")
-    rt.meter.check_size(3 * found.size, "an array")
-    return found.reshape(-1), found.ndim == 0
+    rt.meter.check_size(3 * shares.size, "an array")
+    return shares.reshape(-1), shares.ndim == 0
 
 
-def _checked(rt: Runtime, points: int) -> None:
-    """Check that a path may have so many points."""
+def _check_points(rt: Runtime, points: int) -> None:
+    """Raise SceneError if a path would have too many points."""
     if points > MAX_POINTS:
         raise SceneError("value", f"a path has at most {MAX_POINTS:,} points, not {points:,}", "use fewer :segments")
     rt.meter.check_size(3 * points, "an array")
@@ -70,7 +70,7 @@ def _checked(rt: Runtime, points: int) -> None:
     picture='(sweep (circle .1) (polyline [[0 0 0] [2 0 0] [2 1 0] [1 1 1]]) :color (color "gold"))',
 )  # fmt: skip
 def polyline(rt: Runtime, points: Any, closed: bool = False) -> Any:
-    path = _given(rt, "polyline", points)
+    path = _points(rt, "polyline", points)
     return from_numpy(np.concatenate([path, path[:1]]) if closed and not curves.is_closed(path) else path)
 
 
@@ -88,7 +88,7 @@ def bezier(rt: Runtime, points: Any, segments: int = 32, chained: bool = False) 
         if len(control) % 3 != 1:
             message = f"`bezier` expects 4, 7, 10, ... control points with :chained, got {len(control)}"
             raise SceneError("value", message, "the end of each cubic curve is the start of the next one")
-        _checked(rt, len(control) // 3 * steps)
+        _check_points(rt, len(control) // 3 * steps)
         rt.charge(len(control))
         return from_numpy(curves.chained_bezier(control, steps))
     if len(control) > _MAX_DEGREE + 1:
@@ -96,7 +96,7 @@ def bezier(rt: Runtime, points: Any, segments: int = 32, chained: bool = False) 
         raise SceneError(
             "value", f"`bezier` expects at most {_MAX_DEGREE + 1} control points, got {len(control)}", hint
         )
-    rt.charge(1 + (len(control) ** 2 * steps >> 8))
+    rt.charge(1 + (len(control) ** 2 * steps >> 8))  # de Casteljau's algorithm is quadratic in the degree
     return from_numpy(curves.bezier(control, np.arange(steps + 1) / steps))
 
 
@@ -109,13 +109,13 @@ def bezier(rt: Runtime, points: Any, segments: int = 32, chained: bool = False) 
             '"gold"))',
 )  # fmt: skip
 def catmull_rom(rt: Runtime, points: Any, closed: bool = False, segments: int = 16) -> Any:
-    given = _given(rt, "catmull-rom", points)
-    is_closed = curves.is_closed(given) or closed
-    corners = given[:-1] if curves.is_closed(given) else given
+    points_given = _points(rt, "catmull-rom", points)
+    is_closed = curves.is_closed(points_given) or closed
+    corners = points_given[:-1] if curves.is_closed(points_given) else points_given
     if is_closed and len(corners) < 3:
         raise SceneError("value", f"`catmull-rom` expects at least three points of a closed path, got {len(corners)}")
     steps = segment_count("catmull-rom", segments, 1)
-    _checked(rt, steps * len(corners))
+    _check_points(rt, steps * len(corners))
     return from_numpy(curves.catmull_rom(corners, is_closed, steps))
 
 
@@ -131,7 +131,7 @@ def helix(rt: Runtime, radius: Any, height: Any, turns: Any, segments: int = SEG
     count = finite("helix", "the turns", turns)
     if count == 0.0:
         raise SceneError("value", "`helix` expects turns that are not 0")
-    _checked(rt, int(abs(count) * steps) + 2)
+    _check_points(rt, int(abs(count) * steps) + 2)
     width, rise = positive("helix", "the radius", radius), finite("helix", "the height", height)
     return from_numpy(curves.helix(width, rise, count, steps))
 
@@ -142,10 +142,10 @@ def helix(rt: Runtime, radius: Any, height: Any, turns: Any, segments: int = SEG
     ("(resample-path [[0 0 0] [4 0 0]] 3)", "[[0.0 0.0 0.0] [2.0 0.0 0.0] [4.0 0.0 0.0]]"),
 )  # fmt: skip
 def resample_path(rt: Runtime, path: Any, count: int) -> Any:
-    points = _given(rt, "resample-path", path)
+    points = _points(rt, "resample-path", path)
     if count < 2:
         raise SceneError("value", f"`resample-path` expects at least two points, got {count}")
-    _checked(rt, count)
+    _check_points(rt, count)
     return from_numpy(curves.points_at(points, np.linspace(0.0, 1.0, count)))
 
 
@@ -168,8 +168,8 @@ def path_length(rt: Runtime, path: Any) -> float:
 )  # fmt: skip
 def point_at(rt: Runtime, path: Any, t: Any) -> Any:
     shares, is_one = _shares(rt, "point-at", t)
-    found = curves.points_at(path_of(rt, "point-at", path), shares)
-    return Vector(found[0].tolist()) if is_one else from_numpy(found)
+    points = curves.points_at(path_of(rt, "point-at", path), shares)
+    return Vector(points[0].tolist()) if is_one else from_numpy(points)
 
 
 @define(
@@ -185,6 +185,7 @@ def tangent_at(rt: Runtime, path: Any, t: Any) -> Any:
 
 
 def _frames(rt: Runtime, name: str, value: Any) -> curves.PathFrames:
+    """Return the rotation-minimizing frames of a path."""
     points = path_of(rt, name, value)
     rt.charge(len(points) >> 3)
     return curves.frames_of(points)
@@ -202,13 +203,13 @@ def _frames(rt: Runtime, name: str, value: Any) -> curves.PathFrames:
 )  # fmt: skip
 def frame_at(rt: Runtime, path: Any, t: Any, upright: bool = False) -> Any:
     shares, is_one = _shares(rt, "frame-at", t)
-    frames, found = _frames(rt, "frame-at", path), []
-    for start in range(0, len(shares), _BLOCK):
-        block = shares[start : start + _BLOCK]
+    frames, matrices = _frames(rt, "frame-at", path), []
+    for start in range(0, len(shares), _BLOCK_POSES):  # so that the limits are checked in between
+        block = shares[start : start + _BLOCK_POSES]
         rt.charge(1 + (len(block) >> 1))
         points, axes = frames.posed_at(block)
         if upright:
             axes = curves.upright_frames(axes[:, :, 2])
         poses = np.concatenate([axes, points[:, :, None]], axis=2).reshape(-1, 12)
-        found += [Matrix(numbers) for numbers in poses.tolist()]
-    return found[0] if is_one else make_list(found)
+        matrices += [Matrix(numbers) for numbers in poses.tolist()]
+    return matrices[0] if is_one else make_list(matrices)

@@ -38,12 +38,15 @@ registry = Registry("tests")
 def _define_test(
     name: str, holds: Callable[[Any], bool], doc: str, example: tuple[str, str], intrinsic: str | None = None
 ) -> None:
+    """Register a predicate of one value."""
+
     @registry.define(name, "value::Any", "Boolean", doc, example, intrinsic)
     def entry(rt: Runtime, value: Any) -> bool:
         return holds(value)
 
 
 def _is_whole(value: Any) -> bool:
+    """Return whether a value is an Integer, or a Float without a fraction."""
     return type(value) is int or (type(value) is float and value.is_integer())
 
 

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 registry = Registry("profiles")
 define = registry.define
 
-MAX_SEGMENTS = 1024
+MAX_SEGMENTS = 1024  # sides of a full circle
 MAX_POINTS = 100_000  # of a profile or path
-_LARGE = 1e12  # lengths must be below, so that products of them are exact enough
+_MAX_LENGTH = 1e12  # so that products of lengths are exact enough
 _JOINS = {"round": "Round", "miter": "Miter", "square": "Square"}
 _RULES = {"nonzero": shapes.NON_ZERO, "even-odd": shapes.EVEN_ODD}
 LEFT, _NONZERO, _ROUND = Keyword("left"), Keyword("nonzero"), Keyword("round")
@@ -44,55 +44,56 @@ def segment_count(name: str, value: int, least: int = 3) -> int:
     return value
 
 
-def positive(name: str, what: str, value: Any) -> float:
-    """Return a number above 0."""
-    if value >= _LARGE:
-        raise _too_large(name, what, value)
+def positive(name: str, role: str, value: Any) -> float:
+    """Return a number above 0; ``role`` names the argument in the error for others."""
+    if value >= _MAX_LENGTH:
+        raise _too_large(name, role, value)
     if not value > 0.0:
-        raise SceneError("value", f"`{name}` expects a positive number for {what}, got {show(value, 40)}")
+        raise SceneError("value", f"`{name}` expects a positive number for {role}, got {show(value, 40)}")
     return float(value)
 
 
-def finite(name: str, what: str, value: Any) -> float:
-    """Return a number that is neither infinite nor nan."""
-    if math.isfinite(value) and abs(value) >= _LARGE:
-        raise _too_large(name, what, value)
-    if not -_LARGE < value < _LARGE:
-        raise SceneError("value", f"`{name}` expects a finite number for {what}, got {show(value, 40)}")
+def finite(name: str, role: str, value: Any) -> float:
+    """Return a number that is neither infinite nor nan; ``role`` names the argument in the error for others."""
+    if math.isfinite(value) and abs(value) >= _MAX_LENGTH:
+        raise _too_large(name, role, value)
+    if not -_MAX_LENGTH < value < _MAX_LENGTH:
+        raise SceneError("value", f"`{name}` expects a finite number for {role}, got {show(value, 40)}")
     return float(value)
 
 
-def _too_large(name: str, what: str, value: Any) -> SceneError:
-    return SceneError("value", f"`{name}` expects a number below {_LARGE:,.0f} for {what}, got {show(value, 40)}")
+def _too_large(name: str, role: str, value: Any) -> SceneError:
+    """Return the error for a length that is too large; ``role`` names the argument."""
+    return SceneError("value", f"`{name}` expects a number below {_MAX_LENGTH:,.0f} for {role}, got {show(value, 40)}")
 
 
-def one_or_two(rt: Runtime, name: str, what: str, value: Any) -> tuple[float, float]:
-    """Return one number or two as two."""
+def one_or_two(rt: Runtime, name: str, role: str, value: Any) -> tuple[float, float]:
+    """Return one number or two as two; ``role`` names the argument in errors."""
     if type(value) in (int, float):
-        return finite(name, what, value), float(value)
+        return finite(name, role, value), float(value)
     numbers = to_numpy(rt, value, name)
     if numbers.shape != (2,):
-        raise SceneError("value", f"`{name}` expects a number or two for {what}, got {show(value, 40)}")
-    return finite(name, what, float(numbers[0])), finite(name, what, float(numbers[1]))
+        raise SceneError("value", f"`{name}` expects a number or two for {role}, got {show(value, 40)}")
+    return finite(name, role, float(numbers[0])), finite(name, role, float(numbers[1]))
 
 
-def choice(name: str, what: str, value: Any, choices: dict[str, Any]) -> Any:
-    """Return what a keyword stands for."""
+def choice(name: str, role: str, value: Any, choices: dict[str, Any]) -> Any:
+    """Return the value that a keyword stands for; raises SceneError("value") for one that is not in ``choices``."""
     if type(value) is not Keyword or str(value) not in choices:
-        known = ", ".join(f"`:{each}`" for each in choices)
-        raise SceneError("value", f"`{name}` expects {known} for {what}, got {show(value, 40)}")
+        expected = ", ".join(f"`:{keyword}`" for keyword in choices)
+        raise SceneError("value", f"`{name}` expects {expected} for {role}, got {show(value, 40)}")
     return choices[str(value)]
 
 
-def points_of(rt: Runtime, name: str, value: Any, what: str, widths: Sequence[int], least: int) -> Numpy:
-    """Return an array (N, D) of at least so many finite points, D one of ``widths``; ``what`` is for the message."""
+def points_of(rt: Runtime, name: str, value: Any, expected: str, widths: Sequence[int], least: int) -> Numpy:
+    """Return an array (N, D) of at least ``least`` finite points, D one of ``widths``; ``expected`` is for messages."""
     points = np.asarray(to_numpy(rt, value, name), np.float64)
     if points.ndim != 2 or points.shape[1] not in widths or len(points) < least:
-        raise SceneError("value", f"`{name}` expects {what}, got {show(value, 60)}")
+        raise SceneError("value", f"`{name}` expects {expected}, got {show(value, 60)}")
     if len(points) > MAX_POINTS:
         raise SceneError("value", f"`{name}` expects at most {MAX_POINTS:,} points, got {len(points):,}")
-    if not (np.abs(points) < _LARGE).all():
-        limit = f"coordinates below {_LARGE:,.0f}" if np.isfinite(points).all() else "finite points"
+    if not (np.abs(points) < _MAX_LENGTH).all():
+        limit = f"coordinates below {_MAX_LENGTH:,.0f}" if np.isfinite(points).all() else "finite points"
         raise SceneError("value", f"`{name}` expects {limit}")
     rt.charge(len(points) >> 4)
     return points
@@ -147,7 +148,7 @@ def counter_clockwise(contour: Numpy) -> Numpy:
 
 
 def _contours_in(rt: Runtime, name: str, value: Any) -> list[Any] | None:
-    """Return the members of a list of contours; None for what must be one contour."""
+    """Return the members of a list of contours, or None if the value must be a single contour."""
     if type(value) is Pair or value is NIL or type(value) is MutableList:
         members = items(rt, value, name)
         if not members:
@@ -160,8 +161,9 @@ def _contours_in(rt: Runtime, name: str, value: Any) -> list[Any] | None:
 
 
 def _contour(rt: Runtime, name: str, value: Any) -> Numpy:
-    what = "a profile: at least three points [x y], or a list of such contours"
-    return points_of(rt, name, value, what, (2,), 3)
+    """Return one contour (K, 2)."""
+    expected = "a profile: at least three points [x y], or a list of such contours"
+    return points_of(rt, name, value, expected, (2,), 3)
 
 
 def profile_value(rt: Runtime, contours: Contours) -> Any:
@@ -261,11 +263,11 @@ def arc(rt: Runtime, radius: Any, start: Any, end: Any, segments: int | None = N
     picture='(extrude (spline [[0 0] [2 -.5] [3 1] [1.5 .8] [.5 2]]) .5 :color (color "gold"))',
 )  # fmt: skip
 def spline(rt: Runtime, points: Any, segments: int = 16) -> Any:
-    what = "at least three different points [x y]"
-    corners = curves.without_repeats(points_of(rt, "spline", points, what, (2,), 3))
+    expected = "at least three different points [x y]"
+    corners = curves.without_repeats(points_of(rt, "spline", points, expected, (2,), 3))
     corners = corners[:-1] if curves.is_closed(corners) else corners
     if len(corners) < 3:
-        raise SceneError("value", f"`spline` expects {what}, got {show(points, 60)}")
+        raise SceneError("value", f"`spline` expects {expected}, got {show(points, 60)}")
     steps = segment_count("spline", segments, 1)
     rt.meter.check_size(2 * steps * len(corners), "an array")
     curve = curves.catmull_rom(corners, True, steps)[:-1]
@@ -308,6 +310,7 @@ def outline_of(
 
 
 def _typeface(rt: Runtime, file: str | None) -> Typeface:
+    """Return the font of a file, or the bundled one."""
     if file is None:
         return bundled()
     if rt.font is None:
@@ -345,9 +348,10 @@ def _charge_for(rt: Runtime, name: str, contours: Sequence[Numpy]) -> None:
 
 
 def _combined(rt: Runtime, name: str, kind: str, values: Sequence[Any], fill: Any) -> Any:
+    """Return a boolean of profiles; ``kind`` is an operation of Manifold."""
     rt.meter.check_growth(len(values), "a list of profiles")
     profiles = [filled(rt, name, value, fill) for value in values]
-    _charge_for(rt, name, [each for contours, _ in profiles for each in contours])
+    _charge_for(rt, name, [contour for contours, _ in profiles for contour in contours])
     return profile_value(rt, shapes.combined(name, kind, [contours for contours, _ in profiles], profiles[0][1]))
 
 
@@ -391,7 +395,7 @@ def profile_intersection(rt: Runtime, first: Any, *others: Any, fill: Any = None
 )  # fmt: skip
 def profile_hull(rt: Runtime, first: Any, *others: Any) -> Any:
     rt.meter.check_growth(len(others), "a list of profiles")
-    contours = [each for value in (first, *others) for each in profile_of(rt, "profile-hull", value)]
+    contours = [contour for value in (first, *others) for contour in profile_of(rt, "profile-hull", value)]
     rt.charge(1 + (sum(map(len, contours)) >> 2))
     return profile_value(rt, shapes.hull(contours))
 
@@ -456,7 +460,7 @@ def transform_profile(rt: Runtime, profile: Any, move: Any = 0, rotate: Any = 0,
     c, s = math.cos(angle), math.sin(angle)
     matrix = np.array([[sx * c, sx * s], [-sy * s, sy * c]])
     moved = tuple(contour @ matrix + offset for contour in profile_of(rt, name, profile))
-    if sx * sy < 0.0:  # a mirror image turns contours around
+    if sx * sy < 0.0:  # a mirror image reverses contours
         moved = tuple(contour[::-1].copy() for contour in moved)
     if not all(np.isfinite(contour).all() for contour in moved):
         raise SceneError("value", f"`{name}` expects finite numbers")

@@ -60,12 +60,14 @@ if TYPE_CHECKING:
 
 _NUMBERS = (int, float, bool)
 _MISSING = object()
-_LONG = 1024  # characters; the comparison of longer strings is charged
+_MIN_CHARGED_CHARACTERS = 1024  # the comparison of longer strings is charged
 
 
 def members_of(rt: Runtime, value: Any) -> list[Any] | None:
-    """Return the items of a value that is a list, tuple or array in Python; None for others, also for improper
-    lists."""
+    """Return the items of a value that is a list, tuple or array in Python.
+
+    None for other values, and for improper lists.
+    """
     kind = type(value)
     if kind is MutableList or kind is Vector or value is NIL:
         return items(rt, value)
@@ -73,12 +75,12 @@ def members_of(rt: Runtime, value: Any) -> list[Any] | None:
         return rows(rt, value) if shape_of(value) else None
     if kind is not Pair:
         return None
-    found = []
+    members = []
     while type(value) is Pair:
-        found.append(value.car)
+        members.append(value.car)
         value = value.cdr
-    rt.charge(1 + (len(found) >> 2))
-    return found if value is NIL else None
+    rt.charge(1 + (len(members) >> 2))
+    return members if value is NIL else None
 
 
 # --- equality --------------------------------------------------------------------------------------------------
@@ -89,15 +91,15 @@ def python_equal(rt: Runtime, a: Any, b: Any) -> bool:
     if type(a) in _NUMBERS and type(b) in _NUMBERS:
         return bool(a == b)
     stack = [(a, b)]
-    seen: set[tuple[int, int]] = set()
+    compared: set[tuple[int, int]] = set()
     while stack:
         a, b = stack.pop()
         if a is b:
             continue
         if isinstance(a, (Pair, MutableList, Table, Record)):
-            if (id(a), id(b)) in seen:
+            if (id(a), id(b)) in compared:
                 continue
-            seen.add((id(a), id(b)))
+            compared.add((id(a), id(b)))
             rt.charge(1)
         inner = _inner_pairs(rt, a, b)
         if inner is None:
@@ -109,7 +111,7 @@ def python_equal(rt: Runtime, a: Any, b: Any) -> bool:
 def _inner_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
     """Return the pairs that must be equal for ``a`` and ``b`` to be equal; None if they differ."""
     kind = type(a)
-    if kind is str and len(a) > _LONG:
+    if kind is str and len(a) > _MIN_CHARGED_CHARACTERS:
         rt.charge(len(a) >> 10)
     if kind in _NUMBERS or kind is str or a is None:
         same_kind = type(b) in _NUMBERS if kind in _NUMBERS else type(b) is kind
@@ -133,8 +135,7 @@ def _inner_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
 
 
 def _entry_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
-    """Return the pairs of values of two tables with equal keys, an empty list for two sets of equal members; else
-    None."""
+    """Return the pairs of values of two tables with equal keys; an empty list for equal sets; None if keys differ."""
     if type(a) is not type(b):
         return None
     rt.read(a)
@@ -153,10 +154,9 @@ def _entry_pairs(rt: Runtime, a: Any, b: Any) -> list[tuple[Any, Any]] | None:
 
 
 def find_entry(rt: Runtime, collection: Table | Set, key: Any) -> Any:
-    """Return the entry ``(key, value)`` of a table or the member of a set that Python finds for ``key``, or
-    ``_MISSING``.
+    """Return the entry ``(key, value)`` of a table, or the member of a set, that Python finds for ``key``.
 
-    The caller must record the read.
+    ``_MISSING`` if there is none (``is_missing``). The caller must record the read.
     """
     for form in _equal_keys(rt, key):
         entry = collection.entries.get(form, _MISSING)
@@ -166,12 +166,15 @@ def find_entry(rt: Runtime, collection: Table | Set, key: Any) -> Any:
 
 
 def is_missing(entry: Any) -> bool:
+    """Return whether ``find_entry`` found nothing."""
     return entry is _MISSING
 
 
 def _equal_keys(rt: Runtime, key: Any) -> Iterator[Any]:
-    """Yield the canonical keys that are one key in Python: a boolean and its number, a tuple as a list and as a
-    vector."""
+    """Yield the canonical keys that are one key in Python.
+
+    These are a boolean and its number, and a tuple as a list and as a vector.
+    """
     charge = rt.charge
     yield table_key(key, charge)
     kind = type(key)
@@ -212,6 +215,7 @@ def python_less(rt: Runtime, a: Any, b: Any) -> bool:
 
 
 def _leaf_less(rt: Runtime, a: Any, b: Any) -> bool:
+    """Return ``a < b`` for values other than lists; sets are ordered by inclusion."""
     if (type(a) in _NUMBERS and type(b) in _NUMBERS) or (type(a) is str and type(b) is str):
         return bool(a < b)
     if type(a) is Set and type(b) is Set:
@@ -221,6 +225,7 @@ def _leaf_less(rt: Runtime, a: Any, b: Any) -> bool:
 
 
 def _is_subset(rt: Runtime, a: Set, b: Set) -> bool:
+    """Return whether all members of ``a`` are members of ``b``, as Python compares them."""
     rt.read(a)
     rt.read(b)
     rt.charge(len(a.entries))
@@ -243,12 +248,12 @@ def python_member(rt: Runtime, item: Any, members: list[Any]) -> bool:
 
 # --- text ------------------------------------------------------------------------------------------------------
 
-_MAX_LEAF = 10_000  # characters
-_MAX_PRINTED = 2_000  # numbers of an array
+_MAX_LEAF_CHARACTERS = 10_000  # of a value that is not a collection
+_MAX_PRINTED_NUMBERS = 2_000  # of an array, whose middle numpy abbreviates
 
 
 class _Text:
-    """A piece of output on the stack; ``closes`` is the id of the collection that ends with it."""
+    """Piece of output on the stack; ``closes`` is the id of the collection that ends with it."""
 
     __slots__ = ("closes", "text")
 
@@ -271,7 +276,10 @@ def python_str(rt: Runtime, value: Any) -> str:
 
 
 def python_repr(rt: Runtime, value: Any) -> str:
-    """Return ``repr(value)``; types that Python does not have are printed as in the language. Iterative."""
+    """Return ``repr(value)``; types that Python does not have are printed as in the language.
+
+    Iterative, because data may be nested to any depth. A collection inside itself prints as ``[...]``.
+    """
     out: list[str] = []
     size = 0
     open_now: set[int] = set()
@@ -326,6 +334,7 @@ def _piece(rt: Runtime, item: Any, stack: list[Any], open_now: set[int]) -> str:
 
 
 def _leaf(rt: Runtime, item: Any) -> str:
+    """Return the text of a value that is not a collection."""
     kind = type(item)
     if kind is str:
         rt.charge(len(item) >> 4)
@@ -336,13 +345,13 @@ def _leaf(rt: Runtime, item: Any) -> str:
         return repr(str(item))
     if kind in ARRAYS:
         return _array_text(rt, item, repr)
-    return rt.show(item, _MAX_LEAF)
+    return rt.show(item, _MAX_LEAF_CHARACTERS)
 
 
 def _array_text(rt: Runtime, value: Any, text: Callable[[Any], str]) -> str:
     """Return the text of an array as numpy prints it, which abbreviates the middle of a long one."""
     data = np.asarray(to_numpy(rt, value))
-    rt.charge(min(data.size, _MAX_PRINTED))
+    rt.charge(min(data.size, _MAX_PRINTED_NUMBERS))
     return text(data)
 
 
@@ -362,6 +371,7 @@ def format_percent(rt: Runtime, template: str, values: Any) -> str:
     size = 0
 
     def fill(match: re.Match[str]) -> str:
+        """Return the text of a field, after checking the total size."""
         nonlocal size
         text = _field(rt, template, match, arguments)
         size += len(text)
@@ -379,6 +389,7 @@ class _Arguments:
     """The right operand of ``%``: the items of a list in order, the values of a table by key, or a single value."""
 
     def __init__(self, rt: Runtime, template: str, values: Any) -> None:
+        """Decide whether ``values`` was a tuple in Python, from its type and the number of fields."""
         self.rt = rt
         self.template = template
         self.table = values if type(values) is Table else None
@@ -392,12 +403,14 @@ class _Arguments:
         self.next = 0
 
     def take(self) -> Any:
+        """Return the next value."""
         if self.next >= len(self.values):
             raise _bad_template(self.template, "it has more fields than values")
         self.next += 1
         return self.values[self.next - 1]
 
     def lookup(self, key: str) -> Any:
+        """Return the value of a field with a name."""
         if self.table is None:
             raise _bad_template(self.template, "%(name) expects a table on the right")
         self.rt.read(self.table)
@@ -407,15 +420,18 @@ class _Arguments:
         return entry[1]
 
     def check_all_used(self) -> None:
+        """Raise SceneError for values without a field, as Python does."""
         if self.must_use and self.next < len(self.values):
             raise _bad_template(self.template, "it has fewer fields than values")
 
 
 def _bad_template(template: str, reason: str) -> SceneError:
+    """Return the error for a template that cannot be filled."""
     return SceneError("format", f"`py-%` cannot fill {show(template, 60)}: {reason}")
 
 
 def _field(rt: Runtime, template: str, match: re.Match[str], arguments: _Arguments) -> str:
+    """Return the text of one field: its value, converted as Python would, formatted by Python's own ``%``."""
     kind = match["kind"]
     if kind == "%":
         return "%"
@@ -453,24 +469,28 @@ def _size(rt: Runtime, template: str, digits: str | None, arguments: _Arguments)
 
 
 def _number(rt: Runtime, value: Any) -> Any:
+    """Return the value of %d or %f."""
     if type(value) in (int, float, bool):
         return value
     raise TypeError
 
 
 def _integer(rt: Runtime, value: Any) -> int:
+    """Return the value of %o or %x."""
     if type(value) in (int, bool):
         return int(value)
     raise TypeError
 
 
 def _character(rt: Runtime, value: Any) -> Any:
+    """Return the value of %c: a character or its code point."""
     if type(value) is str and len(value) == 1:
         return value
     return _integer(rt, value)
 
 
 def _ascii(rt: Runtime, value: Any) -> str:
+    """Return the value of %a."""
     return python_repr(rt, value).encode("ascii", "backslashreplace").decode("ascii")
 
 
@@ -501,6 +521,7 @@ def _is_part(value: Any) -> bool:
 
 
 def _unsupported(name: str, a: Any, b: Any, hint: str | None = None) -> SceneError:
+    """Return the error for operands that an operator does not take."""
     message = f"unsupported operand types for `{name}`: {type_name(a)} and {type_name(b)}"
     return SceneError("type", message, hint=hint)
 
@@ -514,7 +535,11 @@ def _as_array(rt: Runtime, value: Any) -> Any:
 
 
 def is_truthy(rt: Runtime, value: Any) -> bool:
-    """Return ``bool(value)``."""
+    """Return ``bool(value)``.
+
+    An array is true unless it is empty, where numpy raises an error for several items: a tuple of numbers may have
+    become a vector. For the same reason ``python_equal`` compares arrays as a whole.
+    """
     kind = type(value)
     if kind in (bool, int, float, str):
         return bool(value)
@@ -572,7 +597,7 @@ def plus(rt: Runtime, a: Any, b: Any) -> Any:
         return a + b
     if is_array(a) or is_array(b):
         return numbers.add(rt, _as_array(rt, a), _as_array(rt, b))
-    if _is_part(a) or _is_part(b):
+    if _is_part(a) or _is_part(b):  # shapes are lists in the reference implementation
         return make_list([*parts.parts_of(rt, a), *parts.parts_of(rt, b)])
     if type(a) in _LISTS and type(b) in _LISTS:
         return _concatenate(rt, a, b)
@@ -583,6 +608,7 @@ def plus(rt: Runtime, a: Any, b: Any) -> Any:
 
 
 def _concatenate(rt: Runtime, a: Any, b: Any) -> Any:
+    """Return the list of the items of two lists."""
     left, right = items(rt, a, "py-+"), items(rt, b, "py-+")
     rt.meter.check_size(len(left) + len(right), "a list")
     return make_list(left, make_list(right) if type(b) is MutableList else b)  # share an immutable tail
@@ -606,6 +632,7 @@ def times(rt: Runtime, a: Any, b: Any) -> Any:
 
 
 def _repeat(rt: Runtime, value: Any, count: int) -> Any:
+    """Return a string, list or shape repeated ``count`` times."""
     if type(value) is str:
         rt.meter.check_size(len(value) * count, "a string")
         return value * count
@@ -667,7 +694,7 @@ def is_in(rt: Runtime, x: Any, xs: Any) -> bool:
         _check_hashable(rt, x)
         rt.read(xs)
         return not is_missing(find_entry(rt, xs, x))
-    if type(x) in (int, float, bool) and len(shape_of(xs)) > 1:
+    if type(x) in (int, float, bool) and len(shape_of(xs)) > 1:  # numpy looks through all axes
         return python_member(rt, x, flat_items(rt, xs))
     return python_member(rt, x, _members(rt, xs, "py-in"))
 
@@ -685,7 +712,11 @@ def _check_hashable(rt: Runtime, key: Any) -> None:
 
 
 def _members(rt: Runtime, value: Any, name: str) -> list[Any]:
-    """Return the items over which Python would iterate."""
+    """Return the items over which Python would iterate.
+
+    Of a shape these are its primitives and not its parts: in the reference implementation a shape is the flat list of
+    its primitives, so only these give the same counts and items.
+    """
     if _is_part(value):
         return list(parts.primitives_of(rt, value))
     members = members_of(rt, value)
@@ -718,6 +749,7 @@ def ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> Any:
 
 
 def _item(rt: Runtime, collection: Any, key: Any) -> Any:
+    """Return ``collection[key]`` for one key."""
     if type(collection) is Table:
         rt.read(collection)
         entry = find_entry(rt, collection, key)

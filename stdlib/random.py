@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 registry = Registry("random")
 
 _INT64 = 1 << 63
-_BLOCK = 4096  # draws between two checks of the limits
+_BLOCK_DRAWS = 4096  # between two checks of the limits
+_MAX_NOISE_COORDINATE = 1e15  # beyond, floats have no fraction for the noise to interpolate
+_NOISE_BYTES_PER_POINT = 512
 
 
 # --- streams ---------------------------------------------------------------------------------------------------
@@ -52,6 +54,7 @@ def numpy_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
 
 
 def _python_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
+    """Return Python's generator to draw from, and record the draw."""
     if stream is None:
         rt.draw()
         return rt.streams.python
@@ -62,6 +65,7 @@ def _python_source(rt: Runtime, name: str, stream: Stream | None) -> Any:
 
 
 def _check_seed(name: str, seed: int) -> int:
+    """Return a seed that numpy accepts."""
     if not 0 <= seed < 1 << 32:
         raise SceneError("value", f"`{name}` expects a seed from 0 to 2^32 - 1, got {show(seed, 30)}")
     return seed
@@ -153,6 +157,7 @@ def _sample(name: str, draw: Callable[[], Any]) -> Any:
 
 
 def _shape(rt: Runtime, name: str, size: Any) -> Any:
+    """Return the shape of ``:size``, or None for a single draw."""
     return None if size is None else shape_argument(rt, size, name)
 
 
@@ -253,6 +258,7 @@ def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: A
     if probabilities is not None or not replace:
         rt.meter.check_size(len(pool), "an array")
         rt.charge(len(pool) >> 3)
+    # Indices are drawn rather than items, so that the draws are numpy's whatever the items are.
     source = numpy_source(rt, "choice", stream)
     sample = _sample("choice", lambda: source.choice(len(pool), shape, replace, probabilities))
     if type(sample) is int:
@@ -268,6 +274,7 @@ def choice(rt: Runtime, xs: Any, *, size: Any = None, replace: bool = True, p: A
 
 
 def _nested_list(members: list[Any], shape: tuple[int, ...]) -> Any:
+    """Return items as nested lists of a shape."""
     for side in reversed(shape[1:]):
         members = [make_list(members[start : start + side]) for start in range(0, len(members), max(1, side))]
     return make_list(members)
@@ -369,17 +376,14 @@ def py_choices(rt: Runtime, xs: Any, *, weights: Any = None, k: int = 1, stream:
     if weights is not None:
         flat = to_numpy(rt, weights, "py-choices").ravel().tolist()
         cumulative = list(accumulate(flat, initial=0))[1:]
-        if (
-            not cumulative
-            or len(cumulative) != len(members)
-            or not math.isfinite(cumulative[-1])
-            or cumulative[-1] <= 0
-        ):
+        total = cumulative[-1] if cumulative else 0.0
+        if len(cumulative) != len(members) or not math.isfinite(total) or total <= 0:
             raise SceneError("value", "`py-choices` expects a weight for every item, with a sum above 0")
+    # Python draws one number for each item, so blocks give the same draws as a single call.
     source = _python_source(rt, "py-choices", stream)
     chosen: list[Any] = []
-    for start in range(0, k, _BLOCK):
-        count = min(_BLOCK, k - start)
+    for start in range(0, k, _BLOCK_DRAWS):
+        count = min(_BLOCK_DRAWS, k - start)
         rt.charge(count >> 3)
         chosen += source.choices(members, cum_weights=cumulative, k=count)
     return make_list(chosen)
@@ -398,8 +402,11 @@ def py_sample(rt: Runtime, xs: Any, count: int, *, stream: Any = None) -> Any:
 
 
 def _py_shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[Any]:
+    """Return the items in the order of Python's ``shuffle``.
+
+    Fisher-Yates as in ``random.shuffle``, which would run for seconds without a check of the limits.
+    """
     source = _python_source(rt, name, stream)
-    # Fisher-Yates, as in `random.shuffle`, which would run for seconds without a check of the limits
     for index in range(len(members) - 1, 0, -1):
         if not index & 1023:
             rt.charge(1024 >> 3)
@@ -434,7 +441,7 @@ def py_shuffle_in_place(rt: Runtime, xs: Any, *, stream: Any = None) -> None:
 # --- noise ------------------------------------------------------------------------------------------------------
 
 
-_MAX_OCTAVES = 32
+_MAX_OCTAVES = 32  # of `fbm`
 
 
 @lru_cache(maxsize=64)
@@ -454,22 +461,28 @@ def _gradient_noise(points: Numpy, seed: int) -> Numpy:
     u, v, w = (t * t * t * (t * (t * 6.0 - 15.0) + 10.0) for t in (x, y, z))
 
     def corner(a: int, b: int, c: int) -> Numpy:
+        """Return the dot product of the gradient at a corner of the cell with the offset from it."""
         bits = table[table[table[(i + a) & 255] + ((j + b) & 255)] + ((k + c) & 255)] & 15
         dx, dy, dz = x - a, y - b, z - c
         first = np.where(bits < 8, dx, dy)
         second = np.where(bits < 4, dy, np.where((bits == 12) | (bits == 14), dx, dz))
         return np.asarray(np.where(bits & 1, -first, first) + np.where(bits & 2, -second, second))
 
+    # trilinear interpolation with the fade curve u, v, w
     rows = [corner(0, b, c) + u * (corner(1, b, c) - corner(0, b, c)) for c in (0, 1) for b in (0, 1)]
     low, high = rows[0] + v * (rows[1] - rows[0]), rows[2] + v * (rows[3] - rows[2])
     return np.asarray(low + w * (high - low))
 
 
 def _summed(rt: Runtime, points: Numpy, seed: int, octaves: int, gain: float, lacunarity: float) -> Numpy:
-    """Return the weighted mean (N,) of noises at points (N, 3)."""
-    found = np.empty(len(points))
-    for start in range(0, len(points), _BLOCK):
-        block, total = points[start : start + _BLOCK], np.zeros(len(points[start : start + _BLOCK]))
+    """Return the weighted mean (N,) of ``octaves`` noises at points (N, 3).
+
+    Each octave is ``lacunarity`` times as fine as the one before and has ``gain`` times its weight; each has a seed of
+    its own, so that the lattices do not coincide.
+    """
+    sums = np.empty(len(points))
+    for start in range(0, len(points), _BLOCK_DRAWS):
+        block, total = points[start : start + _BLOCK_DRAWS], np.zeros(len(points[start : start + _BLOCK_DRAWS]))
         rt.charge(1 + (len(block) * octaves >> (5 if len(block) > 1 else 1)))
         weight, weights = 1.0, 0.0
         for octave in range(octaves):
@@ -478,8 +491,8 @@ def _summed(rt: Runtime, points: Numpy, seed: int, octaves: int, gain: float, la
             total += weight * (_noise_at(block[0].tolist(), number) if is_one else _gradient_noise(block, number))
             weights += weight
             block, weight = block * lacunarity, weight * gain
-        found[start : start + _BLOCK] = total / weights
-    return found
+        sums[start : start + _BLOCK_DRAWS] = total / weights
+    return sums
 
 
 def _noise_points(rt: Runtime, name: str, value: Any, seed: int) -> tuple[Numpy, tuple[int, ...]]:
@@ -487,18 +500,18 @@ def _noise_points(rt: Runtime, name: str, value: Any, seed: int) -> tuple[Numpy,
     points = np.asarray(to_numpy(rt, value, name), np.float64)
     if points.ndim and not 1 <= points.shape[-1] <= 3:
         raise SceneError("value", f"`{name}` expects a point of one to three numbers, or an array of points")
-    if not (np.abs(points) < 1e15).all():
+    if not (np.abs(points) < _MAX_NOISE_COORDINATE).all():
         raise SceneError("value", f"`{name}` expects finite coordinates below 1e15")
     if not 0 <= seed < 1 << 31:
         raise SceneError("value", f"`{name}` expects a :seed of at least 0 and below 2^31, got {seed}")
     width, shape = (points.shape[-1], points.shape[:-1]) if points.ndim else (1, ())
     flat = points.reshape(-1, width)
-    rt.meter.reserve(flat.shape[0] * 512)
+    rt.meter.reserve(flat.shape[0] * _NOISE_BYTES_PER_POINT)
     return np.pad(flat, ((0, 0), (0, 3 - width))), shape
 
 
 def _noise_at(point: list[float], seed: int) -> float:
-    """Return what ``_gradient_noise`` gives for one point; plain Python is faster than numpy for few numbers."""
+    """Return ``_gradient_noise`` of one point; plain Python is faster than numpy for few numbers."""
     table = _lattice_list(seed)
     i, j, k = map(math.floor, point)
     x, y, z = point[0] - i, point[1] - j, point[2] - k
@@ -506,16 +519,19 @@ def _noise_at(point: list[float], seed: int) -> float:
     i, j, k = i & 255, j & 255, k & 255
 
     def corner(a: int, b: int, c: int) -> float:
+        """Return the dot product of the gradient at a corner of the cell with the offset from it."""
         bits = table[table[table[(i + a) & 255] + ((j + b) & 255)] + ((k + c) & 255)] & 15
         first = x - a if bits < 8 else y - b
         second = y - b if bits < 4 else x - a if bits in (12, 14) else z - c
         return (-first if bits & 1 else first) + (-second if bits & 2 else second)
 
     def row(b: int, c: int) -> float:
+        """Interpolate along x."""
         low = corner(0, b, c)
         return low + u * (corner(1, b, c) - low)
 
     def layer(c: int) -> float:
+        """Interpolate along x and y."""
         low = row(0, c)
         return low + v * (row(1, c) - low)
 
@@ -525,6 +541,7 @@ def _noise_at(point: list[float], seed: int) -> float:
 
 @lru_cache(maxsize=64)
 def _lattice_list(seed: int) -> list[int]:
+    """Return ``_lattice`` as Python integers."""
     return [int(number) for number in _lattice(seed)]
 
 

@@ -30,6 +30,8 @@ _KEYWORD = re.compile(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
 
 
 class RecordKind(Enum):
+    """Kind of a documented name."""
+
     FORM = "form"
     FUNCTION = "function"
     CONSTANT = "constant"
@@ -38,7 +40,7 @@ class RecordKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """An expression and its printed value."""
+    """Expression and its printed value."""
 
     expression: str
     value: str
@@ -46,12 +48,20 @@ class Example:
 
 @dataclass(frozen=True, slots=True)
 class ReferenceRecord:
-    """A documented name.
+    """Documented name.
 
-    ``signature`` is the usage shown by help and diagnostics; ``topic`` groups the reference; ``module`` is the file
-    that a
-    program must import for the name, None if it is always available; ``picture`` is an expression whose rendering
-    illustrates the name, or None.
+    Attributes
+    ----------
+    name, kind, doc, examples
+        For help and the reference.
+    signature
+        Usage, as help and diagnostics show it.
+    topic
+        Section of the reference, a key of ``TOPICS``.
+    module
+        File that a program must import for the name; None if it is always available.
+    picture
+        Expression whose rendering illustrates the name, or None.
     """
 
     name: str
@@ -65,7 +75,7 @@ class ReferenceRecord:
 
     @property
     def keywords(self) -> tuple[str, ...]:
-        """The names of the keyword parameters."""
+        """Names of the keyword parameters."""
         return tuple(dict.fromkeys(_KEYWORD.findall(self.signature)))
 
 
@@ -203,9 +213,9 @@ _TYPES: dict[str, str] = {
 @cache
 def records() -> tuple[ReferenceRecord, ...]:
     """Return the records of all names, sorted by topic in the order of ``TOPICS``."""
-    found = [*_forms(), *_paper(), *_builtins(), *combinators(), *_constants(), *_types()]
+    all_records = [*_forms(), *_paper(), *_builtins(), *combinators(), *_constants(), *_types()]
     order = {topic: position for position, topic in enumerate(TOPICS)}
-    return tuple(sorted(found, key=lambda record: order[record.topic]))
+    return tuple(sorted(all_records, key=lambda record: order[record.topic]))
 
 
 def lookup(name: str) -> ReferenceRecord | None:
@@ -219,17 +229,17 @@ def about_names(diagnostics: Iterable[Diagnostic]) -> Iterator[str]:
     These are the names that are misused, and those that a misspelled name may stand for. A function of the program has
     only a signature, and a helper of Python programs its signature in Python.
     """
-    seen: dict[str, None] = {}
+    texts: dict[str, None] = {}
     for d in diagnostics:
         if d.signature is not None:
-            seen.setdefault(_usage(d.signature))
+            texts.setdefault(_usage(d.signature))
         for name in d.near:
             record, helper = lookup(name), HELPERS.get(name)
             if helper is not None:
-                seen.setdefault(f"{helper.name}({helper.signature}) -> {helper.result}")
+                texts.setdefault(f"{helper.name}({helper.signature}) -> {helper.result}")
             elif record is not None:
-                seen.setdefault(_usage(record.signature))
-    yield from seen
+                texts.setdefault(_usage(record.signature))
+    yield from texts
 
 
 def _usage(signature: str) -> str:
@@ -242,6 +252,7 @@ def _usage(signature: str) -> str:
 
 
 def _forms() -> Iterator[ReferenceRecord]:
+    """Iterate over the special forms; an example is shown if it is one expression with a value."""
     for form in FORMS.values():
         text, value = FORM_EXAMPLES[form.name]
         examples = (
@@ -251,12 +262,14 @@ def _forms() -> Iterator[ReferenceRecord]:
 
 
 def _paper() -> Iterator[ReferenceRecord]:
+    """Iterate over the paper's macros."""
     for signature, doc, example in _PAPER:
         name = signature[1:].split(" ", 1)[0]
         yield ReferenceRecord(name, RecordKind.FUNCTION, signature, doc, (example,) if example else (), "paper")
 
 
 def _builtins() -> Iterator[ReferenceRecord]:
+    """Iterate over the builtins, except those that a combinator of the same name hides."""
     hidden = {record.name for record in combinators()}
     for name, entry in build_library().builtins.items():
         if name not in hidden:
@@ -267,6 +280,7 @@ def _builtins() -> Iterator[ReferenceRecord]:
 
 
 def _builtin(name: str, entry: Builtin, module: str | None = None) -> ReferenceRecord:
+    """Return the record of an entry of the registry."""
     examples = (Example(*entry.example),) if entry.example else ()
     return ReferenceRecord(
         name, RecordKind.FUNCTION, entry.usage, entry.doc, examples, entry.topic, module, entry.picture
@@ -274,11 +288,13 @@ def _builtin(name: str, entry: Builtin, module: str | None = None) -> ReferenceR
 
 
 def _constants() -> Iterator[ReferenceRecord]:
+    """Iterate over the constants."""
     for name, (_, doc) in CONSTANTS.items():
         yield ReferenceRecord(name, RecordKind.CONSTANT, name, doc, (), "constants")
 
 
 def _types() -> Iterator[ReferenceRecord]:
+    """Iterate over the types of annotations."""
     for name, doc in _TYPES.items():
         if name in BASE_TYPES or name == "Tuple":
             yield ReferenceRecord(name, RecordKind.TYPE, name, doc, (), "types")
@@ -289,21 +305,21 @@ def combinators() -> tuple[ReferenceRecord, ...]:
     """Return the documented definitions of ``combinators.scene``.
 
     The documentation is the lines that start with ``;;;`` directly above a definition: the description, then one or
-    more
-    examples ``;;; Example: expression => value``, then ``;;; Picture: expression``. Each can span several lines.
+    more examples ``;;; Example: expression => value``, then ``;;; Picture: expression``. Each can span several lines.
     """
     text = build_library().modules[COMBINATORS]
     source = Source(COMBINATORS, text)
-    found = []
+    documented = []
     for datum in read(source).forms:
         comment = _documentation(comment_above(source, datum.span.start))
         if comment:
             head = datum.items[1]  # type: ignore[union-attr]
-            found.append(_combinator(str(head.items[0].value), print_datum(head), comment))
-    return tuple(found)
+            documented.append(_combinator(str(head.items[0].value), print_datum(head), comment))
+    return tuple(documented)
 
 
 def _combinator(name: str, head: str, comment: list[str]) -> ReferenceRecord:
+    """Return the record of a combinator from the lines of its documentation."""
     text, _, picture = " ".join(comment).partition(" Picture: ")
     doc, *examples = text.split(" Example: ")
     parsed = [example.rpartition(" => ") for example in examples]
@@ -320,10 +336,10 @@ def _combinator(name: str, head: str, comment: list[str]) -> ReferenceRecord:
 
 def _documentation(lines: list[str]) -> list[str]:
     """Return the text of the lines ``;;; ...`` at the end of a comment."""
-    found: list[str] = []
+    documentation: list[str] = []
     for line in lines:
-        found = [*found, line[4:].strip()] if line.startswith(";;; ") else []
-    return found
+        documentation = [*documentation, line[4:].strip()] if line.startswith(";;; ") else []
+    return documentation
 
 
 # --- Python stubs of the helper API ----------------------------------------------------------------------------
@@ -384,6 +400,7 @@ def python_word(word: str) -> str:
 
 
 def _stub(helper: Helper, signature: str, doc: Sequence[str]) -> str:
+    """Return a Python function without a body but its docstring."""
     body = doc[0] if len(doc) == 1 else "\n".join([doc[0], *(f"    {line}".rstrip() for line in doc[1:]), "    "])
     return f'def {helper.name}({signature}) -> {helper.result}:\n    """{body}"""\n'
 
@@ -397,6 +414,7 @@ def _description(helper: Helper) -> str:
 
 
 def _in_python(text: str) -> str:
+    """Return a description in Python's terms, vectors as tuples."""
     for words, others in _WORDS.items():
         text = text.replace(words, others)
     return _ARRAY.sub(lambda match: f"({', '.join(match[1].split())})", text)
@@ -412,10 +430,11 @@ def _primitives(words: Sequence[str]) -> list[str]:
         keys = ", ".join(f"'{name}'" if not are_blocks else name.replace("-", "_") for name in attributes)
         lines.append(f"'{python_word(word)}': {_plain(docs[word])}; arguments {keys}")
     lines.append("")
-    return [*lines, *_arguments(words, are_blocks)]
+    return [*lines, *_arguments(words, are_blocks=are_blocks)]
 
 
-def _arguments(words: Sequence[str], are_blocks: bool) -> Iterator[str]:
+def _arguments(words: Sequence[str], *, are_blocks: bool) -> Iterator[str]:
+    """Iterate over the descriptions of the attributes of primitives, each once."""
     read = dict.fromkeys(name for word in words for name in attributes_read(word))
     docs = docs_of_attributes()
     for name in read:
@@ -424,18 +443,22 @@ def _arguments(words: Sequence[str], are_blocks: bool) -> Iterator[str]:
 
 
 def _without_lisp(text: str) -> str:
+    """Leave out the clauses of a description that contain expressions of the language."""
     return "; ".join(piece for piece in text.split("; ") if "`(" not in piece)
 
 
 def _plain(text: str) -> str:
+    """Return the description of a primitive or attribute in Python's terms."""
     return _in_python(_without_colons(text))
 
 
 def _without_colons(text: str) -> str:
+    """Write the names of end points without the colon of keywords."""
     return re.sub(r":(p0|p1)\b", r"\1", text)
 
 
 def _block_signature() -> str:
+    """Return the parameters of ``primitive_call`` for block primitives."""
     return "name: str, **block_arguments"
 
 
@@ -446,8 +469,7 @@ PAPER = frozenset({"bind", "retrieve", *PAPER_FORMS})
 
 @dataclass(frozen=True, slots=True)
 class Vocabulary:
-    """Names by category, disjoint: ``definitions`` are the forms that define names, ``paper`` the forms of the
-    paper."""
+    """Disjoint categories of names: ``definitions`` are the forms that define names, ``paper`` those of the paper."""
 
     forms: frozenset[str]
     definitions: frozenset[str]
@@ -460,13 +482,13 @@ class Vocabulary:
 def vocabulary() -> Vocabulary:
     """Return the names that are visible in every program; names of modules to import are not included."""
     definitions = frozenset({*DEFINITIONS, *MACROS, *TOP_LEVEL}) - PAPER
-    known = [record for record in records() if record.module is None and record.name not in PAPER]
+    visible = [record for record in records() if record.module is None and record.name not in PAPER]
     return Vocabulary(
         forms=frozenset({*FORMS, "else", "=>"}) - definitions - PAPER,
         definitions=definitions,
         paper=PAPER,
-        functions=frozenset(record.name for record in known if record.kind is RecordKind.FUNCTION),
-        constants=frozenset(record.name for record in known if record.kind is RecordKind.CONSTANT),
+        functions=frozenset(record.name for record in visible if record.kind is RecordKind.FUNCTION),
+        constants=frozenset(record.name for record in visible if record.kind is RecordKind.CONSTANT),
     )
 
 
@@ -502,13 +524,14 @@ def grammar_text(form: str, strict: bool = False) -> str:
     if form not in GRAMMARS:
         raise SceneError("value", f"unknown grammar format `{form}`; expected {', '.join(GRAMMARS)}")
     if form != TEXTMATE:
-        return _parsed(form, strict)
+        return _parsed(form, strict=strict)
     if strict:
         raise SceneError("value", "the format `textmate` highlights tokens and has no strict form")
     return textmate_text(_scopes())
 
 
-def _parsed(form: str, strict: bool) -> str:
+def _parsed(form: str, *, strict: bool) -> str:
+    """Return the grammar in a format that defines the syntax."""
     from scenelang.grammar.export.notations import ebnf_text, gbnf_text, lark_text, llguidance_text
     from scenelang.interpreter.expand.forms import full_grammar, strict_grammar
 

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
 registry = Registry("sequences")
 
-_INT64 = 1 << 63
+_INT64 = 1 << 63  # longer integers are charged for their memory
 
 
 # --- length and ends -------------------------------------------------------------------------------------------
@@ -90,6 +90,7 @@ def is_empty(rt: Runtime, xs: Any) -> bool:
 
 
 def _nth(rt: Runtime, xs: Any, index: int, name: str) -> Any:
+    """Return the item at a small index of any sequence."""
     if isinstance(xs, (Pair, HandleList)):
         for _ in range(index):
             xs = cdr_of(rt, xs, name)
@@ -136,6 +137,7 @@ def rest(rt: Runtime, xs: Any) -> Any:
 
 
 def _check_count(count: int, members: list[Any], xs: Any) -> None:
+    """Raise SceneError if a sequence has fewer than ``count`` items."""
     if not 0 <= count <= len(members):
         raise bad_index(count, len(members), kind_of(xs))
 
@@ -212,7 +214,7 @@ def flatten(rt: Runtime, xs: Any) -> Any:
         rt.charge(data.size >> 5)
         return from_numpy(data.ravel())
     out: list[Any] = []
-    stack: list[Any] = items(rt, xs, "flatten")[::-1]
+    stack: list[Any] = items(rt, xs, "flatten")[::-1]  # iterative, because lists may be nested to any depth
     while stack:
         item = stack.pop()
         rt.charge(1)
@@ -227,6 +229,7 @@ def flatten(rt: Runtime, xs: Any) -> Any:
 
 
 def _is_proper(rt: Runtime, value: Any) -> bool:
+    """Return whether a chain of pairs ends in the empty list."""
     count = 0
     while type(value) is Pair:
         value = value.cdr
@@ -286,7 +289,7 @@ def index_of(rt: Runtime, xs: Any, x: Any) -> Any:
                  ("(list (count '(1 2 1) 1) (count odd? '(1 2 3)))", "(2 2)"))  # fmt: skip
 def count(rt: Runtime, xs: Any, x: Any) -> int:
     total = 0
-    if isinstance(xs, Procedure):
+    if isinstance(xs, Procedure):  # `(count f xs)`
         for item in iterate(rt, x, "count"):
             result = rt.call1(xs, item)
             total += result is not False and result is not None
@@ -304,11 +307,11 @@ def count(rt: Runtime, xs: Any, x: Any) -> int:
                  "Return the items without those equal to an earlier one; numbers compare by value.",
                  ("(delete-duplicates '(1 2 1. 3 2))", "(1 2 3)"))  # fmt: skip
 def delete_duplicates(rt: Runtime, xs: Any) -> Any:
-    seen: dict[Any, Any] = {}
+    distinct: dict[Any, Any] = {}
     for item in items(rt, xs, "delete-duplicates"):
         rt.charge(1)
-        seen.setdefault(table_key(item, rt.charge), item)
-    return make_list(list(seen.values()))
+        distinct.setdefault(table_key(item, rt.charge), item)
+    return make_list(list(distinct.values()))
 
 
 @registry.define("delete", "xs::Sequence x::Any", "List",
@@ -353,7 +356,7 @@ def vector_to_list(rt: Runtime, vector: Any) -> Any:
                  "a mutable list.",
                  ("(let ((xs (mutable '(1 2)))) (push! xs 3) xs)", "(mutable-list 1 2 3)"))  # fmt: skip
 def mutable(rt: Runtime, xs: Any) -> Any:
-    if isinstance(xs, (Vector, Matrix, Array, MutableArray)):
+    if isinstance(xs, (Vector, Matrix, Array, MutableArray)):  # an array stays an array, so that arithmetic works on it
         return MutableArray(to_numpy(rt, xs).copy(), rt.clock)
     if isinstance(xs, Mutable):
         rt.read(xs)
@@ -439,6 +442,7 @@ def table_ref(rt: Runtime, table: Table, key: Any, default: tuple[Any, ...]) -> 
 
 
 def _attribute(embedding: Embedding, key: Any, default: tuple[Any, ...]) -> Any:
+    """Return an attribute of an embedding, or the default if there is one."""
     name = _name_of(key, "an attribute")
     if name in embedding.attributes:
         return embedding.attributes[name]
@@ -451,7 +455,7 @@ def field_index(record: Record, key: Any) -> int:
     """Return the position of a record's field."""
     name = _name_of(key, "a field")
     if name not in record.type.fields:
-        raise missing_key(f"record {record.type.name}", Keyword(name), [Keyword(known) for known in record.type.fields])
+        raise missing_key(f"record {record.type.name}", Keyword(name), [Keyword(field) for field in record.type.fields])
     return record.type.fields.index(name)
 
 
@@ -483,6 +487,7 @@ def check_axes(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> tupl
 
 
 def _item(rt: Runtime, sequence: Any, key: Any) -> Any:
+    """Return the item of a list, string or the list of handles at an index."""
     kind = type(sequence)
     if kind is Pair or sequence is NIL:
         index = to_index(key)
@@ -518,7 +523,7 @@ def ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> Any:
     kind = type(collection)
     if is_array(collection):
         return array_ref(rt, collection, (key, *more))
-    if kind is Table or kind is Embedding:
+    if kind is Table or kind is Embedding:  # the third argument is a default, not a further index
         if len(more) > 1:
             message = f"`ref` of a table or an embedding expects at most 3 arguments, got {2 + len(more)}"
             raise SceneError("arity", message)
@@ -557,6 +562,7 @@ def string_ref(rt: Runtime, text: str, index: int) -> str:
 
 
 def _bound(value: Any) -> int | None:
+    """Return a bound of a slice; none omits it."""
     return None if value is None else to_index(value, "slice")
 
 
@@ -569,6 +575,7 @@ def slice_of(parts: tuple[Any, ...] | list[Any]) -> slice:
 
 
 def _is_range(value: Any) -> bool:
+    """Return whether a key selects several items along an axis: a list of bounds, or ``:all``."""
     return type(value) is Pair or value is NIL or (type(value) is Keyword and value == "all")
 
 
@@ -594,6 +601,7 @@ def axis_selection(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> 
 
 
 def _slice_array(rt: Runtime, array: Any, keys: tuple[Any, ...]) -> Any:
+    """Return a slice of an array: bounds of a vector, or a selection for each axis."""
     if len(shape_of(array)) == 1 and not any(map(_is_range, keys)):
         if type(array) is Vector:
             part = array[slice_of(keys)]
@@ -649,8 +657,8 @@ def substring(rt: Runtime, text: str, start: int, end: int | None = None) -> str
 
 # --- order -----------------------------------------------------------------------------------------------------
 
-_MAX_DEPTH = 30  # of lists that are compared
-_BLOCK = 1 << 16  # items that are sorted between two checks of the limits
+_MAX_DEPTH = 30  # of nested lists that are compared
+_BLOCK_ITEMS = 1 << 16  # that are sorted between two checks of the limits
 
 
 def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
@@ -677,6 +685,7 @@ def keys_of(rt: Runtime, members: list[Any], key: Any) -> list[Any]:
 
 
 def no_order(members: list[Any]) -> SceneError:
+    """Return the error for items that cannot be compared."""
     kinds = list(dict.fromkeys(type_name(item) for item in members))
     mixed = " and ".join(kinds[:2]) if len(kinds) > 1 else "items of different types"
     return SceneError(
@@ -694,17 +703,19 @@ def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: 
         return ordered[::-1] if reverse else ordered
     keys = keys_of(rt, members, key)
     try:
-        order = _order(rt, keys, reverse)
+        order = _order(rt, keys, reverse=reverse)
     except TypeError:
         raise no_order(members) from None
     return [members[index] for index in order]
 
 
-def _order(rt: Runtime, keys: list[Any], reverse: bool) -> list[int]:
-    """Return the indices of ``keys`` in order: sorted blocks are merged in pairs, each in linear time by Python's
-    Timsort."""
+def _order(rt: Runtime, keys: list[Any], *, reverse: bool) -> list[int]:
+    """Return the indices of ``keys`` in order.
+
+    Sorted blocks are merged in pairs, each in linear time by Python's Timsort, so that the limits are checked between.
+    """
     order = list(range(len(keys)))
-    width = _BLOCK
+    width = _BLOCK_ITEMS
     while True:
         for start in range(0, len(order), width):
             rt.charge(min(width, len(order) - start) >> 3)
@@ -715,8 +726,10 @@ def _order(rt: Runtime, keys: list[Any], reverse: bool) -> list[int]:
 
 
 def _merge_sort(rt: Runtime, pairs: list[Any], less: Any) -> list[Any]:
-    """Sort stably, bottom-up; ``less`` is a function of the program, so the calls must not come from Python's own
-    sort."""
+    """Sort stably by a bottom-up merge sort.
+
+    ``less`` is a function of the program, which may raise or escape, so Python's own sort must not call it.
+    """
     width = 1
     while width < len(pairs):
         merged: list[Any] = []
@@ -729,6 +742,7 @@ def _merge_sort(rt: Runtime, pairs: list[Any], less: Any) -> list[Any]:
 
 
 def _merge(rt: Runtime, left: list[Any], right: list[Any], less: Any) -> list[Any]:
+    """Merge two sorted lists; of equal items, those of ``left`` come first."""
     out = []
     i = j = 0
     while i < len(left) and j < len(right):
@@ -761,7 +775,8 @@ def sort(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, reverse: bo
     return rebuild(rt, plain_kind(xs), ordered)
 
 
-def _extreme(rt: Runtime, name: str, xs: Any, key: Any, largest: bool) -> Any:
+def _extreme(rt: Runtime, name: str, xs: Any, key: Any, *, largest: bool) -> Any:
+    """Return the first item with the smallest or largest key."""
     members = list(iterate(rt, xs, name))
     if not members:
         raise empty_sequence(name)

@@ -49,7 +49,9 @@ define = registry.define
 
 LOOK = "[:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]"
 _MATERIAL_NAMES = tuple(attribute.name for attribute in (*MATERIALS, *PHYSICS))
-_MAX_PLACES = 100_000
+_MAX_PLACES = 100_000  # of `surface-poses`
+_MAX_SLICES = 10_000  # of an extrusion
+_MAX_TWIST = 10_000.0  # radians of a sweep
 _ORIGIN = Vector((0.0, 0.0, 0.0))
 
 
@@ -59,30 +61,30 @@ _ORIGIN = Vector((0.0, 0.0, 0.0))
 def solid_operand(rt: Runtime, name: str, value: Any, segments: int = SEGMENTS) -> Operand:
     """Return an entity or parts as one operand: their union if there are several primitives.
 
-    Raises SceneError("solid") for primitives that have no solid.
+    Raises SceneError("solid") for primitives that are not solids.
     """
-    found = _leaves(rt, name, value, segments)
-    if not found:
+    leaves = _leaves(rt, name, value, segments)
+    if not leaves:
         raise SceneError("solid", f"`{name}` has an operand without primitives")
-    if len(found) == 1:
-        return found[0]
-    return Operand(Expression("union-solid", operands=tuple(found)), IDENTITY)
+    if len(leaves) == 1:
+        return leaves[0]
+    return Operand(Expression("union-solid", operands=tuple(leaves)), IDENTITY)
 
 
 def _leaves(rt: Runtime, name: str, value: Any, segments: int) -> list[Operand]:
     """Return the primitives of parts as operands, each with the word of the entity that it is part of."""
-    found: list[Operand] = []
+    leaves: list[Operand] = []
     stack = [(part.car, part.cdr, "") for part in reversed(parts.parts_of(rt, value))]
     while stack:
         entity, matrix, word = stack.pop()
         rt.charge(1)
         if entity.is_primitive:
-            found.append(operand_of(name, entity, matrix, word or entity.word, segments))
-            rt.meter.check_growth(len(found), "a list of operands")
+            leaves.append(operand_of(name, entity, matrix, word or entity.word, segments))
+            rt.meter.check_growth(len(leaves), "a list of operands")
             continue
         for part in reversed(entity.children):
             stack.append((part.car, pose.compose(matrix, part.cdr), entity.word))
-    return found
+    return leaves
 
 
 # --- results ---------------------------------------------------------------------------------------------------------
@@ -92,11 +94,20 @@ def solid_entity(
     rt: Runtime, name: str, parameters: Mapping[str, Any], operands: Sequence[Operand], look: Mapping[str, Any],
     like: Any = None, word: str = "", caller: str = "",
 ) -> Entity:  # fmt: skip
-    """Return the entity of an operation of the builtin ``caller``; its word is ``word``, by default the operation's
-    name.
+    """Return the entity of a solid.
 
-    ``look`` are the attributes that the program gives. The material is otherwise that of the first primitive in
-    ``like``, and the colour that of the operands.
+    Parameters
+    ----------
+    name, parameters, operands
+        Operation, as in ``Expression``.
+    look
+        Color and material that the program gives, by name.
+    like
+        Parts whose first primitive gives the material otherwise; the color is that of the operands.
+    word
+        Word of the entity, by default the name of the operation.
+    caller
+        Builtin that the operation is part of, for messages.
     """
     attributes = _material_like(rt, like)
     attributes |= {key: value for key, value in look.items() if value is not None}
@@ -114,19 +125,20 @@ def solid_entity(
 
 
 def _first_color(operand: Operand) -> tuple[float, float, float]:
+    """Return the color of the first primitive of an operand."""
     while operand.color is None and operand.expression.operands:
         operand = operand.expression.operands[0]
     return operand.expression.color if operand.color is None else operand.color
 
 
 def _material_like(rt: Runtime, like: Any) -> dict[str, Any]:
-    """Return the material, without the colour, of the first primitive of an operand."""
+    """Return the material, without the color, of the first primitive of an operand."""
     members = parts.parts_of(rt, like) if like is not None else ()
     while members:
         entity = members[0].car
         if entity.is_primitive:
-            given = entity.embedding.attributes
-            return {name: given[name] for name in _MATERIAL_NAMES if given.get(name) is not None}
+            attributes = entity.embedding.attributes
+            return {name: attributes[name] for name in _MATERIAL_NAMES if attributes.get(name) is not None}
         members = entity.children
     return {}
 
@@ -137,6 +149,7 @@ def _material_like(rt: Runtime, like: Any) -> dict[str, Any]:
 def _combined(
     rt: Runtime, name: str, values: Sequence[Any], segments: int, look: Mapping[str, Any], caller: str = ""
 ) -> Entity:  # fmt: skip
+    """Return a boolean of solids; ``caller`` is the builtin, if it has another name than the operation."""
     sides = segment_count(caller or name, segments)
     operands = [solid_operand(rt, caller or name, value, sides) for value in values]
     return solid_entity(rt, name, {}, operands, look, values[0], caller=caller)
@@ -243,6 +256,7 @@ def offset_solid(rt: Runtime, solid: Any, distance: Any, segments: int = 12, **l
 
 
 def _plane(name: str, normal: Vector, point: Vector) -> dict[str, Any]:
+    """Return the parameters of a plane through a point."""
     if len(normal) != 3 or len(point) != 3:
         raise SceneError("value", f"`{name}` expects three numbers for the normal and for the point")
     if not any(normal):
@@ -281,7 +295,7 @@ def split(rt: Runtime, solid: Any, tool: Any, segments: int = SEGMENTS, **look: 
 
 
 def _drawn(rt: Runtime, name: str, solid: Any, segments: int, height: float | None) -> Any:
-    """Return the outline of a solid from above, or what a plane at a height meets of it."""
+    """Return the outline of a solid along the z axis, or its section at a height."""
     from scenelang.interpreter.scene.modelling.computing import manifold_of
     from scenelang.interpreter.scene.modelling.contours import contours_of
 
@@ -329,7 +343,7 @@ def extrude(
     rt: Runtime, profile: Any, height: Any, twist: Any = 0, taper: Any = 1, slices: int = 0, center: bool = False,
     fill: Any = None, **look: Any,
 ) -> Entity:  # fmt: skip
-    if slices < 0 or slices > 10_000:
+    if slices < 0 or slices > _MAX_SLICES:
         raise SceneError("value", f"`extrude` expects at most 10,000 :slices, got {slices}")
     contours, rule = filled(rt, "extrude", profile, fill)
     layers = slices or (max(1, math.ceil(abs(float(twist)) / math.tau * SEGMENTS)) if twist else 1)
@@ -337,19 +351,24 @@ def extrude(
     if min(scale) < 0.0:
         raise SceneError("value", "`extrude` expects a :taper of at least 0")
     parameters = _extrusion(
-        contours, positive("extrude", "the height", height), math.degrees(float(twist)), scale, layers, bool(center)
+        contours,
+        positive("extrude", "the height", height),
+        math.degrees(float(twist)),
+        scale,
+        layers,
+        center=bool(center),
     )
     return solid_entity(rt, "extrude", parameters | _rule(rule), (), look)
 
 
 def _rule(rule: str) -> dict[str, str]:
-    """Return the parameter for a fill rule, which the usual one does not need."""
+    """Return the parameter for a fill rule; the default is left out, so that digests stay the same."""
     return {} if rule == NON_ZERO else {"fill": rule}
 
 
 def _extrusion(
     contours: Any, height: float, twist: float = 0.0, taper: Sequence[float] = (1.0, 1.0), layers: int = 1,
-    center: bool = False,
+    *, center: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the parameters of the operation ``extrude``; ``twist`` is in degrees."""
     return {
@@ -391,6 +410,7 @@ def lathe(
         raise SceneError("value", f"`lathe` expects an :angle above 0 up to a full turn, got {show(angle, 40)}")
     share = min(1.0, float(angle) / math.tau)
     contours, rule = filled(rt, "lathe", profile, fill)
+    # A part of a turn has its share of the sides, rounded up, so that a half and a whole turn with one number fit.
     parameters = {
         "profile": contours, "angle": min(360.0, math.degrees(float(angle))),
         "segments": max(1, math.ceil(segment_count("lathe", segments) * share - 1e-9)),
@@ -421,7 +441,7 @@ def sweep(
     if curves.is_closed(points) and (abs(math.remainder(turn, math.tau)) > 1e-6 or not (scale == 1.0).all()):
         hint = "use a multiple of `tau` for :twist, and no :taper"
         raise SceneError("value", "the ends of a closed `sweep` do not meet", hint)
-    if abs(turn) > 10_000.0:
+    if abs(turn) > _MAX_TWIST:
         raise SceneError("value", f"`sweep` expects a :twist of at most 10,000 radians, got {show(twist, 40)}")
     rt.charge(len(points) >> 2)
     parameters = {"profile": contours, "path": points, "twist": turn, "taper": scale}
@@ -433,8 +453,8 @@ def _poses_of(rt: Runtime, heights: Any, poses: Any, count: int) -> Any:
     if poses is not None:
         if heights is not None:
             raise SceneError("value", "`loft` expects :heights or :poses, not both")
-        found = [parts.pose_from(rt, matrix) for matrix in items(rt, poses, "loft")]
-        placed = np.array(found, np.float64).reshape(-1, 3, 4)
+        matrices = [parts.pose_from(rt, matrix) for matrix in items(rt, poses, "loft")]
+        placed = np.array(matrices, np.float64).reshape(-1, 3, 4)
     else:
         levels = np.arange(count) if heights is None else np.asarray(to_numpy(rt, heights, "loft"), np.float64)
         if levels.ndim != 1 or not (np.diff(levels) > 0.0).all() or not np.isfinite(levels).all():
@@ -465,14 +485,14 @@ def _loftable(rt: Runtime, profile: Any) -> Contours:
     picture='(loft (list (rectangle 2 2) (circle .6) (star 5 1 .5)) :heights [0 1.5 2.5] :color (color "gold"))',
 )  # fmt: skip
 def loft(rt: Runtime, profiles: Any, heights: Any = None, poses: Any = None, **look: Any) -> Entity:
-    given = [_loftable(rt, profile) for profile in items(rt, profiles, "loft")]
-    if len(given) < 2:
-        raise SceneError("value", f"`loft` expects a list of at least two profiles, got {len(given)}")
-    placed = _poses_of(rt, heights, poses, len(given))
-    contours = tuple(contour for profile in given for contour in profile)
+    sections = [_loftable(rt, profile) for profile in items(rt, profiles, "loft")]
+    if len(sections) < 2:
+        raise SceneError("value", f"`loft` expects a list of at least two profiles, got {len(sections)}")
+    placed = _poses_of(rt, heights, poses, len(sections))
+    contours = tuple(contour for profile in sections for contour in profile)
     check_corners("loft", 1, sum(map(len, contours)))
     rt.charge(sum(map(len, contours)) >> 1)
-    counts = np.array([len(profile) for profile in given], np.float64)
+    counts = np.array([len(profile) for profile in sections], np.float64)
     return solid_entity(rt, "loft", {"contours": contours, "counts": counts, "poses": placed}, (), look)
 
 
@@ -537,10 +557,10 @@ def mesh(rt: Runtime, vertices: Any, faces: Any, **look: Any) -> Entity:
         raise SceneError("value", "`mesh` expects a list of finite points [x y z]")
     triangles = []
     for face in items(rt, faces, "mesh"):
-        given = np.asarray(to_numpy(rt, face, "mesh"), np.float64).reshape(-1)
-        if len(given) < 3 or not ((given >= 0) & (given < len(points)) & (given == np.floor(given))).all():
+        indices = np.asarray(to_numpy(rt, face, "mesh"), np.float64).reshape(-1)
+        if len(indices) < 3 or not ((indices >= 0) & (indices < len(points)) & (indices == np.floor(indices))).all():
             raise SceneError("value", f"`mesh` expects faces of at least three whole indices below {len(points)}")
-        corners = given.astype(np.int64).tolist()
+        corners = indices.astype(np.int64).tolist()
         triangles += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
     parameters = {"vertices": points, "faces": np.array(triangles, np.float64).reshape(-1, 3)}
     entity = solid_entity(rt, "mesh", parameters, (), look)
@@ -563,11 +583,11 @@ def surface_poses(rt: Runtime, x: Any, count: int, stream: Any = None) -> Any:
         raise SceneError("value", f"`surface-poses` expects 0 to {_MAX_PLACES:,} places, got {count:,}")
     from scenelang.interpreter.scene.modelling.computing import leaf_mesh
 
-    found = [part for part in parts.primitives_of(rt, x) if part.car.shape.has_geometry]
-    surfaces = [
-        posed(leaf_mesh(part.car.shape, SEGMENTS).faceted(), np.array(part.cdr, np.float64).reshape(1, 3, 4)).corners
-        for part in found
-    ]
+    surfaces = []  # corners (F, 3, 3) of all primitives, so that one sample is uniform over all of them
+    for part in parts.primitives_of(rt, x):
+        if part.car.shape.has_geometry:
+            matrix = np.array(part.cdr, np.float64).reshape(1, 3, 4)
+            surfaces.append(posed(leaf_mesh(part.car.shape, SEGMENTS).faceted(), matrix).corners)
     corners = np.concatenate([np.zeros((0, 3, 3)), *surfaces])
     rt.charge((len(corners) >> 3) + count)
     surface = flat_mesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
@@ -578,7 +598,7 @@ def surface_poses(rt: Runtime, x: Any, count: int, stream: Any = None) -> Any:
 
 
 def _standing(point: Sequence[float], normal: Sequence[float]) -> Matrix:
-    """Return the pose at a point with +y along a unit normal and +z as far towards +z as possible."""
+    """Return the pose at a point with +y along a unit normal and +z as close to the +z of the scene as possible."""
     y = np.array(normal)
     z = np.array([0.0, 0.0, 1.0]) if abs(y[2]) < 0.999 else np.array([0.0, -1.0, 0.0])
     x = np.cross(y, z)
@@ -590,6 +610,7 @@ def _standing(point: Sequence[float], normal: Sequence[float]) -> Matrix:
 
 
 def _measured(rt: Runtime, name: str, x: Any) -> Measures:
+    """Return the measures of an entity or parts as one solid."""
     from scenelang.interpreter.scene.modelling.measuring import measured
 
     operands = _leaves(rt, name, x, SEGMENTS)

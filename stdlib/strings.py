@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
 registry = Registry("strings")
 
-_SHORT_CUTSET = 16  # up to this number of characters, str.strip is faster than a set
-
-
-_SHORT = 1_000  # a text of up to this length needs no check of the memory
+_MAX_CUTSET = 16  # characters up to which `str.strip`, which scans them at each step, is faster than a set
+_MAX_UNCHECKED = 1_000  # characters of a text that needs no check of the memory
 
 
 def _check_text(rt: Runtime, size: int) -> None:
+    """Check that a text may have ``size`` characters, and charge for it."""
     rt.meter.check_size(size, "a string")
 
 
 def _texts(name: str, values: Any) -> list[str]:
+    """Return values that must be strings as a list."""
     for value in values:
         if type(value) is not str:
             hint = "to convert a value, write `(string value)`"
@@ -44,7 +44,7 @@ def _texts(name: str, values: Any) -> list[str]:
 def string(rt: Runtime, *values: Any) -> str:
     texts = [rt.display(value) for value in values]
     size = sum(map(len, texts))
-    if size > _SHORT or size > rt.limits.size:
+    if size > _MAX_UNCHECKED or size > rt.limits.size:
         _check_text(rt, size)
     else:
         rt.charge(size >> 3)
@@ -55,7 +55,7 @@ def string(rt: Runtime, *values: Any) -> str:
                  ('(string-append "chair" "/" "leg")', '"chair/leg"'))  # fmt: skip
 def string_append(rt: Runtime, *texts: str) -> str:
     size = sum(map(len, texts))
-    if size > _SHORT or size > rt.limits.size:
+    if size > _MAX_UNCHECKED or size > rt.limits.size:
         _check_text(rt, size)
     else:
         rt.charge(size >> 3)
@@ -126,10 +126,9 @@ def string_trim_right(rt: Runtime, text: str, characters: str | None = None) -> 
     return _trimmed(rt, text, characters, right=True)
 
 
-def _trimmed(rt: Runtime, text: str, characters: str | None, left: bool = False, right: bool = False) -> str:
-    """Return ``text`` without ``characters`` at its ends, in linear time: ``str.strip`` scans a long ``characters``
-    each step."""
-    if characters is None or len(characters) <= _SHORT_CUTSET:
+def _trimmed(rt: Runtime, text: str, characters: str | None, *, left: bool = False, right: bool = False) -> str:
+    """Return ``text`` without ``characters`` at its ends, in linear time."""
+    if characters is None or len(characters) <= _MAX_CUTSET:
         rt.charge(len(text) >> 5)
         return text.strip(characters) if left and right else (text.lstrip if left else text.rstrip)(characters)
     rt.charge((len(text) + len(characters)) >> 4)
@@ -181,14 +180,15 @@ def string_index(rt: Runtime, text: str, part: str, start: int = 0) -> Any:
                  ('(string-replace "oak leg" "oak" "ash")', '"ash leg"'))  # fmt: skip
 def string_replace(rt: Runtime, text: str, old: str, new: str, count: int = -1) -> str:
     rt.charge(len(text) >> 4)
-    found = text.count(old)
+    replaced = text.count(old)
     if count >= 0:
-        found = min(found, count)
-    _check_text(rt, len(text) + found * max(0, len(new) - len(old)))
-    return text.replace(old, new, found)
+        replaced = min(replaced, count)
+    _check_text(rt, len(text) + replaced * max(0, len(new) - len(old)))
+    return text.replace(old, new, replaced)
 
 
 def _padding(rt: Runtime, text: str, width: int, fill: str) -> str:
+    """Return the characters that pad a text to a width."""
     if len(fill) != 1:
         raise SceneError("value", f"expected one character to pad with, got {show(fill, 30)}")
     _check_text(rt, max(width, len(text)))
@@ -247,8 +247,11 @@ def string_to_symbol(rt: Runtime, text: str) -> Any:
 
 
 def _define_comparison(sign: str, holds: Callable[[str, str], bool], doc: str, example: tuple[str, str]) -> None:
+    """Register a comparison of neighboring strings."""
+
     @registry.define(f"string{sign}?", "text::String more::String ...", "Boolean", doc, example)
     def entry(rt: Runtime, *texts: str) -> bool:
+        """Return whether all neighbors compare."""
         rt.charge(len(texts[0]) * len(texts) >> 10)
         return all(holds(a, b) for a, b in pairwise(texts))
 
@@ -293,13 +296,14 @@ _SPEC = re.compile(r"(?:.?[<>=^])?[-+ ]?z?#?0?(?P<width>\d*)[_,]?(?:\.(?P<precis
 
 
 class _Fields:
-    """The arguments of a template, by position or consumed in order."""
+    """Arguments of a template, by position or consumed in order."""
 
     def __init__(self, values: tuple[Any, ...]) -> None:
         self.values = values
         self.next: int | None = None
 
     def take(self, name: str) -> Any:
+        """Return the argument of a field; an empty name means the next one."""
         if name == "":
             if self.next is None:
                 self.next = 0
@@ -310,12 +314,13 @@ class _Fields:
             message = f"a field of `format` must be {{}} or a position such as {{0}}, got {{{name[:40]}}}"
             raise SceneError("format", message, hint="to select an item, write `(ref x i)` as the argument")
         if index >= len(self.values):
-            found = f"{len(self.values)} value{'' if len(self.values) == 1 else 's'}"
-            raise SceneError("format", f"`format` has no value for field {index}: got {found}")
+            count = f"{len(self.values)} value{'' if len(self.values) == 1 else 's'}"
+            raise SceneError("format", f"`format` has no value for field {index}: got {count}")
         return self.values[index]
 
 
 def _parse(template: str) -> Iterator[tuple[str, str | None, str | None, str | None]]:
+    """Iterate over the fields of a template: literal text before it, name, specification and conversion."""
     try:
         yield from Formatter().parse(template)
     except ValueError as error:
@@ -342,6 +347,7 @@ def format_template(rt: Runtime, template: str, values: tuple[Any, ...]) -> str:
 
 
 def _converted(rt: Runtime, value: Any, conversion: str | None) -> Any:
+    """Apply the conversion ``!s`` or ``!r`` of a field."""
     if conversion is None:
         return value
     if conversion == "s":
@@ -383,6 +389,7 @@ def format_value(rt: Runtime, value: Any, spec: str) -> str:
 
 
 def _bad_format(value: Any, spec: str, reason: str) -> SceneError:
+    """Return the error for a value that a specification cannot format."""
     return SceneError("format", f"`format` cannot format {show(value, 40)} as {show(spec, 40)}: {reason}")
 
 

@@ -74,6 +74,7 @@ def written(expression: Expression, leaf: Callable[[Leaf], str], several: tuple[
     """
 
     def grouped(item: Expression, *kinds: type) -> str:
+        """Write a part, in parentheses if it is of one of the kinds."""
         text = written(item, leaf, several)
         return f"({text})" if isinstance(item, kinds) else text
 
@@ -185,13 +186,14 @@ def parts(expression: Expression) -> Iterator[Expression]:
 
 def literals(rules: Mapping[str, Expression]) -> frozenset[str]:
     """Return the literal words of the rules, excluding brackets and prefixes."""
-    found = (part for expression in rules.values() for part in parts(expression))
-    return frozenset(part.text for part in found if isinstance(part, Literal) and not is_punctuation(part.text))
+    nodes = (part for expression in rules.values() for part in parts(expression))
+    return frozenset(part.text for part in nodes if isinstance(part, Literal) and not is_punctuation(part.text))
 
 
 def used_terminals(rules: Mapping[str, Expression]) -> frozenset[str]:
-    found = (part for expression in rules.values() for part in parts(expression))
-    return frozenset(part.name for part in found if isinstance(part, Terminal))
+    """Return the names of the terminals that occur in the rules."""
+    nodes = (part for expression in rules.values() for part in parts(expression))
+    return frozenset(part.name for part in nodes if isinstance(part, Terminal))
 
 
 def sequence(*items: Expression) -> Expression:
@@ -231,6 +233,7 @@ class _Parser:
     """Recursive-descent parser of a right-hand side."""
 
     def __init__(self, text: str) -> None:
+        """Split ``text`` into tokens; raise ``ValueError`` where there is none."""
         self._tokens: list[tuple[str, str]] = []
         position = 0
         for match in _TOKEN.finditer(text):
@@ -244,9 +247,11 @@ class _Parser:
             raise ValueError(f"malformed rule: {text[position:]!r}")
 
     def _peek(self) -> str:
+        """Return the next token if it is a sign, else an empty string."""
         return self._tokens[0][1] if self._tokens and self._tokens[0][0] == "sign" else ""
 
     def whole(self) -> Expression:
+        """Parse all tokens as one expression."""
         expression = self._choice()
         if self._tokens:
             raise ValueError(f"malformed rule at {self._tokens[0][1]!r}")
@@ -275,6 +280,7 @@ class _Parser:
         return item
 
     def _item(self) -> Expression:
+        """Parse a leaf or a group; ``[a]`` is Lark's other spelling of ``(a)?``."""
         kind, text = self._tokens.pop(0)
         if kind == "literal":
             return Literal(text.replace('\\"', '"').replace("\\\\", "\\"))
@@ -324,19 +330,20 @@ def regex(pattern: Pattern, uses: Mapping[str, str] = MappingProxyType({})) -> s
         return "|".join(regex(option, uses) for option in pattern.options)
     if isinstance(pattern, RuleUse):
         return uses[pattern.token]
-    return _part(pattern.part, uses, repeated=True) + _times(pattern)
+    return _part(pattern.part, uses, is_repeated=True) + _times(pattern)
 
 
-def _part(pattern: Pattern, uses: Mapping[str, str], repeated: bool = False) -> str:
+def _part(pattern: Pattern, uses: Mapping[str, str], *, is_repeated: bool = False) -> str:
     """Return a pattern as a part of a longer one, in parentheses if necessary."""
     text = regex(pattern, uses)
     simple = isinstance(pattern, Chars) or (isinstance(pattern, Text) and len(pattern.text) == 1)
-    if isinstance(pattern, (Either, RuleUse)) or (repeated and not simple):
+    if isinstance(pattern, (Either, RuleUse)) or (is_repeated and not simple):
         return f"(?:{text})"
     return text
 
 
 def _times(pattern: Many) -> str:
+    """Return the quantifier of a repetition."""
     minimum, maximum = pattern.minimum, pattern.maximum
     if maximum is None:
         return {0: "*", 1: "+"}.get(minimum, f"{{{minimum},}}")
@@ -346,6 +353,7 @@ def _times(pattern: Many) -> str:
 
 
 def _class(chars: Chars) -> str:
+    """Return a character class; one of a single character needs no brackets."""
     ranges = [
         _character(chr(first)) + ("" if first == last else f"-{_character(chr(last))}") for first, last in chars.ranges
     ]
@@ -355,6 +363,7 @@ def _class(chars: Chars) -> str:
 
 
 def _character(character: str) -> str:
+    """Return a character as a regular expression, in ASCII."""
     if character in _NAMED:
         return _NAMED[character]
     if ord(character) > 126:
@@ -378,9 +387,8 @@ def strict_rules() -> dict[str, Expression]:
     spelled |= {"OPERATOR": Ref("operator"), "MEASURE": Ref("measure"), "PARAMETER": Ref("parameter")}
     value = rules.pop("strict_value")
     rules = {name: substitute(expression, spelled) for name, expression in rules.items()}
-    rules["strict_value"] = substitute(
-        value, {**spelled, "PARAMETER": Terminal("NAME")}
-    )  # values have no type annotations
+    untyped = {**spelled, "PARAMETER": Terminal("NAME")}  # only parameters of functions have type annotations
+    rules["strict_value"] = substitute(value, untyped)
     rules["operator"] = choice(*(Literal(word) for word in sorted(STRICT_OPERATORS)))
     rules["measure"] = choice(*(Literal(word) for word in sorted(STRICT_MEASURES)))
     rules["parameter"] = parse_expression("NAME | ANNOTATED")
@@ -399,19 +407,20 @@ _FOREIGN = (
 
 def _chars(text: str, *ranges: tuple[int, int]) -> Chars:
     """Return the class of the characters in ``text`` (``a-z`` for a range) and in ``ranges``."""
-    found = list(ranges)
+    members = list(ranges)
     position = 0
     while position < len(text):
         if text[position + 1 : position + 2] == "-" and position + 2 < len(text):
-            found.append((ord(text[position]), ord(text[position + 2])))
+            members.append((ord(text[position]), ord(text[position + 2])))
             position += 3
         else:
-            found.append((ord(text[position]), ord(text[position])))
+            members.append((ord(text[position]), ord(text[position])))
             position += 1
-    return Chars(tuple(sorted(found)))
+    return Chars(tuple(sorted(members)))
 
 
 def _but(text: str) -> Chars:
+    """Return the class of all characters except those in ``text``."""
     return Chars(_chars(text).ranges, negated=True)
 
 
@@ -490,8 +499,8 @@ def words(texts: Iterable[str]) -> Pattern:
 
 def tokens(reserved: frozenset[str]) -> dict[str, TerminalToken]:
     """Return all tokens by the name used in rules; ``reserved`` are the words that cannot be names."""
-    taken = reserved | {"none"}
-    plain = reserved_names(taken)
+    unavailable = reserved | {"none"}
+    plain = reserved_names(unavailable)
     symbol = Either((_NAME, Text("@"), Text("...")))
     return {
         "NAME": TerminalToken(_NAME, "a name that is not reserved", plain),

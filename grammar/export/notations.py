@@ -34,7 +34,7 @@ from scenelang.grammar.export.model import (
 from scenelang.grammar.export.spacing import WHITE, spaced, without_exclusions
 
 _END = r"""(?=[\s()\]";'`,]|#\||$)"""  # lookahead for the end of a word
-_NESTED = 4  # depth of nested comments: a regular expression can only nest to a fixed depth
+_MAX_NESTED_COMMENTS = 4  # levels: a regular expression nests to a fixed depth only, and grows with it
 
 _SYMBOLS = ("SYMBOL", "TEMPLATE_SYMBOL", "PATTERN_SYMBOL")  # tokens that also match words of the rules
 _SIGNS = {
@@ -51,7 +51,11 @@ def lark_text(grammar: Grammar) -> str:
     names = word_names(literals(grammar.rules))
     classes = _classes(grammar, names)
     text_of = partial(written, leaf=partial(_leaf, names=names), several=(Literal, Terminal))
-    lines = [f'// {grammar.title}, for lark.Lark(text, parser="lalr").', f"// Comments nest up to {_NESTED} deep.", ""]
+    lines = [
+        f'// {grammar.title}, for lark.Lark(text, parser="lalr").',
+        f"// Comments nest up to {_MAX_NESTED_COMMENTS} deep.",
+        "",
+    ]
     for name, expression in grammar.rules.items():
         text = text_of(substitute(expression, {name.upper(): Ref(name) for name in classes}))
         lines.append(f"{name}: _hidden {text}" if name == grammar.start else f"{name}: {text}")
@@ -66,7 +70,10 @@ def lark_text(grammar: Grammar) -> str:
     for name, token in grammar.tokens.items():
         if name not in _SYMBOLS:
             lines.append(f"{name}: /{_token_regex(name, grammar, names)}/  // {token.title}")
-    return "\n".join([*lines, "", r"%ignore /\s+/", r"%ignore /;[^\n]*/", f"%ignore /{_block(_NESTED)}/"]) + "\n"
+    return (
+        "\n".join([*lines, "", r"%ignore /\s+/", r"%ignore /;[^\n]*/", f"%ignore /{_block(_MAX_NESTED_COMMENTS)}/"])
+        + "\n"
+    )
 
 
 def _classes(grammar: Grammar, names: Mapping[str, str]) -> dict[str, Expression]:
@@ -108,10 +115,12 @@ def _leaf(leaf: Leaf, names: Mapping[str, str]) -> str:
 
 
 def _word_regex(word: str) -> str:
+    """Return a regular expression of a word of the rules, which must not continue."""
     return regex(Text(word)) + _END
 
 
 def _token_regex(name: str, grammar: Grammar, names: Mapping[str, str]) -> str:
+    """Return a regular expression of a terminal; words of the rules are excluded by a lookahead."""
     token = grammar.tokens[name]
     used = grammar.tokens["NAME"]
     uses = {"NAME": _excluding(used.excluded, "::") + f"(?:{regex(used.pattern)})"}
@@ -149,10 +158,12 @@ def llguidance_text(grammar: Grammar) -> str:
 
 
 def _llguidance_leaf(leaf: Leaf) -> str:
+    """Write a leaf in llguidance's dialect."""
     return f'"{leaf.text}"' if isinstance(leaf, Literal) else leaf.name
 
 
 def _token(name: str, token: TerminalToken) -> str:
+    """Write the definition of a terminal in llguidance's dialect."""
     text = _terminal(token.pattern)
     if token.excluded:
         words = "|".join(regex(Text(word)) for word in sorted(token.excluded))
@@ -172,6 +183,7 @@ def _terminal(pattern: Pattern) -> str:
 
 
 def _uses(pattern: Pattern) -> bool:
+    """Return whether a pattern refers to another token."""
     if isinstance(pattern, Joined):
         return any(map(_uses, pattern.parts))
     return isinstance(pattern, RuleUse) or (isinstance(pattern, Either) and any(map(_uses, pattern.options)))
@@ -184,9 +196,13 @@ def _pattern_text(
     characters: Callable[[Chars], str],
     repeated: Callable[[str, Many], str],
 ) -> str:
-    """Write a token's pattern in the notation of EBNF and GBNF, which differ in names, literals, classes and counts."""
+    """Write a token's pattern in the notation of EBNF and GBNF.
+
+    They differ in names (``use``), literals (``quoted``), classes (``characters``) and counts (``repeated``).
+    """
 
     def write(part: Pattern) -> str:
+        """Write a subpattern."""
         if isinstance(part, RuleUse):
             return use(part.token)
         if isinstance(part, Text):
@@ -194,7 +210,7 @@ def _pattern_text(
         if isinstance(part, Chars):
             return characters(part)
         if isinstance(part, Joined):
-            return " ".join(f"({write(each)})" if isinstance(each, Either) else write(each) for each in part.parts)
+            return " ".join(f"({write(p)})" if isinstance(p, Either) else write(p) for p in part.parts)
         if isinstance(part, Either):
             return " | ".join(write(option) for option in part.options)
         text = write(part.part)
@@ -203,7 +219,7 @@ def _pattern_text(
     return write(pattern)
 
 
-_EBNF_ABOUT = (
+_EBNF_NOTES = (
     "White space and comments are allowed between tokens: `; to the end of the line`, `#| nested |#`, `#; datum`.",
     "Adjacent words must be separated by white space. `A - B` matches what A matches but B does not.",
 )
@@ -211,7 +227,7 @@ _EBNF_ABOUT = (
 
 def ebnf_text(grammar: Grammar) -> str:
     """Return the grammar as EBNF text, starting with the start rule."""
-    lines = [f"/* {grammar.title} */", *(f"/* {line} */" for line in _EBNF_ABOUT), ""]
+    lines = [f"/* {grammar.title} */", *(f"/* {line} */" for line in _EBNF_NOTES), ""]
     ordered = sorted(grammar.rules, key=lambda name: name != grammar.start)
     lines += [f"{name} ::= {written(grammar.rules[name], _ebnf_leaf)}" for name in ordered]
     lines += ["", *(f"{name} ::= {_ebnf_token(token)} /* {token.title} */" for name, token in grammar.tokens.items())]
@@ -219,10 +235,12 @@ def ebnf_text(grammar: Grammar) -> str:
 
 
 def _ebnf_leaf(leaf: Leaf) -> str:
+    """Write a leaf as EBNF."""
     return _ebnf_quoted(leaf.text) if isinstance(leaf, Literal) else leaf.name
 
 
 def _ebnf_token(token: TerminalToken) -> str:
+    """Write a terminal as EBNF, its excluded words as ``A - B``."""
     text = _ebnf_pattern(token.pattern)
     if not token.excluded:
         return text
@@ -231,6 +249,7 @@ def _ebnf_token(token: TerminalToken) -> str:
 
 
 def _ebnf_pattern(pattern: Pattern) -> str:
+    """Write a pattern as EBNF."""
     return _pattern_text(pattern, lambda name: name, _ebnf_quoted, _ebnf_class, _ebnf_repeated)
 
 
@@ -256,11 +275,13 @@ def _ebnf_class(chars: Chars) -> str:
 
 
 def _ebnf_member(point: int) -> str:
+    """Write a code point within a class: as itself if that is plain ASCII."""
     character = chr(point)
     return character if 32 < point < 127 and character not in "[]^-#\\" else _ebnf_code(point)
 
 
 def _ebnf_code(point: int) -> str:
+    """Write a code point as W3C EBNF does."""
     return f"#x{point:X}"
 
 
@@ -283,33 +304,38 @@ def gbnf_text(grammar: Grammar) -> str:
 
 
 def _gbnf_rule(name: str, start: str) -> str:
+    """Return the GBNF name of a rule; llama.cpp starts with ``root`` and allows no underscores."""
     return "root" if name == start else name.replace("_", "-")
 
 
 def _gbnf_token(name: str) -> str:
+    """Return the GBNF name of a terminal, which is a rule like others there."""
     return f"{name.lower().replace('_', '-')}-token"
 
 
 def _gbnf_leaf(leaf: Leaf, start: str) -> str:
+    """Write a leaf as GBNF."""
     if isinstance(leaf, Literal):
         return _gbnf_quoted(leaf.text)
     return _gbnf_token(leaf.name) if isinstance(leaf, Terminal) else _gbnf_rule(leaf.name, start)
 
 
 def _gbnf_pattern(pattern: Pattern) -> str:
+    """Write a pattern as GBNF."""
     return _pattern_text(pattern, _gbnf_token, _gbnf_quoted, _gbnf_class, _gbnf_repeated)
 
 
 def _gbnf_repeated(item: str, pattern: Many) -> str:
-    signs = {(0, None): "*", (1, None): "+", (0, 1): "?"}
+    """Write a repetition with the shortest quantifier."""
     minimum, maximum = pattern.minimum, pattern.maximum
-    return item + signs.get(
-        (minimum, maximum),
-        f"{{{minimum}}}" if minimum == maximum else f"{{{minimum},{'' if maximum is None else maximum}}}",
-    )
+    sign = {(0, None): "*", (1, None): "+", (0, 1): "?"}.get((minimum, maximum))
+    if sign is None:
+        sign = f"{{{minimum}}}" if minimum == maximum else f"{{{minimum},{'' if maximum is None else maximum}}}"
+    return item + sign
 
 
 def _gbnf_quoted(text: str) -> str:
+    """Write a literal as GBNF."""
     return '"' + "".join('\\"' if c == '"' else _GBNF_ESCAPES.get(c, c) for c in text) + '"'
 
 
@@ -324,9 +350,12 @@ def _gbnf_class(chars: Chars) -> str:
 
 
 def _gbnf_member(point: int) -> str:
+    """Write a code point within a class."""
     character = chr(point)
     return f"\\{character}" if character in "[]" else _GBNF_ESCAPES.get(character, character)
 
+
+# TextMate grammars, which VS Code and others read: patterns over single lines, with scopes that themes color.
 
 SCOPE = "source.scene"
 _STOPS = r"""\s()\[\]";'`,"""
@@ -336,7 +365,10 @@ _SYMBOL = rf"[^{_STOPS}:]+"
 
 
 def textmate_text(names: Mapping[str, Iterable[str]]) -> str:
-    """Return the grammar as JSON; ``names`` maps a scope, such as `keyword.control`, to words of the language."""
+    """Return the TextMate grammar as JSON.
+
+    ``names`` maps a scope, such as `keyword.control`, to words of the language.
+    """
     grammar = {
         "name": "Scene",
         "scopeName": SCOPE,
@@ -360,18 +392,22 @@ def textmate_text(names: Mapping[str, Iterable[str]]) -> str:
 
 
 def _scoped(name: str) -> str:
+    """Return a scope with the suffix of the language."""
     return f"{name}.scene"
 
 
 def _patterns(*names: str) -> dict[str, Any]:
+    """Return a rule that tries other rules of the repository in order."""
     return {"patterns": [{"include": f"#{name}"} for name in names]}
 
 
 def _captures(*names: str) -> dict[str, Any]:
+    """Return the scopes of the groups of a pattern, from group 1 on; an empty one has no scope."""
     return {str(number): {"name": _scoped(name)} for number, name in enumerate(names, 1) if name}
 
 
 def _comments() -> list[dict[str, Any]]:
+    """Patterns of comments; a hidden list is commented out up to its closing bracket."""
     hidden = _scoped("comment.block.datum")
     return [
         {"include": "#block-comment"},
@@ -395,6 +431,7 @@ def _hidden_list() -> dict[str, Any]:
 
 
 def _string(name: str) -> dict[str, Any]:
+    """Pattern of a string, in which unknown escapes are marked."""
     escapes = [
         {
             "name": _scoped("constant.character.escape"),
@@ -426,6 +463,7 @@ def _word() -> dict[str, Any]:
 
 
 def _annotation() -> dict[str, Any]:
+    """Pattern of a parameter with a type, ``name::Type``."""
     type_ = regex(Joined(ANNOTATION.parts[1:]))
     return {
         "match": rf"{_TOKEN_START}(:?{_SYMBOL})(::)({type_}){_TOKEN_END}",
@@ -434,23 +472,26 @@ def _annotation() -> dict[str, Any]:
 
 
 def _atoms() -> list[dict[str, Any]]:
-    known = tokens(frozenset())
+    """Patterns of numbers and other constants, as the other notations have them."""
+    terminals = tokens(frozenset())
     scopes = {
         "NUMBER": "constant.numeric", "BOOLEAN": "constant.language.boolean", "NONE": "constant.language.none",
         "HANDLE": "constant.other.handle", "KEYWORD": "constant.other.keyword",
     }  # fmt: skip
     return [
-        {"name": _scoped(scope), "match": f"{_TOKEN_START}(?:{regex(known[name].pattern)}){_TOKEN_END}"}
+        {"name": _scoped(scope), "match": f"{_TOKEN_START}(?:{regex(terminals[name].pattern)}){_TOKEN_END}"}
         for name, scope in scopes.items()
     ]
 
 
 def _named(scope: str, words: Iterable[str]) -> dict[str, Any]:
+    """Pattern of words of the language, longest first."""
     options = "|".join(regex(Text(word)) for word in sorted(words, key=lambda word: (-len(word), word)))
     return {"name": _scoped(scope), "match": f"{_TOKEN_START}(?:{options}){_TOKEN_END}"}
 
 
 def _brackets() -> list[dict[str, Any]]:
+    """Patterns of brackets and prefixes, and last of all other symbols."""
     return [
         {"name": _scoped("punctuation.section.parens"), "match": r"[()]"},
         {"name": _scoped("punctuation.section.array"), "match": r"[\[\]]"},

@@ -80,10 +80,10 @@ def spaced(grammar: Grammar, white: Pattern = WHITE) -> Grammar:
         if name != grammar.start and spacer.start_of(Ref(name)) == "mixed":
             rules[_spaced_name(name)] = spacer.spaced(expression)
     rules[grammar.start] = sequence(_MAYBE_GAP, rules[grammar.start], Ref("end"))
-    own = parse_rules(_RULES)
-    assert not own.keys() & rules.keys(), "two rules of one name"
+    white_rules = parse_rules(_RULES)
+    assert not white_rules.keys() & rules.keys(), "a rule has the name of one of white space"
     tokens = {**grammar.tokens, **_space_tokens(white)}
-    return Grammar(grammar.start, MappingProxyType(rules | own), MappingProxyType(tokens), grammar.title)
+    return Grammar(grammar.start, MappingProxyType(rules | white_rules), MappingProxyType(tokens), grammar.title)
 
 
 _GAP = Ref("gap")
@@ -93,6 +93,7 @@ _BEFORE_CLOSER = Repeat(sequence(_GAP, _MAYBE_HIDDEN), 0, once=True)
 
 
 def _spaced_name(name: str) -> str:
+    """Return the name of the variant of a rule with leading white space."""
     return f"spaced_{name}"
 
 
@@ -127,6 +128,7 @@ class _Spacer:
         return _united(first)
 
     def spaced(self, expression: Expression) -> Expression:
+        """Rewrite an expression so that it begins with the white space that its first token requires."""
         if isinstance(expression, Sequence):
             return self._sequence(expression.items, bare=False)
         if isinstance(expression, Repeat):
@@ -149,14 +151,15 @@ class _Spacer:
             closing = isinstance(option, Sequence) and isinstance(option.items[0], Repeat)
             kind: Start = "mixed" if start == "mixed" or closing else start
             groups[kind].append(self.spaced(option) if kind == "mixed" else self.bare(option))
-        found: list[Expression] = list(groups["mixed"])
+        options: list[Expression] = list(groups["mixed"])
         if groups["word"]:
-            found.append(sequence(_GAP, choice(*groups["word"])))
+            options.append(sequence(_GAP, choice(*groups["word"])))
         if groups["sign"]:
-            found.append(sequence(_MAYBE_GAP, choice(*groups["sign"])))
-        return choice(*found)
+            options.append(sequence(_MAYBE_GAP, choice(*groups["sign"])))
+        return choice(*options)
 
     def bare(self, expression: Expression) -> Expression:
+        """Rewrite an expression for a place where white space has been read, or where none is needed."""
         if isinstance(expression, Sequence):
             return self._sequence(expression.items, bare=True)
         if isinstance(expression, Choice):
@@ -165,7 +168,8 @@ class _Spacer:
             return self._sequence((expression,), bare=True)
         return expression
 
-    def _sequence(self, items: Items[Expression], bare: bool) -> Expression:
+    def _sequence(self, items: Items[Expression], *, bare: bool) -> Expression:
+        """Rewrite a sequence; whether an item is bare depends on the literal before it."""
         done: list[Expression] = []
         for position, item in enumerate(items):
             if bare and isinstance(item, Repeat):
@@ -192,10 +196,12 @@ class _Spacer:
 
 
 def _united(starts: set[Start]) -> Start:
+    """Return the start that all alternatives have in common, or mixed."""
     return starts.pop() if len(starts) == 1 else "mixed"
 
 
 def _may_be_empty(expression: Expression) -> bool:
+    """Return whether an expression matches no token at all."""
     return isinstance(expression, Repeat) and not expression.minimum
 
 
@@ -204,13 +210,13 @@ def _may_be_empty(expression: Expression) -> bool:
 
 def without_exclusions(tokens: Mapping[str, TerminalToken]) -> dict[str, TerminalToken]:
     """Return equivalent tokens without exclusions, by expanding excluded words letter by letter into helper tokens."""
-    found: dict[str, TerminalToken] = {}
+    expanded: dict[str, TerminalToken] = {}
     for name, token in tokens.items():
         if token.excluded:
-            found |= _Excluder(name, token).tokens
+            expanded |= _Excluder(name, token).tokens
         else:
-            found[name] = token
-    return found
+            expanded[name] = token
+    return expanded
 
 
 class _Excluder:
@@ -248,6 +254,7 @@ class _Excluder:
         return Either((Joined((chars, self._rest(rest))), *options))
 
     def _rest(self, rest: Many) -> Pattern:
+        """Return a reference to the token of the characters after the first one."""
         name = f"{self._name}_REST"
         self.tokens.setdefault(name, TerminalToken(rest, f"the rest of {self._name}"))
         return RuleUse(name)
@@ -263,10 +270,12 @@ class _Excluder:
 
 
 def _has(chars: Chars, character: str) -> bool:
+    """Return whether a character is in a class."""
     return any(first <= ord(character) <= last for first, last in chars.ranges)
 
 
 def _minus(chars: Chars, point: int) -> Chars:
+    """Return a class without one code point."""
     ranges: list[tuple[int, int]] = []
     for first, last in chars.ranges:
         if first <= point <= last:

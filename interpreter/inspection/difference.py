@@ -1,15 +1,20 @@
 """Comparison of two flattened scenes as multisets of primitives, by world-space geometry.
 
-Two primitives are equal if their word and colour agree, and their position and second moments agree within a tolerance
+Two primitives are equal if their word and color agree, and their position and second moments agree within a tolerance
 relative to the size of the scene (so a cube rotated by 90 degrees about itself is the same cube). Minecraft blocks are
 equal if position, size, type, fill and keywords agree. Second moments of a cube do not depend on its orientation, so
 the fourth moments of its edge directions are compared as well; assets and words without a known geometry are compared
-by their whole pose. The remaining primitives of both sides are then paired as recoloured (same geometry) or moved (same
-size and colour), so that each change is reported once.
+by their whole pose. The remaining primitives of both sides are then paired as recolored (same geometry) or moved (same
+size and color), so that each change is reported once.
 
 All steps are near-linear in the number of primitives: rows are paired by hashes of their features rounded to a grid, on
 several shifted grids because equal features may lie on both sides of a cell boundary (locality-sensitive hashing);
-neighbours are searched only for the rows that remain.
+neighbors are searched only for the rows that remain. SciPy's k-d tree would replace 40 of these lines, and ``diff``
+would need a package of 40 MB that imports in 0.2 s.
+
+The size of the scene is the extent of the positions, as in the corpus's ``compare.py``; if all primitives are at one
+point, the extent of the largest one. ``compare.py`` compares second moments only, so for it all rotations of a cube are
+equal.
 """
 
 from __future__ import annotations
@@ -38,18 +43,19 @@ Bools: TypeAlias = "npt.NDArray[np.bool_]"
 Hashes: TypeAlias = "npt.NDArray[np.uint64]"
 Point = tuple[float, float, float]
 
-TOLERANCE = 1e-5
-COLOR_TOLERANCE = 2e-3
-_MIN_SCENE_SIZE = 1e-3
+TOLERANCE = 1e-5  # of lengths, relative to the size of the scene
+COLOR_TOLERANCE = 2e-3  # of linear sRGB components, half a step of 8 bits
+_MIN_SCENE_SIZE = 1e-3  # scene units: a smaller scene is compared as if it had this size
 # Tolerances of the other features in units of the tolerance of lengths. Second moments are squares of lengths of up to
 # half the scene; the edge directions of small cubes vary more than their moments (see ``_Rule.holds``).
 _MOMENT_FACTOR = 4.0
 _ORIENTATION_FACTOR = 8.0
 _STRETCH_FACTOR = 4.0
 _SHIFTS = (0.317, 0.731, 0.113, 0.558)  # grid offsets; no round number lies on a cell boundary
-_MAX_CANDIDATES = 64  # neighbours compared with one row
-_CHUNK = 50_000  # rows whose neighbours are searched together
-_MAX_SEARCHES = 2_000  # rows visited while augmenting the matching
+_MAX_CANDIDATES = 64  # neighbors compared with one row
+_CHUNK_ROWS = 50_000  # rows whose neighbors are searched together
+_MAX_VISITED_ROWS = 2_000  # while augmenting the matching
+_MAX_NUMBER = 1e100  # of attributes; moments are products of four of them
 _MAX_DISTANCES = 4_000_000  # pairwise distances between moved primitives; beyond that, they are paired in order
 _BLOCK = "block"
 _NO_ORIENTATION = Symmetry()
@@ -68,9 +74,9 @@ class ComparedSolid:
     Attributes
     ----------
     kind
-        The word ("block" for all block words) and properties that no pose can change, such as the file of an asset.
+        Word ("block" for all block words) and properties that no pose can change, such as the file of an asset.
     look
-        The appearance of a block, which replaces its colour; "" for other primitives.
+        Appearance of a block, which replaces its color; "" for other primitives.
     size
         Size of a primitive without an axis.
     p0, p1, radius
@@ -89,17 +95,19 @@ class ComparedSolid:
 
     @property
     def symmetry(self) -> Symmetry:
-        """How the orientation of the primitive is compared."""
+        """Aspects of the orientation that are compared."""
         if self.is_computed:
             return Symmetry(unknown=True)
         return _NO_ORIENTATION if self.is_block else class_of(self.word).symmetry
 
     @property
     def has_axis(self) -> bool:
+        """Whether the primitive has endpoints, as a cylinder does."""
         return self.symmetry.axis
 
     @property
     def is_block(self) -> bool:
+        """Whether the primitive is made of Minecraft blocks."""
         return self.word == _BLOCK
 
 
@@ -116,23 +124,23 @@ def solid_of(word: str, attributes: Mapping[str, Any], use_block_scale: bool = T
     ValueError
         If an attribute is malformed.
     """
-    given = {name.lstrip(":").replace("-", "_"): value for name, value in attributes.items()}
+    values = {name.lstrip(":").replace("-", "_"): value for name, value in attributes.items()}
     cls = find(word.replace("_", "-")) if "_" in word else None  # the paper's tool writes block words with underscores
     cls = cls if cls is not None and cls.is_block else class_of(word)
     if cls.is_block or word == _BLOCK:
-        size = _size(given.get("scale")) if use_block_scale else _ONES
-        return ComparedSolid(_BLOCK, _BLOCK, _block_look(given), _ORIGIN, size)
-    color = _color(given.get("color"))
-    if isinstance(given.get("solid"), str):
-        return ComparedSolid(word, f"{word} {given['solid']}", "", color, is_computed=True)
-    numbers = {name: _checked(given[name]) for name in _geometry_of(cls) if given.get(name) is not None}
-    detail, own_size = cls.comparison_key({**given, **numbers})
+        size = _size(values.get("scale")) if use_block_scale else _ONES
+        return ComparedSolid(_BLOCK, _BLOCK, _block_look(values), _ORIGIN, size)
+    color = _color(values.get("color"))
+    if isinstance(values.get("solid"), str):
+        return ComparedSolid(word, f"{word} {values['solid']}", "", color, is_computed=True)
+    numbers = {name: _checked(values[name]) for name in _geometry_of(cls) if values.get(name) is not None}
+    detail, fixed_size = cls.comparison_key({**values, **numbers})
     kind = f"{word} {detail}" if detail else word
     if cls.symmetry.axis:
-        p0, p1 = _point(given.get("p0", _ORIGIN)), _point(given.get("p1", (0.0, 1.0, 0.0)))
-        radius = _number(given.get("radius", 1.0))
+        p0, p1 = _point(values.get("p0", _ORIGIN)), _point(values.get("p1", (0.0, 1.0, 0.0)))
+        radius = _number(values.get("radius", 1.0))
         return ComparedSolid(word, kind, "", color, p0=p0, p1=p1, radius=radius)
-    size = _size(given.get("scale")) if own_size is None else own_size
+    size = _size(values.get("scale")) if fixed_size is None else fixed_size
     return ComparedSolid(word, kind, "", color, size)
 
 
@@ -147,18 +155,20 @@ def _checked(value: Any) -> Any:
 
 
 def _number(value: Any) -> float:
+    """Validate a finite number."""
     if type(value) not in (int, float):
         raise ValueError("has an attribute that is not a number")
     try:
         number = float(value)
     except OverflowError:
         raise ValueError("has a number outside the supported range") from None
-    if not abs(number) < 1e100:  # nan too
+    if not abs(number) < _MAX_NUMBER:  # nan too
         raise ValueError("has a number outside the supported range")
     return number
 
 
 def _point(value: Any) -> Point:
+    """Validate a list of three numbers."""
     if not isinstance(value, (list, tuple)) or len(value) != 3:
         raise ValueError("has an attribute that is not a list of three numbers")
     x, y, z = map(_number, value)
@@ -166,12 +176,14 @@ def _point(value: Any) -> Point:
 
 
 def _size(value: Any) -> Point:
+    """Return the three side lengths of a ``scale``, 1 by default."""
     if value is None:
         return _ONES
     return _point(value) if isinstance(value, (list, tuple)) else (_number(value),) * 3
 
 
 def _color(value: Any) -> Point:
+    """Return a color clamped to [0, 1], white by default."""
     if value is None or value == []:
         return _ONES
     if not isinstance(value, (list, tuple)):
@@ -180,9 +192,9 @@ def _color(value: Any) -> Point:
     return (r, g, b)
 
 
-def _block_look(given: Mapping[str, Any]) -> str:
+def _block_look(values: Mapping[str, Any]) -> str:
     """Format type, keywords and fill of a block, such as ``minecraft:oak_log[axis=y]``."""
-    keywords = given.get("block_kwargs") or {}
+    keywords = values.get("block_kwargs") or {}
     if isinstance(keywords, list):
         if not all(isinstance(pair, list) and len(pair) == 2 for pair in keywords):
             raise ValueError("has `block_kwargs` that are not name-value pairs")
@@ -190,11 +202,12 @@ def _block_look(given: Mapping[str, Any]) -> str:
     if not isinstance(keywords, dict):
         raise ValueError("has `block_kwargs` that are not name-value pairs")
     states = ",".join(f"{name}={_keyword_text(value)}" for name, value in sorted(keywords.items()))
-    fill = "" if given.get("fill", True) else " hollow"
-    return f"{given.get('block_type') or 'minecraft:air'}{f'[{states}]' if states else ''}{fill}"
+    fill = "" if values.get("fill", True) else " hollow"
+    return f"{values.get('block_type') or 'minecraft:air'}{f'[{states}]' if states else ''}{fill}"
 
 
 def _keyword_text(value: Any) -> str:
+    """Return a name or value of a block state as text."""
     return value if isinstance(value, str) else json.dumps(value)
 
 
@@ -222,6 +235,7 @@ class ComparedFrame:
         return len(self.index)
 
     def solid(self, row: int) -> ComparedSolid:
+        """Return the solid of a row."""
         return self.solids[int(self.index[row])]
 
     def labels(self, rows: Iterable[int]) -> list[str]:
@@ -231,12 +245,12 @@ class ComparedFrame:
         counts = np.bincount(self.path_index, minlength=len(self.paths))
         starts = np.cumsum(counts) - counts
         place[order] = np.arange(len(self)) - starts[self.path_index[order]]
-        found = []
+        labels = []
         for row in rows:
             path = int(self.path_index[row])
             number = f"[{place[row]}]" if counts[path] > 1 or not self.paths[path] else ""
-            found.append("/".join(self.paths[path]) + number)
-        return found
+            labels.append("/".join(self.paths[path]) + number)
+        return labels
 
 
 def compared_frame(frame: FlatFrame) -> ComparedFrame:
@@ -286,6 +300,7 @@ class _Features:
         return len(self.kind)
 
     def take(self, rows: Ints) -> _Features:
+        """Return the features of some rows."""
         return _Features(
             self.kind[rows], self.look[rows], self.lengths[rows], self.moments[rows], self.orientation[rows],
             self.extent[rows], self.colors[rows], self.location[rows], self.has_axis[rows],
@@ -316,9 +331,9 @@ def _features(frame: ComparedFrame, kinds: dict[str, int], looks: dict[str, int]
     )
 
 
-def _intern(names: Sequence[str], known: dict[str, int]) -> Ints:
+def _intern(names: Sequence[str], numbers: dict[str, int]) -> Ints:
     """Map names to integers; new names are added to ``known``."""
-    return np.array([known.setdefault(name, len(known)) for name in names], np.int64)
+    return np.array([numbers.setdefault(name, len(numbers)) for name in names], np.int64)
 
 
 def _points(frame: ComparedFrame, points: Sequence[Point]) -> Floats:
@@ -338,8 +353,7 @@ def _endpoints(frame: ComparedFrame, has_axis: Bools, is_block: Bools) -> tuple[
 
 
 def _moments(frame: ComparedFrame, has_axis: Bools) -> Floats:
-    """Return second moments up to a factor, (N, 3, 3): of the cross-section for a primitive with an axis, else of the
-    whole."""
+    """Return second moments (N, 3, 3) up to a factor, of the cross-section of a primitive with an axis, else of all."""
     linear, solids = frame.matrices[:, :, :3], frame.solids
     axis = _points(frame, [s.p1 for s in solids]) - _points(frame, [s.p0 for s in solids])
     length = np.linalg.norm(axis, axis=1, keepdims=True)
@@ -347,8 +361,8 @@ def _moments(frame: ComparedFrame, has_axis: Bools) -> Floats:
     radius = np.array([s.radius for s in solids])[frame.index, None, None]
     across = (np.eye(3) - axis[:, :, None] * axis[:, None, :]) * radius**2
     stretched = np.eye(3) * (_points(frame, [s.size for s in solids]) ** 2)[:, :, None]
-    found: Floats = linear @ np.where(has_axis[:, None, None], across, stretched) @ linear.transpose(0, 2, 1)
-    return found
+    moments: Floats = linear @ np.where(has_axis[:, None, None], across, stretched) @ linear.transpose(0, 2, 1)
+    return moments
 
 
 # Index tuples of the 15 independent components of a symmetric fourth-order tensor in three dimensions.
@@ -367,22 +381,21 @@ def _orientations(frame: ComparedFrame) -> tuple[Floats, Floats]:
     unit = edges / np.where(length > 0, length, 1.0)[:, :, None]
     is_cube = np.array([s.symmetry.edges for s in frame.solids], np.bool_)[frame.index]
     is_whole = np.array([s.symmetry.unknown for s in frame.solids], np.bool_)[frame.index]
-    found = np.zeros((len(frame), len(_QUARTICS)))
+    orientation = np.zeros((len(frame), len(_QUARTICS)))
     for column, (i, j, k, m) in enumerate(_QUARTICS):
-        found[:, column] = (unit[:, i] * unit[:, j] * unit[:, k] * unit[:, m]).sum(axis=1) * is_cube
-    found[is_whole, :9] = unit[is_whole].reshape(-1, 9)
-    return found * length, length[:, 0]
+        orientation[:, column] = (unit[:, i] * unit[:, j] * unit[:, k] * unit[:, m]).sum(axis=1) * is_cube
+    orientation[is_whole, :9] = unit[is_whole].reshape(-1, 9)
+    return orientation * length, length[:, 0]
 
 
 def _scene_size(a: _Features, b: _Features) -> float:
-    """Return the extent of the positions of all primitives, or that of the largest primitive if all positions
-    coincide."""
+    """Return the extent of the positions of all primitives, or of the largest one if all positions coincide."""
     points = np.vstack([a.lengths[:, :3], b.lengths[:, :3]])
     with np.errstate(all="ignore"):
         size = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
     if size < _MIN_SCENE_SIZE:
-        own = np.vstack([a.moments[:, :3], b.moments[:, :3]])
-        size = max(_MIN_SCENE_SIZE, float(np.sqrt(own.max(initial=0.0))))
+        squares = np.vstack([a.moments[:, :3], b.moments[:, :3]])
+        size = max(_MIN_SCENE_SIZE, float(np.sqrt(squares.max(initial=0.0))))
     return size
 
 
@@ -414,10 +427,8 @@ class _Rule:
         agree &= apart <= _MOMENT_FACTOR * self.tolerance
         # A small cube may be slightly stretched within the tolerance of its moments, which also rotates its edges.
         stretched = np.where(a.extent > 0, apart / np.where(a.extent > 0, a.extent, 1.0), 0.0)
-        agree &= (
-            np.abs(a.orientation - b.orientation).max(axis=1, initial=0.0)
-            <= _ORIENTATION_FACTOR * self.tolerance + _STRETCH_FACTOR * stretched
-        )
+        turned = np.abs(a.orientation - b.orientation).max(axis=1, initial=0.0)
+        agree &= turned <= _ORIENTATION_FACTOR * self.tolerance + _STRETCH_FACTOR * stretched
         if self.colored:
             agree &= (a.look == b.look) & (np.abs(a.colors - b.colors) <= COLOR_TOLERANCE).all(axis=1)
         return agree
@@ -425,11 +436,11 @@ class _Rule:
     def columns(self, rows: _Features) -> list[Floats]:
         """Return the compared features in units of their tolerances."""
         step = max(self.tolerance, 1e-12)
-        found = [rows.kind[:, None].astype(np.float64), rows.lengths / step, rows.moments / (_MOMENT_FACTOR * step)]
-        found.append(rows.orientation / (_ORIENTATION_FACTOR * step))
+        columns = [rows.kind[:, None].astype(np.float64), rows.lengths / step, rows.moments / (_MOMENT_FACTOR * step)]
+        columns.append(rows.orientation / (_ORIENTATION_FACTOR * step))
         if self.colored:
-            found += [rows.look[:, None].astype(np.float64), rows.colors / COLOR_TOLERANCE]
-        return found
+            columns += [rows.look[:, None].astype(np.float64), rows.colors / COLOR_TOLERANCE]
+        return columns
 
 
 def _hash(columns: Sequence[Floats], shift: float = 0.0) -> Hashes:
@@ -452,8 +463,7 @@ def _mix(numbers: Hashes) -> Hashes:
 
 
 def _disambiguated(hashes: Hashes) -> Hashes:
-    """Combine each hash with the number of earlier rows that have the same hash, so that duplicates are paired one to
-    one."""
+    """Combine each hash with the number of earlier rows that have it, so that duplicates are paired one to one."""
     order = np.argsort(hashes, kind="stable")
     ordered = hashes[order]
     first = np.r_[True, ordered[1:] != ordered[:-1]] if len(ordered) else np.zeros(0, np.bool_)
@@ -473,9 +483,11 @@ class _Pairing:
         self.partner_of_b = np.full(len(b), -1, np.int64)
 
     def unpaired(self) -> tuple[Ints, Ints]:
+        """Return the unpaired rows of both sides, ascending."""
         return np.flatnonzero(self.partner_of_a < 0), np.flatnonzero(self.partner_of_b < 0)
 
     def join(self, rows_a: Ints, rows_b: Ints) -> None:
+        """Pair rows of both sides."""
         self.partner_of_a[rows_a] = rows_b
         self.partner_of_b[rows_b] = rows_a
 
@@ -485,7 +497,7 @@ class _Pairing:
         for shift in _SHIFTS:
             if not self._by_cell(rule, shift):
                 return
-        self._by_neighbours(rule)
+        self._by_neighbors(rule)
 
     def _by_index(self, rule: _Rule) -> None:
         """Pair rows with the same index: two versions of a program mostly agree in order."""
@@ -500,7 +512,7 @@ class _Pairing:
         if not len(rows_a) or not len(rows_b):
             return False
         left, right = self.a.take(rows_a), self.b.take(rows_b)
-        by_color_a, by_color_b = np.lexsort(left.colors.T), np.lexsort(right.colors.T)  # similar colours first
+        by_color_a, by_color_b = np.lexsort(left.colors.T), np.lexsort(right.colors.T)  # similar colors first
         hash_a = _disambiguated(_hash(rule.columns(left), shift)[by_color_a])
         hash_b = _disambiguated(_hash(rule.columns(right), shift)[by_color_b])
         _, i, j = np.intersect1d(hash_a, hash_b, return_indices=True)
@@ -509,12 +521,12 @@ class _Pairing:
         self.join(rows_a[i[agree]], rows_b[j[agree]])
         return bool(agree.sum() < min(len(rows_a), len(rows_b)))
 
-    def _by_neighbours(self, rule: _Rule) -> None:
-        """Pair the remaining rows greedily by colour distance, then augment the pairing to a maximum matching."""
+    def _by_neighbors(self, rule: _Rule) -> None:
+        """Pair the remaining rows greedily by color distance, then augment the pairing to a maximum matching."""
         rows_a, rows_b = self.unpaired()
-        near = _Neighbours(self.b.take(rows_b), rule)
-        for start in range(0, len(rows_a), _CHUNK):
-            chunk = rows_a[start : start + _CHUNK]
+        near = _Neighbors(self.b.take(rows_b), rule)
+        for start in range(0, len(rows_a), _CHUNK_ROWS):
+            chunk = rows_a[start : start + _CHUNK_ROWS]
             i, j, distance = near.edges(self.a.take(chunk))
             for edge in np.argsort(distance, kind="stable").tolist():
                 row, other = chunk[i[edge]], rows_b[j[edge]]
@@ -531,25 +543,25 @@ class _Pairing:
         rows_a, rows_b = self.unpaired()
         if not len(rows_a) or not len(rows_b):
             return
-        near = _Neighbours(self.b, rule)
-        rows_with_neighbours, _, _ = near.edges(self.a.take(rows_a[:_CHUNK]))
-        searches = [_MAX_SEARCHES]
+        near = _Neighbors(self.b, rule)
+        rows_with_neighbors, _, _ = near.edges(self.a.take(rows_a[:_CHUNK_ROWS]))
+        searches = [_MAX_VISITED_ROWS]
         visited: set[int] = set()  # rows of b of failed searches, from which no unpaired row can be reached
-        for row in rows_a[np.unique(rows_with_neighbours)].tolist():
+        for row in rows_a[np.unique(rows_with_neighbors)].tolist():
             self._search(row, near, visited, searches)
 
-    def _search(self, row: int, near: _Neighbours, visited: set[int], searches: list[int]) -> None:
-        """Search an augmenting path from ``row`` and apply it.
+    def _search(self, row: int, near: _Neighbors, visited: set[int], searches: list[int]) -> None:
+        """Search an augmenting path from ``row`` in breadth-first order, and apply it.
 
         ``searches[0]`` is the remaining number of visited rows.
         """
-        came_from: dict[int, int] = {}
+        came_from: dict[int, int] = {}  # row of a from which each row of b was reached
         queue = deque([row])
         while queue and searches[0] > 0:
             searches[0] -= 1
             current = queue.popleft()
-            _, neighbours, _ = near.edges(self.a.take(np.array([current], np.int64)))
-            for other in neighbours.tolist():
+            _, neighbors, _ = near.edges(self.a.take(np.array([current], np.int64)))
+            for other in neighbors.tolist():
                 if other in visited or other in came_from:
                     continue
                 came_from[other] = current
@@ -570,7 +582,7 @@ class _Pairing:
             other = before
 
 
-class _Neighbours:
+class _Neighbors:
     """Spatial grid over the positions of rows, to find the rows that a rule pairs with given ones."""
 
     def __init__(self, rows: _Features, rule: _Rule) -> None:
@@ -582,12 +594,13 @@ class _Neighbours:
         self._sorted = keys[self._order]
 
     def _keys(self, rows: _Features, offset: Floats) -> tuple[Hashes, Floats]:
+        """Return the hashes of the cells of rows, and the cells (N, 3), after a shift by ``offset`` cells."""
         cells = np.floor(rows.lengths[:, :3] / self._step + offset)
         return _hash([rows.kind[:, None].astype(np.float64), cells]), cells
 
     def edges(self, rows: _Features) -> tuple[Ints, Ints, Floats]:
-        """Return the pairs (given row, found row) that satisfy the rule, and their colour distances."""
-        found_i, found_j = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+        """Return the pairs (given row, found row) that satisfy the rule, and their color distances."""
+        given_rows, found_rows = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         low = self._keys(rows, np.full(3, -0.5))[1]
         for corner in range(8):  # the cells that the tolerance box around a row touches
             sides = np.array([corner & 1, corner >> 1 & 1, corner >> 2], np.float64)
@@ -599,9 +612,9 @@ class _Neighbours:
             within = np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count)
             j = self._order[first[i] + within]
             agree = self._rule.holds(rows.take(i), self._rows.take(j))
-            found_i.append(i[agree])
-            found_j.append(j[agree])
-        i, j = np.concatenate(found_i), np.concatenate(found_j)
+            given_rows.append(i[agree])
+            found_rows.append(j[agree])
+        i, j = np.concatenate(given_rows), np.concatenate(found_rows)
         apart = np.abs(rows.colors[i] - self._rows.colors[j]).max(axis=1, initial=0.0)
         return i, j, apart + (rows.look[i] != self._rows.look[j])
 
@@ -658,7 +671,7 @@ def _pair_nearest(a: Floats, b: Floats) -> tuple[Ints, Ints]:
     """Pair points greedily by increasing distance."""
     if len(a) == len(b) == 1:
         return _ZERO, _ZERO
-    distance = np.abs(a[:, None, :] - b[None, :, :]).max(axis=2)
+    distance = np.abs(a[:, None, :] - b[None, :, :]).max(axis=2)  # the largest difference of a coordinate
     free_a, free_b = [True] * len(a), [True] * len(b)
     pairs: list[tuple[int, int]] = []
     for flat in np.argsort(distance, axis=None, kind="stable").tolist():
@@ -708,11 +721,23 @@ class FrameDifference:
 
     @property
     def equal(self) -> bool:
+        """Whether all primitives are equal."""
         return not (len(self.moved) or len(self.recolored) or len(self.missing) or len(self.extra))
 
 
 def compare_frames(a: ComparedFrame, b: ComparedFrame, tolerance: float = TOLERANCE) -> FrameDifference:
-    """Compare two frames. ``tolerance`` is relative to the extent of the positions of both frames."""
+    """Compare two frames.
+
+    As many equal primitives as possible are paired first. Of the remaining ones, those of the same geometry count as
+    recolored, then those of the same shape and color as moved.
+
+    Parameters
+    ----------
+    a, b
+        Frames to compare.
+    tolerance
+        Tolerance of lengths, relative to the extent of the positions of both frames.
+    """
     kinds: dict[str, int] = {}
     looks: dict[str, int] = {}
     features_a, features_b = _features(a, kinds, looks), _features(b, kinds, looks)
@@ -734,7 +759,7 @@ def compare_frames(a: ComparedFrame, b: ComparedFrame, tolerance: float = TOLERA
 
 
 def _pair_recolored(a: _Features, b: _Features, tolerance: float) -> tuple[Ints, Ints]:
-    """Pair rows of the same geometry, whatever their colour."""
+    """Pair rows of the same geometry, whatever their color."""
     pairing = _Pairing(a, b)
     pairing.match(_Rule(tolerance, colored=False))
     i = np.flatnonzero(pairing.partner_of_a >= 0)
@@ -742,8 +767,7 @@ def _pair_recolored(a: _Features, b: _Features, tolerance: float) -> tuple[Ints,
 
 
 def _pairs_among(rows_a: Ints, rows_b: Ints, pair: Callable[[], tuple[Ints, Ints]]) -> Ints:
-    """Return the pairs that ``pair`` finds among the given rows, as rows of the whole frames, (n, 2), in ascending
-    order."""
+    """Return the pairs that ``pair`` finds among the given rows, as rows of the frames (n, 2) in ascending order."""
     if not len(rows_a) or not len(rows_b):
         return np.zeros((0, 2), np.int64)
     i, j = pair()

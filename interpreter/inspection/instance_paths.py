@@ -1,8 +1,11 @@
 """Paths to the instances of a scene, such as ``chair/leg[2]``: words from the root down, the same everywhere.
 
-A step is a word, and means every outermost instance with it below the instances so far; the first step also means the
-root. ``leg[2]`` is the third of them below each, in the order of the tree, ``<z3>`` the instance with a handle, and
-``*`` every direct part. Intermediate words may be left out, so a word alone is a path. A backslash escapes a character.
+A step is a word: it selects the outermost instances of that word below those of the step before; the first step may
+select the root as well. ``leg[2]`` is the third of them in the order of the tree (numbers start at 0, as for frames
+and lists), ``<z3>`` the instance with a handle, and ``*`` every direct part. Intermediate words may be left out, so a
+word alone is a path. A backslash escapes a character.
+
+Steps are words at any depth and not child positions, so that ``chair/leg[2]`` still holds after a ``union`` is added.
 """
 
 from __future__ import annotations
@@ -19,16 +22,18 @@ from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import Box
 from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Pair
 
-MAX_INSTANCES = 100_000
-_MAX_LENGTH = 2_000  # characters
-_MAX_KEPT = 64  # words whose counts are kept
+MAX_INSTANCES = 100_000  # that a path may select
+_MAX_CHARACTERS = 2_000  # of a path
+_MAX_CACHED_WORDS = 64  # words whose counts are cached
+_MAX_EXAMINED = 100  # instances in which the words for a hint are looked up
+_MAX_SHOWN_CHARACTERS = 80  # of a malformed path, in a message
 _SPECIAL = frozenset("/[]\\")
 _ANY = "*"
 
 
 @dataclass(frozen=True, slots=True)
 class PathStep:
-    """A step of a path: a word, a handle or any part, and which of those that it means (None: all)."""
+    """Step of a path: a word, a handle or any part, and the index of one of its instances, or None for all."""
 
     name: str
     kind: str = "word"  # or "handle", "any"
@@ -41,7 +46,7 @@ class PathStep:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Located:
-    """An instance in a frame: its child positions from the root, its entity, and its pose in the scene."""
+    """Instance in a frame: its child positions from the root, its entity, and its world pose."""
 
     positions: tuple[int, ...]
     entity: Entity
@@ -61,12 +66,12 @@ def escaped(word: str) -> str:
 
 
 def is_plain(text: str) -> bool:
-    """Return whether a path is nothing but a word."""
+    """Return whether a path is a word without special characters."""
     return not _SPECIAL & set(text) and text != _ANY and not text.startswith("<")
 
 
 def is_handle(text: str) -> bool:
-    """Return whether a path is nothing but a handle, such as ``<z3>``."""
+    """Return whether a path is a single handle, such as ``<z3>``."""
     return text.startswith("<") and text.endswith(">") and len(text) > 2 and not _SPECIAL & set(text)
 
 
@@ -78,13 +83,13 @@ def read_path(text: str) -> tuple[PathStep, ...]:
     >>> [str(step) for step in read_path("room/chair[1]/<z3>")]
     ['room', 'chair[1]', '<z3>']
     """
-    if len(text) > _MAX_LENGTH:
-        raise SceneError("value", f"a path has at most {_MAX_LENGTH:,} characters, got {len(text):,}")
+    if len(text) > _MAX_CHARACTERS:
+        raise SceneError("value", f"a path has at most {_MAX_CHARACTERS:,} characters, got {len(text):,}")
     return tuple(_step(text, part) for part in _split(text))
 
 
 def _split(text: str) -> list[list[tuple[str, bool]]]:
-    """Return the characters of each step, with whether a backslash escapes them."""
+    """Split a path into steps: their characters, and whether a backslash escapes each."""
     steps: list[list[tuple[str, bool]]] = [[]]
     characters = iter(text)
     for c in characters:
@@ -101,8 +106,9 @@ def _split(text: str) -> list[list[tuple[str, bool]]]:
 
 
 def _step(text: str, part: list[tuple[str, bool]]) -> PathStep:
+    """Return a step of its characters; ``text`` is the whole path, for messages."""
     index = None
-    opening = next((k for k, each in enumerate(part) if each == ("[", False)), None)
+    opening = next((k for k, character in enumerate(part) if character == ("[", False)), None)
     if opening is not None:
         inside = "".join(c for c, _ in part[opening + 1 : -1])
         if part[-1] != ("]", False) or not (inside.isascii() and inside.isdecimal()) or len(inside) > 9:
@@ -121,7 +127,8 @@ def _step(text: str, part: list[tuple[str, bool]]) -> PathStep:
 
 
 def _malformed(text: str, why: str) -> SceneError:
-    shown = text if len(text) <= 80 else text[:77] + "..."
+    """Return the error for a malformed path."""
+    shown = text if len(text) <= _MAX_SHOWN_CHARACTERS else text[: _MAX_SHOWN_CHARACTERS - 3] + "..."
     return SceneError("value", f"`{shown}` is no path: {why}", "write `chair/leg[2]`; a backslash escapes / [ ]")
 
 
@@ -129,13 +136,17 @@ def _malformed(text: str, why: str) -> SceneError:
 
 
 class Locator:
-    """Finds the instances of one frame of a scene by path."""
+    """Finds the instances of one frame of a scene by path.
+
+    Counts of words are cached by entity, so that a search skips subtrees without the word and nothing is expanded.
+    """
 
     def __init__(self, scene: Scene, frame: int = 0) -> None:
+        """Prepare a frame; the indexes are built when they are needed."""
         self.scene = scene
         self.root = scene.frames[frame]
-        self._below: dict[str, dict[int, int]] = {}
-        self._before: dict[tuple[int, str], list[int]] = {}
+        self._below: dict[str, dict[int, int]] = {}  # outermost instances of a word in each entity, by ``id``
+        self._before: dict[tuple[int, str], list[int]] = {}  # their running sums over the parts of an entity
         self._entities: list[Entity] | None = None
         self._numbering: Numbering | None = None
         self._numbers: dict[tuple[int, ...], int] | None = None
@@ -143,10 +154,16 @@ class Locator:
         self._paths: dict[int, tuple[int, ...]] = {}
 
     def find(self, text: str, start: Located | None = None) -> list[Located]:
-        """Return the instances that a path means, in the order of the tree; at least one.
+        """Return the instances that a path selects, in the order of the tree; at least one.
 
-        A text that is no path, or means nothing as one, may be a word with special characters. ``start`` is the
-        instance to search, the root by default.
+        A text that is not a path, or selects nothing, may be a word with special characters.
+
+        Parameters
+        ----------
+        text
+            Path, handle or word.
+        start
+            Instance to search, the root by default.
 
         Raises
         ------
@@ -157,80 +174,88 @@ class Locator:
         """
         top = start or Located((), self.root, IDENTITY)
         try:
-            return self._found(read_path(text), top)
+            return self._select(read_path(text), top)
         except LimitError:
             raise
         except SceneError:
-            words = [] if is_plain(text) else self._under(top, PathStep(text), True)
+            words = [] if is_plain(text) else self._under(top, PathStep(text), with_top=True)
             if not words:
                 raise
             return words
 
-    def _found(self, steps: Sequence[PathStep], top: Located) -> list[Located]:
-        found = [top]
+    def _select(self, steps: Sequence[PathStep], top: Located) -> list[Located]:
+        """Return the instances that the steps select below ``top``."""
+        selection = [top]
         for number, step in enumerate(steps):
-            following = [each for one in found for each in self._under(one, step, number == 0)]
-            if not following:
-                raise self._missing(steps[:number], step, found)
-            if len(following) > MAX_INSTANCES:
+            below: list[Located] = []
+            for instance in selection:
+                below += self._under(instance, step, with_top=number == 0)
+            if not below:
+                raise self._missing(steps[:number], step, selection)
+            if len(below) > MAX_INSTANCES:
                 raise LimitError("primitives", f"the path means more than {MAX_INSTANCES:,} instances")
-            found = following
-        return found
+            selection = below
+        return selection
 
-    def _missing(self, before: Sequence[PathStep], step: PathStep, found: Sequence[Located]) -> SceneError:
+    def _missing(self, before: Sequence[PathStep], step: PathStep, selection: Sequence[Located]) -> SceneError:
+        """Return the error for a step that selects nothing, with the number of such parts or a similar word."""
         around = "/".join(map(str, before)) or self.root.word
         every = PathStep(step.name, step.kind)
         if step.index is not None:
-            most = max(len(self._under(each, every, not before)) for each in found[:100])
+            examined = selection[:_MAX_EXAMINED]
+            most = max(len(self._under(instance, every, with_top=not before)) for instance in examined)
             if most:
                 counted = f"are {most} `{every}`, numbered from 0" if most > 1 else f"is only one `{every}`"
                 return SceneError("value", f"no part `{step}` in `{around}`", f"there {counted}")
-        words = sorted({e.word for each in found[:100] for e in descendants(each.entity)})
+        words = sorted({e.word for instance in selection[:_MAX_EXAMINED] for e in descendants(instance.entity)})
         hint = suggest(step.name, words) if step.kind == "word" else None
         return SceneError("value", f"no part `{step}` in `{around}`", hint)
 
-    def _under(self, top: Located, step: PathStep, with_top: bool) -> list[Located]:
+    def _under(self, top: Located, step: PathStep, *, with_top: bool) -> list[Located]:
+        """Return the instances that a step selects below ``top``, which may be one of them if ``with_top``."""
         if step.kind == "any":
-            found = [self._part(top, k) for k in range(len(top.entity.children))]
+            selection = [self._part(top, k) for k in range(len(top.entity.children))]
         elif step.kind == "handle":
-            found = self._with_handle(top, step.name)
+            selection = self._with_handle(top, step.name)
         else:
-            return self._with_word(top, step, with_top)
-        return found if step.index is None else found[step.index : step.index + 1]
+            return self._with_word(top, step, with_top=with_top)
+        return selection if step.index is None else selection[step.index : step.index + 1]
 
-    def _with_word(self, top: Located, step: PathStep, with_top: bool) -> list[Located]:
+    def _with_word(self, top: Located, step: PathStep, *, with_top: bool) -> list[Located]:
+        """Return the outermost instances of a word; for one index, subtrees before it are skipped by their counts."""
         if with_top and top.entity.word == step.name:
             return [top] if not step.index else []
         counts = self._counts(step.name)
-        found: list[Located] = []
+        selection: list[Located] = []
         skip = step.index or 0
         stack = self._parts(top, counts)
-        while stack and len(found) <= MAX_INSTANCES:
-            each = stack.pop()
-            if skip >= counts[id(each.entity)]:
-                skip -= counts[id(each.entity)]
-            elif each.entity.word == step.name:
-                found.append(each)
+        while stack and len(selection) <= MAX_INSTANCES:
+            instance = stack.pop()
+            if skip >= counts[id(instance.entity)]:
+                skip -= counts[id(instance.entity)]
+            elif instance.entity.word == step.name:
+                selection.append(instance)
                 if step.index is not None:
                     break
             else:
-                stack += self._parts(each, counts)
-        return found
+                stack += self._parts(instance, counts)
+        return selection
 
     def _parts(self, top: Located, counts: dict[int, int]) -> list[Located]:
-        """Return the parts that contain something to find, the first one last."""
+        """Return the parts that contain counted instances, the first one last, as the search stack needs them."""
         places = range(len(top.entity.children) - 1, -1, -1)
         return [self._part(top, k) for k in places if counts[id(top.entity.children[k].car)]]
 
     @staticmethod
     def _part(top: Located, position: int) -> Located:
+        """Return the part of an instance at a child position."""
         part = top.entity.children[position]
         return Located((*top.positions, position), part.car, compose(top.pose, part.cdr))
 
     def _counts(self, word: str) -> dict[int, int]:
         """Return for each entity the number of outermost instances of a word in it, by ``id``."""
         if word not in self._below:
-            if len(self._below) >= _MAX_KEPT:
+            if len(self._below) >= _MAX_CACHED_WORDS:
                 self._below.clear()
             if self._entities is None:
                 self._entities = list(descendants(self.root))
@@ -245,7 +270,7 @@ class Locator:
         """Return the number of outermost instances of a word before each part of an entity, and in all of them."""
         key = id(entity), word
         if key not in self._before:
-            if len(self._before) >= _MAX_KEPT:
+            if len(self._before) >= _MAX_CACHED_WORDS:
                 self._before.clear()
             counts = self._counts(word)
             self._before[key] = [0, *accumulate(counts[id(part.car)] for part in entity.children)]
@@ -254,30 +279,31 @@ class Locator:
     # --- handles -----------------------------------------------------------------------------------------------
 
     def _with_handle(self, top: Located, handle: str) -> list[Located]:
+        """Return the instances with a handle: an automatic number, or that of an embedding, which several may have."""
         positions = self._numbered(handle)
         if positions is not None:
             below = positions[: len(top.positions)] == top.positions
             return [self.at(positions, top)] if below else []
-        found: list[Located] = []
+        selection: list[Located] = []
         stack, holding = [top], self._holding(handle)
-        while stack and len(found) <= MAX_INSTANCES:
-            each = stack.pop()
-            if each.entity.embedding.handle == handle:
-                found.append(each)
-            parts = each.entity.children
-            stack += [self._part(each, k) for k in range(len(parts) - 1, -1, -1) if id(parts[k].car) in holding]
-        return found
+        while stack and len(selection) <= MAX_INSTANCES:
+            instance = stack.pop()
+            if instance.entity.embedding.handle == handle:
+                selection.append(instance)
+            parts = instance.entity.children
+            stack += [self._part(instance, k) for k in range(len(parts) - 1, -1, -1) if id(parts[k].car) in holding]
+        return selection
 
     def _holding(self, handle: str) -> set[int]:
         """Return the ``id`` of each entity that has, or contains, a handle of an embedding."""
-        found: set[int] = set()
+        holders: set[int] = set()
         for entity in descendants(self.root):
-            if entity.embedding.handle == handle or any(id(part.car) in found for part in entity.children):
-                found.add(id(entity))
-        return found
+            if entity.embedding.handle == handle or any(id(part.car) in holders for part in entity.children):
+                holders.add(id(entity))
+        return holders
 
     def _numbered(self, handle: str) -> tuple[int, ...] | None:
-        """Return the child positions of the instance with an automatic number in the frame, None if there is none."""
+        """Return the child positions of the instance with an automatic number in the frame, or None."""
         number = handle[1:]
         if handle[:1] != "z" or not (number.isascii() and number.isdecimal()) or len(number) > 18:
             return None
@@ -289,6 +315,7 @@ class Locator:
         return positions if positions is not None and self._exists(positions) else None
 
     def _exists(self, positions: Sequence[int]) -> bool:
+        """Return whether this frame has an instance without a handle at child positions, as another frame does."""
         entity = self.root
         for position in positions:
             if position >= len(entity.children):
@@ -297,11 +324,13 @@ class Locator:
         return entity.embedding.handle is None
 
     def _numbers_of_scene(self) -> Numbering:
+        """Return the numbering of a static scene, cached."""
         if self._numbering is None:
             self._numbering = number_scene(self.scene)
         return self._numbering
 
     def _frame_numbers(self) -> dict[tuple[int, ...], int]:
+        """Return the numbers of a scene with several frames, cached."""
         if self._numbers is None:
             self._numbers = frame_numbers(self.scene)
         return self._numbers
@@ -309,8 +338,8 @@ class Locator:
     def handle(self, positions: tuple[int, ...]) -> str:
         """Return the handle of an instance: that of its embedding, or its automatic number."""
         if len(self.scene.frames) > 1:
-            own = self.at(positions).entity.embedding.handle
-            return own or f"z{self._frame_numbers()[positions]}"
+            handle = self.at(positions).entity.embedding.handle
+            return handle or f"z{self._frame_numbers()[positions]}"
         numbering = self._numbers_of_scene()
         entity, before = self.root, 0
         for position in positions:
@@ -323,14 +352,14 @@ class Locator:
     # --- places ------------------------------------------------------------------------------------------------
 
     def at(self, positions: Sequence[int], top: Located | None = None) -> Located:
-        """Return the instance at child positions from the root; ``top`` is one above it that is known."""
-        found = top or Located((), self.root, IDENTITY)
-        for position in positions[len(found.positions) :]:
-            found = self._part(found, position)
-        return found
+        """Return the instance at child positions from the root; the walk starts at ``top``, an ancestor, if given."""
+        instance = top or Located((), self.root, IDENTITY)
+        for position in positions[len(instance.positions) :]:
+            instance = self._part(instance, position)
+        return instance
 
     def path(self, positions: Sequence[int]) -> str:
-        """Return the path that means one instance only: all words on the way to it, without the root's."""
+        """Return the path that selects one instance only: all words on the way to it, without that of the root."""
         entity, steps = self.root, list[str]()
         for position in positions:
             child = entity.children[position].car
@@ -348,10 +377,11 @@ def primitive_ranges(root: Entity, found: Sequence[Located]) -> list[tuple[int, 
     counts: dict[int, int] = {}
     for entity in descendants(root):
         counts[id(entity)] = int(entity.is_primitive) + sum(counts[id(part.car)] for part in entity.children)
-    return [_range(root, each.positions, counts) for each in found]
+    return [_range(root, instance.positions, counts) for instance in found]
 
 
 def _range(root: Entity, positions: Sequence[int], counts: dict[int, int]) -> tuple[int, int]:
+    """Return the range of the primitives of one instance; ``counts`` are the primitives below each entity."""
     entity, first = root, 0
     for position in positions:
         first += sum(counts[id(part.car)] for part in entity.children[:position])
@@ -361,26 +391,26 @@ def _range(root: Entity, positions: Sequence[int], counts: dict[int, int]) -> tu
 
 def outermost(found: Sequence[Located]) -> Iterator[Located]:
     """Yield the instances that are not below another one, each once."""
-    seen: set[tuple[int, ...]] = set()
-    for each in sorted(found, key=lambda one: one.positions):
-        if not any(each.positions[:k] in seen for k in range(len(each.positions) + 1)):
-            seen.add(each.positions)
-            yield each
+    yielded: set[tuple[int, ...]] = set()
+    for instance in sorted(found, key=lambda one: one.positions):  # ancestors first
+        if not any(instance.positions[:k] in yielded for k in range(len(instance.positions) + 1)):
+            yielded.add(instance.positions)
+            yield instance
 
 
 def selected(scene: Scene, path: str, frame: int) -> Entity:
-    """Return an entity with the outermost instances that a path means in a frame, where they are in the scene.
+    """Return an entity with the outermost instances that a path selects in a frame, under their world poses.
 
     Raises SceneError and LimitError as ``Locator.find`` does.
     """
-    found = list(outermost(Locator(scene, frame).find(path)))
-    if len(found) == 1 and not found[0].positions:
-        return found[0].entity
-    return Entity(path, Embedding(None, None, {}), tuple(Pair(each.entity, each.pose) for each in found))
+    instances = list(outermost(Locator(scene, frame).find(path)))
+    if len(instances) == 1 and not instances[0].positions:
+        return instances[0].entity
+    return Entity(path, Embedding(None, None, {}), tuple(Pair(part.entity, part.pose) for part in instances))
 
 
 def part_of(scene: Scene, path: str) -> Scene:
-    """Return the scene of what a path means, in the frames that have it; raises SceneError if none does."""
+    """Return a scene of the instances that a path selects, frame by frame; raises SceneError if no frame has any."""
     frames: list[Entity] = []
     problem: SceneError | None = None
     for number in range(len(scene.frames)):
@@ -397,8 +427,8 @@ def part_of(scene: Scene, path: str) -> Scene:
 
 
 def box_of(scene: Scene, text: str | None) -> Box | None:
-    """Return the exact world-space box over all frames of a scene, or of a word or path in it; None without geometry.
+    """Return the exact world-space box over all frames of a scene, or of a word or path in it.
 
-    Raises SceneError for a path that means nothing.
+    None if there is no geometry. Raises SceneError for a path that selects nothing.
     """
     return word_box(scene, text) if text is None or is_plain(text) else word_box(part_of(scene, text), None)

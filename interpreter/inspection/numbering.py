@@ -31,8 +31,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Ancestry:
-    """Tree of the M instances that are primitives or have primitives below them, in breadth-first order from the root,
-    0.
+    """Tree of the M instances that are primitives or have primitives below them.
+
+    They are numbered in breadth-first order; the root is 0.
 
     Attributes
     ----------
@@ -63,43 +64,45 @@ class Ancestry:
 
     @property
     def max_depth(self) -> int:
+        """Largest distance of an instance from the root."""
         return int(self.depth.max(initial=0))
 
     def entity(self, instance: int) -> Entity:
+        """Return the entity of an instance."""
         return self.nodes[int(self.node[instance])]
 
     def at_depth(self, depth: int) -> IntArray:
         """Return for every instance (M,) its ancestor at ``depth``, or itself if it is nearer to the root."""
-        found = np.arange(len(self))
+        ancestors = np.arange(len(self))
         while True:
-            deeper = np.flatnonzero(self.depth[found] > depth)
+            deeper = np.flatnonzero(self.depth[ancestors] > depth)
             if not len(deeper):
-                return found
-            found[deeper] = self.parent[found[deeper]]
+                return ancestors
+            ancestors[deeper] = self.parent[ancestors[deeper]]
 
     def path(self, instance: int) -> tuple[int, ...]:
         """Return the child positions from the root to an instance."""
-        found: list[int] = []
+        positions: list[int] = []
         while self.parent[instance] >= 0:
-            found.append(int(self.position[instance]))
+            positions.append(int(self.position[instance]))
             instance = int(self.parent[instance])
-        return tuple(reversed(found))
+        return tuple(reversed(positions))
 
 
 def ancestry_of(root: Entity) -> Ancestry:
     """Build the instance tree of ``root``. The caller has checked the number of primitives."""
     graph = graph_of(root, frozenset())
     is_leaf = np.array([entity.is_primitive for entity in graph.nodes])
-    found = list(levels(graph, is_leaf, Paths(graph.nodes)))
-    return _concatenated(graph, found)
+    by_depth = list(levels(graph, is_leaf, Paths(graph.nodes)))
+    return _concatenated(graph, by_depth)
 
 
-def _concatenated(graph: Graph, found: list[tuple[Level, Level]]) -> Ancestry:
+def _concatenated(graph: Graph, by_depth: list[tuple[Level, Level]]) -> Ancestry:
     """Concatenate the levels; at each depth, the inner instances precede the leaves."""
     node, parent, position, depth, poses = [], [], [], [], []
     primitives = np.zeros(int(graph.leaves[-1]), np.int64)
     above, start = 0, 0  # first inner instance of the level above, first instance of this level
-    for number, (leaves, inner) in enumerate(found):
+    for number, (leaves, inner) in enumerate(by_depth):
         primitives[leaves.offset] = start + len(inner.node) + np.arange(len(leaves.node))
         for part in (inner, leaves):
             node.append(part.node)
@@ -121,7 +124,7 @@ def _concatenated(graph: Graph, found: list[tuple[Level, Level]]) -> Ancestry:
 
 # --- numbers ---------------------------------------------------------------------------------------------------------
 
-_NUMBERED = re.compile(r"z([1-9]\d{0,17})\Z")
+_NUMBERED = re.compile(r"z([1-9]\d{0,17})\Z")  # 18 digits fit 64 bits
 Path = tuple[int, ...]
 
 
@@ -168,8 +171,10 @@ class Numbering:
         return entity.embedding.handle or f"z{self.number(before + 1)}"
 
     def path(self, number: int) -> Path | None:
-        """Return the child positions of the instance with an automatic number in the first frame, or None if there is
-        none."""
+        """Return the child positions of the instance with an automatic number in the first frame, or None.
+
+        The walk goes down to the part whose range of ranks contains the number, so it needs no expansion.
+        """
         rank = self.rank(number)
         if rank is None or not 1 <= rank <= self.unhandled[id(self.scene.root)]:
             return None
@@ -189,17 +194,17 @@ def first_handles(scene: Scene, frame: int) -> dict[int, str]:
     In a 4D scene, numbers of a later frame are those that the frame would have as a static scene.
     """
     root = scene.frames[frame]
-    alone = scene if len(scene.frames) == 1 else Scene(scene.word, [root], False)
-    numbering = number_scene(alone)
-    found: dict[int, str] = {}
+    static = scene if len(scene.frames) == 1 else Scene(scene.word, [root], animated=False)
+    numbering = number_scene(static)
+    handles: dict[int, str] = {}
     stack: list[tuple[Entity, int]] = [(root, 0)]
     while stack:
         entity, before = stack.pop()
-        if id(entity) in found:
+        if id(entity) in handles:
             continue
-        found[id(entity)] = numbering.handle(entity, before)
+        handles[id(entity)] = numbering.handle(entity, before)
         stack += [(part.car, count) for part, count in reversed(list(numbering.children(entity, before)))]
-    return found
+    return handles
 
 
 def handles_in(scene: Scene) -> set[str]:
@@ -209,12 +214,12 @@ def handles_in(scene: Scene) -> set[str]:
 
 def number_scene(scene: Scene) -> Numbering:
     """Compute the numbering of a scene, exact for its first frame, without expanding it."""
-    taken = sorted(int(m[1]) for m in map(_NUMBERED.match, handles_in(scene)) if m)
+    used = sorted(int(m[1]) for m in map(_NUMBERED.match, handles_in(scene)) if m)
     unhandled: dict[int, int] = {}
     for entity in descendants(*scene.frames):
         below = sum(unhandled[id(part.car)] for part in entity.children)
         unhandled[id(entity)] = below + (entity.embedding.handle is None)
-    return Numbering(scene, tuple(taken), unhandled)
+    return Numbering(scene, tuple(used), unhandled)
 
 
 def instances(root: Entity) -> Iterator[tuple[Path, Entity]]:
@@ -228,8 +233,11 @@ def instances(root: Entity) -> Iterator[tuple[Path, Entity]]:
 
 
 def frame_numbers(scene: Scene) -> dict[Path, int]:
-    """Return the number of every path of a 4D scene: those of the first frame, then the new ones of each later
-    frame."""
+    """Return the number of every path of a 4D scene: those of the first frame, then the new ones of each later frame.
+
+    A static scene is numbered on the graph; here every instance of every frame is walked, because paths that first
+    appear in a later frame are numbered after those of earlier frames.
+    """
     numbering = number_scene(scene)
     numbers: dict[Path, int] = {}
     for root in scene.frames:
@@ -248,8 +256,8 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
         The ``frame_numbers`` of a scene with several frames, None for a static scene.
     """
     if numbers is not None:
-        own = [ancestry.entity(i).embedding.handle for i in range(len(ancestry))]
-        return [handle or f"z{numbers[ancestry.path(i)]}" for i, handle in enumerate(own)]
+        declared = [ancestry.entity(i).embedding.handle for i in range(len(ancestry))]
+        return [handle or f"z{numbers[ancestry.path(i)]}" for i, handle in enumerate(declared)]
     numbering = number_scene(scene)
     offsets: dict[int, list[int]] = {}
     before = [0] * len(ancestry)
@@ -267,8 +275,8 @@ def some_handles(
 ) -> dict[int, str]:
     """Return the handles of some instances of one frame, as ``instance_handles`` gives those of all, by instance."""
     if numbers is not None:
-        own = {i: ancestry.entity(i).embedding.handle for i in rows}
-        return {i: handle or f"z{numbers[ancestry.path(i)]}" for i, handle in own.items()}
+        declared = {i: ancestry.entity(i).embedding.handle for i in rows}
+        return {i: handle or f"z{numbers[ancestry.path(i)]}" for i, handle in declared.items()}
     numbering = number_scene(scene)
     offsets: dict[int, list[int]] = {}
     before = {0: 0}
@@ -300,16 +308,18 @@ def frame_handles(scene: Scene, number: int, frame: FlatFrame) -> Sequence[str]:
 
 
 def _handles_below(root: Entity, numbers: Mapping[Any, int]) -> Sequence[str]:
+    """Return the handles of the primitives of one frame of a 4D scene."""
     return [e.embedding.handle or f"z{numbers[path]}" for path, e in instances(root) if e.is_primitive]
 
 
 def _static_handles(scene: Scene, frame: FlatFrame) -> Sequence[str]:
+    """Return the handles of the primitives of a static scene: ``Numbering.number`` for all ranks at once."""
     numbering = number_scene(scene)
-    taken = np.array(numbering.taken, np.int64)
-    free_before = taken - 1 - np.arange(len(taken))
+    used = np.array(numbering.taken, np.int64)
+    free_before = used - 1 - np.arange(len(used))
     numbers_of = frame.ranks + np.searchsorted(free_before, frame.ranks, side="left")
-    own = [entity.embedding.handle for entity in frame.primitives]
-    return [own[i] or f"z{n}" for i, n in zip(frame.index.tolist(), numbers_of.tolist())]
+    declared = [entity.embedding.handle for entity in frame.primitives]
+    return [declared[i] or f"z{n}" for i, n in zip(frame.index.tolist(), numbers_of.tolist())]
 
 
 # --- overrides -------------------------------------------------------------------------------------------------------
@@ -324,12 +334,11 @@ _NUMBER_PREFIX = "z"
 
 
 def overrides_by_path(scene: Scene, entries: Mapping[str, ZEntry]) -> tuple[dict[Path, ZEntry], list[str]]:
-    """Return the entries that address instances by number, keyed by path, outermost first, and the names that match
-    nothing."""
+    """Return the entries that address instances by number, keyed by path, outermost first, and the unmatched names."""
     written = handles_in(scene)
     numbering = number_scene(scene)
     later = {number: path for path, number in frame_numbers(scene).items()} if len(scene.frames) > 1 else {}
-    found: dict[Path, ZEntry] = {}
+    by_path: dict[Path, ZEntry] = {}
     unused: list[str] = []
     for name, entry in entries.items():
         if name in written:
@@ -341,8 +350,8 @@ def overrides_by_path(scene: Scene, entries: Mapping[str, ZEntry]) -> tuple[dict
         if path is None:
             unused.append(name)
         else:
-            found[path] = entry
-    return {path: found[path] for path in sorted(found, key=lambda p: (len(p), p))}, unused
+            by_path[path] = entry
+    return {path: by_path[path] for path in sorted(by_path, key=lambda p: (len(p), p))}, unused
 
 
 def serials_at(scene: Scene, paths: Mapping[Path, ZEntry]) -> frozenset[int]:

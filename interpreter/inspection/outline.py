@@ -1,6 +1,6 @@
 """Scenes as text and data: a summary, an outline of the entity hierarchy, and the flattened scene as JSON.
 
-The outline merges neighbouring parts of the same structure into one line with a count.
+The outline merges adjacent parts of the same structure into one line with a count.
 """
 
 from __future__ import annotations
@@ -18,16 +18,26 @@ from scenelang.interpreter.values.values import IDENTITY, Matrix, Vector
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.flatten import FlatScene
 
-MAX_LINES = 2_000
+MAX_LINES = 2_000  # of an outline
 _MAX_COMPARED = 200  # children of an entity whose words are compared
-_MAX_ATTRIBUTES_WIDTH = 60  # characters
+_MAX_ATTRIBUTES_WIDTH = 60  # characters of a line
+_MAX_SHOWN_NUMBERS = 9  # of a vector
 
 
 def outline(scene: Scene, depth: int | None = None, poses: bool = False, expand: bool = False) -> Iterator[str]:
     """Iterate over the lines of the tree of the first frame, at most ``MAX_LINES``.
 
-    Consecutive siblings with the same word and the same child words share a line, such as ``64 x square <z3> ...
-    <z66>``, unless ``expand`` is set.
+    Parameters
+    ----------
+    scene
+        Scene to show.
+    depth
+        Levels below the root to show; None for all.
+    poses
+        Whether to show the poses of parts.
+    expand
+        Whether every instance has a line. Otherwise consecutive siblings with the same word and the same child words
+        share one, such as ``64 x square <z3> ... <z66>``.
     """
     if scene.animated:
         yield f"{len(scene.frames)} frames; the first:"
@@ -41,9 +51,9 @@ def outline(scene: Scene, depth: int | None = None, poses: bool = False, expand:
             yield f"... more than {MAX_LINES:,} lines; use --depth"
             return
         part, before = group[0]
-        yield prefix + _label(numbering, group, poses)
+        yield prefix + _label(numbering, group, poses=poses)
         level = len(inner) // 3
-        groups = _groups(numbering, part.car, before, expand)
+        groups = _groups(numbering, part.car, before, expand=expand)
         if groups and depth is not None and level >= depth:
             count = sum(map(len, groups))
             yield inner + f"└─ ... {count:,} part{'s' * (count != 1)}"
@@ -61,7 +71,7 @@ class _RootPart:
         self.cdr = IDENTITY
 
 
-def _groups(numbering: Numbering, entity: Entity, before: int, expand: bool) -> list[list[tuple[Any, int]]]:
+def _groups(numbering: Numbering, entity: Entity, before: int, *, expand: bool) -> list[list[tuple[Any, int]]]:
     """Return the parts of ``entity``, with runs of similar siblings grouped."""
     groups: list[list[tuple[Any, int]]] = []
     last: Any = None
@@ -80,7 +90,8 @@ def _signature(entity: Entity) -> Any:
     return entity.word, tuple(part.car.word for part in entity.children[:_MAX_COMPARED]), len(entity.children)
 
 
-def _label(numbering: Numbering, group: list[tuple[Any, int]], poses: bool) -> str:
+def _label(numbering: Numbering, group: list[tuple[Any, int]], *, poses: bool) -> str:
+    """Return the line of a part with its handle and attributes, or of a run of parts with the first and last handle."""
     (part, before), (last_part, last_before) = group[0], group[-1]
     entity = part.car
     first = f"<{numbering.handle(entity, before)}>"
@@ -103,11 +114,13 @@ def _brief(value: Any) -> str:
     if type(value) is float:
         return f"{value:.4g}"
     if type(value) is Vector:
-        return "[" + " ".join(f"{x:.4g}" for x in value[:9]) + (" ..." if len(value) > 9 else "") + "]"
+        shown = " ".join(f"{x:.4g}" for x in value[:_MAX_SHOWN_NUMBERS])
+        return f"[{shown}{' ...' if len(value) > _MAX_SHOWN_NUMBERS else ''}]"
     return show(value, 40)
 
 
 def _pose_text(m: Matrix) -> str:
+    """Return a pose as text: nothing for the identity, the position, and the linear part if there is one."""
     if m == IDENTITY:
         return ""
     linear = m[0:3] + m[4:7] + m[8:11]
@@ -119,8 +132,10 @@ def _pose_text(m: Matrix) -> str:
 
 
 def outline_data(scene: Scene, depth: int | None = None) -> dict[str, Any]:
-    """Return the tree of the first frame as plain data, one node per instance, truncated at ``depth`` and
-    ``MAX_LINES``."""
+    """Return the tree of the first frame as plain data, one node per instance.
+
+    It is truncated at ``depth`` levels, and after ``MAX_LINES`` nodes in breadth-first order.
+    """
     numbering = number_scene(scene)
     root = _node(numbering, scene.root, 0)
     pending: list[tuple[dict[str, Any], Entity, int, int]] = [(root, scene.root, 0, 0)]
@@ -142,6 +157,7 @@ def outline_data(scene: Scene, depth: int | None = None) -> dict[str, Any]:
 
 
 def _node(numbering: Numbering, entity: Entity, before: int) -> dict[str, Any]:
+    """Return the data of an instance, without its children."""
     return {
         "word": entity.word,
         "handle": f"<{numbering.handle(entity, before)}>",
@@ -184,8 +200,10 @@ def flat_json(flat: FlatScene, handles: Sequence[Sequence[str]]) -> Iterator[str
 
 
 def summary(scene: Scene) -> dict[str, Any]:
-    """Return the summary as JSON data, accumulated over all frames of a 4D scene; ``bounds`` is None without
-    geometry."""
+    """Return the summary as JSON data, accumulated over all frames of a 4D scene.
+
+    ``bounds`` is None without geometry.
+    """
     from scenelang.interpreter.scene.bounds import word_box
 
     box = word_box(scene, None)

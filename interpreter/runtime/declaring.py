@@ -22,14 +22,32 @@ from scenelang.interpreter.scene.declarations import (
 )
 from scenelang.interpreter.values.values import Embedding
 
-_MOST = 1e100
+_MAX_NUMBER = 1e100  # its square, which the geometry computes, is a float
+_MAX_MESSAGE_CHARACTERS = 1000
 _LENGTHS = ("within", "min", "max")
 _DEGREES = frozenset({"angle", "facing"})  # relations whose `:within` is an angle
 _ONE_AXIS = frozenset({"moves"})  # relations whose `:along` is one axis
 
 
 def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], span: Span | None) -> Declaration:
-    """Return a declaration from values of a program; raises SceneError for those that it does not take."""
+    """Return a declaration from values of a program.
+
+    Parameters
+    ----------
+    name
+        Relation.
+    operands
+        Words, handles, numbers and colors.
+    options
+        Options by name; None and false ones are left out.
+    span
+        Where the program states it.
+
+    Raises
+    ------
+    SceneError
+        For an unknown relation, or operands and options that it does not take.
+    """
     relation = RELATIONS.get(name)
     if relation is None:
         raise SceneError("value", f"unknown relation `{name}`; expected one of {', '.join(RELATIONS)}")
@@ -39,39 +57,43 @@ def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], spa
         raise SceneError(
             "arity", f"`{name}` expects {expected} operands, got {len(operands)}", f"write `{relation.usage}`"
         )
-    things = tuple(_thing(name, value) for value, kind in zip(operands, relation.operands) if kind is THING)
+    subjects = tuple(_subject(name, value) for value, kind in zip(operands, relation.operands) if kind is THING)
     numbers = [_number(name, "a number", v) for v, kind in zip(operands, relation.operands) if kind is NUMBER]
     colors = [_color(value) for value, kind in zip(operands, relation.operands) if kind is COLOR]
-    kept = {key: _option(relation, key, value) for key, value in options.items() if value is not None}
-    made = Declaration(
+    checked = {key: _option(relation, key, value) for key, value in options.items() if value is not None}
+    declaration = Declaration(
         name,
-        things,
+        subjects,
         numbers[0] if numbers else None,
-        {k: v for k, v in kept.items() if v is not False},
+        {k: v for k, v in checked.items() if v is not False},
         span,
         colors[0] if colors else None,
     )
-    _check_amount(relation, made)
-    return made
+    _check_amount(relation, declaration)
+    return declaration
 
 
-def _check_amount(relation: Relation, made: Declaration) -> None:
-    if relation.optional and made.number is None and not {"min", "max"} & set(made.options):
-        raise SceneError("value", f"`{made.relation}` expects a number, `:min` or `:max`", f"write `{relation.usage}`")
-    if made.number is not None and {"min", "max"} & set(made.options):
-        raise SceneError("value", f"`{made.relation}` expects a number or a range, got both")
-    least, most = made.options.get("min"), made.options.get("max")
+def _check_amount(relation: Relation, declaration: Declaration) -> None:
+    """Raise SceneError unless a declaration has the number or range that its relation needs."""
+    name, options = declaration.relation, declaration.options
+    has_range = bool({"min", "max"} & set(options))
+    if relation.optional and declaration.number is None and not has_range:
+        raise SceneError("value", f"`{name}` expects a number, `:min` or `:max`", f"write `{relation.usage}`")
+    if declaration.number is not None and has_range:
+        raise SceneError("value", f"`{name}` expects a number or a range, got both")
+    least, most = options.get("min"), options.get("max")
     if least is not None and most is not None and least > most:
-        raise SceneError("value", f"`{made.relation}` expects `:min` to be at most `:max`, got {least:g} and {most:g}")
-    if made.relation in _DEGREES and made.options.get("within", 0.0) > 180.0:
-        raise SceneError("value", f"`:within` of `{made.relation}` expects degrees from 0 to 180")
-    if made.relation == "count" and made.number is not None and made.number != int(made.number):
-        raise SceneError("value", f"`count` expects a whole number, got {made.number:g}")
-    if made.relation == "size" and "axis" not in made.options:
+        raise SceneError("value", f"`{name}` expects `:min` to be at most `:max`, got {least:g} and {most:g}")
+    if name in _DEGREES and options.get("within", 0.0) > 180.0:
+        raise SceneError("value", f"`:within` of `{name}` expects degrees from 0 to 180")
+    if name == "count" and declaration.number is not None and declaration.number != int(declaration.number):
+        raise SceneError("value", f"`count` expects a whole number, got {declaration.number:g}")
+    if name == "size" and "axis" not in options:
         raise SceneError("value", "`size` expects `:axis`", f"write `{relation.usage}`")
 
 
-def _thing(name: str, value: Any) -> str:
+def _subject(name: str, value: Any) -> str:
+    """Return the word or handle that an operand names."""
     if type(value) is Embedding and value.handle is not None:
         return value.handle if value.handle.startswith("<") else f"<{value.handle}>"
     if type(value) is str and value:
@@ -95,20 +117,25 @@ def _color(value: Any) -> str:
 
 
 def _listed() -> str:
+    """Return the values that are colors, for messages."""
     return f"a color vector or one of {', '.join(COLORS)}"
 
 
 def _number(name: str, expected: str, value: Any) -> float:
+    """Return a non-negative number; ``expected`` describes it in messages."""
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise SceneError("type", f"`{name}` expects {expected}, got {type_name(value)}")
-    if not 0.0 <= value < _MOST:
-        raise SceneError("value", f"`{name}` expects {expected} from 0 to {_MOST:g}, got {min(value, _MOST):.6g}")
+    if not 0.0 <= value < _MAX_NUMBER:
+        raise SceneError(
+            "value", f"`{name}` expects {expected} from 0 to {_MAX_NUMBER:g}, got {min(value, _MAX_NUMBER):.6g}"
+        )
     return float(value)
 
 
 def _option(relation: Relation, key: str, value: Any) -> Any:
+    """Return the checked value of an option of a relation."""
     if key not in (*relation.options, "message", "negated"):
-        takes = ", ".join(f"`:{each}`" for each in relation.options)
+        takes = ", ".join(f"`:{option}`" for option in relation.options)
         raise SceneError("keyword", f"`{relation.name}` has no option `:{key}`; it takes {takes}")
     if key in FLAGS:
         return bool(value)
@@ -120,13 +147,14 @@ def _option(relation: Relation, key: str, value: Any) -> Any:
             raise SceneError("value", f"`:share` expects a number above 0 and at most 1, got {share:g}")
         return share
     if key == "about":
-        return _thing(relation.name, value)
+        return _subject(relation.name, value)
     if key == "message":
-        return str(value)[:1000]
+        return str(value)[:_MAX_MESSAGE_CHARACTERS]
     return _axes(key, value, 2 if key == "along" and relation.name not in _ONE_AXIS else 1)
 
 
 def _axes(key: str, value: Any, most: int) -> str:
+    """Return an axis, or up to ``most`` different ones, as their letters."""
     is_known = type(value) is str and value and set(value) <= set(AXES) and len(set(value)) == len(value)
     if not is_known or len(value) > most:
         several = ', or two of them such as "xz"' if most > 1 else ""

@@ -1,5 +1,7 @@
-"""Conversion of program values to the arguments of entities: parts, poses, embeddings (docs/language.md, "Entities and
-embeddings")."""
+"""Conversion of program values to the arguments of entities: parts, poses, embeddings.
+
+See docs/language.md, "Entities and embeddings".
+"""
 
 from __future__ import annotations
 
@@ -35,13 +37,14 @@ if TYPE_CHECKING:
 
 
 _CHECK_INTERVAL = 256  # parts between two checks of the limits
-_FREE_ATTRIBUTES = 32  # maximum number of attributes that cost no steps
+_MAX_FREE_ATTRIBUTES = 32  # of an embedding: more cost steps
 
 
 def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pair, ...]:
     """Flatten a value to a tuple of parts, that is, pairs ``(Entity . Matrix)``.
 
     Lists that share their tails can be exponentially larger than their memory, so the work is charged while it is done.
+    The inner loop handles the usual case, a list of entities and pairs, without the stack.
 
     Parameters
     ----------
@@ -112,7 +115,7 @@ def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
 
     The poses are relative to ``value``.
     """
-    found: list[Pair] = []
+    primitives: list[Pair] = []
     stack: list[tuple[Matrix, Iterator[Pair]]] = [(IDENTITY, iter(parts_of(runtime, value)))]
     while stack:
         around, pending = stack[-1]
@@ -124,14 +127,15 @@ def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
         entity = part.car
         inside = part.cdr if len(stack) == 1 else pose.compose(around, part.cdr)
         if entity.is_primitive:
-            found.append(part if len(stack) == 1 else Pair(entity, inside))
-            runtime.meter.check_growth(len(found), "a list of primitives")
+            primitives.append(part if len(stack) == 1 else Pair(entity, inside))
+            runtime.meter.check_growth(len(primitives), "a list of primitives")
         else:
             stack.append((inside, iter(entity.children)))
-    return found
+    return primitives
 
 
 def _not_a_part(item: Any, word: str | None) -> SceneError:
+    """Return the error for a value among parts, with a hint for the most frequent mistakes."""
     where = f' in "{word}"' if word is not None else ""
     message = f"expected entities or (entity . matrix) pairs{where}, got {type_name(item)}"
     if item is not None:
@@ -197,7 +201,7 @@ def call_embeddings(
     return z, embeddings[1:], frozenset(attributes)
 
 
-# Functions that make entities of entities, by whose names `call` makes none.
+# Functions of entities: `call` with one of their names would create a semantic primitive.
 OF_ENTITIES = frozenset((
     "cut-plane", "difference", "hull", "intersection", "minkowski", "offset-solid", "rounded", "shell", "split",
     "transform", "union", "union-solid",
@@ -218,10 +222,11 @@ def not_an_embedding(word: str, value: Any) -> SceneError:
 def with_attributes(runtime: Runtime, z: Embedding, attributes: Mapping[str, Any]) -> Embedding:
     """Return ``z`` with ``attributes`` merged in, overriding its own.
 
-    Tables are copied, so later mutation has no effect.
+    Tables are copied, so that later mutation has no effect. Mutable lists and arrays are not, so a call that receives
+    one is not shared.
     """
     copied = {name: copy_table(runtime, value) if type(value) is Table else value for name, value in attributes.items()}
-    if len(z.attributes) + len(copied) > _FREE_ATTRIBUTES:
+    if len(z.attributes) + len(copied) > _MAX_FREE_ATTRIBUTES:
         runtime.charge((len(z.attributes) + len(copied)) >> 4)
     return Embedding(z.handle, z.text, {**z.attributes, **copied} if z.attributes else copied)
 
@@ -238,7 +243,7 @@ def copy_table(runtime: Runtime, table: Table) -> Table:
 def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
     """Return the attributes of ``z`` for the geometry; mutable lists and arrays are recorded as read."""
     attributes = dict(z.attributes)
-    if len(attributes) > _FREE_ATTRIBUTES:
+    if len(attributes) > _MAX_FREE_ATTRIBUTES:
         runtime.charge(len(attributes) >> 4)
     for value in attributes.values():
         if isinstance(value, (MutableList, MutableArray, Set)):

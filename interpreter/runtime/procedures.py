@@ -55,7 +55,7 @@ class Tail:
 
 
 TAIL = Tail()
-_MIN_CHARGED = 32  # longer argument lists are charged
+_MIN_CHARGED_ARGUMENTS = 32  # the step of the call pays for shorter lists
 
 
 class Undefined:
@@ -113,6 +113,7 @@ class ClosureCode:
     rest: CodeParameter | None = field(init=False)
 
     def __post_init__(self) -> None:
+        """Derive the arity and the names that argument binding looks up at every call."""
         kinds = [p.kind for p in self.parameters]
         names = frozenset(p.name for p in self.parameters if p.kind == "keyword")
         self.keyword_names = names if names or "keys" in kinds else None
@@ -123,6 +124,7 @@ class ClosureCode:
 
     @property
     def takes_any_keyword(self) -> bool:
+        """Whether a parameter collects further keyword arguments."""
         return any(p.kind == "keys" for p in self.parameters)
 
 
@@ -142,10 +144,12 @@ class Closure(Procedure):
 
     @property
     def body(self) -> Node:
+        """Code to run on the frame of a call."""
         return self.traced or self.code.body
 
     @property
     def name(self) -> str:  # type: ignore[override]
+        """Name of the function in the program."""
         return self.code.name
 
 
@@ -168,7 +172,8 @@ class EscapeSignal(Exception):
         self.value = value
 
 
-def arity_error(code: ClosureCode, given: int) -> SceneError:
+def arity_error(code: ClosureCode, count: int) -> SceneError:
+    """Return the error for a call of a function with ``count`` positional arguments."""
     required, positional = code.required, code.positional
     if code.rest is not None:
         expected = f"at least {required}"
@@ -177,7 +182,7 @@ def arity_error(code: ClosureCode, given: int) -> SceneError:
     else:
         expected = f"{required} to {positional}"
     plural = "" if expected.split()[-1] == "1" else "s"
-    message = f"`{code.name}` expects {expected} argument{plural}, got {given}"
+    message = f"`{code.name}` expects {expected} argument{plural}, got {count}"
     return SceneError("arity", message, hint=f"parameters: {code.usage}")
 
 
@@ -206,7 +211,7 @@ def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any])
     Keywords are treated as keyword arguments if the closure has keyword parameters, otherwise as plain values.
     """
     code = closure.code
-    if len(arguments) > _MIN_CHARGED:
+    if len(arguments) > _MIN_CHARGED_ARGUMENTS:
         runtime.charge(len(arguments) >> 2)
     if code.keyword_names is None:
         return _fill(runtime, closure, arguments, {})
@@ -215,18 +220,18 @@ def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any])
     return _fill(runtime, closure, positional, keywords)
 
 
-_OF_EVERY_WORD = frozenset(attribute.name for attribute in PHYSICS)
+_PHYSICS_NAMES = frozenset(attribute.name for attribute in PHYSICS)
 
 
 def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], word: str | None = None) -> None:
     """Raise an error for keyword arguments that ``code`` does not accept; every word accepts attributes of physics."""
-    known = code.keyword_names
-    if known is None or code.takes_any_keyword:
+    accepted = code.keyword_names
+    if accepted is None or code.takes_any_keyword:
         return
     for name in names:
-        if name not in known and not (word is not None and name in _OF_EVERY_WORD):
+        if name not in accepted and not (word is not None and name in _PHYSICS_NAMES):
             target = f'"{word}"' if word is not None else f"`{code.name}`"
-            hint = suggest(name, known) or f"parameters: {code.usage}"
+            hint = suggest(name, accepted) or f"parameters: {code.usage}"
             raise SceneError("keyword", f"{target} has no parameter `:{name}`", hint=hint)
 
 
@@ -256,15 +261,20 @@ def _fill(
     entity_rest: Any = None,
     word: str | None = None,
 ) -> Frame:
+    """Return the frame of a call with its parameters filled, defaults evaluated and types checked.
+
+    ``word`` is set for a call of an entity function, whose rest parameter gets ``entity_rest``, and which may have more
+    positional parameters than there are arguments. Defaults see the parameters before them, so the order matters.
+    """
     code = closure.code
-    given = len(positional)
-    if word is None and (given < code.required or (given > code.positional and code.rest is None)):
-        raise arity_error(code, given)
+    count = len(positional)
+    if word is None and (count < code.required or (count > code.positional and code.rest is None)):
+        raise arity_error(code, count)
     frame: Frame = [closure.env, *([None] * len(code.parameters))]
     index = 0
     for parameter in code.parameters:
         kind = parameter.kind
-        if kind == "required" or (kind == "optional" and index < given):
+        if kind == "required" or (kind == "optional" and index < count):
             value = _checked(runtime, code, parameter, positional[index], word)
             index += 1
         elif kind == "keyword" and parameter.name in keywords:
@@ -280,14 +290,15 @@ def _fill(
             value = _checked(runtime, code, parameter, parameter.default(frame), word)
         else:
             owner = f'"{word}"' if word is not None else f"`{code.name}`"
-            what = "attribute" if word is not None else "argument"
-            message = f"missing {what} `:{parameter.name}` of {owner}"
+            noun = "attribute" if word is not None else "argument"
+            message = f"missing {noun} `:{parameter.name}` of {owner}"
             raise SceneError("keyword", message, hint=f"parameters: {code.usage}")
         frame[parameter.slot] = Cell(value, runtime.clock) if parameter.in_cell else value
     return frame
 
 
 def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, value: Any, word: str | None) -> Any:
+    """Return a value converted to the type of its parameter; raise ``SceneError`` if it has another type."""
     if parameter.type is None:
         return value
     try:
@@ -305,7 +316,8 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
 # Calls of builtins and record procedures with evaluated arguments: checks of arity, keywords and types.
 
 
-def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
+def builtin_arity_error(builtin: Builtin, count: int) -> SceneError:
+    """Return the error for a call of a builtin with ``count`` positional arguments."""
     signature = builtin.signature
     required = len(signature.required)
     maximum = required + len(signature.optional)
@@ -314,11 +326,12 @@ def builtin_arity_error(builtin: Builtin, given: int) -> SceneError:
     else:
         expected = str(required) if required == maximum else f"{required} to {maximum}"
     plural = "" if expected.split()[-1] == "1" else "s"
-    message = f"`{builtin.name}` expects {expected} argument{plural}, got {given}"
+    message = f"`{builtin.name}` expects {expected} argument{plural}, got {count}"
     return SceneError("arity", message, hint=f"signature: {builtin.usage}")
 
 
 def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> SceneError:
+    """Return the error for an argument of a builtin with the wrong type."""
     message = (
         f"`{builtin.name}` expects {expected_name(parameter.type.name)} for `{parameter.name}`, "
         f"got {type_name(value)}: {show(value, 60)}"
@@ -337,12 +350,12 @@ def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, val
 def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -> Any:
     """Call a builtin with arbitrary arguments; arithmetic errors of Python are converted to diagnostics."""
     signature = builtin.signature
-    if len(arguments) > _MIN_CHARGED:
+    if len(arguments) > _MIN_CHARGED_ARGUMENTS:
         runtime.charge(len(arguments) >> 1)
     keywords: dict[str, Any] = {}
     if signature.keywords:
-        positional, given = split_keywords(builtin.name, builtin.usage, arguments)
-        keywords = _keywords(runtime, builtin, given)
+        positional, named = split_keywords(builtin.name, builtin.usage, arguments)
+        keywords = _keywords(runtime, builtin, named)
     else:
         positional = list(arguments)
     _convert_positionals(runtime, builtin, positional)
@@ -353,6 +366,7 @@ def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -
 
 
 def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[Any]) -> None:
+    """Convert the positional arguments of a builtin in place; raise ``SceneError`` for a wrong number or type."""
     signature = builtin.signature
     parameters = (*signature.required, *signature.optional)
     if len(positional) < len(signature.required) or (len(positional) > len(parameters) and signature.rest is None):
@@ -366,14 +380,15 @@ def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[An
             positional[index] = convert(runtime, builtin, signature.rest, positional[index])
 
 
-def _keywords(runtime: Runtime, builtin: Builtin, given: dict[str, Any]) -> dict[str, Any]:
-    known = {parameter.name: parameter for parameter in builtin.signature.keywords}
+def _keywords(runtime: Runtime, builtin: Builtin, named: dict[str, Any]) -> dict[str, Any]:
+    """Return keyword arguments of a builtin under their Python names, converted to the types of the parameters."""
+    parameters = {parameter.name: parameter for parameter in builtin.signature.keywords}
     out: dict[str, Any] = {}
-    for name, value in given.items():
-        if name not in known:
-            hint = suggest(name, known) or f"signature: {builtin.usage}"
+    for name, value in named.items():
+        if name not in parameters:
+            hint = suggest(name, parameters) or f"signature: {builtin.usage}"
             raise SceneError("keyword", f"`{builtin.name}` has no parameter `:{name}`", hint=hint)
-        out[name.replace("-", "_")] = convert(runtime, builtin, known[name], value)
+        out[name.replace("-", "_")] = convert(runtime, builtin, parameters[name], value)
     return out
 
 
@@ -405,7 +420,7 @@ def call_record_procedure(runtime: Runtime, procedure: Procedure, arguments: Seq
 # Iteration over sequences.
 
 
-_BLOCK = 1024  # items between two charges
+_BLOCK_ITEMS = 1024  # items between two charges
 
 
 def iterate(rt: Runtime, value: Any) -> Iterable[Any]:
@@ -465,14 +480,15 @@ def array_rows(rt: Runtime, data: Any) -> list[Any]:
         numbers: list[Any] = data.tolist()
         return numbers
     out: list[Any] = []
-    for start in range(0, len(data), _BLOCK):
-        block = data[start : start + _BLOCK]
+    for start in range(0, len(data), _BLOCK_ITEMS):
+        block = data[start : start + _BLOCK_ITEMS]
         rt.charge((len(block) >> 2) + (block.size >> 5) + 1)
         out += [Vector(row) for row in block.tolist()] if data.ndim == 2 else map(from_numpy, block)
     return out
 
 
 def _list_iterator(value: Any) -> Iterator[Any]:
+    """Iterate over a list; raise ``SceneError`` at the end of an improper one."""
     while type(value) is Pair:
         yield value.car
         value = value.cdr
@@ -481,6 +497,7 @@ def _list_iterator(value: Any) -> Iterator[Any]:
 
 
 def _iterate_unmodified(collection: Any, members: list[Any]) -> Iterator[Any]:
+    """Iterate over ``members`` of a table or set; raise ``SceneError`` if its size changes, as Python does."""
     size = len(collection.entries)
     for member in members:
         if len(collection.entries) != size:
@@ -496,10 +513,10 @@ def items_of(rt: Runtime, value: Any) -> list[Any]:
         raise SceneError("type", f"expected a sequence, got an Integer: {show(value, 60)}")
     out: list[Any] = []
     pending = iter(iterate(rt, value))
-    while block := list(islice(pending, _BLOCK)):
+    while block := list(islice(pending, _BLOCK_ITEMS)):
         out += block
-        if len(block) == _BLOCK:
-            rt.charge(_BLOCK >> 4)
+        if len(block) == _BLOCK_ITEMS:
+            rt.charge(_BLOCK_ITEMS >> 4)
     return out
 
 
@@ -529,6 +546,7 @@ def make_record(rt: Runtime, definition: Any, *defaults: Any) -> Any:
 
 
 def _converted(rt: Runtime, kind: RecordType, index: int, types: Sequence[Type | None], value: Any) -> Any:
+    """Return a value converted to the type of a field; raise ``SceneError`` if it has another type."""
     expected = types[index]
     if expected is None:
         return value
@@ -541,9 +559,11 @@ def _converted(rt: Runtime, kind: RecordType, index: int, types: Sequence[Type |
 
 
 def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Sequence[Any]) -> Any:
+    """Return the constructor of a record type; a default is a function of the fields before it, or False."""
     usage = "(" + " ".join((kind.name, *kind.fields)) + ")"
 
     def construct(rt: Runtime, arguments: Sequence[Any]) -> Record:
+        """Create a record from positional and keyword arguments."""
         positional, keywords = split_keywords(kind.name, usage, arguments)
         if len(positional) > len(kind.fields):
             message = f"`{kind.name}` has {len(kind.fields)} fields, got {len(positional)} arguments"
@@ -567,6 +587,7 @@ def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Seque
 
 
 def _record_argument(kind: RecordType, name: str, arguments: Sequence[Any], count: int) -> Record:
+    """Return the record that is the first of ``count`` arguments; raise ``SceneError`` for anything else."""
     if len(arguments) != count:
         raise SceneError("arity", f"`{name}` expects {count} argument{'s' * (count > 1)}, got {len(arguments)}")
     record = arguments[0]
@@ -579,7 +600,10 @@ def _record_argument(kind: RecordType, name: str, arguments: Sequence[Any], coun
 
 
 def _predicate(kind: RecordType) -> Any:
+    """Return the predicate of a record type."""
+
     def test(rt: Runtime, arguments: Sequence[Any]) -> bool:
+        """Return whether the argument is a record of the type."""
         if len(arguments) != 1:
             raise SceneError("arity", f"`{kind.name}?` expects 1 argument, got {len(arguments)}")
         return type(arguments[0]) is Record and arguments[0].type is kind
@@ -588,9 +612,11 @@ def _predicate(kind: RecordType) -> Any:
 
 
 def _accessor(kind: RecordType, index: int) -> Any:
+    """Return the accessor of a field."""
     name = f"{kind.name}-{kind.fields[index]}"
 
     def access(rt: Runtime, arguments: Sequence[Any]) -> Any:
+        """Return the value of the field."""
         record = _record_argument(kind, name, arguments, 1)
         rt.read(record)
         return record.values[index]
@@ -599,9 +625,11 @@ def _accessor(kind: RecordType, index: int) -> Any:
 
 
 def _modifier(kind: RecordType, index: int, expected: Type | None) -> Any:
+    """Return the modifier of a field."""
     name = f"set-{kind.name}-{kind.fields[index]}!"
 
     def modify(rt: Runtime, arguments: Sequence[Any]) -> None:
+        """Set the field to the second argument."""
         record = _record_argument(kind, name, arguments, 2)
         value = _converted(rt, kind, index, {index: expected}, arguments[1])  # type: ignore[arg-type]
         rt.write(record)

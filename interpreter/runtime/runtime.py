@@ -1,11 +1,15 @@
-"""State of a single run: words, memoised calls, random streams, meter and log.
+"""State of a single run: words, memoized calls, random streams, meter and log.
 
-Memoisation of calls (docs/language.md, "Evaluation and sharing"). The result of a call is stored unless the call drew
+Memoization of calls (docs/language.md, "Evaluation and sharing"). The result of a call is stored unless the call drew
 random numbers, modified something older than itself, or made a mutable object reachable. Mutable objects older than the
 call that it reads are marked ``observed``; its result is then valid only in the current epoch, and modifying an
 observed object starts a new epoch. Bindings of words have epochs of their own. Age is determined by birth stamps:
 ``clock`` numbers the calls, and a mutable object stores the clock at its creation. When a call ends, normally or not,
 its reads and writes are merged into those of its caller; a cache hit merges those of the stored call.
+
+Across versions of a program that is edited, a memoized call stays valid while the function of its word is the same
+object, since an edit creates every function again that mentions a changed definition. Recording the version of each
+definition that a call reads would be finer, but would cost time at every read.
 """
 
 from __future__ import annotations
@@ -82,19 +86,25 @@ class Streams:
 
     @property
     def python(self) -> random.Random:
+        """Stream of Python's module ``random`` (MT19937)."""
         self.was_used = True
         if self._python is None:
             self._python = random.Random(self._seeds[1])
         return self._python
 
     def seed_numpy(self, seed: int) -> None:
+        """Seed numpy's stream, at its next use."""
         self._seeds[0], self._numpy = seed, None
 
     def seed_python(self, seed: int) -> None:
+        """Seed Python's stream, at its next use."""
         self._seeds[1], self._python = seed, None
 
     def seed(self, seed: int) -> None:
-        """Seed both streams, as is done just before the root is evaluated."""
+        """Seed both streams, as is done just before the root is evaluated.
+
+        Draws at top level use the streams as seeded at the start of the run.
+        """
         self.seed_numpy(seed)
         self.seed_python(seed)
 
@@ -105,6 +115,7 @@ class Streams:
         return tuple(self._seeds), numpy_state, python_state
 
     def restore(self, snapshot: Any) -> None:
+        """Restore the state of both streams from a ``snapshot``."""
         seeds, numpy_state, python_state = snapshot
         self._seeds, self._numpy, self._python = list(seeds), None, None
         if numpy_state is not None:
@@ -113,11 +124,14 @@ class Streams:
             self.python.setstate(python_state)
 
 
-HOT = 150  # calls or turns after which generated code repays what it costs
-NEVER = 1 << 62
-_MAX_CALL_SITES = 16
+# Calls of a function, or turns of a loop, after which it is compiled to Python: that costs about 20 microseconds for
+# each line, as much as a hundred or more calls as closures.
+HOT = 150
+NEVER = 1 << 62  # later than every call
+_MAX_CALL_SITES = 16  # locations of a shared primitive that are recorded
 _MAX_AGE = 20  # versions of the program after which an unused call is forgotten
-_MIN_CHARGED = 32  # keys with more items are charged
+_MIN_CHARGED_ITEMS = 32  # the call itself pays for shorter keys and texts
+_MAX_WARNINGS = 1000  # of a run
 
 
 class WordCell(Mutable):
@@ -134,8 +148,19 @@ class WordCell(Mutable):
 
 @dataclass(frozen=True, slots=True)
 class Validity:
-    """When memoised calls are valid: in ``epoch``, or always if None, while no word that was called is bound again
-    (``bindings``). ``oldest_read`` is merged on a cache hit. ``has_output``: the calls printed or warned."""
+    """Condition under which memoized calls are valid; equal ones are shared.
+
+    Attributes
+    ----------
+    epoch
+        Epoch of mutable state in which they are valid; None if they read none.
+    oldest_read
+        Birth stamp of the oldest object that they read, merged on a cache hit.
+    bindings
+        Epoch of the bindings of words.
+    has_output
+        Whether the calls printed or warned.
+    """
 
     epoch: int | None
     oldest_read: int
@@ -145,12 +170,11 @@ class Validity:
 
 @dataclass(slots=True, eq=False)
 class MemoEntry:
-    """Memoised call; calls share their ``validity``. ``trace``: the primitives that it called, with the locations, and
-    memoised calls."""
+    """Memoized call. ``trace`` are the primitives that it called, with their locations, and the memoized calls."""
 
     value: Any
     validity: Validity
-    version: int  # of the program, in which it was used last
+    version: int  # version of the program in which it was used last
     trace: tuple[Any, ...] = ()
 
 
@@ -170,11 +194,11 @@ def _record_call_site(entity: Entity, span: Span) -> None:
 
 def _distinct(trace: Sequence[Any]) -> Iterator[Any]:
     """Iterate over the items of a trace, each once."""
-    seen = set()
+    keys = set()
     for item in trace:
         key = id(item) if type(item) is MemoEntry else (id(item[0]), id(item[1]))
-        if key not in seen:
-            seen.add(key)
+        if key not in keys:
+            keys.add(key)
             yield item
 
 
@@ -192,7 +216,7 @@ class Runtime:
     handles
         Entries of the embeddings file Z, by handle.
     memoise
-        Whether calls are memoised; disabled only in tests of memoisation itself.
+        Whether calls are memoized; disabled only in tests of memoization itself.
     snapshots
         Serial numbers of calls at whose start the state of the random streams is saved; None for all calls.
     asset
@@ -216,6 +240,7 @@ class Runtime:
         hot: int | None = HOT,
         font: Callable[[str, Callable[[int], None]], Typeface] | None = None,
     ) -> None:
+        """Start a run in which nothing is bound or memoized; see the class for the arguments."""
         self.hot = hot
         self.units: list[dict[str, Any]] = []  # namespaces of generated functions
         self.library = library
@@ -236,13 +261,13 @@ class Runtime:
         self.oldest_read = NEVER
         self.drew_random = False
         self.epoch = 0
-        self.bindings = 0  # the epoch of words
-        self.binds = 0  # how often words were bound
-        self.place: Callable[[Span], Span] = lambda span: span  # where a span is in the text that the user sees
-        self.site: Span | None = None  # of the last call of a builtin with keywords
-        self.version = 0  # of the program, counted by ``restart``
+        self.bindings = 0  # epoch of the bindings of words
+        self.binds = 0  # number of times that a word was bound
+        self.place: Callable[[Span], Span] = lambda span: span  # converts spans to the text that the user sees
+        self.site: Span | None = None  # location of the last call of a builtin with keywords
+        self.version = 0  # version of the program, counted by ``restart``
         self.output = 0  # printed lines, warnings, and primitives that cannot outlive a version
-        self.made: list[Entity] = []  # primitives of this version
+        self.live_primitives: list[Entity] = []  # of this version and those kept from earlier ones
         self.trace: list[Any] | None = None  # see ``MemoEntry``; None in a run of a single version
         self._unkept: dict[int, Any] = {}  # keys of those primitives, by the identity of the entity
         self._memoise = memoise
@@ -256,13 +281,15 @@ class Runtime:
         self._log_size = 0
         self.generated_symbols = 0
         self.warnings: dict[tuple[str, str, Span | None], Diagnostic] = {}
-        self.declarations: list[Declaration] = []  # those that belong to no entity yet
+        self.declarations: list[Declaration] = []  # not yet assigned to an entity
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
 
     def reset(self, spent: float = 0.0) -> None:
-        """Prepare another evaluation in the same run: reset limits, log and warnings (``spent``: see
-        ``Meter.reset``)."""
+        """Prepare another evaluation in the same run: reset limits, log and warnings.
+
+        ``spent`` is the CPU time in seconds that is used up already (see ``Meter.reset``).
+        """
         self.meter.reset(spent)
         self.entities = 0
         self.log.clear()
@@ -270,12 +297,12 @@ class Runtime:
         self.warnings.clear()
 
     def invalidate_calls(self) -> None:
-        """Invalidate all memoised calls, after a change of their dependencies that was not tracked."""
+        """Invalidate all memoized calls, after a change of their dependencies that was not tracked."""
         self.epoch += 1
         self._memo.clear()
 
     def restart(self, seed: int, spent: float = 0.0) -> None:
-        """Prepare a run of the next version of the program, which may use memoised calls of the versions before."""
+        """Prepare a run of the next version of the program, which may use memoized calls of earlier versions."""
         self.reset(spent)
         self.declarations.clear()
         self.version += 1
@@ -285,33 +312,39 @@ class Runtime:
         for key in self._unkept.values():
             del self._primitives[key]
         self._unkept.clear()
-        self.made, self.trace = list(self._primitives.values()), []
-        for entity in self.made:
+        self.live_primitives, self.trace = list(self._primitives.values()), []
+        for entity in self.live_primitives:
             entity.call_sites = ()
 
     def forget_output(self) -> None:
-        """Forget the memoised calls that printed or warned, so that they do so again."""
+        """Forget the memoized calls that printed or warned, so that they do so again."""
         self._memo = {key: entry for key, entry in self._memo.items() if not entry.validity.has_output}
 
     def keep_calls(self, functions: Mapping[str, Any], bindings: int, epoch: int | None = None) -> None:
-        """Forget the memoised calls except those of these functions, by word, that depend on nothing else.
+        """Forget all memoized calls except current ones of given functions.
 
-        ``bindings`` and ``epoch`` are the epochs in which they must be valid: those before the definitions that the
-        functions do not depend on. Without an ``epoch``, calls that read mutable state are forgotten.
+        Parameters
+        ----------
+        functions
+            Entity functions that have not changed, by word.
+        bindings, epoch
+            Epochs in which the calls must be valid: those before the definitions that the functions do not depend on.
+            Without ``epoch``, calls that read mutable state are forgotten.
         """
-        kept = {}
+        current = {}
         for key, entry in self._memo.items():
             old = entry.validity
-            is_current = len(key) == 4 and functions.get(key[1]) is key[0] and old.bindings == bindings
+            is_call = len(key) == 4  # function, word, z and gamma; other keys have no word
+            is_current = is_call and functions.get(key[1]) is key[0] and old.bindings == bindings
             is_current = is_current and (old.epoch is None or old.epoch == epoch)
             if is_current and not old.has_output and self.version - entry.version <= _MAX_AGE:
                 epoch_now = None if old.epoch is None else self.epoch
-                entry.validity = self._validity_of(epoch_now, old.oldest_read, self.bindings, False)
-                kept[key] = entry
-        self._memo = kept
+                entry.validity = self._validity_of(epoch_now, old.oldest_read, self.bindings, has_output=False)
+                current[key] = entry
+        self._memo = current
 
-    def _validity_of(self, epoch: int | None, oldest_read: int, bindings: int, has_output: bool) -> Validity:
-        """Return a validity, the last one again if it is equal."""
+    def _validity_of(self, epoch: int | None, oldest_read: int, bindings: int, *, has_output: bool) -> Validity:
+        """Return a validity; the last one is reused if it is equal, as it usually is."""
         last = self._validity
         is_same = last.epoch == epoch and last.oldest_read == oldest_read
         if not (is_same and last.bindings == bindings and last.has_output == has_output):
@@ -320,7 +353,7 @@ class Runtime:
 
     @property
     def kept(self) -> int:
-        """Number of objects that are kept for later calls."""
+        """Number of objects that are cached for later calls."""
         return len(self._memo) + len(self._primitives) + len(self.units)
 
     # --- procedures --------------------------------------------------------------------------------------------
@@ -415,7 +448,7 @@ class Runtime:
     def show(self, value: Any, limit: int = MAX_LENGTH) -> str:
         """Return ``value`` as text for the program, recording reads of its mutable parts."""
         text = show(value, limit, self.read)
-        if len(text) > _MIN_CHARGED:
+        if len(text) > _MIN_CHARGED_ITEMS:
             self.charge(len(text) >> 3)
         return text
 
@@ -426,7 +459,8 @@ class Runtime:
     def read_error(self) -> None:
         """Record that a program reads the text of an error, which may depend on any mutable state.
 
-        The current calls are therefore not memoised.
+        The calls being evaluated are therefore not memoized: the text can show mutable values, whose reads are not
+        recorded. ``error-code`` and ``error-is?`` do not count as reading the text.
         """
         self.drew_random = True
 
@@ -440,6 +474,7 @@ class Runtime:
     # --- construction of values -----------------------------------------------------------------------------------
 
     def mutable_list(self, items: list[Any]) -> MutableList:
+        """Return a mutable list, born in the current call."""
         self.meter.check_size(len(items), "a list")
         return MutableList(items, self.clock)
 
@@ -448,6 +483,7 @@ class Runtime:
         return Table(entries, self.clock)
 
     def set_of(self, entries: dict[Any, Any]) -> Set:
+        """Return a set; ``entries`` maps canonical keys (see ``values.table_key``) to members."""
         return Set(entries, self.clock)
 
     def handle(self, name: str) -> Embedding:
@@ -497,7 +533,7 @@ class Runtime:
         if key is False or rest_key is None or not self._memoise:
             key = False
         else:
-            if len(key) + len(rest_key) > _MIN_CHARGED:
+            if len(key) + len(rest_key) > _MIN_CHARGED_ITEMS:
                 self.charge((len(key) + len(rest_key)) >> 6)  # cost of hashing and comparing the key
             key = (function, word, key, rest_key)
             entry = self._recall(key)
@@ -512,7 +548,10 @@ class Runtime:
             self.snapshots[serial] = self.streams.snapshot()
 
     def _run_call(self, word: str, function: Any, z: Embedding, rest: Any, key: Any, span: Span | None) -> Entity:
+        """Evaluate a call that is not memoized, and memoize it under ``key`` unless that is False."""
+
         def compute(serial: int) -> Entity:
+            """Create the entity, with the declarations that its function states."""
             before = len(self.declarations)
             try:
                 entity = self.make_entity(word, z, self._entity_parts(word, function, z, rest))
@@ -530,7 +569,7 @@ class Runtime:
         return result
 
     def apply_memoised(self, function: Procedure, z: Embedding, rest: Any) -> Any:
-        """Apply an entity function to z and gamma (``apply-entity-function``), memoised like a ``call``."""
+        """Apply an entity function to z and gamma (``apply-entity-function``), memoized like a ``call``."""
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         rest_key = memo_key(rest, self.charge)
         if key is False or rest_key is None or not self._memoise:
@@ -542,13 +581,17 @@ class Runtime:
             if entry is not None:
                 return entry.value
         before = len(self.declarations)
-        run = lambda serial: self.apply_entity_function(function, function.name, z, rest)
-        # declarations belong to the entity around this call, so each such call must make them
-        is_tainted = lambda value: len(self.declarations) > before or memo_key(value, self.charge) is None
-        return self._account(key, run, is_tainted)
+
+        def is_tainted(value: Any) -> bool:
+            """Declarations belong to the entity around this call, so each such call must state them again."""
+            return len(self.declarations) > before or memo_key(value, self.charge) is None
+
+        return self._account(
+            key, lambda _serial: self.apply_entity_function(function, function.name, z, rest), is_tainted
+        )
 
     def _recall(self, key: Any) -> MemoEntry | None:
-        """Return the memoised call of a key if it is still valid, merging its reads into the current call."""
+        """Return the memoized call of a key if it is still valid, merging its reads into the current call."""
         entry = self._memo.get(key)
         if entry is None:
             return None
@@ -558,7 +601,7 @@ class Runtime:
         if valid.oldest_read < self.oldest_read:
             self.oldest_read = valid.oldest_read
         if valid.has_output:
-            self.output += 1  # if only the calls around it are kept, nobody prints
+            self.output += 1  # so that the calls around it are forgotten as well and it prints again
         if self.trace is not None:
             if entry.version != self.version:
                 self.replay((entry,))
@@ -566,7 +609,7 @@ class Runtime:
         return entry
 
     def replay(self, trace: Sequence[Any]) -> None:
-        """Record the call sites of primitives as the memoised calls did in an earlier version."""
+        """Record the call sites of primitives as the memoized calls did in an earlier version."""
         stack = list(reversed(trace))
         while stack:
             item = stack.pop()
@@ -578,7 +621,7 @@ class Runtime:
                 _record_call_site(*item)
 
     def _account(self, key: Any, compute: Callable[[int], Any], is_tainted: Callable[[Any], bool]) -> Any:
-        """Run a call while tracking its reads and writes, and memoise its value under ``key`` if that is sound."""
+        """Run a call while tracking its reads and writes, and memoize its value under ``key`` if that is sound."""
         self.tick()
         serial = self.clock = self.clock + 1
         self.save_streams(serial)
@@ -590,7 +633,7 @@ class Runtime:
             value = compute(serial)
             if key is not False and not (self.drew_random or self.oldest_write < serial or is_tainted(value)):
                 epoch = None if self.oldest_read >= serial else self.epoch
-                valid = self._validity_of(epoch, self.oldest_read, bindings, self.output != output)
+                valid = self._validity_of(epoch, self.oldest_read, bindings, has_output=self.output != output)
                 entry = MemoEntry(value, valid, self.version)
                 self._memo[key] = entry
                 if self.trace is not None:
@@ -622,6 +665,7 @@ class Runtime:
         return self._run_call(entity.word, entity.function, z, entity.rest, False, None)
 
     def _entity_parts(self, word: str, function: Any, z: Embedding, rest: Any) -> tuple[Any, ...]:
+        """Return the parts that an entity function returns."""
         value = self.apply_entity_function(function, word, z, rest)
         if type(value) is Frames:
             raise SceneError("frames", f'the value of "{word}" cannot be frames, because it is not the root')
@@ -661,13 +705,13 @@ class Runtime:
         """Return the primitive ``word`` with the embedding ``z``, shared with all equal ones."""
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         if key is False:
-            return self._new_primitive(word, z, True, span)
-        if len(key) > _MIN_CHARGED:
+            return self._new_primitive(word, z, span, tainted=True)
+        if len(key) > _MIN_CHARGED_ITEMS:
             self.charge(len(key) >> 6)
         entity = self._primitives.get((word, key))
         if entity is None:
             output = self.output
-            entity = self._primitives[word, key] = self._new_primitive(word, z, False, span)
+            entity = self._primitives[word, key] = self._new_primitive(word, z, span, tainted=False)
             if self.output != output:
                 self._unkept[id(entity)] = (word, key)
         elif span is not None and (not entity.call_sites or span is not entity.call_sites[-1]):
@@ -678,7 +722,8 @@ class Runtime:
             self.output += 1
         return entity
 
-    def _new_primitive(self, word: str, z: Embedding, tainted: bool, span: Span | None) -> Entity:
+    def _new_primitive(self, word: str, z: Embedding, span: Span | None, *, tainted: bool) -> Entity:
+        """Create a primitive; one whose file may change, or that warns, is not shared with the next version."""
         self._count_entity()
         attributes = parts.geometric_attributes(self, z)
         asset = None
@@ -691,29 +736,30 @@ class Runtime:
             self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
         entity = Entity(word, z, (), shape, tainted, () if span is None else (span,))
         if self.trace is not None:
-            self.made.append(entity)
+            self.live_primitives.append(entity)
         return entity
 
     def solid(self, word: str, z: Embedding, expression: Expression) -> Entity:
-        """Return the entity of a computed solid, made at ``expression.site``; equal ones are shared."""
+        """Return the entity of a computed solid, created at ``expression.site``; equal ones are shared."""
         key: Any = embedding_key(z, self.charge)
-        found = None if key is False else self._primitives.get((expression, key))
-        if found is None:
+        entity = None if key is False else self._primitives.get((expression, key))
+        if entity is None:
             self._count_entity()
             shape = SolidShape.of(expression, parts.geometric_attributes(self, z))
             sites = () if expression.site is None else (expression.site,)
-            found = Entity(word, z, (), shape, key is False, sites)
+            entity = Entity(word, z, (), shape, key is False, sites)
             if key is not False:
-                self._primitives[expression, key] = found
+                self._primitives[expression, key] = entity
             if self.trace is not None:
-                self.made.append(found)
+                self.live_primitives.append(entity)
         elif expression.site is not None:
-            _record_call_site(found, expression.site)
+            _record_call_site(entity, expression.site)
         if self.trace is not None:
-            self.trace.append((found, expression.site))
-        return found
+            self.trace.append((entity, expression.site))
+        return entity
 
     def _count_entity(self) -> None:
+        """Count a distinct entity; raise ``LimitError`` if there are too many."""
         self.entities += 1
         if self.entities > self.limits.entities:
             raise LimitError(
@@ -726,15 +772,15 @@ class Runtime:
 
     def declare(self, declaration: Declaration) -> None:
         """Record a declaration about the entity whose call is being evaluated, or about the scene outside of calls."""
-        self.output += 1  # an edit may move its place
+        self.output += 1  # its location changes if the text above it is edited
         self.meter.check_size(len(self.declarations) + 1, "the list of declarations")
         self.declarations.append(declaration)
 
     def declared_since(self, before: int) -> tuple[Declaration, ...]:
         """Remove the declarations after the first ``before`` and return them."""
-        found = tuple(self.declarations[before:])
+        declared = tuple(self.declarations[before:])
         del self.declarations[before:]
-        return found
+        return declared
 
     def print(self, text: str) -> None:
         """Append a line to the log, up to the limit of its size."""
@@ -749,12 +795,12 @@ class Runtime:
         """Add a warning, at most once per location."""
         self.output += 1
         key = (name, message, span)
-        if key not in self.warnings and len(self.warnings) < 1000:
+        if key not in self.warnings and len(self.warnings) < _MAX_WARNINGS:
             self.warnings[key] = Diagnostic(name, message, span, hint)
 
 
 def _known_names(library: Library) -> set[str]:
-    """Return the predefined names; those of the prelude that start with `%` are its own."""
+    """Return the predefined names; names of the prelude that start with `%` are private to it."""
     return {*library.builtins, *library.constants, *(name for name in library.prelude_names if name[0] != "%")}
 
 
@@ -771,7 +817,7 @@ def root_arguments(runtime: Runtime) -> tuple[Embedding, HandleList]:
 # Undo log: a runtime whose changes can be rolled back if an evaluation fails.
 
 
-_EXCLUDED = ("birth", "observed")
+_EXCLUDED = ("birth", "observed")  # slots that a rollback does not restore
 
 
 class JournaledRuntime(Runtime):
@@ -795,16 +841,16 @@ class JournaledRuntime(Runtime):
 
     @property
     def has_changed(self) -> bool:
-        """Return whether an object older than the transaction was modified or a random number was drawn."""
+        """Whether an object older than the transaction was modified or a random number was drawn."""
         return bool(self._journal) or self.drew_random
 
     @property
     def has_written(self) -> bool:
-        """Return whether an object older than the transaction was modified."""
+        """Whether an object older than the transaction was modified."""
         return bool(self._journal)
 
     def has_written_other(self, cells: Sequence[Mutable]) -> bool:
-        """Return whether an object older than the transaction was modified that is none of ``cells``."""
+        """Return whether an object older than the transaction was modified that is not one of ``cells``."""
         return not self._journal.keys() <= set(map(id, cells))
 
     def roll_back(self) -> None:
@@ -819,6 +865,7 @@ class JournaledRuntime(Runtime):
         self._journal = {}
 
     def write(self, value: Mutable) -> None:
+        """Save the state of an older object before its first change."""
         if 0 <= value.birth < self._start and id(value) not in self._journal:
             self._journal[id(value)] = value, _state(value)
         super().write(value)

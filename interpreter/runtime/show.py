@@ -65,7 +65,7 @@ def show(value: Any, limit: int = MAX_LENGTH, read: Read = _unread) -> str:
         return text if len(text) <= limit else text[: max(0, limit - 3)] + "..."
     out: list[str] = []
     size = 0
-    stack: list[Iterator[Any]] = [iter((value,))]
+    stack: list[Iterator[Any]] = [iter((value,))]  # pieces that are still to be printed, innermost last
     while stack:
         item = next(stack[-1], _END)
         if item is _END:
@@ -113,7 +113,7 @@ def _piece(item: Any, stack: list[Iterator[Any]], budget: int, read: Read) -> st
     sequence = _sequence_parts(item)
     if sequence is not None:
         opening, members = sequence
-        stack.append(_call_pieces(members, opening == "("))
+        stack.append(_call_pieces(members, is_first=opening == "("))
         return opening
     if type(item) is Vector:
         stack.append(_row_pieces(item))
@@ -127,6 +127,7 @@ def _piece(item: Any, stack: list[Iterator[Any]], budget: int, read: Read) -> st
 
 
 def _list_pieces(pair: Pair) -> Iterator[Any]:
+    """Iterate over the pieces of a list after its opening bracket."""
     yield pair.car
     rest = pair.cdr
     while type(rest) is Pair:
@@ -139,17 +140,18 @@ def _list_pieces(pair: Pair) -> Iterator[Any]:
     yield _CLOSE
 
 
-def _call_pieces(members: Iterator[Any], first: bool) -> Iterator[Any]:
-    """Iterate over the pieces of a call with the operands ``members``; if ``first`` is set, no name precedes them."""
+def _call_pieces(members: Iterator[Any], *, is_first: bool) -> Iterator[Any]:
+    """Iterate over the pieces of a call with the operands ``members``; if ``is_first``, no name precedes them."""
     for member in members:
-        if not first:
+        if not is_first:
             yield _SPACE
-        first = False
+        is_first = False
         yield member
     yield _CLOSE
 
 
 def _row_pieces(members: Iterator[Any] | Vector) -> Iterator[Any]:
+    """Iterate over the pieces of an array row after its opening bracket."""
     between = False
     for member in members:
         if between:
@@ -160,6 +162,7 @@ def _row_pieces(members: Iterator[Any] | Vector) -> Iterator[Any]:
 
 
 def _array_piece(data: Any, stack: list[Iterator[Any]]) -> str:
+    """Return the beginning of the text of an array, and push its rows on ``stack``."""
     if data.ndim == 0:
         return number_text(data.item())
     stack.append(_row_pieces(_rows(data)))
@@ -167,6 +170,7 @@ def _array_piece(data: Any, stack: list[Iterator[Any]]) -> str:
 
 
 def _rows(data: Any) -> Iterator[Any]:
+    """Iterate over the numbers or subarrays of an array."""
     for row in data:
         yield row.item() if data.ndim == 1 else _Rows(row)
 
@@ -181,6 +185,7 @@ class _Rows:
 
 
 def _sequence_parts(item: Any) -> tuple[str, Iterator[Any]] | None:
+    """Return how the text of a collection begins, and its members; None for other values."""
     kind = type(item)
     if kind is MutableList:
         return "(mutable-list", iter(item.items)
@@ -196,6 +201,7 @@ def _sequence_parts(item: Any) -> tuple[str, Iterator[Any]] | None:
 
 
 def _embedding_parts(item: Embedding) -> Iterator[Any]:
+    """Iterate over the handle, text and attributes of an embedding."""
     if item.handle is not None:
         yield _Text(f"<{item.handle[:MAX_LENGTH]}>")
     if item.text is not None:
@@ -206,6 +212,10 @@ def _embedding_parts(item: Embedding) -> Iterator[Any]:
 
 
 def _leaf(item: Any, budget: int) -> str:
+    """Return the text of a value that is printed in one piece.
+
+    Values that cannot be read back are in angle brackets, such as ``<procedure name>`` and ``<error code>``.
+    """
     kind = type(item)
     if kind is str:
         return string_text(_cut(item, budget))
@@ -295,6 +305,7 @@ def array_literal(items: Sequence[Any], reader: TypeReader | None = None) -> Any
 
 
 def _row(item: Any, reader: TypeReader | None) -> Any:
+    """Return an item of an array literal as nested Python numbers."""
     if isinstance(item, (Array, MutableArray)):
         if reader is not None:
             reader.charge(item.data.size >> 5)
@@ -315,8 +326,8 @@ def _row(item: Any, reader: TypeReader | None) -> Any:
 # (docs/language.md, "Entities and embeddings").
 
 
-MAX_DEPTH = 100
-MAX_ITEMS = 1_000_000
+MAX_DEPTH = 100  # levels of nested values: JSON parsers and ``value_of`` recurse
+MAX_ITEMS = 1_000_000  # of an attribute
 
 
 class NotPlain(Exception):
@@ -325,10 +336,11 @@ class NotPlain(Exception):
 
 def plain_value(value: Any, tagged: bool = False) -> Any:
     """Convert ``value`` to JSON data. If ``tagged``, arrays, tables and embeddings are marked, to be read back."""
-    return _plain(value, tagged, 0, [MAX_ITEMS])
+    return _plain(value, 0, [MAX_ITEMS], tagged=tagged)
 
 
-def _plain(value: Any, tagged: bool, depth: int, budget: list[int]) -> Any:
+def _plain(value: Any, depth: int, budget: list[int], *, tagged: bool) -> Any:
+    """Convert a value at a nesting ``depth``; ``budget`` is the number of items that are left, for all levels."""
     kind = type(value)
     budget[0] -= 1
     if depth > MAX_DEPTH or budget[0] < 0:
@@ -346,7 +358,8 @@ def _plain(value: Any, tagged: bool, depth: int, budget: list[int]) -> Any:
         return {"array": array} if tagged else array
 
     def inner(item: Any) -> Any:
-        return _plain(item, tagged, depth + 1, budget)
+        """Convert a member of the value."""
+        return _plain(item, depth + 1, budget, tagged=tagged)
 
     if kind is Pair or value is NIL or kind is MutableList:
         return [inner(item) for item in _items(value)]
@@ -363,6 +376,7 @@ def _plain(value: Any, tagged: bool, depth: int, budget: list[int]) -> Any:
 
 
 def _array(value: Any) -> Any:
+    """Return an array as nested lists, or None for other values."""
     if type(value) is Vector:
         return list(value)
     if type(value) is Matrix:
@@ -373,6 +387,7 @@ def _array(value: Any) -> Any:
 
 
 def _items(value: Any) -> list[Any]:
+    """Return the items of a list; the tail of an improper one is its last item."""
     if type(value) is MutableList:
         return list(value.items)
     items = []
@@ -386,30 +401,24 @@ def _items(value: Any) -> list[Any]:
 
 def plain_attributes(entity: Entity) -> dict[str, Any]:
     """Return an entity's attributes as JSON data, without those that cannot be serialized."""
-    found: dict[str, Any] = {}
+    plain: dict[str, Any] = {}
     for name, value in entity.embedding.attributes.items():
         try:
-            found[name] = plain_value(value)
+            plain[name] = plain_value(value)
         except NotPlain:
             continue
-    return found
+    return plain
 
 
 def primitive_attributes(entity: Entity) -> dict[str, Any]:
     """Return a primitive's attributes as JSON data, including defaults, without those that cannot be serialized."""
-    found = plain_attributes(entity)
-    if entity.shape is not None:
-        defaults = entity.shape.defining_attributes()
-        found = {
-            **{k: v for k, v in defaults.items() if k not in found or k != "fill"},
-            **_unnormalised(found, defaults),
-        }
-    return found
-
-
-def _unnormalised(found: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
-    """Return the attributes that the geometry leaves as given; ``fill`` is always among them."""
-    return {name: value for name, value in found.items() if name not in defaults or name == "fill"}
+    attributes = plain_attributes(entity)
+    if entity.shape is None:
+        return attributes
+    # Values that the geometry normalizes (sizes, points, the color) replace those of the program, but not ``fill``.
+    normalized = entity.shape.defining_attributes()
+    as_given = {name: value for name, value in attributes.items() if name not in normalized or name == "fill"}
+    return {**{name: value for name, value in normalized.items() if name not in as_given}, **as_given}
 
 
 # Conversion of tagged plain data back to values: the inverse of ``plain_value(value, tagged=True)``.
@@ -435,6 +444,7 @@ def value_of(plain: Any, depth: int = 0) -> Any:
 
 
 def _read_array(data: Any) -> Any:
+    """Return the array of nested lists of numbers."""
     if not isinstance(data, list):
         raise ValueError("expected a list of array items")
     if all(isinstance(x, (int, float)) for x in data):

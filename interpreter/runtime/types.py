@@ -49,7 +49,8 @@ class TypeReader(Protocol):
         """Record that ``value`` is read."""
 
     @property
-    def charge(self) -> Callable[[int], None]: ...
+    def charge(self) -> Callable[[int], None]:
+        """Function that counts steps of work."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,10 +67,11 @@ class Type:
 
     @property
     def is_checked(self) -> bool:
-        """Whether the checker does anything; builtins check what the other types stand for themselves."""
+        """Whether the checker does anything; of the other types, builtins check the values themselves."""
         return self.convert is not _identity or self.walk is not None
 
     def checker(self, reader: TypeReader) -> Callable[[Any], Any]:
+        """Return the function that converts a value to this type or raises ``Mismatch``."""
         return self.convert if self.walk is None else partial(self.walk, reader)
 
 
@@ -95,6 +97,8 @@ _NAMES: dict[type, str] = {
 
 
 def _instance(*kinds: type) -> Callable[[Any], Any]:
+    """Return the check that a value is an instance of a class."""
+
     def convert(value: Any) -> Any:
         if isinstance(value, kinds):
             return value
@@ -104,6 +108,7 @@ def _instance(*kinds: type) -> Callable[[Any], Any]:
 
 
 def _integer(value: Any) -> int:
+    """Accept an Integer, or a Float without a fraction, which is converted."""
     if type(value) is int:
         return value
     if type(value) is float and value.is_integer():
@@ -143,6 +148,7 @@ def _keyword(value: Any) -> Any:
 
 
 def _embedding(value: Any) -> Embedding:
+    """Accept an Embedding, or a String, which becomes its text."""
     if type(value) is Embedding:
         return value
     if type(value) is str:
@@ -178,11 +184,13 @@ def numbers_of(value: Any, reader: TypeReader | None = None) -> list[Any] | None
 
 
 def _record_read(reader: TypeReader, value: Any) -> None:
+    """Record the read of a value if it is mutable."""
     if isinstance(value, Mutable):
         reader.read(value)
 
 
 def _vector(reader: TypeReader, value: Any) -> Vector:
+    """Accept a Vector, or a list or array of numbers, which is converted."""
     if type(value) is Vector:
         return value
     numbers = numbers_of(value, reader)
@@ -202,6 +210,7 @@ def vector_of(numbers: list[Any]) -> Vector:
 
 
 def _point(reader: TypeReader, value: Any) -> Vector:
+    """Accept a vector of three numbers."""
     vector = _vector(reader, value)
     if len(vector) != 3:
         raise Mismatch
@@ -226,6 +235,7 @@ def matrix_or_none(reader: TypeReader, value: Any) -> Matrix | None:
 
 
 def _matrix(reader: TypeReader, value: Any) -> Matrix:
+    """Accept a pose, or whatever can be converted to one."""
     matrix = matrix_or_none(reader, value)
     if matrix is None:
         raise Mismatch
@@ -233,13 +243,17 @@ def _matrix(reader: TypeReader, value: Any) -> Matrix:
 
 
 def _list(value: Any) -> Any:
+    """Accept a list, whatever its items are."""
     if type(value) is Pair or value is NIL or isinstance(value, (MutableList, HandleList)):
         return value
     raise Mismatch
 
 
 def _list_of(item: Type) -> Callable[[TypeReader, Any], Any]:
+    """Return the check of a list whose items have a type; mutable lists are checked, not converted."""
+
     def walk(reader: TypeReader, value: Any) -> Any:
+        """Check a list and convert its items."""
         _list(value)
         if isinstance(value, HandleList):
             return value
@@ -254,7 +268,10 @@ def _list_of(item: Type) -> Callable[[TypeReader, Any], Any]:
 
 
 def _tuple_of(items: tuple[Type, ...]) -> Callable[[TypeReader, Any], Any]:
+    """Return the check of a list with one item of each type, or of a pair of two values."""
+
     def walk(reader: TypeReader, value: Any) -> Any:
+        """Check the length and convert the items."""
         if type(value) is Pair and len(items) == 2 and type(value.cdr) is not Pair and value.cdr is not NIL:
             return Pair(items[0].checker(reader)(value.car), items[1].checker(reader)(value.cdr))
         _record_read(reader, _list(value))
@@ -280,6 +297,7 @@ def _sequence(value: Any) -> Any:
 
 
 def _identity(value: Any) -> Any:
+    """Accept any value."""
     return value
 
 
@@ -294,12 +312,14 @@ def _axis(value: Any) -> Any:
 
 
 def _alignment(value: Any) -> Any:
+    """Accept a keyword of ``align``, or none for an axis that stays."""
     if value is None or (type(value) is Keyword and str(value) in _ALIGNMENTS):
         return value
     raise Mismatch
 
 
 def _extent(reader: TypeReader, value: Any) -> Any:
+    """Accept one number or three."""
     return value if type(value) in (int, float) else _point(reader, value)
 
 
@@ -313,7 +333,7 @@ _EXPECTED = {
 
 
 def expected_name(name: str) -> str:
-    """Return what a value of a type is, with an article, for messages."""
+    """Return the description of a type with an article, for messages."""
     return _EXPECTED.get(name) or ("an " if name[0] in "AEIOU" else "a ") + name
 
 
@@ -358,6 +378,7 @@ _GENERIC = re.compile(r"(\w+)\[(.*)\]\Z", re.S)
 
 
 def _split_arguments(text: str) -> list[str]:
+    """Split the arguments of a generic type at commas outside brackets."""
     depth, start, parts = 0, 0, []
     for i, c in enumerate(text):
         depth += (c == "[") - (c == "]")
@@ -390,6 +411,7 @@ def record_type(name: str) -> Type:
     """Return the type of the records of ``(define-record name ...)``."""
 
     def convert(value: Any) -> Any:
+        """Accept a record of that type name; a redefined type has the name of the old one."""
         if type(value) is Record and value.type.name == name:
             return value
         raise Mismatch
@@ -412,6 +434,8 @@ STD = "std/"  # prefix of library names, which are never shadowed, and of librar
 
 @dataclass(frozen=True, slots=True)
 class BuiltinParameter:
+    """Parameter of a builtin; keyword parameters are optional."""
+
     name: str
     type: Type
     optional: bool = False
@@ -500,6 +524,7 @@ class Builtin(Procedure):
 
     @cached_property
     def signature(self) -> Signature:
+        """Parsed signature."""
         return parse_signature(self.parameters)
 
     @property
@@ -570,9 +595,10 @@ class Registry:
         check: Callable[..., object] | None = None,
         picture: str | None = None,
     ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-        """Register the decorated function under ``name``."""
+        """Register the decorated function under ``name``; the other arguments are attributes of ``Builtin``."""
 
         def register(function: Callable[..., Any]) -> Callable[..., Any]:
+            """Add the entry, and return the function unchanged, so that other builtins can call it."""
             if name in self.entries:
                 raise ValueError(f"{name} is registered twice")
             entry = Builtin(

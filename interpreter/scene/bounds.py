@@ -2,8 +2,8 @@
 
 The box of a node is the union of the boxes of its parts. A part under an axis-aligned pose, and a primitive under any
 pose, have a closed form. For a part under any other pose, each of the six extremes is found by best-first branch and
-bound: the transformed box of a subtree is an upper bound, and only subtrees whose bound exceeds the best value found so
-far are opened. Boxes are cached on entities, which are immutable.
+bound (Land and Doig, 1960): the transformed box of a subtree is an upper bound, and only subtrees whose bound exceeds
+the best value so far are opened. Boxes are cached on entities, which are immutable.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scenelang.interpreter.values.values import IDENTITY, Pair
 
 UNIT_BOX: Box = (-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)
 _INFINITY = float("inf")
-_TOLERANCE = 1e-12
+_TOLERANCE = 1e-12  # relative to the extreme: subtrees that could exceed it by rounding errors only are not opened
 Charge = Callable[[int], None]
 
 
@@ -73,7 +73,11 @@ def _compute_boxes(root: Entity, charge: Charge) -> None:
 
 
 def _transformed_box(box: Box, m: Sequence[float]) -> Box:
-    """Return the bounding box of ``box`` under ``m``, an upper bound for the contents of the box."""
+    """Return the bounding box of ``box`` under ``m``, an upper bound for the contents of the box.
+
+    Center and half sizes are transformed, the latter by the absolute values of ``m`` (Arvo, "Transforming Axis-Aligned
+    Bounding Boxes", Graphics Gems, 1990).
+    """
     x0, y0, z0, x1, y1, z1 = box
     cx, cy, cz = 0.5 * (x0 + x1), 0.5 * (y0 + y1), 0.5 * (z0 + z1)
     hx, hy, hz = x1 - cx, y1 - cy, z1 - cz
@@ -199,7 +203,7 @@ def word_box(scene: Scene, word: str | None) -> Box | None:
 
 
 def box_data(box: Box) -> dict[str, list[float]]:
-    """Return the corners, centre and side lengths of a box as plain data."""
+    """Return the corners, center and side lengths of a box as plain data."""
     low, high = list(box[:3]), list(box[3:])
     return {
         "min": low,
@@ -210,13 +214,13 @@ def box_data(box: Box) -> dict[str, list[float]]:
 
 
 def _filter_by_word(root: Entity, word: str) -> Entity | None:
-    """Return a copy of the DAG with only the entities of ``word`` (including their subtrees), or None if there are
-    none."""
+    """Return a copy of the DAG with only the entities of ``word`` and their subtrees, or None if it has none."""
     filtered: dict[int, Entity | None] = {}
     for entity in descendants(root):
         if entity.word == word:
             filtered[id(entity)] = entity
             continue
-        parts = tuple(Pair(filtered[id(p.car)], p.cdr) for p in entity.children if filtered[id(p.car)] is not None)
+        remaining = ((filtered[id(part.car)], part.cdr) for part in entity.children)
+        parts = tuple(Pair(child, pose) for child, pose in remaining if child is not None)
         filtered[id(entity)] = Entity(entity.word, entity.embedding, parts) if parts else None
     return filtered[id(root)]

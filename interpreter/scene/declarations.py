@@ -1,4 +1,4 @@
-"""Declarations of ``assert-that``: what a program states about where its things are.
+"""Declarations of ``assert-that``: spatial relations that a program states and ``check --run`` verifies.
 
 This is the vocabulary, registered once for the expander, the reference and the prompts. The geometry that decides
 whether a declaration holds is in ``backends.geometry.relations``.
@@ -42,17 +42,18 @@ class Relation:
     optional: int = 0
 
 
-_EACH = ("any", "all")
+_QUANTIFIERS = ("any", "all")
 
 
 def _direction(name: str, where: str) -> Relation:
+    """Return a relation of two objects in a direction of the scene."""
     return Relation(
         name,
         f"({name} A B [:any] [:all])",
         f"Every A is {where} some B.",
         f'({name} "cup" "lamp")',
         (THING, THING),
-        _EACH,
+        _QUANTIFIERS,
     )
 
 
@@ -63,7 +64,7 @@ _RELATIONS = (
         "Every A rests on some B: it touches B, and B keeps it from moving down.",
         '(on "cup" "table")',
         (THING, THING),
-        (*_EACH, "within"),
+        (*_QUANTIFIERS, "within"),
     ),
     Relation(
         "inside",
@@ -71,7 +72,7 @@ _RELATIONS = (
         "Every A is inside the convex hull of some B, or at least a share of its volume (from 0 to 1).",
         '(inside "pencil" "mug" :share .5)',
         (THING, THING),
-        (*_EACH, "share"),
+        (*_QUANTIFIERS, "share"),
     ),
     Relation(
         "touching",
@@ -79,7 +80,7 @@ _RELATIONS = (
         "Every A touches some B, and they do not overlap.",
         '(touching "shelf" "wall")',
         (THING, THING),
-        (*_EACH, "within"),
+        (*_QUANTIFIERS, "within"),
     ),
     Relation(
         "clear-of",
@@ -95,7 +96,7 @@ _RELATIONS = (
         "The distance between the surfaces of every A and the nearest B is a length, or in a range.",
         '(distance "chair" "table" :max .5)',
         (THING, THING, NUMBER),
-        (*_EACH, "within", "min", "max"),
+        (*_QUANTIFIERS, "within", "min", "max"),
         1,
     ),
     Relation(
@@ -104,7 +105,7 @@ _RELATIONS = (
         "The angle between an axis of every A, in its own frame, and that of some B is so many degrees.",
         '(angle "door" "wall" 90 :axis "z")',
         (THING, THING, NUMBER),
-        (*_EACH, "axis", "within"),
+        (*_QUANTIFIERS, "axis", "within"),
     ),
     Relation(
         "facing",
@@ -112,7 +113,7 @@ _RELATIONS = (
         "The front of every A, its +z axis, points to some B, within 30 degrees by default, seen from above.",
         '(facing "chair" "table")',
         (THING, THING),
-        (*_EACH, "within"),
+        (*_QUANTIFIERS, "within"),
     ),
     _direction("above", "over"),
     _direction("below", "under"),
@@ -210,7 +211,7 @@ _RELATIONS = (
 )
 RELATIONS: Mapping[str, Relation] = MappingProxyType({relation.name: relation for relation in _RELATIONS})
 
-# A scene in which the example of each relation holds, of the words below.
+# For each relation, a scene of the words below in which its example holds: the tests evaluate them.
 SCENES: Mapping[str, str] = MappingProxyType({
     "on": '(call "table") (transform (call "cup") (translate [-.3 1 0]))',
     "inside": '(call "mug") (transform (call "pencil") (@ (translate [.03 .1 0]) (rotate -.1 [0 0 1])))',
@@ -276,38 +277,60 @@ FLAGS = frozenset({"any", "all", "negated"})
 OPTIONS = ("any", "all", "within", "min", "max", "share", "axis", "along", "across", "about", "message", "negated")
 OVER_FRAMES = frozenset({"moves", "turns"})  # about all frames together
 
-# Basic color terms: hues in degrees below which they end, of saturated colors that are neither dark nor pale.
+# Basic color terms (Berlin and Kay, 1969): the hue in degrees at which each ends, for saturated colors that are neither
+# dark nor pale.
 _HUES = ((15, "red"), (46, "orange"), (75, "yellow"), (165, "green"), (200, "cyan"), (255, "blue"), (315, "purple"),
          (345, "pink"), (360, "red"))  # fmt: skip
 COLORS = ("black", "white", "gray", "red", "orange", "brown", "yellow", "green", "cyan", "blue", "purple", "pink")
-_DARK, _DARK_GRAY, _BRIGHT, _PALE = 0.2, 0.36, 0.85, 0.15  # values, and a saturation
+_MAX_BLACK_VALUE, _MAX_BLACK_GRAY_VALUE, _MIN_WHITE_VALUE = 0.2, 0.36, 0.85  # the second one of pale colors
+_MAX_PALE_SATURATION = 0.15
+_MAX_BROWN_VALUE, _MAX_BROWN_SATURATION = 0.72, 0.45  # a dark or a dull orange is brown
+_MAX_OLIVE_VALUE = 0.6  # a dark yellow is green
+_MAX_PINK_SATURATION, _MIN_PINK_VALUE = 0.5, 0.8  # a light, dull red is pink
+_MAX_MAROON_VALUE = 0.5  # a dark pink is purple
 
 
 def basic_color(color: Sequence[float]) -> str:
-    """Return which of the twelve ``COLORS`` a color in linear sRGB is called, by hue, saturation and value."""
+    """Return the name of a color in linear sRGB, one of the twelve ``COLORS``, by hue, saturation and value.
+
+    >>> basic_color((0.0, 0.0, 1.0))
+    'blue'
+    """
     from colorsys import rgb_to_hsv
 
     r, g, b = (encoded(min(max(float(x), 0.0), 1.0)) for x in color)
     hue, saturation, value = rgb_to_hsv(r, g, b)
-    if value < _DARK or (value < _DARK_GRAY and saturation < _PALE):
+    is_pale = saturation < _MAX_PALE_SATURATION
+    if value < (_MAX_BLACK_GRAY_VALUE if is_pale else _MAX_BLACK_VALUE):
         return "black"
-    if saturation < _PALE:
-        return "white" if value > _BRIGHT else "gray"
+    if is_pale:
+        return "white" if value > _MIN_WHITE_VALUE else "gray"
     name = next(name for end, name in _HUES if 360.0 * hue <= end)
-    if name == "orange" and (value < 0.72 or saturation < 0.45):
+    if name == "orange" and (value < _MAX_BROWN_VALUE or saturation < _MAX_BROWN_SATURATION):
         return "brown"
-    if name == "yellow" and value < 0.6:
+    if name == "yellow" and value < _MAX_OLIVE_VALUE:
         return "green"
-    if name == "red" and saturation < 0.5 and value > 0.8:
+    if name == "red" and saturation < _MAX_PINK_SATURATION and value > _MIN_PINK_VALUE:
         return "pink"
-    return "purple" if name == "pink" and value < 0.5 else name
+    return "purple" if name == "pink" and value < _MAX_MAROON_VALUE else name
 
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """A relation of things, stated about an entity or the scene.
+    """Relation between objects, stated about an entity or the scene.
 
-    ``things`` are words, or handles such as "<z1>". ``options`` has no flags that are false.
+    Attributes
+    ----------
+    relation
+        Name of the relation, a key of ``RELATIONS``.
+    things
+        Operands: words, or handles such as "<z1>".
+    number, color
+        Further operand of relations that take one: a length, an angle or a count; a name of a color.
+    options
+        Options by name; flags that are false are absent.
+    span
+        Where the program states it.
     """
 
     relation: str
@@ -319,7 +342,7 @@ class Declaration:
 
     def __str__(self) -> str:
         """Return the declaration as it is written."""
-        parts = [self.relation, *(_written(thing) for thing in self.things)]
+        parts = [self.relation, *(_written(name) for name in self.things)]
         if self.number is not None:
             parts.append(f"{self.number:g}")
         if self.color is not None:
@@ -334,4 +357,5 @@ class Declaration:
 
 
 def _written(name: str) -> str:
+    """Return a word in quotes, and a handle as it is."""
     return name if name.startswith("<") else f'"{name}"'

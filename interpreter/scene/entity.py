@@ -56,6 +56,7 @@ class Entity:
         tainted: bool = False,
         call_sites: tuple[Span, ...] = (),
     ) -> None:
+        """Create an entity; how it was created is set afterwards by the runtime, if it is needed."""
         self.word = word
         self.embedding = embedding
         self.children = children
@@ -72,6 +73,7 @@ class Entity:
 
     @property
     def is_primitive(self) -> bool:
+        """Whether this is a leaf with geometry."""
         return self.shape is not None
 
     @property
@@ -116,18 +118,18 @@ class Scene:
 
 def descendants(*roots: Entity) -> Iterator[Entity]:
     """Iterate over the distinct entities below and including ``roots``, children before parents."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     for root in roots:
-        if id(root) in seen:
+        if id(root) in visited:
             continue
-        seen.add(id(root))
+        visited.add(id(root))
         stack = [(root, iter(root.children))]
         while stack:
             entity, children = stack[-1]
             for part in children:
                 child = part.car
-                if id(child) not in seen:
-                    seen.add(id(child))
+                if id(child) not in visited:
+                    visited.add(id(child))
                     stack.append((child, iter(child.children)))
                     break
             else:
@@ -138,7 +140,7 @@ def descendants(*roots: Entity) -> Iterator[Entity]:
 def contains_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
     """Return whether ``entity`` or a descendant is a primitive made of Minecraft blocks.
 
-    ``charge`` accounts for the work.
+    The answers are cached on the entities. ``charge`` is called with the number of steps.
     """
     stack = [entity]
     while stack:
@@ -150,8 +152,8 @@ def contains_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
             continue
         stack.pop()
         if top.has_blocks is None:
-            own = top.shape is not None and top.shape.is_block
-            top.has_blocks = own or any(part.car.has_blocks for part in top.children)
+            is_block = top.shape is not None and top.shape.is_block
+            top.has_blocks = is_block or any(part.car.has_blocks for part in top.children)
     return bool(entity.has_blocks)
 
 
@@ -183,15 +185,15 @@ def count_words(root: Entity) -> dict[str, int]:
 
 def _words_in_order(root: Entity) -> Iterator[str]:
     """Iterate over the words of the distinct entities in depth-first order."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     stack = [root]
     while stack:
         entity = stack.pop()
-        if id(entity) in seen:
+        if id(entity) in visited:
             continue
-        seen.add(id(entity))
+        visited.add(id(entity))
         yield entity.word
-        stack.extend(part.car for part in reversed(entity.children) if id(part.car) not in seen)
+        stack.extend(part.car for part in reversed(entity.children) if id(part.car) not in visited)
 
 
 def primitive_count(root: Entity) -> int:

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     Poses = npt.NDArray[np.float64]  # (12, N): row-major affine poses, one a column
 
 
-DEFAULT_LIMIT = 5_000_000
-_CHUNK = 1 << 13  # poses multiplied at a time: 12 columns of doubles that stay in the L2 cache
+DEFAULT_LIMIT = 5_000_000  # primitives, as in ``Limits``
+_CHUNK_POSES = 1 << 13  # poses multiplied at a time: 12 columns of doubles (786 kB) that stay in the L2 cache
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,6 +75,13 @@ class FlatScene:
 def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
     """Flatten every frame of a scene.
 
+    Parameters
+    ----------
+    scene
+        Result of a program.
+    limit
+        Maximum number of primitives of all frames together; it is counted on the DAG before anything is expanded.
+
     Raises
     ------
     LimitError("primitives")
@@ -118,6 +125,7 @@ def graph_of(root: Entity, opaque: Set[int]) -> Graph:
     parts = [part for entity in nodes for part in entity.children]
     child = np.fromiter((number[id(part.car)] for part in parts), np.int64, len(parts))
     pose = np.ascontiguousarray(stacked([part.cdr for part in parts]).T)
+    # Nodes come children first, so one pass sums what is below each node and before each edge.
     leaves = [0] * len(nodes)
     unhandled = [0] * len(nodes)
     leaf_offset = np.zeros(len(parts), np.int64)
@@ -139,8 +147,21 @@ def graph_of(root: Entity, opaque: Set[int]) -> Graph:
 
 
 def compose_many(parents: Poses, parent: IntArray, children: Poses, child: IntArray) -> Poses:
-    """Return the products ``parents[:, parent] @ children[:, child]``, (12, N), computed in chunks that fit the
-    cache."""
+    """Multiply N pairs of poses.
+
+    Parameters
+    ----------
+    parents, children : (12, P), (12, C)
+        Poses, one in a column.
+    parent, child : (N,)
+        Columns to multiply.
+
+    Returns
+    -------
+    array (12, N)
+        The products ``parents[:, parent] @ children[:, child]``, computed in chunks that fit the cache; infinite where
+        they overflow, which the caller reports.
+    """
     out = np.empty((12, len(parent)))
     with np.errstate(over="ignore", invalid="ignore"):  # the caller reports overflow
         _compose_chunks(parents, parent, children, child, out)
@@ -148,10 +169,11 @@ def compose_many(parents: Poses, parent: IntArray, children: Poses, child: IntAr
 
 
 def _compose_chunks(parents: Poses, parent: IntArray, children: Poses, child: IntArray, out: Poses) -> None:
-    for lo in range(0, len(parent), _CHUNK):
-        p = parents.take(parent[lo : lo + _CHUNK], axis=1)
-        c = children.take(child[lo : lo + _CHUNK], axis=1)
-        o = out[:, lo : lo + _CHUNK]
+    """Write the products into ``out``: the same twelve sums of products as in ``pose.compose``, each over a chunk."""
+    for lo in range(0, len(parent), _CHUNK_POSES):
+        p = parents.take(parent[lo : lo + _CHUNK_POSES], axis=1)
+        c = children.take(child[lo : lo + _CHUNK_POSES], axis=1)
+        o = out[:, lo : lo + _CHUNK_POSES]
         for row in range(0, 12, 4):
             for column in range(4):
                 o[row + column] = p[row] * c[column] + p[row + 1] * c[column + 4] + p[row + 2] * c[column + 8]
@@ -162,6 +184,7 @@ class Paths:
     """Paths of words, interned as integers so that a whole level is extended at once."""
 
     def __init__(self, nodes: Sequence[Entity]) -> None:
+        """Number the words of the nodes of a graph; path 0 is the empty one."""
         words: dict[str, int] = {}
         self.word_of = np.array([words.setdefault(entity.word, len(words)) for entity in nodes], np.int64)
         self.words = list(words)
@@ -176,19 +199,20 @@ class Paths:
         return np.array(numbers, np.int64)[inverse]
 
     def _number(self, path: int, word: int) -> int:
-        found = self._numbers.get((path, word))
-        if found is None:
-            found = self._numbers[path, word] = len(self.parents)
+        """Return the number of a path extended by a word; it is new if the pair is."""
+        number = self._numbers.get((path, word))
+        if number is None:
+            number = self._numbers[path, word] = len(self.parents)
             self.parents.append((path, word))
-        return found
+        return number
 
     def words_along(self, path: int) -> tuple[str, ...]:
         """Return the words of a path."""
-        found: list[str] = []
+        words: list[str] = []
         while path:
             path, word = self.parents[path]
-            found.append(self.words[word])
-        return tuple(reversed(found))
+            words.append(self.words[word])
+        return tuple(reversed(words))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -241,8 +265,9 @@ def _children(graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[
     path = paths.extend(level.path, level.node)
     rank = level.rank + ~has_handle[level.node]
     first = graph.start[level.node]
-    fan = graph.start[level.node + 1] - first
+    fan = graph.start[level.node + 1] - first  # number of children
     parent = np.repeat(np.arange(len(level.node)), fan)
+    # Edges of a parent are consecutive: the position among all children minus that of the first sibling, plus its edge.
     edge = np.arange(len(parent)) - np.repeat(np.cumsum(fan) - fan - first, fan)
     keep = graph.leaves[graph.child[edge]] > 0
     if not keep.all():
@@ -258,7 +283,7 @@ def _children(graph: Graph, level: Level, paths: Paths, has_handle: npt.NDArray[
     )
 
 
-MOST_PRIMITIVES = 10_000_000  # of an expanded frame: their instances take some 3 GB
+MOST_PRIMITIVES = 10_000_000  # of an expanded frame: their arrays take about 3 GB
 
 
 def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterator[tuple[Level, Level]]:
@@ -285,7 +310,7 @@ def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterat
 
 
 def flatten_entity(root: Entity, opaque: Set[int] = frozenset(), snap_blocks: bool = True) -> FlatFrame:
-    """Flatten one entity, whose own pose is the identity. The caller has checked the number of primitives.
+    """Flatten one entity under the identity pose. The caller has checked the number of primitives.
 
     Parameters
     ----------
@@ -297,8 +322,8 @@ def flatten_entity(root: Entity, opaque: Set[int] = frozenset(), snap_blocks: bo
     graph = graph_of(root, opaque)
     is_leaf = np.array([entity.is_primitive or id(entity) in opaque for entity in graph.nodes])
     paths = Paths(graph.nodes)
-    found = [leaves for leaves, _ in levels(graph, is_leaf, paths) if len(leaves.node)]
-    leaves = _in_order(found, int(graph.leaves[-1]))
+    leaves_by_level = [leaves for leaves, _ in levels(graph, is_leaf, paths) if len(leaves.node)]
+    leaves = _in_order(leaves_by_level, int(graph.leaves[-1]))
     used, index = _distinct(leaves.node)
     used_paths, path_index = _distinct(leaves.path)
     matrices = leaves.pose.T.reshape(-1, 3, 4)
@@ -326,13 +351,13 @@ def _distinct(numbers: IntArray) -> tuple[IntArray, IntArray]:
     return used, place[numbers]
 
 
-def _in_order(found: list[Level], total: int) -> Level:
+def _in_order(leaves_by_level: list[Level], total: int) -> Level:
     """Merge the leaves of all levels into depth-first order; ``parent`` and ``position`` then have no meaning."""
-    if len(found) == 1:  # a single level is already in order
-        return found[0]
+    if len(leaves_by_level) == 1:  # a single level is already in order
+        return leaves_by_level[0]
     columns = {name: np.zeros(total, np.int64) for name in ("node", "offset", "rank", "path", "parent", "position")}
     pose = np.zeros((12, total))
-    for level in found:
+    for level in leaves_by_level:
         pose[:, level.offset] = level.pose
         for name, column in columns.items():
             column[level.offset] = getattr(level, name)

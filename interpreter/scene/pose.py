@@ -90,12 +90,17 @@ def facing(eye: Sequence[float], target: Sequence[float], up: Sequence[float]) -
 
 
 def _cross(a: Sequence[float], b: Sequence[float]) -> list[float]:
+    """Return the cross product of two vectors."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 
+_MIN_LENGTH = 1e-12  # of a vector that has a direction; below it, rounding errors of its items decide
+
+
 def _unit(vector: Sequence[float], problem: str) -> list[float]:
+    """Return a vector scaled to length 1; raise ValueError with ``problem`` as message if it has no direction."""
     length = math.hypot(*vector)
-    if not length > 1e-12 or not math.isfinite(length):
+    if not length > _MIN_LENGTH or not math.isfinite(length):
         raise ValueError(problem)
     return [entry / length for entry in vector]
 
@@ -130,7 +135,7 @@ def to_array(m: Sequence[float]) -> npt.NDArray[np.float64]:
 
 
 def stacked(poses: Sequence[Sequence[float]]) -> npt.NDArray[np.float64]:
-    """Return poses as rows (K, 12), five times as fast as numpy, which takes a ``Matrix`` for any sequence."""
+    """Return K poses as an array (K, 12), five times as fast as ``np.array``, which inspects each ``Matrix``."""
     return np.fromiter(chain.from_iterable(poses), np.float64, 12 * len(poses)).reshape(-1, 12)
 
 

@@ -16,21 +16,24 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import amount, setting, whole_amount
 
 _CHUNK_STEPS = 2048  # steps between two checks of the limits
-_CHUNKS_PER_MEMORY_CHECK = 16
+_CHUNKS_PER_MEMORY_CHECK = 16  # reading /proc is slower than the other checks
 _SMALL_MEMORY_LIMIT = 1_000_000_000  # bytes: for a smaller limit, memory is checked four times as often
-_MIN_CHECKED = 4_000_000  # bytes: smaller allocations are covered by the periodic checks
-_SIZES = {"a string": 2, "an array": 40}  # bytes per item; a list's pair and its item take more
-_SIZE_OF_ITEM = 96
-_MIN_RESERVED = _MIN_CHECKED // _SIZE_OF_ITEM
-STEPS_OF_ERROR = 16  # cost of catching an error, whose message and call stack are built
+_MIN_CHECKED_BYTES = 4_000_000  # smaller allocations are covered by the periodic checks
+_BYTES_PER_ITEM = {"a string": 2, "an array": 40}
+_BYTES_PER_LIST_ITEM = 96  # a pair and its item
+_MIN_RESERVED_ITEMS = _MIN_CHECKED_BYTES // _BYTES_PER_LIST_ITEM
+# Cost of catching an error: building its message takes a tenth of a millisecond, and a loop that only catches errors
+# must reach the meter often enough.
+STEPS_OF_ERROR = 16
 
 
 def _limit(default: float, help: str, flag: str) -> Any:
+    """Declare a limit as an option; its type is that of the default."""
     read = whole_amount if type(default) is int else amount
     return setting(default, f"{help} (default {default:,})", flag, metavar="N", read=read)
 
 
-MAX_DEPTH = 10_000_000  # of calls, each of which takes about 500 bytes
+MAX_DEPTH = 10_000_000  # of calls, each of which takes about 500 bytes of stack
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,8 @@ class Limits:
     steps
         Evaluation steps.
     depth
-        Nesting depth of calls.
+        Nesting depth of calls. Python's recursion limit enforces it (``recursion_room``), so it is approximate: an
+        exact count of calls would make the evaluator 10 % slower.
     entities
         Distinct entities.
     primitives
@@ -70,12 +74,16 @@ class Limits:
     log: int = 100_000
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            name, value = each.name, getattr(self, each.name)
+        """Refuse limits that are negative, not numbers, or deeper than a stack can be."""
+        for entry in fields(self):
+            name, value = entry.name, getattr(self, entry.name)
             if isinstance(value, bool) or not isinstance(value, int | float) or not value >= 0:
                 raise SceneError("value", f"`{name}`: expected a limit of at least 0, got {value!r}")
         if self.depth > MAX_DEPTH:
             raise SceneError("value", f"`depth`: expected a limit of at most {MAX_DEPTH:,}, got {self.depth:,}")
+
+
+_PAGE_BYTES = 4096
 
 
 def resident_bytes() -> int:
@@ -85,12 +93,13 @@ def resident_bytes() -> int:
     """
     try:
         with open("/proc/self/statm", "rb") as statm:
-            return int(statm.read().split()[1]) * 4096
+            return int(statm.read().split()[1]) * _PAGE_BYTES
     except OSError:
         return _peak_bytes()
 
 
 def _peak_bytes() -> int:
+    """Return the peak resident memory; ``getrusage`` counts bytes on macOS and kibibytes elsewhere."""
     try:
         import resource
     except ImportError:  # Windows
@@ -166,6 +175,7 @@ class Meter:
         self._memory = resident_bytes() + self.limits.memory
 
     def _refill(self) -> Iterator[Iterator[None]]:
+        """Yield chunks of steps without end, each followed by the toll that accounts for it."""
         toll = _Toll(self)
         while True:
             self._block = repeat(None, _CHUNK_STEPS)
@@ -205,7 +215,7 @@ class Meter:
                 hint="check for an infinite loop or recursion, or raise the limit with --max-steps",
             )
         now = time.thread_time()
-        if self._deadline is None:  # another thread may have reset the meter, whose clock is another
+        if self._deadline is None:  # set here and not in ``reset``, which another thread, with its own clock, may call
             self._deadline = now + limits.seconds - self._spent
         if now > self._deadline:
             raise time_error(limits.seconds)
@@ -219,28 +229,32 @@ class Meter:
 
     def reserve(self, size: int) -> None:
         """Check that allocating ``size`` bytes would not exceed the memory limit."""
-        if size >= _MIN_CHECKED:
+        if size >= _MIN_CHECKED_BYTES:
             self._check_bytes(size)
 
     def _check_bytes(self, size: int) -> None:
+        """Raise ``LimitError`` if ``size`` more bytes would exceed the memory limit."""
         if resident_bytes() + size > self._memory:
             raise memory_error(self.limits.memory)
 
-    def check_growth(self, size: int, what: str) -> None:
-        """Check that ``what``, which has grown to ``size`` items, does not exceed the size limit."""
+    def check_growth(self, size: int, noun: str) -> None:
+        """Check that a value of ``size`` items does not exceed the size limit; ``noun`` names it in the error."""
         if size > self.limits.size:
             raise LimitError(
                 "size",
-                f"{what} of {show_size(size)} items exceeds the limit of {self.limits.size:,}",
+                f"{noun} of {show_size(size)} items exceeds the limit of {self.limits.size:,}",
                 hint="raise the limit with --max-size",
             )
 
-    def check_size(self, size: int, what: str) -> None:
-        """Check that ``what`` (a list, a string, an array) may have ``size`` items, and charge for creating it."""
+    def check_size(self, size: int, noun: str) -> None:
+        """Check that a value may have ``size`` items, and charge for creating it.
+
+        ``noun`` is "a list", "a string", "an array" or another name for it; it decides how much memory an item takes.
+        """
         if size > self.limits.size:
-            self.check_growth(size, what)
-        if size >= _MIN_RESERVED:
-            self.reserve(size * _SIZES.get(what, _SIZE_OF_ITEM))
+            self.check_growth(size, noun)
+        if size >= _MIN_RESERVED_ITEMS:
+            self.reserve(size * _BYTES_PER_ITEM.get(noun, _BYTES_PER_LIST_ITEM))
         if size >= 8:
             self.charge(size >> 3)
 
@@ -249,7 +263,7 @@ class _Toll:
     """Empty iterator placed after each chunk of steps, which charges for the chunk.
 
     It must be an iterator: ``chain`` survives an error raised by one of its iterators, but not one raised by the
-    generator that supplies them.
+    generator that supplies them. So compiled code can keep its ``tick`` across evaluations, also after an error.
     """
 
     def __init__(self, meter: Meter) -> None:
@@ -271,6 +285,10 @@ def fork_safe_lock() -> threading.Lock:
     return lock
 
 
+_FRAMES_PER_CALL = 5  # Python frames that a call of the language takes at most
+_SPARE_FRAMES = 2_000  # for the code of the evaluator and of builtins at the bottom and top of the stack
+
+
 class recursion_room:
     """Context manager that raises Python's recursion limit while a program runs, in a thread with a large stack.
 
@@ -283,7 +301,7 @@ class recursion_room:
     _original = 0
 
     def __init__(self, depth: int) -> None:
-        self._frames = 5 * depth + 2_000  # a call of the language takes up to five Python frames
+        self._frames = _FRAMES_PER_CALL * depth + _SPARE_FRAMES
 
     def __enter__(self) -> None:
         kind = type(self)

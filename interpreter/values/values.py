@@ -1,7 +1,7 @@
 """Values of the language other than Python's own numbers, strings, booleans and None (docs/language.md, "Data").
 
 All values are immutable except those of the classes under "mutable values", whose instances have a birth stamp, so that
-memoised calls remain sound (see ``runtime``).
+memoized calls remain sound (see ``runtime``).
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ class Mutable:
     """Base class of mutable values.
 
     ``birth`` is the clock at its creation, by which it is ordered relative to calls; a negative birth marks a copy in
-    an embedding, which cannot be modified. ``observed`` is set if a memoised call has read it.
+    an embedding, which cannot be modified. ``observed`` is set if a memoized call has read it.
     """
 
     __slots__ = ("birth", "observed")
@@ -161,6 +161,8 @@ class Mutable:
 
 
 class MutableList(Mutable):
+    """Growable list, as Python's."""
+
     __slots__ = ("items",)
 
     def __init__(self, items: list[Any], birth: int) -> None:
@@ -169,6 +171,8 @@ class MutableList(Mutable):
 
 
 class MutableArray(Mutable):
+    """Array whose items can be set."""
+
     __slots__ = ("data",)
 
     def __init__(self, data: npt.NDArray[Any], birth: int) -> None:
@@ -207,6 +211,8 @@ class RecordType:
 
 
 class Record(Mutable):
+    """Instance of a record type; ``values`` are in the order of its fields."""
+
     __slots__ = ("type", "values")
 
     def __init__(self, record_type: RecordType, values: list[Any], birth: int) -> None:
@@ -233,36 +239,46 @@ _NUMBERS = (int, float)
 _CHARGE_INTERVAL = 1024  # values between two charges
 _PLAIN = frozenset((int, str, bool, type(None), Symbol))
 _pack_three = Struct("3d").pack
-_MAX_KEY = 200_000  # parts of a key; larger values are not memoised
-_MIN_CHARGED = 32  # longer sequences are charged
+_MAX_KEY_PARTS = 200_000  # a call with a larger argument is not memoized
+_MIN_CHARGED_ITEMS = 32  # the call itself pays for shorter sequences
 
 
 class KeyReader(Protocol):
     """Callbacks of equality tests, which track reads of mutable values and the amount of work."""
 
-    def read(self, value: Mutable) -> None: ...
+    def read(self, value: Mutable) -> None:
+        """Record that a mutable value is read."""
 
     @property
-    def charge(self) -> Callable[[int], None]: ...
+    def charge(self) -> Callable[[int], None]:
+        """Function that counts steps of work."""
 
 
 def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
     """Return whether two values are structurally equal.
 
-    If ``typed``, 1 and 1.0 differ (``equal?``); otherwise numbers are compared by value (``contains?``). Pairs of
-    objects are compared only once, so the comparison of shared and circular data terminates.
+    Pairs of objects are compared only once, so the comparison of shared and circular data terminates.
+
+    Parameters
+    ----------
+    reader
+        Callbacks for reads of mutable values and for work.
+    a, b
+        Values of the language.
+    typed
+        Whether 1 and 1.0 differ, as for ``equal?``; otherwise numbers are compared by value, as for ``contains?``.
     """
     stack = [(a, b)]
-    seen: set[tuple[int, int]] = set()
+    compared: set[tuple[int, int]] = set()
     while stack:
         a, b = stack.pop()
         if a is b:
             continue
         if isinstance(a, (Pair, Mutable)):
-            if (id(a), id(b)) in seen:
+            if (id(a), id(b)) in compared:
                 continue
-            seen.add((id(a), id(b)))
-            if len(seen) % _CHARGE_INTERVAL == 0:
+            compared.add((id(a), id(b)))
+            if len(compared) % _CHARGE_INTERVAL == 0:
                 reader.charge(_CHARGE_INTERVAL)
         for side in (a, b):
             if isinstance(side, Mutable):
@@ -280,7 +296,7 @@ def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
             continue
         if kind is not type(b) and not _both_arrays(a, b):
             return False
-        if not _same_kind(reader, a, b, stack, typed):
+        if not _same_kind(reader, a, b, stack, typed=typed):
             return False
     return True
 
@@ -296,6 +312,7 @@ def _sequence_step(reader: KeyReader, a: Any, b: Any) -> tuple[list[Any] | None,
 
 
 def _list_or_none(reader: KeyReader, value: Any) -> list[Any] | None:
+    """Return the items of a mutable or a proper list, or None for any other value."""
     if isinstance(value, MutableList):
         reader.charge(1 + (len(value.items) >> 8))
         return value.items
@@ -308,15 +325,18 @@ def _list_or_none(reader: KeyReader, value: Any) -> list[Any] | None:
 
 
 def _both_arrays(a: Any, b: Any) -> bool:
+    """Return whether both values are arrays, of whatever representation."""
     arrays = (Vector, Matrix, Array, MutableArray)
     return isinstance(a, arrays) and isinstance(b, arrays)
 
 
 def _array_size(value: Any) -> int:
+    """Return the number of stored items of an array."""
     return len(value) if isinstance(value, tuple) else value.data.size
 
 
 def _array_items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
+    """Return the shape of an array and its items in row-major order; a pose counts as a 4x4 matrix."""
     if type(value) is Vector:
         return (len(value),), list(value)
     if type(value) is Matrix:
@@ -324,7 +344,8 @@ def _array_items(value: Any) -> tuple[tuple[int, ...], list[Any]]:
     return value.data.shape, value.data.ravel().tolist()
 
 
-def _same_kind(reader: KeyReader, a: Any, b: Any, stack: list[tuple[Any, Any]], typed: bool) -> bool:
+def _same_kind(reader: KeyReader, a: Any, b: Any, stack: list[tuple[Any, Any]], *, typed: bool) -> bool:
+    """Return whether two values of one kind are equal, apart from the pairs of parts that are pushed onto ``stack``."""
     kind = type(a)
     if kind in (int, float, bool):
         return bool(a == b)
@@ -363,8 +384,8 @@ class _Opaque(Exception):
 
 _SCALAR_TAGS: dict[type, str] = {str: "s", Symbol: "y", Keyword: "k", bool: "b", type(None): "n"}
 
-# CPython hashes integers modulo 2^61 - 1, so a program could construct colliding keys that make a table quadratic. Long
-# integers are therefore keyed by their digits, because string hashes are randomized in every process.
+# CPython hashes integers modulo 2^61 - 1 without a seed, so a program could construct colliding keys that make a table
+# quadratic. Longer integers are therefore keyed by their digits: string hashes are randomized in every process.
 _MIN_LONG = 1 << 60
 
 Charge = Callable[[int], None]
@@ -405,17 +426,21 @@ def _long_key(number: int | float) -> Any:
     return ("i", hex(int(number)))
 
 
-def _key(value: Any, typed: bool, charge: Charge) -> tuple[Any, ...]:
+def _key(value: Any, *, typed: bool, charge: Charge) -> tuple[Any, ...]:
+    """Return the flat key of a value: tags of types and brackets, lengths, and scalars, in depth-first order.
+
+    The stack replaces recursion, and the charges are those of a loop in Python: one step for 16 parts.
+    """
     out: list[Any] = []
     stack = [value]
-    charged = 0
+    charged = 0  # parts that have been paid for
     while stack:
         item = stack.pop()
         kind = type(item)
         if len(out) - charged >= _CHARGE_INTERVAL:
             charge((len(out) - charged) >> 4)
             charged = len(out)
-            if charged > _MAX_KEY:
+            if charged > _MAX_KEY_PARTS:
                 if typed:
                     raise _Opaque
                 raise LimitError("size", "key of a table or set is too large")
@@ -448,18 +473,19 @@ def _key(value: Any, typed: bool, charge: Charge) -> tuple[Any, ...]:
                 stack += (entry, key)
             charge(len(item.entries) >> 4)
         else:
-            out += ("o", _opaque_key(item, typed))
+            out += ("o", _opaque_key(item, typed=typed))
     charge((len(out) - charged) >> 4)
     return tuple(out)
 
 
 def _number_key(item: Any) -> Any:
+    """Return the key of a number by type and value; -0.0 and 0.0 are distinguishable and have two keys."""
     if type(item) is int:
         return item if -_MIN_LONG < item < _MIN_LONG else _long_key(item)
     return ("f", "-0") if item == 0.0 and str(item)[0] == "-" else ("f", item)
 
 
-def _opaque_key(item: Any, typed: bool) -> Any:
+def _opaque_key(item: Any, *, typed: bool) -> Any:
     """Return the key of a value compared by identity; memo keys admit only untainted entities, which are immutable."""
     if not typed:
         return item
@@ -482,12 +508,12 @@ def embedding_key(embedding: Embedding, charge: Charge = _uncharged) -> Any:
 def _plain_key(embedding: Embedding, charge: Charge) -> Any:
     """Return the key of an embedding with only numbers, strings and vectors as attributes (fast path), else None."""
     out: list[Any] = [embedding.handle, embedding.text]
-    if len(embedding.attributes) > _MIN_CHARGED:
+    if len(embedding.attributes) > _MIN_CHARGED_ITEMS:
         charge(len(embedding.attributes) >> 4)
     for name, value in embedding.attributes.items():
         kind = type(value)
         if kind is Vector:
-            if len(value) > _MIN_CHARGED:
+            if len(value) > _MIN_CHARGED_ITEMS:
                 charge(len(value) >> 5)
             if value and type(value[0]) is float:  # bytes, to distinguish -0.0 from 0.0
                 value = _pack_three(*value) if len(value) == 3 else pack(f"{len(value)}d", *value)

@@ -102,7 +102,7 @@ class Editing:
                 scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
         except (SceneError, RecursionError, MemoryError) as error:
             problem = session.problem_of(error)
-        for entity in run.rt.made:
+        for entity in run.rt.live_primitives:
             entity.call_sites = tuple(map(version.place, entity.call_sites))
         rt, sources = run.rt, (source, *program.sources[1:])
         warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)

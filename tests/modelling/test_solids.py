@@ -232,8 +232,8 @@ def test_equal_solids_are_one_entity_and_are_computed_once(monkeypatch: pytest.M
     )
     (solid,) = [e for e in descendants(scene.root) if isinstance(e.shape, SolidShape)]
     count = itertools.count()
-    made = computing._made
-    monkeypatch.setattr(computing, "_made", lambda *a: (next(count), made(*a))[1])
+    made = computing._carried_out
+    monkeypatch.setattr(computing, "_carried_out", lambda *a: (next(count), made(*a))[1])
     assert isinstance(solid.shape, SolidShape)
     computed(solid.shape.expression)
     computed(solid.shape.expression)
@@ -561,8 +561,8 @@ def test_corners_of_meshes_are_whole_numbers(refuses: Callable[[str, str], str])
 
 def test_solids_that_no_later_operation_needs_are_let_go(monkeypatch: pytest.MonkeyPatch) -> None:
     """A chain of thousands of operations would fill the memory with all of its intermediate solids."""
-    monkeypatch.setattr(computing, "_manifolds", computing._Kept(1))
-    made, alive, most = computing._made, 0, 0
+    monkeypatch.setattr(computing, "_manifolds", computing._TriangleCache(1))
+    made, alive, most = computing._carried_out, 0, 0
 
     class Sources(dict[int, computing.FaceSource]):
         def __del__(self) -> None:
@@ -576,7 +576,7 @@ def test_solids_that_no_later_operation_needs_are_let_go(monkeypatch: pytest.Mon
         most = max(most, alive)
         return found._replace(sources=Sources(found.sources))
 
-    monkeypatch.setattr(computing, "_made", counted)
+    monkeypatch.setattr(computing, "_carried_out", counted)
     moved = '(transform (call "cube" :scale .01) (translate (vector (* i .003) .512 0)))'
     chain = f'(fold (lambda (i acc) (union-solid acc {moved})) (call "cube") (range 40))'
     assert volume(chain) > 1

@@ -29,8 +29,8 @@ PROGRAM = """
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache folder, in which every solid is worth storing."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(computing, "_WORTH_STORING", -1.0)
-    monkeypatch.setattr(computing, "_surfaces", computing._Kept(1 << 20))
+    monkeypatch.setattr(computing, "_MIN_STORED_SECONDS", -1.0)
+    monkeypatch.setattr(computing, "_surfaces", computing._TriangleCache(1 << 20))
     return tmp_path / "scenelang" / "solids"
 
 
@@ -43,7 +43,7 @@ def expression_of(size: float) -> Expression:
 def again(expression: Expression, monkeypatch: pytest.MonkeyPatch) -> ComputedSolid:
     """Return the surface as a new process finds it, which may not compute."""
     with monkeypatch.context() as patch:
-        patch.setattr(computing, "_surfaces", computing._Kept(1 << 20))
+        patch.setattr(computing, "_surfaces", computing._TriangleCache(1 << 20))
         patch.setattr(computing, "manifold_of", lambda _: pytest.fail("computed"))
         return computed(expression)
 
@@ -77,7 +77,7 @@ def test_damaged_files_are_not_used(damage: str, folder: Path, monkeypatch: pyte
         np.savez(path, **data)
     assert stored.load(expression.digest) is None
     with monkeypatch.context() as patch:
-        patch.setattr(computing, "_surfaces", computing._Kept(1 << 20))
+        patch.setattr(computing, "_surfaces", computing._TriangleCache(1 << 20))
         assert computed(expression).volume == before.volume
 
 
@@ -109,7 +109,7 @@ def test_files_used_longest_ago_are_deleted_first(folder: Path, monkeypatch: pyt
 
 
 def test_only_what_took_long_is_stored(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(computing, "_WORTH_STORING", 1e9)
+    monkeypatch.setattr(computing, "_MIN_STORED_SECONDS", 1e9)
     computed(expression_of(0.608))
     assert not folder.exists()
 

@@ -31,20 +31,21 @@ Point2 = tuple[float, float]
 
 NON_ZERO, EVEN_ODD = "NonZero", "EvenOdd"  # fill rules of Manifold
 MAX_CROSSINGS = 4_000_000  # pairs of edges that may cross in one operation: about 3 s
-MAX_COORDINATE = 1e9
+MAX_COORDINATE = 1e9  # Clipper2 computes with 64-bit integers
 MAX_OFFSET = 1_000_000  # points of an offset profile before it is simplified
-_MAX_PIECES = 256  # of a flattened curve
-_SAME = 1e-9
+_MAX_CURVE_PIECES = 256  # of a flattened curve
+_SAME = 1e-9  # of the size: points that close are one; cross products that small are 0
 _SAME_AREA = 1e-6  # of the box of a contour; Manifold rounds its points to about nine digits
+_ON_AXIS = 1e-15  # sines and cosines that small are rounding errors of 0
 
 
 # --- shapes ----------------------------------------------------------------------------------------------------------
 
 
 def on_circle(radius: float, angles: FloatArray) -> FloatArray:
-    """Return points (K, 2) at angles from the x axis towards the y axis; those on an axis are exactly on it."""
+    """Return points (K, 2) at angles from the x axis toward the y axis; those on an axis are exactly on it."""
     unit = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return np.asarray(radius * np.where(np.abs(unit) < 1e-15, 0.0, unit), np.float64)
+    return np.asarray(radius * np.where(np.abs(unit) < _ON_AXIS, 0.0, unit), np.float64)
 
 
 def regular_polygon(sides: int, radius: float) -> FloatArray:
@@ -59,7 +60,7 @@ def star(points: int, outer: float, inner: float) -> FloatArray:
 
 
 def rectangle(width: float, height: float, radius: float, segments: int) -> FloatArray:
-    """Return a rectangle around the origin, its corners rounded with ``segments`` sides of a full circle."""
+    """Return a rectangle around the origin with corners of ``radius``; a full circle would have ``segments`` sides."""
     x, y = width / 2.0, height / 2.0
     if radius == 0.0:
         return np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
@@ -77,7 +78,10 @@ def _distinct(points: FloatArray) -> FloatArray:
 
 
 def arc(radius: float, start: float, end: float, segments: int | None) -> FloatArray:
-    """Return the points of an arc with both of its ends, by default as fine as a full circle."""
+    """Return the points of an arc with both of its ends, by default as fine as a full circle.
+
+    ``start`` and ``end`` are angles in radians from the x axis toward the y axis.
+    """
     count = segments or max(1, math.ceil(abs(end - start) / math.tau * SEGMENTS))
     return on_circle(radius, np.linspace(start, end, count + 1))
 
@@ -98,15 +102,16 @@ def section_of(contours: Sequence[FloatArray], rule: str = NON_ZERO) -> CrossSec
     """
     import manifold3d
 
-    if any(len(each) and not np.abs(each).max() <= MAX_COORDINATE for each in contours):
+    if any(len(contour) and not np.abs(contour).max() <= MAX_COORDINATE for contour in contours):
         raise SceneError("value", f"the coordinates of a profile must be within {MAX_COORDINATE:.0e} of 0")
-    return manifold3d.CrossSection([np.asarray(each, np.float64) for each in contours], manifold3d.FillRule[rule])
+    points = [np.asarray(contour, np.float64) for contour in contours]
+    return manifold3d.CrossSection(points, manifold3d.FillRule[rule])
 
 
 def contours_of(section: CrossSection) -> Contours:
     """Return the contours of a cross-section; those without an area are dropped."""
-    found = (np.array(each, np.float64) for each in section.to_polygons())
-    return tuple(each for each in found if len(each) >= 3)
+    polygons = (np.array(polygon, np.float64) for polygon in section.to_polygons())
+    return tuple(polygon for polygon in polygons if len(polygon) >= 3)
 
 
 def normalized(contours: Sequence[FloatArray], rule: str = NON_ZERO) -> Contours:
@@ -127,7 +132,19 @@ def untouching(contours: Contours) -> list[Contours]:
 
 
 def combined(name: str, kind: str, profiles: Sequence[Contours], rule: str = NON_ZERO) -> Contours:
-    """Return a boolean of profiles, each filled by the rule; ``kind`` is an operation of Manifold."""
+    """Return a boolean of profiles.
+
+    Parameters
+    ----------
+    name
+        Builtin that is named in errors.
+    kind
+        Operation of Manifold: Add, Subtract or Intersect.
+    profiles
+        Operands; all others are subtracted from the first.
+    rule
+        Fill rule of each profile, ``NON_ZERO`` or ``EVEN_ODD``.
+    """
     import manifold3d
 
     check_crossings(name, [contour for profile in profiles for contour in profile])
@@ -138,7 +155,19 @@ def combined(name: str, kind: str, profiles: Sequence[Contours], rule: str = NON
 def offset(
     contours: Contours, distance: float, join: str, segments: int, limit: float = 4.0, rule: str = NON_ZERO
 ) -> Contours:
-    """Return a profile grown by a distance, or shrunk by a negative one; ``join`` is a join of Manifold."""
+    """Return a profile grown by a distance, or shrunk by a negative one.
+
+    Parameters
+    ----------
+    distance
+        In scene units.
+    join
+        Join of Manifold at corners: Square, Round or Miter.
+    segments
+        Sides of a full circle, for round joins.
+    limit
+        Maximum length of a miter, as a multiple of the distance.
+    """
     import manifold3d
 
     check_crossings("offset-profile", contours)
@@ -148,9 +177,12 @@ def offset(
 
 
 def _check_offset(contours: Contours, segments: int) -> None:
-    """Raise LimitError("size") if round joints would have too many points: each has those of the angle it turns by."""
+    """Raise LimitError("size") if round joints would have too many points.
+
+    A joint has the share of ``segments`` that its angle has of a full turn.
+    """
     total = 0.0
-    for contour in contours:
+    for contour in contours:  # the angles by which it turns at its corners, in full turns, give the points of arcs
         side = np.roll(contour, -1, axis=0) - contour
         angle = np.arctan2(side[:, 1], side[:, 0])
         turn = np.abs((np.roll(angle, -1) - angle + math.pi) % math.tau - math.pi)
@@ -166,9 +198,10 @@ def hull(contours: Sequence[FloatArray]) -> Contours:
 
 
 def minkowski(base: Contours, tool: Contours) -> Contours:
-    """Return what a convex tool covers that is moved over a profile.
+    """Return the Minkowski sum of a profile and a convex tool.
 
-    That is the base, moved to a point of the tool, and what the tool covers on its way along each edge.
+    It is the union of the base, moved to a point of the tool, and of the area that the tool sweeps along each edge: the
+    convex hull of the tool at both ends.
     """
     import manifold3d
 
@@ -181,11 +214,14 @@ def minkowski(base: Contours, tool: Contours) -> Contours:
 
 
 def check_crossings(name: str, contours: Sequence[FloatArray]) -> int:
-    """Return how many pairs of edges may cross, a bound; raises LimitError("size") if there are too many."""
+    """Return an upper bound of the number of edges that cross; raises LimitError("size") if it is too high.
+
+    Edges cross only if their ranges overlap along both axes; the smaller number of the two counts.
+    """
     if not contours:
         return 0
     starts = np.concatenate(contours)
-    ends = np.concatenate([np.roll(each, -1, axis=0) for each in contours])
+    ends = np.concatenate([np.roll(contour, -1, axis=0) for contour in contours])
     low, high = np.minimum(starts, ends), np.maximum(starts, ends)
     pairs = min(_overlaps(low[:, axis], high[:, axis]) for axis in (0, 1))
     if pairs > MAX_CROSSINGS:
@@ -195,13 +231,13 @@ def check_crossings(name: str, contours: Sequence[FloatArray]) -> int:
 
 
 def _overlaps(low: FloatArray, high: FloatArray) -> int:
-    """Return how many pairs of intervals overlap."""
+    """Return the number of pairs of intervals that overlap, by sorting."""
     order = np.argsort(low)
     reached = np.searchsorted(low[order], high[order], "right")
     return int(np.sum(reached - np.arange(len(low)) - 1))
 
 
-_MAX_COMPARED = 200_000  # pairs of edges: a test of more would take longer than what is done with the profile
+_MAX_COMPARED_PAIRS = 200_000  # of edges: a test of more would take longer than the operation on the profile
 
 
 def crossing_of(contour: FloatArray) -> tuple[float, float] | None:
@@ -213,9 +249,11 @@ def crossing_of(contour: FloatArray) -> tuple[float, float] | None:
         return None
     starts, ends = contour, np.roll(contour, -1, axis=0)
     low, high = np.minimum(starts, ends), np.maximum(starts, ends)
-    axis = min((0, 1), key=lambda each: _overlaps(low[:, each], high[:, each]))
-    if _overlaps(low[:, axis], high[:, axis]) > _MAX_COMPARED:
+    pair_counts = [_overlaps(low[:, axis], high[:, axis]) for axis in (0, 1)]
+    axis = int(np.argmin(pair_counts))
+    if pair_counts[axis] > _MAX_COMPARED_PAIRS:
         return None
+    # Edges in the order of their lower ends along the axis: each is compared with those that begin before it ends.
     order = np.argsort(low[:, axis])
     reached = np.searchsorted(low[order, axis], high[order, axis], "right")
     counts = reached - np.arange(len(order)) - 1
@@ -246,11 +284,15 @@ def _shared_corner(contour: FloatArray) -> tuple[float, float] | None:
 
 
 def _cross(u: FloatArray, v: FloatArray) -> FloatArray:
+    """Return the cross products (...,) of vectors (..., 2) in the plane."""
     return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0], np.float64)
 
 
 def _are_crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> npt.NDArray[np.bool_]:
-    """Return which segments from a to b cross those from c to d, all (N, 2), inside of both."""
+    """Return which segments from a to b cross those from c to d, all (N, 2), at an inner point of both.
+
+    Each segment must have its ends on different sides of the line through the other one.
+    """
     scale = np.linalg.norm(b - a, axis=1) * np.linalg.norm(d - c, axis=1)
     near = _SAME * np.maximum(scale, 1e-300)
     left, right = _cross(b - a, c - a), _cross(b - a, d - a)
@@ -261,31 +303,31 @@ def _are_crossed(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> 
 
 
 def _is_star_shaped(contour: FloatArray) -> bool:
-    """Whether all of a contour is seen from its middle, in order: most profiles are, and need no further test."""
+    """Return whether a contour turns once around its middle, so that it cannot cross itself; most profiles do."""
     away = contour - contour.mean(axis=0)
     turns = _cross(away, np.roll(away, -1, axis=0))
     angles = np.arctan2(turns, np.sum(away * np.roll(away, -1, axis=0), axis=1))
     return bool((turns > 0.0).all() or (turns < 0.0).all()) and abs(abs(float(angles.sum())) - math.tau) < 1e-6
 
 
-_MAX_CUTS = 32  # one inside of the other; each takes the time of sorting
+_MAX_CUTS = 32  # levels of cuts; each takes the time of sorting
 
 
 def apart(contours: Sequence[FloatArray]) -> list[list[FloatArray]]:
     """Return contours in groups that straight cuts along the axes separate, such as the letters of a text."""
-    kept = [each for each in contours if len(each)]
-    low = np.array([each.min(axis=0) for each in kept]).reshape(-1, 2)
-    high = np.array([each.max(axis=0) for each in kept]).reshape(-1, 2)
-    found: list[list[int]] = []
-    waiting = [(np.arange(len(kept)), 0)] if kept else []
+    nonempty = [contour for contour in contours if len(contour)]
+    low = np.array([contour.min(axis=0) for contour in nonempty]).reshape(-1, 2)
+    high = np.array([contour.max(axis=0) for contour in nonempty]).reshape(-1, 2)
+    groups: list[list[int]] = []
+    waiting = [(np.arange(len(nonempty)), 0)] if nonempty else []
     while waiting:
         group, depth = waiting.pop()
         pieces = max((_separated(group, low[:, axis], high[:, axis]) for axis in (0, 1)), key=len)
         if len(pieces) == 1 or depth == _MAX_CUTS:
-            found.append(sorted(group.tolist()))
+            groups.append(sorted(group.tolist()))
         else:
             waiting += [(piece, depth + 1) for piece in pieces]
-    return [[kept[index] for index in group] for group in sorted(found)]
+    return [[nonempty[index] for index in group] for group in sorted(groups)]
 
 
 def _separated(group: IntArray, low: FloatArray, high: FloatArray) -> list[IntArray]:
@@ -299,7 +341,11 @@ def _separated(group: IntArray, low: FloatArray, high: FloatArray) -> list[IntAr
 
 
 class Unreadable(ValueError):
-    """What is wrong with an outline, in words for users."""
+    """Error in an outline; its text is part of a message for users."""
+
+
+_COMPONENT_POINTS = 8  # cost of a component: glyphs of an untrusted font may consist of nothing else
+_MAX_COMPONENT_DEPTH = 16
 
 
 class OutlinePen:
@@ -308,9 +354,9 @@ class OutlinePen:
     Parameters
     ----------
     limit : int
-        Most pieces, which may be components; more raise Unreadable.
+        Maximum number of pieces, including components; more raise Unreadable.
     glyphs : mapping, optional
-        Where the components of a glyph are found by name.
+        Glyphs by name, for components.
     """
 
     def __init__(self, limit: int, glyphs: Any = None) -> None:
@@ -318,20 +364,24 @@ class OutlinePen:
         self._glyphs = glyphs
         self._depth = 0
         self._matrix = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
-        self._contours: list[list[list[Point2]]] = []  # of pieces, each of its points from the end of the last one
+        # For each contour its pieces, each as its points after the end of the piece before.
+        self._contours: list[list[list[Point2]]] = []
         self._first: Point2 | None = None
 
     def _spend(self, count: int) -> None:
+        """Count points; raise Unreadable if there are too many."""
         self._room -= count
         if self._room < 0:
             raise Unreadable("the outline has too many points")
 
     def _placed(self, point: Any) -> Point2:
+        """Return a point of a component in the frame of the glyph."""
         a, b, c, d, e, f = self._matrix
         x, y = float(point[0]), float(point[1])
         return a * x + c * y + e, b * x + d * y + f
 
     def _add(self, points: Sequence[Any]) -> None:
+        """Append a line or curve, given by its control points after the first."""
         self._spend(len(points))
         if self._first is None:
             raise Unreadable("a line before the first point")
@@ -340,14 +390,17 @@ class OutlinePen:
         self._contours[-1].append([self._placed(point) for point in points])
 
     def moveTo(self, point: Any) -> None:
+        """Begin a contour."""
         self._spend(1)
         self._first = self._placed(point)
         self._contours.append([])
 
     def lineTo(self, point: Any) -> None:
+        """Draw a line."""
         self._add([point])
 
     def curveTo(self, *points: Any) -> None:
+        """Draw a cubic curve; fontTools allows more than two control points, which are several curves."""
         from fontTools.pens.basePen import decomposeSuperBezierSegment
 
         if len(points) <= 3:
@@ -358,6 +411,7 @@ class OutlinePen:
             self._add(piece)
 
     def qCurveTo(self, *points: Any) -> None:
+        """Draw quadratic curves, between whose control points there are implied ones, as in TrueType."""
         from fontTools.pens.basePen import decomposeQuadraticSegment
 
         if points[-1] is None:  # a closed curve of control points only
@@ -375,8 +429,9 @@ class OutlinePen:
     endPath = closePath
 
     def addComponent(self, name: str, matrix: Any) -> None:
-        self._spend(8)
-        if self._depth == 16:
+        """Draw another glyph under a 2x3 matrix."""
+        self._spend(_COMPONENT_POINTS)
+        if self._depth == _MAX_COMPONENT_DEPTH:
             raise Unreadable("the components of the glyph are nested too deeply")
         before, self._depth = self._matrix, self._depth + 1
         a, b, c, d, e, f = before
@@ -388,17 +443,18 @@ class OutlinePen:
 
     @property
     def size(self) -> float:
-        """The larger side of the box of all points."""
+        """Larger side of the box of all points."""
         points = [point for contour in self._contours for piece in contour for point in piece]
         return float(np.ptp(np.array(points), axis=0).max()) if points else 0.0
 
     @property
     def pieces(self) -> int:
+        """Number of lines and curves."""
         return sum(map(len, self._contours))
 
     def contours(self, tolerance: float) -> list[FloatArray]:
         """Return the outlines as contours that differ from them by at most ``tolerance``."""
-        found = []
+        contours = []
         for pieces in self._contours:
             if len(pieces) < 2:
                 continue
@@ -407,8 +463,8 @@ class OutlinePen:
                 points.append(_flattened(np.array([before[-1], *piece]), tolerance))
             contour = _distinct(np.concatenate(points))
             if len(contour) >= 3:
-                found.append(contour)
-        return found
+                contours.append(contour)
+        return contours
 
 
 def _flattened(control: FloatArray, tolerance: float) -> FloatArray:
@@ -422,7 +478,7 @@ def _flattened(control: FloatArray, tolerance: float) -> FloatArray:
         return control[1:]
     bend = float(np.linalg.norm(np.diff(control, 2, axis=0), axis=1).max())
     steps = math.sqrt(degree * (degree - 1) / 8.0 * bend / tolerance) if tolerance > 0.0 else 1.0
-    count = min(max(1, math.ceil(steps)), _MAX_PIECES)
+    count = min(max(1, math.ceil(steps)), _MAX_CURVE_PIECES)
     return bezier(control, np.arange(1, count + 1) / count)
 
 
@@ -430,12 +486,12 @@ def _flattened(control: FloatArray, tolerance: float) -> FloatArray:
 
 
 _WRONG = re.compile(r"[^MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]")
-_MAX_TEXT = 1_000_000  # characters of a path's data
+_MAX_SVG_CHARACTERS = 1_000_000  # of a path's data
 MAX_PIECES = 100_000  # points and control points of outlines
 
 
 def svg_outline(data: str, tolerance: float | None = None) -> OutlinePen:
-    """Return the outlines of the data `d` of an SVG path, y upwards, arcs within a quarter of ``tolerance``.
+    """Return the outlines of the data `d` of an SVG path, with y upward; arcs are within a quarter of ``tolerance``.
 
     Raises
     ------
@@ -444,8 +500,8 @@ def svg_outline(data: str, tolerance: float | None = None) -> OutlinePen:
     """
     from fontTools.svgLib.path.parser import parse_path
 
-    if len(data) > _MAX_TEXT:
-        raise LimitError("size", f"`svg-path` expects at most {_MAX_TEXT:,} characters, got {len(data):,}")
+    if len(data) > _MAX_SVG_CHARACTERS:
+        raise LimitError("size", f"`svg-path` expects at most {_MAX_SVG_CHARACTERS:,} characters, got {len(data):,}")
     wrong = _WRONG.search(data)
     if wrong is not None:
         raise SceneError("value", f"`svg-path` expects the data of an SVG path, got `{wrong[0]}` at {wrong.start()}")
@@ -463,9 +519,10 @@ def svg_outline(data: str, tolerance: float | None = None) -> OutlinePen:
     return pen
 
 
-_QUARTER_ERROR = (
-    2.7253e-4  # of a cubic curve from a quarter of a unit circle; it falls with the sixth power of the angle
-)
+# Maximum distance of a cubic curve from the quarter of a unit circle that it approximates. It falls with the sixth
+# power of the angle (Goldapp, "Approximation of circular arcs by cubic polynomials", 1991).
+_QUARTER_ERROR = 2.7253e-4
+_MAX_ARC_STEPS = 250  # of a flattened curve, less than ``_MAX_CURVE_PIECES``
 
 
 def _arcs(tolerance: float | None) -> Any:
@@ -473,7 +530,10 @@ def _arcs(tolerance: float | None) -> Any:
     from fontTools.svgLib.path.arc import EllipticalArc
 
     class Arc(EllipticalArc):  # type: ignore[misc, unused-ignore]
+        """Elliptical arc as cubic curves, as many as the tolerance requires."""
+
         def draw(self, pen: Any) -> None:
+            """Draw the arc, or a line if its radii are 0 (SVG 1.1, F.6.2)."""
             if not self._parametrize():
                 if self.target_point != self.current_point:
                     pen.lineTo((self.target_point.real, self.target_point.imag))
@@ -482,9 +542,9 @@ def _arcs(tolerance: float | None) -> Any:
             count = math.ceil(quarters - 1e-3)
             if tolerance is not None:
                 ratio = min(max(self.rx, self.ry) / tolerance, 1e18)
-                steps = abs(self.theta_arc) * math.sqrt(ratio / 8.0)  # of the flattened arc, at most 250 for a curve
+                steps = abs(self.theta_arc) * math.sqrt(ratio / 8.0)  # of the flattened arc
                 exact = quarters * (4.0 * _QUARTER_ERROR * ratio) ** (1.0 / 6.0)
-                count = max(count, math.ceil(exact), math.ceil(steps / 250.0))
+                count = max(count, math.ceil(exact), math.ceil(steps / _MAX_ARC_STEPS))
             for curve in _arc_curves(self.theta1, self.theta_arc, max(1, count)):
                 points = (self.center_point + point for point in curve)
                 placed = [complex(self.rx * p.real, self.ry * p.imag) * cmath.rect(1.0, self.angle) for p in points]
@@ -503,7 +563,7 @@ def _arc_curves(start: float, turn: float, count: int) -> Iterator[tuple[complex
 
 
 class _Upwards:
-    """Passes what an SVG path draws on to a pen, with y upwards."""
+    """Pen that forwards the drawing of an SVG path to another one, with y upward."""
 
     def __init__(self, pen: OutlinePen) -> None:
         self._pen = pen

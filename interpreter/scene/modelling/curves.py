@@ -1,7 +1,7 @@
 """Paths: arrays (N, 3) of points, with their curves, lengths and frames.
 
 A path is closed if it ends where it begins. Frames do not turn about the path, so that objects and cross-sections keep
-their roll.
+their roll. Paths are plain arrays, not objects: array arithmetic moves and scales them, and programs can compute them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-_SMOOTH = math.radians(20.0)  # joints that turn less belong to a curve; others are corners
+_MAX_SMOOTH_TURN = math.radians(20.0)  # joints that turn less belong to a curve; others are corners
 _SAME = 1e-9  # of the size of a path: points at this distance are equal
 
 
@@ -79,6 +79,7 @@ def catmull_rom(points: FloatArray, closed: bool, segments: int) -> FloatArray:
 
 
 def _between(a: FloatArray, b: FloatArray, start: FloatArray, end: FloatArray, t: FloatArray) -> FloatArray:
+    """Interpolate linearly between the knots ``start`` and ``end``."""
     return np.asarray(((end - t) * a + (t - start) * b) / (end - start), np.float64)
 
 
@@ -105,9 +106,9 @@ def points_at(points: FloatArray, shares: FloatArray) -> FloatArray:
 
 
 def upright_frames(directions: FloatArray) -> FloatArray:
-    """Return axes as the columns of rotations (T, 3, 3): z along directions (T, 3), y as far upwards as possible.
+    """Return rotations (T, 3, 3) whose z axes are the directions (T, 3) and whose y axes are as far up as possible.
 
-    Along the y axis, x stays.
+    The axes are the columns. For a direction along the y axis of the scene, the x axis is that of the scene.
     """
     x = np.cross([0.0, 1.0, 0.0], directions)
     length = np.linalg.norm(x, axis=1, keepdims=True)
@@ -130,6 +131,7 @@ def turns_between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _reflections(normals: FloatArray) -> FloatArray:
+    """Return the Householder reflections (N, 3, 3) across planes with unit normals (N, 3)."""
     return np.asarray(np.eye(3) - 2.0 * normals[:, :, None] * normals[:, None, :], np.float64)
 
 
@@ -143,7 +145,7 @@ class PathFrames:
     along : (N,)
         Length up to each point.
     axes : (N - 1, 3, 3)
-        Of each segment, the axes x, y and z as columns; z is its direction.
+        Axes x, y and z of each segment as columns; z is its direction.
     closed : bool
         Whether the last point is the first.
     roll : float
@@ -188,11 +190,11 @@ class PathFrames:
         return starts, ends
 
 
-def _tangent(before: FloatArray, after: FloatArray, own: FloatArray) -> FloatArray:
-    """Return the direction halfway between segments where they are smooth, else that of the own one."""
+def _tangent(before: FloatArray, after: FloatArray, segment: FloatArray) -> FloatArray:
+    """Return the direction halfway between two segments at a smooth joint, else that of ``segment``, one of the two."""
     middle = before + after
-    is_smooth = np.sum(before * after, axis=1, keepdims=True) > math.cos(_SMOOTH)
-    return np.where(is_smooth, middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9), own)
+    is_smooth = np.sum(before * after, axis=1, keepdims=True) > math.cos(_MAX_SMOOTH_TURN)
+    return np.where(is_smooth, middle / np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-9), segment)
 
 
 def rolls(angles: FloatArray) -> FloatArray:
@@ -203,11 +205,11 @@ def rolls(angles: FloatArray) -> FloatArray:
 
 
 def frames_of(points: FloatArray) -> PathFrames:
-    """Return the rotation-minimising frames of a path (N, 3) with at least two different points.
+    """Return the rotation-minimizing frames of a path (N, 3) with at least two different points.
 
     The double reflection of Wang, Juettler, Zheng and Liu, "Computation of rotation minimizing frames" (2008), with the
     directions of the segments as tangents; for polygons this is the parallel transport of Bergou et al., "Discrete
-    elastic rods" (2008), so that a mitred joint meets both of its segments.
+    elastic rods" (2008), so that a mitered joint meets both of its segments, and ``along`` and ``sweep`` agree.
     """
     path = without_repeats(points)
     along = lengths_to(path)
@@ -217,7 +219,7 @@ def frames_of(points: FloatArray) -> PathFrames:
     axes[0] = upright_frames(directions[:1])[0]
     for number, turn in enumerate(turns):
         axes[number + 1] = turn @ axes[number]
-    axes[:, :, 2] = directions  # against rounding, over many turns
+    axes[:, :, 2] = directions  # orthonormalize: rounding errors add up over many turns
     axes[:, :, 0] = np.cross(axes[:, :, 1], directions)
     axes[:, :, 0] /= np.linalg.norm(axes[:, :, 0], axis=1, keepdims=True)
     axes[:, :, 1] = np.cross(directions, axes[:, :, 0])

@@ -1,4 +1,4 @@
-"""Volume, surface, centre of mass and inertia of what a scene has, as one solid of uniform density.
+"""Volume, surface area, center of mass and inertia of a scene as one solid of uniform density.
 
 Primitives that touch no other part have the volumes and surfaces of their closed forms; where parts meet, Manifold
 joins them first, so that nothing counts twice.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.datum import dataclass
+from scenelang.grammar.datum import dataclass, replace
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.entity import Entity
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
     FloatArray = npt.NDArray[np.float64]
 
-_LEAST = 1e-15  # of the cube of the largest side: a smaller volume is that of something flat
-_MOST = 1e50  # of coordinates: moments of inertia grow with their fifth power
-_FAR = 1e6  # of coordinates that lose digits which measures need
-_SPREAD = 1e10  # sizes of what its coordinates describe well enough
-_SIMILAR = 1e-9  # relative difference of the lengths of axes below which a pose keeps shapes similar
+_MIN_VOLUME_SHARE = 1e-15  # of the cube of the largest side: a solid of less is flat, up to rounding
+_MAX_COORDINATE = 1e50  # moments of inertia grow with its fifth power, and floats end at 1e308
+_FAR_COORDINATE = 1e6  # from which on moments about the origin lose digits, so that they are taken about the solid
+_MAX_OFFSET_SIZES = 1e10  # distance from the origin in sizes of the solid: of 16 digits, six are left for its shape
+_MAX_AXIS_DIFFERENCE = 1e-9  # relative, of the scale factors of a pose that keeps shapes similar
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,9 +42,9 @@ class Measures:
     volume, area
         Enclosed volume, and area of the surface.
     centroid : (3,)
-        Centre of mass; the origin for an empty solid.
+        Center of mass; the origin for an empty solid.
     inertia : (3, 3)
-        Inertia tensor about the centre of mass, along the axes of the scene.
+        Inertia tensor about the center of mass, along the axes of the scene.
     """
 
     volume: float
@@ -66,26 +66,26 @@ class Measures:
 
 
 def measures_of(root: Entity, word: str | None = None, limit: int = 100_000) -> Measures:
-    """Return the measures of a frame, or of all entities of a word in it, as one solid in the world.
+    """Return the measures of a frame, or of all entities of a word in it, as one solid in the world frame.
 
     Semantic primitives count as their boxes, flat ones not at all. Raises SceneError and LimitError as ``measured``
     does, and LimitError for more than ``limit`` primitives.
     """
-    found: list[Operand] = []
+    operands: list[Operand] = []
     stack: list[tuple[Entity, Matrix, bool]] = [(root, IDENTITY, word is None)]
     while stack:
         entity, pose, counts = stack.pop()
         counts = counts or entity.word == word
         if entity.is_primitive and counts:
-            found += operands_of(entity, pose)
-        if len(found) > limit:
+            operands += operands_of(entity, pose)
+        if len(operands) > limit:
             raise LimitError("primitives", f"more than {limit:,} primitives to measure", "measure a word of fewer")
         stack.extend((part.car, compose(pose, part.cdr), counts) for part in reversed(entity.children))
-    return measured(found)
+    return measured(operands)
 
 
 def operands_of(entity: Entity, pose: Sequence[float]) -> list[Operand]:
-    """Return what ``measured`` takes for a primitive under a pose: nothing if it is flat, its box if it is semantic."""
+    """Return the operands of ``measured`` for a primitive under a pose: none if it is flat, its box if semantic."""
     shape = entity.shape
     if shape is None or shape.is_flat or not shape.has_geometry or not has_volume(pose):
         return []
@@ -114,20 +114,21 @@ def measured(operands: Sequence[Operand]) -> Measures:
 
 
 def _shifted(mass: float, offset: FloatArray) -> FloatArray:
-    """Return what the parallel axis theorem adds for a mass at ``offset`` from the axes."""
-    found: FloatArray = mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
-    return found
+    """Return the term of the parallel axis theorem for a mass whose center is at ``offset`` from the axes."""
+    tensor: FloatArray = mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
+    return tensor
 
 
 def _groups(operands: Sequence[Operand]) -> list[list[Operand]]:
-    """Return the operands in groups whose bounding boxes are apart."""
+    """Return the operands in groups whose bounding boxes are apart, by a sweep along x and union-find."""
     boxes = np.array([_box(operand) for operand in operands])
-    group = np.arange(len(operands))
+    parents = np.arange(len(operands))
 
     def root(i: int) -> int:
-        while group[i] != i:
-            group[i] = group[group[i]]
-            i = int(group[i])
+        """Return the representative of a group; paths are halved on the way."""
+        while parents[i] != i:
+            parents[i] = parents[parents[i]]
+            i = int(parents[i])
         return i
 
     order = np.argsort(boxes[:, 0], kind="stable")
@@ -136,15 +137,16 @@ def _groups(operands: Sequence[Operand]) -> list[list[Operand]]:
         active = [j for j in active if boxes[j, 3] >= boxes[i, 0]]
         for j in active:
             if (boxes[j, 1:3] <= boxes[i, 4:6]).all() and (boxes[i, 1:3] <= boxes[j, 4:6]).all():
-                group[root(i)] = root(j)
+                parents[root(i)] = root(j)
         active.append(i)
-    found: dict[int, list[Operand]] = {}
+    groups: dict[int, list[Operand]] = {}
     for i, operand in enumerate(operands):
-        found.setdefault(root(i), []).append(operand)
-    return list(found.values())
+        groups.setdefault(root(i), []).append(operand)
+    return list(groups.values())
 
 
 def _box(operand: Operand) -> tuple[float, ...]:
+    """Return the bounding box of an operand, minima before maxima."""
     shape = operand.expression.shape
     if shape is not None:
         return shape.box_under(operand.pose)
@@ -157,21 +159,23 @@ def _box(operand: Operand) -> tuple[float, ...]:
 
 
 def _measured_group(group: Sequence[Operand]) -> Measures:
-    """Return the measures of operands that may meet: of those far away about the place of the first, for precision."""
+    """Return the measures of operands that may meet; far from the origin, relative to the position of the first."""
     place = np.array(group[0].pose, np.float64)[3::4]
-    if not _FAR < float(np.abs(place).max()) < _MOST:
+    if not _FAR_COORDINATE < float(np.abs(place).max()) < _MAX_COORDINATE:
         return _measured_near(group)
-    found = _measured_near([Operand(each.expression, _shifted_pose(each.pose, place), each.color) for each in group])
-    return Measures(found.volume, found.area, found.centroid + place, found.inertia)
+    near = _measured_near([replace(operand, pose=_shifted_pose(operand.pose, place)) for operand in group])
+    return Measures(near.volume, near.area, near.centroid + place, near.inertia)
 
 
 def _shifted_pose(pose: Sequence[float], place: FloatArray) -> tuple[float, ...]:
-    found = np.array(pose, np.float64)
-    found[3::4] -= place
-    return tuple(found.tolist())
+    """Return a pose relative to an origin at ``place``."""
+    shifted = np.array(pose, np.float64)
+    shifted[3::4] -= place
+    return tuple(shifted.tolist())
 
 
 def _measured_near(group: Sequence[Operand]) -> Measures:
+    """Return the measures of the union of operands, about the origin of their poses."""
     whole = group[0].expression if len(group) == 1 else Expression("union-solid", operands=tuple(group))
     pose = np.array(group[0].pose if len(group) == 1 else np.eye(3, 4), np.float64).reshape(3, 4)
     surface = surface_of(whole)
@@ -179,15 +183,17 @@ def _measured_near(group: Sequence[Operand]) -> Measures:
         return Measures(0.0, 0.0, np.zeros(3), np.zeros((3, 3)))
     corners = surface.mesh.corners @ pose[:, :3].T + pose[:, 3]
     reach = float(np.abs(corners).max())
-    if not reach < _MOST:
-        raise SceneError("domain", f"only what is within {_MOST:g} of the origin can be measured, got {reach:.3g}")
+    if not reach < _MAX_COORDINATE:
+        raise SceneError(
+            "domain", f"only what is within {_MAX_COORDINATE:g} of the origin can be measured, got {reach:.3g}"
+        )
     size = float(np.ptp(corners.reshape(-1, 3), axis=0).max())
-    if reach > _SPREAD * size:
+    if reach > _MAX_OFFSET_SIZES * size:
         raise SceneError("domain", f"what is {size:.3g} large and {reach:.3g} away from its origin cannot be measured")
     if np.linalg.det(pose[:, :3]) < 0.0:
         corners = corners[:, ::-1]
     volume, area = volume_of(corners), float(areas_of(corners).sum())
-    if volume <= _LEAST * size**3:  # flattened by its pose
+    if volume <= _MIN_VOLUME_SHARE * size**3:  # flattened by its pose
         return Measures(0.0, area, corners.reshape(-1, 3).mean(axis=0), np.zeros((3, 3)))
     centroid, inertia = _moments(corners)
     shape = whole.shape if whole.operation == PRIMITIVE else None
@@ -198,24 +204,25 @@ def _measured_near(group: Sequence[Operand]) -> Measures:
 
 
 def _exact(shape: Primitive, pose: FloatArray, area: float) -> tuple[float, float]:
-    """Return volume and surface of a primitive in closed form; the surface only under a pose that keeps its shape."""
+    """Return volume and surface area of a primitive in closed form; ``area`` stays unless the pose is a similarity."""
     volume = shape.volume() * abs(float(np.linalg.det(pose[:, :3])))
     lengths = np.linalg.svd(pose[:, :3], compute_uv=False)
-    if lengths[0] - lengths[2] <= _SIMILAR * lengths[0]:
+    if lengths[0] - lengths[2] <= _MAX_AXIS_DIFFERENCE * lengths[0]:
         return volume, shape.area() * float(lengths[0]) ** 2
     return volume, area
 
 
 def _moments(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the centre of mass of a closed mesh with the ``corners`` (F, 3, 3), and its inertia tensor about it.
+    """Return the center of mass of a closed mesh with the ``corners`` (F, 3, 3), and its inertia tensor about it.
 
-    Sums over the tetrahedra between the faces and a point (Tonon, 2004).
+    Sums over the tetrahedra between the faces and a point (Tonon, "Explicit exact formulas for the 3-D tetrahedron
+    inertia tensor in terms of its vertex coordinates", 2004).
     """
     start = corners[0, 0]
     a, b, c = (corners[:, k] - start for k in range(3))
     volumes = np.einsum("ni,ni->n", a, np.cross(b, c)) / 6.0
     total, sums = float(volumes.sum()), a + b + c
     center = np.einsum("n,ni->i", volumes, sums) / (4.0 * total)
-    second = sum(np.einsum("n,ni,nj->ij", volumes, each, each) for each in (a, b, c, sums)) / 20.0
+    second = sum(np.einsum("n,ni,nj->ij", volumes, v, v) for v in (a, b, c, sums)) / 20.0
     second = second - total * np.outer(center, center)
     return start + center, np.asarray(np.trace(second) * np.eye(3) - second, np.float64)

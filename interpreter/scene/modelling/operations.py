@@ -1,6 +1,7 @@
 """Solids as expressions: an operation, its parameters, and operands under poses.
 
-An expression is immutable and is known by its digest, so that equal solids are computed once. Its leaves are primitives
+An expression is immutable and is identified by its digest, so that equal solids are computed once, when they are drawn
+or measured; ``check`` computes nothing. Its leaves are primitives
 of the language, or operations without operands such as ``extrude``.
 """
 
@@ -29,7 +30,7 @@ SEGMENTS = 64  # sides of a full circle
 
 @dataclass(frozen=True, eq=False)
 class Expression:
-    """A solid that is computed when it is needed.
+    """Solid that is computed when it is needed.
 
     Attributes
     ----------
@@ -40,15 +41,15 @@ class Expression:
     operands
         Solids that the operation takes, with their poses.
     shape
-        The primitive of a leaf.
+        Primitive of a leaf.
     word
-        The word that the faces made by this node show in masks.
+        Word of the faces that this node creates, in masks.
     color
         Linear sRGB of these faces.
     site
-        Where the program makes it, which is not part of its identity.
+        Source location of the call, which is not part of its identity.
     caller
-        The builtin that it is part of, for messages, if that has another name.
+        Builtin that it is part of, for messages, if that has another name than the operation.
     """
 
     operation: str
@@ -62,7 +63,7 @@ class Expression:
 
     @cached_property
     def digest(self) -> str:
-        """Hash of everything that the surface, its colours and its words depend on."""
+        """Hash of everything that the surface, its colors and its words depend on."""
         total = hashlib.sha256()
         for piece in (self.operation, self.word, repr(self.color), _shape_text(self.shape)):
             total.update(piece.encode("utf-8", "surrogatepass") + b"\0")
@@ -91,19 +92,19 @@ class Expression:
 
     @cached_property
     def colors(self) -> frozenset[Point]:
-        """The colours that faces may have."""
+        """Colors that faces may have."""
         if not self.operands or self.operation in REPLACING:
             return frozenset([self.color])
         return frozenset[Point]().union(*(operand.colors for operand in self.operands))
 
 
-# Operations whose faces are all new: they have the colour and the word of the operation.
+# Operations whose faces are all new: they have the color and the word of the operation.
 REPLACING = frozenset(("hull", "minkowski", "rounded", "shell", "offset-solid"))
 
 
 @dataclass(frozen=True, slots=True)
 class Operand:
-    """A solid under a pose (12 floats, row by row); ``color`` replaces those of its faces."""
+    """Solid under a pose (12 floats, row by row); ``color`` replaces those of its faces."""
 
     expression: Expression
     pose: tuple[float, ...]
@@ -111,18 +112,19 @@ class Operand:
 
     @property
     def colors(self) -> frozenset[Point]:
+        """Colors that faces may have."""
         return self.expression.colors if self.color is None else frozenset([self.color])
 
 
 def nodes_of(expression: Expression) -> Iterator[Expression]:
     """Iterate over the distinct nodes of an expression, operands before the operations that take them."""
-    seen: set[str] = set()
+    visited: set[str] = set()
     stack = [(expression, iter(expression.operands))]
     while stack:
         node, operands = stack[-1]
         for operand in operands:
-            if operand.expression.digest not in seen:
-                seen.add(operand.expression.digest)
+            if operand.expression.digest not in visited:
+                visited.add(operand.expression.digest)
                 stack.append((operand.expression, iter(operand.expression.operands)))
                 break
         else:
@@ -131,6 +133,7 @@ def nodes_of(expression: Expression) -> Iterator[Expression]:
 
 
 def _is_array(value: Any) -> bool:
+    """Return whether a parameter is an array, without importing numpy."""
     return hasattr(value, "tobytes")
 
 
@@ -153,7 +156,7 @@ def to_plain(expression: Expression, file_of: Any = str) -> list[dict[str, Any]]
     ``file_of(path)`` converts the paths of mesh files.
     """
     numbers: dict[str, int] = {}
-    found = []
+    records = []
     for node in nodes_of(expression):
         numbers[node.digest] = len(numbers)
         record: dict[str, Any] = {"operation": node.operation, "word": node.word, "color": list(node.color)}
@@ -169,11 +172,12 @@ def to_plain(expression: Expression, file_of: Any = str) -> list[dict[str, Any]]
             record["attributes"] = node.shape.key.defining_attributes()
             if node.shape.is_file:
                 record["file"] = file_of(getattr(node.shape, "file", ""))
-        found.append(record)
-    return found
+        records.append(record)
+    return records
 
 
 def _plain(value: Any) -> Any:
+    """Return a parameter as JSON data, from which ``_from_plain`` makes it again."""
     if isinstance(value, tuple):
         return {"arrays": [array.tolist() for array in value]}
     return {"array": value.tolist()} if _is_array(value) else value
@@ -182,58 +186,62 @@ def _plain(value: Any) -> Any:
 def from_plain(records: Any, shape_of: Any) -> Expression:
     """Return the expression of data made by ``to_plain``; raises ValueError for anything else.
 
-    ``shape_of(word, attributes, file)`` makes the primitive of a leaf.
+    ``shape_of(word, attributes, file)`` returns the primitive of a leaf. The data may come from an untrusted file.
     """
     if not isinstance(records, list) or not 1 <= len(records) <= MAX_OPERATIONS:
         raise ValueError("a solid must be a list of operations")
-    made: list[Expression] = []
+    nodes: list[Expression] = []
     for record in records:
         if not isinstance(record, dict) or not isinstance(record.get("operation"), str):
             raise ValueError("an operation of a solid must be an object with a name")
         shape = None
         if record["operation"] == PRIMITIVE:
             shape = shape_of(str(record.get("shape")), record.get("attributes", {}), record.get("file"))
-        operands = tuple(_operand(each, made) for each in record.get("operands", []))
+        operands = tuple(_operand(entry, nodes) for entry in record.get("operands", []))
         parameters = {str(name): _from_plain(value) for name, value in record.get("parameters", {}).items()}
         r, g, b = _numbers(record.get("color"), 3)
         word = str(record.get("word", ""))
-        made.append(Expression(record["operation"], parameters, operands, shape, word, (r, g, b)))
-        _ = made[-1].digest, made[-1].most_operations  # from the leaves up, without recursion
-    return made[-1]
+        nodes.append(Expression(record["operation"], parameters, operands, shape, word, (r, g, b)))
+        _ = nodes[-1].digest, nodes[-1].most_operations  # computed and cached from the leaves up, without recursion
+    return nodes[-1]
 
 
-def _operand(data: Any, made: Sequence[Expression]) -> Operand:
+def _operand(data: Any, nodes: Sequence[Expression]) -> Operand:
+    """Return the operand with the number of an earlier node, a pose, and a color or None."""
     number, pose, color = data
-    if type(number) is not int or not 0 <= number < len(made):
+    if type(number) is not int or not 0 <= number < len(nodes):
         raise ValueError("an operand must be an earlier operation")
     tint = None if color is None else _numbers(color, 3)
-    return Operand(made[number], _numbers(pose, 12), None if tint is None else (tint[0], tint[1], tint[2]))
+    return Operand(nodes[number], _numbers(pose, 12), None if tint is None else (tint[0], tint[1], tint[2]))
 
 
 def _from_plain(value: Any) -> Any:
+    """Return a parameter of JSON data; raises ValueError for any that ``_plain`` does not write."""
     if not isinstance(value, dict):
         if type(value) not in (int, float, str, bool):
             raise ValueError("a parameter of a solid must be plain")
         return value
     if "arrays" in value:
-        return tuple(_array(each) for each in value["arrays"])
+        return tuple(_array(rows) for rows in value["arrays"])
     return _array(value["array"])
 
 
 def _array(value: Any) -> FloatArray:
-    found = np.array(value, np.float64)
-    if not np.isfinite(found).all():
+    """Return nested lists of finite numbers as an array."""
+    array = np.array(value, np.float64)
+    if not np.isfinite(array).all():
         raise ValueError("a solid must have finite numbers")
-    return found
+    return array
 
 
 def _numbers(value: Any, count: int) -> tuple[float, ...]:
+    """Return a list of ``count`` finite numbers as a tuple."""
     if not isinstance(value, list) or len(value) != count or not all(type(x) in (int, float) for x in value):
         raise ValueError(f"expected {count} numbers")
-    found = tuple(float(x) for x in value)
-    if not all(map(math.isfinite, found)):
+    items = tuple(float(x) for x in value)
+    if not all(map(math.isfinite, items)):
         raise ValueError("a solid must have finite numbers")
-    return found
+    return items
 
 
 def check_size(expression: Expression) -> None:

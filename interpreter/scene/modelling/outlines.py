@@ -1,7 +1,8 @@
 """Outlines of text: glyphs of TrueType and OpenType fonts as contours, one em high, with kerning.
 
 Font files are untrusted. fontTools reads their glyphs within limits; the tables that it would expand in memory, those
-of characters and of kerning, are looked up in place here.
+of characters and of kerning, are looked up in place here: it would make lists of what a few bytes of a hostile file
+declare.
 """
 
 from __future__ import annotations
@@ -26,10 +27,12 @@ if TYPE_CHECKING:
 MAX_FONT_BYTES = 32_000_000
 MAX_TEXT = 10_000  # characters
 _MAX_PIECES = 20_000  # points and components of one glyph
-_MAX_PROGRAM = 1_000_000  # bytes of the program of one CFF glyph, with its subroutines
+_MAX_PROGRAM_BYTES = 1_000_000  # of one CFF glyph, with its subroutines
+_MAX_SUBROUTINE_DEPTH = 32
 _MAX_SUBTABLES = 1_000  # of kerning
-_TOLERANCE = 1.0 / 2000.0  # of flattened curves, in ems
-_CHECKED = 1024  # steps for a font, after which a meter checks the clock
+_TOLERANCE_EMS = 1.0 / 2000.0  # distance of flattened curves from the outline
+_STEPS_PER_FONT = 1024  # charged before a font is read, so that the meter checks the clock
+_MAX_LISTED_CHARACTERS = 8  # that a font lacks, in a message
 _BUNDLED = Path(__file__).parent / "fonts" / "DejaVuSans.ttf"
 
 
@@ -51,12 +54,15 @@ class _Table:
         self._data = data
 
     def u16(self, at: int) -> int:
+        """Return an unsigned 16-bit number."""
         return int(struct.unpack_from(">H", self._data, at)[0])
 
     def i16(self, at: int) -> int:
+        """Return a signed 16-bit number."""
         return int(struct.unpack_from(">h", self._data, at)[0])
 
     def u32(self, at: int) -> int:
+        """Return an unsigned 32-bit number."""
         return int(struct.unpack_from(">I", self._data, at)[0])
 
     def first_at_least(self, value: int, at: int, count: int, step: int) -> int:
@@ -76,12 +82,12 @@ class _Characters(_Table):
 
     def __init__(self, data: bytes) -> None:
         super().__init__(data)
-        found = {}
+        offsets = {}  # by platform and encoding
         for number in range(self.u16(2)):
             at = 4 + 8 * number
-            found[self.u16(at), self.u16(at + 2)] = self.u32(at + 4)
-        wanted = [(3, 10), (0, 6), (0, 4), (3, 1), (0, 3), (0, 2), (0, 1), (0, 0), (3, 0)]
-        tables = [found[key] for key in wanted if key in found and self.u16(found[key]) in (4, 12)]
+            offsets[self.u16(at), self.u16(at + 2)] = self.u32(at + 4)
+        best_first = [(3, 10), (0, 6), (0, 4), (3, 1), (0, 3), (0, 2), (0, 1), (0, 0), (3, 0)]
+        tables = [offsets[key] for key in best_first if key in offsets and self.u16(offsets[key]) in (4, 12)]
         if not tables:
             raise Unreadable("it has no table of Unicode characters")
         self._at = tables[0]
@@ -91,6 +97,7 @@ class _Characters(_Table):
         return self._in_groups(code) if self.u16(self._at) == 12 else self._in_segments(code)
 
     def _in_groups(self, code: int) -> int:
+        """Look a character up in format 12: sorted groups of first character, last character and first glyph."""
         low, high = 0, self.u32(self._at + 12)
         while low < high:
             middle = (low + high) // 2
@@ -104,6 +111,7 @@ class _Characters(_Table):
         return 0
 
     def _in_segments(self, code: int) -> int:
+        """Look a character up in format 4: sorted segments with a delta, or an offset into a list of glyphs."""
         if code > 0xFFFF:
             return 0
         count = self.u16(self._at + 6) // 2
@@ -154,13 +162,14 @@ class _Kerning(_Table):
         return sum(self._of_lookup(subtables, left, right) for subtables in self._lookups)
 
     def _of_lookup(self, subtables: list[int], left: int, right: int) -> int:
+        """Return the advance of a pair by the first subtable that covers it."""
         for at in subtables:
             index = self._covered(at + self.u16(at + 2), left)
             if index is None:
                 continue
-            found = self._in_set(at, index, right) if self.u16(at) == 1 else self._in_classes(at, left, right)
-            if found is not None:
-                return found
+            advance = self._in_set(at, index, right) if self.u16(at) == 1 else self._in_classes(at, left, right)
+            if advance is not None:
+                return advance
         return 0
 
     def _sizes(self, at: int) -> tuple[int, int, bool]:
@@ -169,30 +178,34 @@ class _Kerning(_Table):
         return 2 * (first.bit_count() + second.bit_count()), 2 * (first & 3).bit_count(), bool(first & 4)
 
     def _in_set(self, at: int, index: int, right: int) -> int | None:
+        """Look a pair up in format 1: a sorted set of second glyphs for each first one."""
         size, place, is_given = self._sizes(at)
         pairs = at + self.u16(at + 10 + 2 * index)
         count = self.u16(pairs)
-        found = self.first_at_least(right, pairs + 2, count, size + 2)
-        record = pairs + 2 + found * (size + 2)
-        if found == count or self.u16(record) != right:
+        number = self.first_at_least(right, pairs + 2, count, size + 2)
+        record = pairs + 2 + number * (size + 2)
+        if number == count or self.u16(record) != right:
             return None
         return self.i16(record + 2 + place) if is_given else 0
 
     def _in_classes(self, at: int, left: int, right: int) -> int:
+        """Look a pair up in format 2: a matrix over classes of glyphs."""
         size, place, is_given = self._sizes(at)
         first, second = self._class(at + self.u16(at + 8), left), self._class(at + self.u16(at + 10), right)
         record = at + 16 + (first * self.u16(at + 14) + second) * size
         return self.i16(record + place) if is_given else 0
 
     def _covered(self, at: int, glyph: int) -> int | None:
+        """Return the index of a glyph in a coverage table, or None if the subtable does not cover it."""
         count = self.u16(at + 2)
         if self.u16(at) == 1:
-            found = self.first_at_least(glyph, at + 4, count, 2)
-            return found if found < count and self.u16(at + 4 + 2 * found) == glyph else None
+            index = self.first_at_least(glyph, at + 4, count, 2)
+            return index if index < count and self.u16(at + 4 + 2 * index) == glyph else None
         record = self._range(at + 4, count, glyph)
         return None if record is None else self.u16(record + 4) + glyph - self.u16(record)
 
     def _class(self, at: int, glyph: int) -> int:
+        """Return the class of a glyph by a class definition table; 0 for all that it does not list."""
         if self.u16(at) == 1:
             number = glyph - self.u16(at + 2)
             return self.u16(at + 6 + 2 * number) if 0 <= number < self.u16(at + 4) else 0
@@ -201,24 +214,25 @@ class _Kerning(_Table):
 
     def _range(self, at: int, count: int, glyph: int) -> int | None:
         """Return the place of the range (first, last, number) that contains a glyph."""
-        found = self.first_at_least(glyph, at + 2, count, 6)
-        record = at + 6 * found
-        return record if found < count and self.u16(record) <= glyph else None
+        number = self.first_at_least(glyph, at + 2, count, 6)
+        record = at + 6 * number
+        return record if number < count and self.u16(record) <= glyph else None
 
 
 class _OldKerning(_Table):
-    """The pairs of the table `kern`, in its format 0."""
+    """The pairs of the table `kern`, in its format 0, which older fonts have."""
 
     def between(self, left: int, right: int) -> int:
+        """Return how much further the glyph after ``left`` is, in units of the font."""
         if self.u16(0) != 0 or self.u16(2) == 0 or self.u16(8) & 0xFF01 != 1:
             return 0  # Apple's version, or no horizontal pairs
-        low, high, wanted = 0, self.u16(10), left << 16 | right
+        low, high, key = 0, self.u16(10), left << 16 | right
         while low < high:
             middle = (low + high) // 2
             pair = self.u32(18 + 6 * middle)
-            if pair == wanted:
+            if pair == key:
                 return self.i16(22 + 6 * middle)
-            low, high = (middle + 1, high) if pair < wanted else (low, middle)
+            low, high = (middle + 1, high) if pair < key else (low, middle)
         return 0
 
 
@@ -227,7 +241,7 @@ class _OldKerning(_Table):
 
 @cache
 def _silence() -> None:
-    """Keep fontTools, which logs what is wrong with a font and reads on, from printing that."""
+    """Keep fontTools from printing its log: it reports errors of a font there and reads on."""
     import logging
 
     logging.getLogger("fontTools").addHandler(logging.NullHandler())
@@ -239,11 +253,14 @@ def _extractor() -> Any:
     from fontTools.misc.psCharStrings import T2OutlineExtractor
 
     class Limited(T2OutlineExtractor):  # type: ignore[misc, unused-ignore]
+        """Extractor that counts the bytes that it executes."""
+
         work = 0
 
         def execute(self, charString: Any) -> None:
+            """Run a program or subroutine, unless the glyph has run too much."""
             self.work += 64 + len(charString.bytecode or charString.program or ())
-            if self.work > _MAX_PROGRAM or self.subrLevel > 32:
+            if self.work > _MAX_PROGRAM_BYTES or self.subrLevel > _MAX_SUBROUTINE_DEPTH:
                 raise Unreadable("the program of the glyph is too long")
             super().execute(charString)
 
@@ -264,7 +281,7 @@ class _Drawings:
 
 
 class Typeface:
-    """A font: what its characters look like. Safe to use from several threads.
+    """Font with the outlines of its characters. Safe to use from several threads.
 
     Parameters
     ----------
@@ -292,11 +309,12 @@ class Typeface:
             raise
         except Unreadable as error:
             reason = str(error)
-        except Exception:  # in words of fontTools, which are about its own tables
+        except Exception:  # messages of fontTools are about its own tables
             reason = "it is damaged, or lacks what TrueType and OpenType fonts have"
         raise SceneError("file", f"cannot read the font {self.name}: {reason}")
 
     def _open(self, data: bytes) -> None:
+        """Read the tables of a font; glyphs are drawn when they are used."""
         from fontTools.ttLib import TTFont
 
         _silence()
@@ -317,8 +335,8 @@ class Typeface:
 
     def number(self, character: str) -> int:
         """Return the number of a character's glyph; 0 if the font has none."""
-        found = self._guarded(lambda: self._characters.glyph(ord(character)))
-        return int(found) if found < len(self._names) else 0
+        number = self._guarded(lambda: self._characters.glyph(ord(character)))
+        return int(number) if number < len(self._names) else 0
 
     def glyph(self, number: int) -> Glyph:
         """Return the glyph of a number."""
@@ -328,9 +346,10 @@ class Typeface:
             return self._glyphs[number]
 
     def _drawn(self, name: str) -> Glyph:
+        """Return the contours of a glyph, without overlaps and scaled to one em."""
         pen = OutlinePen(_MAX_PIECES, self._drawings)
         self._drawings[name].draw(pen)
-        contours = [contour / self._em for contour in pen.contours(_TOLERANCE * self._em)]
+        contours = [contour / self._em for contour in pen.contours(_TOLERANCE_EMS * self._em)]
         return Glyph(normalized(contours) if contours else (), self._advances[name][0] / self._em)
 
     def kerning(self, left: int, right: int) -> float:
@@ -378,7 +397,7 @@ class FontFiles:
                     f"the font {target.name} has {state.st_size:,} bytes, more than the limit of {MAX_FONT_BYTES:,}"
                 )
                 raise SceneError("file", message)
-            charge(_CHECKED + (state.st_size >> 10))
+            charge(_STEPS_PER_FONT + (state.st_size >> 10))
             return _loaded(str(target), state.st_mtime_ns, state.st_size)
         except OSError as error:
             raise SceneError("file", f"cannot read the font {target.name}: {error.strerror or error}") from None
@@ -389,18 +408,18 @@ class FontFiles:
 
 @dataclass(frozen=True, slots=True)
 class TextStyle:
-    """How text is set.
+    """Typesetting of a text.
 
     Attributes
     ----------
     size
-        Of an em, in scene units.
+        Size of an em in scene units.
     align
-        The part of a line's width that is left of x = 0: 0, 1/2 or 1.
+        Share of a line's width that is left of x = 0: 0, 1/2 or 1.
     spacing
-        Added to the advance of every character, in ems.
+        Space added to the advance of every character, in ems.
     line_height
-        Distance of lines, in ems.
+        Distance of baselines, in ems.
     """
 
     size: float = 1.0
@@ -410,36 +429,52 @@ class TextStyle:
 
 
 def text_outline(face: Typeface, text: str, style: TextStyle, charge: Callable[[int], None]) -> Contours:
-    """Return the outlines of text, the baseline of its first line at y = 0.
+    """Return the outlines of text, with the baseline of its first line at y = 0.
+
+    Parameters
+    ----------
+    face
+        Font.
+    text
+        Text of one or several lines.
+    style
+        Size, alignment and spacing.
+    charge
+        Function that counts steps of work.
 
     Raises
     ------
     SceneError
-        "value" for characters that the font lacks; LimitError "size" for too long a text.
+        "value" for characters that the font lacks.
+    LimitError
+        "size" for too long a text.
     """
     if len(text) > MAX_TEXT:
         raise LimitError("size", f"a text of {len(text):,} characters exceeds the limit of {MAX_TEXT:,}")
     composed = unicodedata.normalize("NFC", text.replace("\r\n", "\n"))
     _check_characters(face, composed)
-    found = []
+    contours = []
     for number, line in enumerate(composed.split("\n")):
         placed, width = _set_line(face, line, style.spacing, charge)
         for glyph, x in placed:
             charge(1 + (sum(map(len, glyph.contours)) >> 6))
             corner = (x - style.align * width, -number * style.line_height)
-            found += [(contour + corner) * style.size for contour in glyph.contours]
-    return tuple(found)
+            contours += [(contour + corner) * style.size for contour in glyph.contours]
+    return tuple(contours)
 
 
 def _check_characters(face: Typeface, text: str) -> None:
-    missing = [each for each in dict.fromkeys(text) if each != "\n" and not face.number(each)]
+    """Raise SceneError("value") for characters without a glyph."""
+    missing = [c for c in dict.fromkeys(text) if c != "\n" and not face.number(c)]
     if missing:
-        shown = ", ".join(_shown(each) for each in missing[:8]) + (", ..." if len(missing) > 8 else "")
+        shown = ", ".join(map(_shown, missing[:_MAX_LISTED_CHARACTERS]))
+        shown += ", ..." if len(missing) > _MAX_LISTED_CHARACTERS else ""
         hint = "give a font that has it by :font, such as a .ttf file in the project folder"
         raise SceneError("value", f"the font {face.name} has no glyph for {shown}", hint)
 
 
 def _shown(character: str) -> str:
+    """Return a character with its code point, which alone tells invisible ones apart."""
     code = f"U+{ord(character):04X}"
     return f'"{character}" ({code})' if character.isprintable() else code
 

@@ -1,8 +1,9 @@
 """Surfaces of solids, and their files in the user's cache folder: another run need not compute them again.
 
-A file is named by the digest of its expression; its folder by what else decides the surface: Manifold's version and the
-code that computes. Whatever cannot be read is computed. Where the evaluation of a program may not use files, nothing
-is read or written.
+A file is named by the digest of its expression, its folder by Manifold's version and a hash of the code, on which the
+surface also depends. A file that cannot be read counts as absent. Where the evaluation of a program may not use files,
+nothing is read or written. Intermediate nodes are not stored, because Manifold's numbers of surfaces are valid within
+one process only.
 """
 
 from __future__ import annotations
@@ -31,13 +32,13 @@ class ComputedSolid:
     Attributes
     ----------
     mesh
-        Closed mesh with normals, colours of its faces, and the words that they were made as.
+        Closed mesh with normals, and with colors and words of its faces.
     hull : (K, 3)
         Vertices of the convex hull, which determine every bounding box.
     volume, area
-        In scene units.
+        In cubed and squared scene units.
     seconds
-        What computing it took; 0 if it was read from disk.
+        Duration of the computation; 0 if it was read from disk.
     """
 
     mesh: Mesh
@@ -61,7 +62,7 @@ def load(digest: str) -> ComputedSolid | None:
 
 
 def save(digest: str, solid: ComputedSolid) -> None:
-    """Store a surface unless it is stored."""
+    """Store a surface unless its file exists."""
     mesh = solid.mesh
     data = {name: getattr(mesh, name) for name in _ARRAYS}
     data |= {"hull": solid.hull, "measures": np.array([solid.volume, solid.area])}
@@ -77,8 +78,8 @@ def _mesh(data: dict[str, Any]) -> Mesh:
     words = tuple(bytes.fromhex(text).decode("utf-8", "surrogatepass") for text in data["words"].tolist())
     faces, count = arrays["faces"], len(arrays["vertices"])
     part = data.get("part")
-    same = len(arrays["normals"]) == count and len(arrays["colors"]) == len(arrays["joints"]) == len(faces)
-    if not same or (len(faces) and not 0 <= faces.min() <= faces.max() < count):
+    fits = len(arrays["normals"]) == count and len(arrays["colors"]) == len(arrays["joints"]) == len(faces)
+    if not fits or (len(faces) and not 0 <= faces.min() <= faces.max() < count):
         raise ValueError("arrays of different sizes")
     if part is not None and (part.shape != (len(faces),) or not 0 <= part.min() <= part.max() < len(words)):
         raise ValueError("parts without words")
@@ -86,12 +87,14 @@ def _mesh(data: dict[str, Any]) -> Mesh:
 
 
 def _array(value: Any, kind: Any, columns: int = 3) -> Any:
+    """Return an array of rows; raises ValueError for another type or shape."""
     if value.dtype != kind or value.ndim != 2 or value.shape[1] != columns:
         raise ValueError("not the array that was stored")
     return value
 
 
 def _kind() -> str:
+    """Return the folder of the files within the cache."""
     return f"solids/{_version()}"
 
 
@@ -101,7 +104,7 @@ def _version() -> str:
     from importlib.metadata import version
 
     total = hashlib.sha256(version("manifold3d").encode())
-    here = Path(__file__).parent
-    for path in sorted([*here.glob("*.py"), *(here.parent / "primitives").glob("*.py")]):
+    folder = Path(__file__).parent
+    for path in sorted([*folder.glob("*.py"), *(folder.parent / "primitives").glob("*.py")]):
         total.update(path.read_bytes())
     return total.hexdigest()[:16]

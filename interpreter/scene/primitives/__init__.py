@@ -2,8 +2,11 @@
 
 Other packages can add a primitive with the entry-point group ``scenelang.primitives``: the name of the entry is the
 word, its value is a subclass of ``Primitive``. Entry points are only loaded for words that the language itself does not
-define. ``base`` defines the protocol, ``forms`` the canonical forms, ``mesh`` the fallback for every method. Nothing
-here imports a backend; numpy is imported lazily.
+define, and only if some package on the path has any: ``importlib.metadata`` costs a tenth of a second, which every
+program with a semantic primitive would pay.
+
+``base`` defines the protocol, ``forms`` the canonical forms, ``mesh`` the fallback for every method. No module of this
+package imports a backend; numpy is imported lazily.
 """
 
 from __future__ import annotations
@@ -86,15 +89,15 @@ def class_of(word: str) -> type[Primitive]:
 
 def all_primitives() -> tuple[type[Primitive], ...]:
     """Return the classes of all primitives that can be loaded."""
-    found = []
+    classes = []
     for word in words():
         try:
             cls = find(word)
         except SceneError:
             continue
         if cls is not None:
-            found.append(cls)
-    return tuple(found)
+            classes.append(cls)
+    return tuple(classes)
 
 
 def solid_words() -> tuple[str, ...]:
@@ -145,21 +148,20 @@ def docs_of_attributes() -> dict[str, str]:
     classes = all_primitives()
     solids = [attribute for cls in classes if cls.is_solid for attribute in cls.attributes]
     others = [attribute for cls in classes if not cls.is_solid for attribute in cls.attributes]
-    found: dict[str, str] = {}
+    docs: dict[str, str] = {}
     for attribute in (*solids, COLOR, *others):
-        found.setdefault(attribute.name, attribute.doc)
-    return found
+        docs.setdefault(attribute.name, attribute.doc)
+    return docs
 
 
 def attribute_doc(word: str, name: str) -> str | None:
-    """Return the description of the attribute ``name`` of the primitive ``word``, or None if it has no such
-    attribute."""
+    """Return the description of an attribute of the primitive ``word``, or None if it has no attribute ``name``."""
     try:
         cls = class_of(word)
     except SceneError:
         return None
-    own: tuple[Attribute, ...] = (*cls.attributes, COLOR) if cls.has_color else cls.attributes
-    return next((attribute.doc for attribute in own if attribute.name == name), None)
+    readable: tuple[Attribute, ...] = (*cls.attributes, COLOR) if cls.has_color else cls.attributes
+    return next((attribute.doc for attribute in readable if attribute.name == name), None)
 
 
 def shape_of(word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
@@ -195,8 +197,9 @@ def standard_forms() -> tuple[CanonicalForm, ...]:
 
 @cache
 def _loaded(module: str, name: str) -> type[Primitive]:
-    found: type[Primitive] = getattr(import_module(f"{__name__}.{module}"), name)
-    return found
+    """Import the class of a built-in primitive."""
+    cls: type[Primitive] = getattr(import_module(f"{__name__}.{module}"), name)
+    return cls
 
 
 def _entry_points() -> Mapping[str, EntryPoint]:
@@ -206,6 +209,7 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 
 @cache
 def _from_package(word: str) -> type[Primitive]:
+    """Load the class of another package; raises SceneError("backend") if it is not a primitive of that word."""
     point = _entry_points()[word]
     try:
         cls = point.load()

@@ -22,15 +22,30 @@ FILE = Attribute(
 
 
 def is_hidden(target: Path, project: Path) -> bool:
-    """Return whether a file in a project is hidden, or in a hidden folder: these hold settings and keys."""
+    """Return whether a file in a project is hidden, or in a hidden folder, which may hold settings and keys."""
     return any(part.startswith(".") for part in target.relative_to(project).parts)
 
 
 def located(file: str, noun: str, folder: Path, project: Path, allow_outside: bool) -> Path:
-    """Return the file that a scene in ``folder`` names, which must be inside ``project``, and not hidden, unless
-    ``allow_outside``.
+    """Return the path of a file that a scene names.
 
-    Raises SceneError("file") if it does not exist, and "import-outside"; ``noun`` says in messages what it is.
+    Parameters
+    ----------
+    file
+        Path as the program gives it, relative to ``folder``.
+    noun
+        Kind of file, for messages: "asset", "font".
+    folder
+        Folder of the scene's file.
+    project
+        Folder that must contain the file, unless ``allow_outside``; the file must not be hidden in it.
+    allow_outside
+        Whether any file may be read.
+
+    Raises
+    ------
+    SceneError
+        "file" if it does not exist, "import-outside" if it may not be read.
     """
     try:
         target = (folder / file).resolve()
@@ -78,7 +93,10 @@ class Asset:
 
 @dataclass(frozen=True, slots=True)
 class MeshFile(Primitive):
-    """Mesh in ``file``, with its own colours if the program sets none. ``asset`` is the metadata of the file."""
+    """Mesh in ``file``, with its own colors if the program sets none. ``asset`` is the metadata of the file.
+
+    A color of the program replaces those of the file, where each triangle has the color of its texture at its center.
+    """
 
     word = "asset"
     doc = "a mesh file inside the project folder"
@@ -93,6 +111,7 @@ class MeshFile(Primitive):
 
     @classmethod
     def from_attributes(cls, word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
+        """Create the primitive; ``load_asset`` of the runtime has checked and resolved the file."""
         color = attributes.get("color")
         if color is None:
             return cls(file=attributes.get("file"), asset=asset)

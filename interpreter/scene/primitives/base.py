@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 Point = tuple[float, float, float]
 Box = tuple[float, float, float, float, float, float]  # min x, y, z, max x, y, z
 
+_MESH_QUERY_STEPS = 64  # steps of a support query over the vertices of a mesh
 WHITE: Point = (1.0, 1.0, 1.0)
 ORIGIN: Point = (0.0, 0.0, 0.0)
 MESH_TOLERANCE = 1e-3  # maximum distance of an approximating mesh from the surface, relative to the largest side
@@ -53,6 +54,12 @@ class Attribute:
         attribute that only backends use.
     field
         Field of the primitive that stores the converted value, if its name differs.
+    accepts
+        Types of the language that the checker accepts.
+    low, high
+        Range of sensible numbers, for warnings of the checker.
+    aliases
+        Names of the attribute in other tools, for "did you mean" hints.
     """
 
     name: str
@@ -130,7 +137,7 @@ def length_of(word: str, name: str, value: Any) -> float:
 
 
 def linear(encoded: float) -> float:
-    """Return the linear light of an sRGB component from 0 to 1 (IEC 61966-2-1)."""
+    """Return the linear light of an sRGB component from 0 to 1 (IEC 61966-2-1); ``encoded`` is the inverse."""
     return encoded / 12.92 if encoded <= 0.04045 else float(((encoded + 0.055) / 1.055) ** 2.4)
 
 
@@ -223,7 +230,7 @@ def density_of(word: str, name: str, value: Any) -> float:
     return positive_of(word, name, value)
 
 
-# Densities in kg/m^3, rounded to what handbooks agree on.
+# Densities in kg/m^3, rounded to the digits in which handbooks agree.
 DENSITIES: Mapping[str, float] = MappingProxyType({
     "foam": 50.0, "cork": 200.0, "balsa": 150.0, "pine": 500.0, "wood": 600.0, "oak": 700.0, "paper": 800.0,
     "ice": 917.0, "wax": 930.0, "food": 1000.0, "water": 1000.0, "plastic": 1050.0, "rubber": 1100.0, "cloth": 400.0,
@@ -307,7 +314,7 @@ class Primitive:
 
     word: ClassVar[str] = ""
     doc: ClassVar[str] = ""  # one-line description
-    attributes: ClassVar[tuple[Attribute, ...]] = ()  # without the colour
+    attributes: ClassVar[tuple[Attribute, ...]] = ()  # without the color
     is_solid: ClassVar[bool] = True  # the attributes alone determine the appearance
     is_semantic: ClassVar[bool] = False  # a placeholder box for a word without geometry
     is_block: ClassVar[bool] = False  # made of Minecraft blocks
@@ -328,40 +335,42 @@ class Primitive:
         SceneError("attribute")
             If an attribute is invalid.
         """
-        found = {}
+        values = {}
         for attribute in cls.attributes:
             if attribute.read is not None and (value := attributes.get(attribute.name)) is not None:
-                found[attribute.field or attribute.name] = attribute.read(word, attribute.name, value)
+                values[attribute.field or attribute.name] = attribute.read(word, attribute.name, value)
         if (value := attributes.get("color")) is not None:
-            found["color"] = color_of(word, value)
+            values["color"] = color_of(word, value)
         for attribute in MATERIALS if cls.is_semantic else (*MATERIALS, *PHYSICS):
             if attribute.read is not None and (value := attributes.get(attribute.name)) is not None:
                 attribute.read(word, attribute.name, value)
-        return cls(**found)
+        return cls(**values)
 
     @classmethod
     def attribute_names(cls) -> tuple[str, ...]:
         """Return the names of the attributes, except those of the material."""
-        own = tuple(attribute.name for attribute in cls.attributes)
-        return (*own, "color") if cls.has_color else own
+        names = tuple(attribute.name for attribute in cls.attributes)
+        return (*names, "color") if cls.has_color else names
 
     def defining_attributes(self) -> dict[str, Any]:
-        """Return the attributes that determine the geometry as plain data, by language name, with defaults filled
-        in."""
-        found: dict[str, Any] = {}
+        """Return the attributes that determine the geometry as plain data, by language name, with defaults filled in.
+
+        The color is among them, if the primitive has one.
+        """
+        values: dict[str, Any] = {}
         for attribute in self.attributes:
             if attribute.read is not None:
                 value = getattr(self, attribute.field or attribute.name)
-                found[attribute.name] = list(value) if isinstance(value, tuple) else value
-        return {**found, "color": list(self.color)} if self.has_color else found
+                values[attribute.name] = list(value) if isinstance(value, tuple) else value
+        return {**values, "color": list(self.color)} if self.has_color else values
 
     @property
     def key(self) -> Primitive:
-        """The primitive without its colour, a cache key for its geometry."""
+        """Primitive without its color, a cache key for its geometry."""
         return self if self.color == WHITE else replace(self, color=WHITE)
 
     def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
-        """Return the seed of the default colour: a text that determines the hue, HSV saturation and value.
+        """Return the seed of the default color: a text that determines the hue, HSV saturation and value.
 
         Returns None to use ``color``.
         """
@@ -373,7 +382,7 @@ class Primitive:
 
     @classmethod
     def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
-        """Return a key and the sizes that comparisons of scenes use.
+        """Return a key and the sizes that comparisons of scenes use (``inspection/difference``).
 
         Primitives with different keys are never equal, whatever their poses. The sizes are None if they are those of
         :scale.
@@ -394,11 +403,13 @@ class Primitive:
     @property
     def cost(self) -> int:
         """Number of evaluation steps that a support query costs."""
-        return 1 if type(self).interval is not Primitive.interval else 64
+        return 1 if type(self).interval is not Primitive.interval else _MESH_QUERY_STEPS
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
-        """Return the minimum and maximum of ``a x + b y + c z`` over the primitive (its support function in both
-        directions)."""
+        """Return the minimum and maximum of ``a x + b y + c z`` over the primitive.
+
+        That is its support function in the direction (a, b, c), not necessarily of length 1, and in the opposite one.
+        """
         along = mesh_of(self).vertices @ np.array((a, b, c))
         return (float(along.min()), float(along.max())) if len(along) else (0.0, 0.0)
 
@@ -431,7 +442,7 @@ class Primitive:
         placed = self.placed()
         if placed is None:
             return empty()
-        radius = max(math.sqrt(sum(x * x for x in placed.rows[k::4])) for k in range(3))
+        radius = max(math.sqrt(sum(x * x for x in placed.rows[k::4])) for k in range(3))  # the longest half axis
         mesh = placed.form.mesh(placed.form.segments_within(tolerance, radius), placed.ratios)
         return posed(mesh, placed.matrix[None])
 
@@ -463,10 +474,8 @@ class Primitive:
         inverse = inverses_of(placed.matrix[None, :, :3])[0]
         o, d = (origins - placed.matrix[:, 3]) @ inverse.T, directions @ inverse.T
         with np.errstate(all="ignore"):
-            found = nearest_hit(
-                placed.form, (o[:, 0], o[:, 1], o[:, 2]), (d[:, 0], d[:, 1], d[:, 2]), placed.ratios, 0.0
-            )
-        t = np.asarray(found, np.float64)
+            start, ray = (o[:, 0], o[:, 1], o[:, 2]), (d[:, 0], d[:, 1], d[:, 2])
+            t = np.asarray(nearest_hit(placed.form, start, ray, placed.ratios, 0.0), np.float64)
         hit = np.flatnonzero(np.isfinite(t))
         points = o[hit] + t[hit, None] * d[hit]
         normals[hit] = unit(placed.form.normals(points, placed.ratios) @ inverse)
@@ -498,8 +507,8 @@ class Primitive:
         if not areas.sum() > 0.0:
             return np.zeros((0, 3)), np.zeros((0, 3))
         shares = rng.multinomial(count, areas / areas.sum())
-        found = [chart.place(rng.random(n), rng.random(n)) for chart, n in zip(charts, shares.tolist(), strict=True)]
-        points, normals = (np.concatenate([each[k] for each in found]) for k in (0, 1))
+        samples = [chart.place(rng.random(n), rng.random(n)) for chart, n in zip(charts, shares.tolist(), strict=True)]
+        points, normals = (np.concatenate(arrays) for arrays in zip(*samples))
         return points @ axes.T + placed.matrix[:, 3], normals @ axes.T
 
     # --- interior ---
@@ -548,6 +557,7 @@ def mesh_of(primitive: Primitive) -> Mesh:
 
 @lru_cache(maxsize=64)
 def _cached_mesh(primitive: Primitive) -> Mesh:
+    """Triangulate a primitive within ``MESH_TOLERANCE`` of its size, which a coarse mesh gives."""
     rough = primitive.triangulate(math.inf)
     size = float(np.ptp(rough.vertices, axis=0).max()) if len(rough.vertices) else 0.0
     return primitive.triangulate(MESH_TOLERANCE * size) if size > 0.0 else rough

@@ -46,7 +46,7 @@ class SetCuboid(Primitive):
         return {"scale": list(self.size), "fill": True}
 
     def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
-        return str(attributes.get("block-type", "")), 0.45, 0.80
+        return str(attributes.get("block-type", "")), 0.45, 0.80  # one hue for each type of block
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
         x, y, z = self.size
@@ -75,6 +75,7 @@ class DeleteBlocks(SetCuboid):
 
     @property
     def removes_blocks(self) -> bool:
+        """Whether it removes blocks instead of placing them."""
         return True
 
     def defining_attributes(self) -> dict[str, Any]:

@@ -28,23 +28,25 @@ class CapsuleForm(CanonicalForm):
     overlaps = True
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
+        # the union of a cylinder and two balls, which is convex
         r = ratios[0]
         side = forms.between(forms.in_tube((o[0], o[2]), (d[0], d[2]), r), forms.slab(o[1], d[1], 1.0 - r))
         hemispheres = (forms.in_ball((o[0], o[1] - y, o[2]), d, r) for y in (1.0 - r, r - 1.0))
         return [forms.in_any(side, *hemispheres)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # away from the nearest point of the segment between the centers of the balls
         straight = 1.0 - ratios[0]
         normals = points.copy()
         normals[:, 1] -= np.clip(points[:, 1], -straight, straight)
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # the point of a ball, moved to the end of the segment on that side
         r = np.asarray(ratios[0])
-        point = forms.unit(directions) * r[..., None]
-        point[:, 1] += np.sign(directions[:, 1]) * (1.0 - r)
-        found: FloatArray = point
-        return found
+        points: FloatArray = forms.unit(directions) * r[..., None]
+        points[:, 1] += np.sign(directions[:, 1]) * (1.0 - r)
+        return points
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
         r = ratios[0]
@@ -53,6 +55,7 @@ class CapsuleForm(CanonicalForm):
         return inside
 
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
+        # two quarter circles, revolved; the straight part is between their ends
         r = float(ratios[0])
         quarter = np.linspace(0.0, math.pi / 2.0, max(2, segments // 4) + 1)
         cosine, sine = np.cos(quarter), np.sin(quarter)
@@ -69,11 +72,13 @@ class CapsuleForm(CanonicalForm):
         return segments * (segments // 2 + 2)
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
+        # ``half[1]`` is half the whole length, radius included
         r, size = float(ratios[0]), half[1]
         straight = size * (1.0 - r)
         ball = forms.sphere_chart(size * r)
 
         def hemispheres(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+            """Sample a sphere, and pull its halves apart by the straight part."""
             places, normals = ball.place(u, v)
             places[:, 1] += np.where(normals[:, 1] < 0.0, -straight, straight)
             return places, normals
@@ -133,6 +138,7 @@ class Capsule(Primitive):
         return min(start, end) - reach, max(start, end) + reach
 
     def placed(self) -> Placed | None:
+        # The canonical capsule reaches from y = -1 to 1 with its caps: the radius is added to the axis at both ends.
         if self.radius == 0.0:
             return None
         half = math.dist(self.p0, self.p1) / 2.0

@@ -26,6 +26,7 @@ class ConeForm(CanonicalForm):
     name = "cone"
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
+        # The quadratic of the double cone, cut to the slab between base and apex.
         # Radius of the cone at the height of o, and its derivative along the ray.
         radius, growth = 0.5 - 0.5 * o[1], -0.5 * d[1]
         a = d[0] * d[0] + d[2] * d[2] - growth * growth
@@ -40,6 +41,7 @@ class ConeForm(CanonicalForm):
         return [forms.between((enter, leave), forms.slab(o[1], d[1]))]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # A point belongs to the base if it is closer to its plane than to the side, whose normal rises by 1 : 2.
         normals = np.zeros_like(points)
         radius = np.hypot(points[:, 0], points[:, 2])
         base = np.abs(points[:, 1] + 1.0) < np.abs(0.5 - 0.5 * points[:, 1] - radius)
@@ -49,6 +51,7 @@ class ConeForm(CanonicalForm):
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # a point of the rim of the base, or the apex if that is farther
         point = np.empty_like(directions)
         across = np.hypot(directions[:, 0], directions[:, 2])
         safe = np.where(across > 0.0, across, 1.0)
@@ -104,6 +107,7 @@ def _side_chart(radius: float, half: float) -> Chart:
     slant = math.hypot(radius, 2.0 * half)
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square: the area from the apex grows with the square of the distance."""
         down = np.sqrt(u)
         normals = forms.on_circle(2.0 * half / slant + 0.0 * u, v, radius / slant + 0.0 * u)
         return forms.on_circle(radius * down, v, half - 2.0 * half * down), normals

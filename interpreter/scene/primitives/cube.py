@@ -1,4 +1,4 @@
-"""The primitive "cube": a box centred at the origin."""
+"""The primitive "cube": a box centered at the origin."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ class BlockForm(CanonicalForm):
         return [forms.between(*(forms.slab(o[k], d[k]) for k in range(3)))]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # of the face whose plane is nearest
         normals = np.zeros_like(points)
         axis = np.argmax(np.abs(points), axis=1)
         rows = np.arange(len(points))
@@ -80,8 +81,8 @@ class BlockForm(CanonicalForm):
 BLOCK = BlockForm()
 
 
-def placed_block(size: Point, corner: bool = False) -> Placed:
-    """Return a box of ``size``, centred at the origin, or with its minimum corner there if ``corner`` is set."""
+def placed_block(size: Point, *, corner: bool = False) -> Placed:
+    """Return a box of ``size``, centered at the origin, or with its minimum corner there if ``corner`` is set."""
     x, y, z = size[0] / 2.0, size[1] / 2.0, size[2] / 2.0
     cx, cy, cz = (x, y, z) if corner else (0.0, 0.0, 0.0)
     return Placed(BLOCK, (), (x, 0.0, 0.0, cx, 0.0, y, 0.0, cy, 0.0, 0.0, z, cz))
@@ -89,7 +90,7 @@ def placed_block(size: Point, corner: bool = False) -> Placed:
 
 @dataclass(frozen=True, slots=True)
 class Cube(Primitive):
-    """Box of ``size`` centred at the origin."""
+    """Box of ``size`` centered at the origin."""
 
     word = "cube"
     doc = "a box centred at the origin"
@@ -113,7 +114,7 @@ class Cube(Primitive):
 
 @dataclass(frozen=True, slots=True)
 class Semantic(Cube):
-    """Box of ``size`` centred at the origin, with a default colour derived from its word."""
+    """Box of ``size`` centered at the origin, with a default color derived from its word."""
 
     word = ""
     doc = "a semantic primitive: a box of its `:scale`, centred at the origin"

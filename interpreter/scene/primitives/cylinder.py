@@ -15,17 +15,17 @@ from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Chart, M
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
-_SIDES = 48  # sides of the polygon that approximates a round face when overlaps of faces are measured
+_ROUND_FACE_SIDES = 48  # of the polygon that approximates a round face when overlaps of faces are measured
 
 
 def disk_outline(y: float) -> FloatArray:
-    """Return the unit disk at height ``y`` as half axes and centre (3, 3)."""
+    """Return the unit disk at height ``y`` as half axes and center (3, 3)."""
     return np.array([[1.0, 0.0, 0.0], [0.0, 0.0, y], [0.0, 1.0, 0.0]])
 
 
 def round_face(side: float) -> FloatArray:
     """Return the corners (K, 3) of a polygon that approximates the unit disk at height ``side``."""
-    angle = np.linspace(0.0, 2.0 * np.pi, _SIDES, endpoint=False)
+    angle = np.linspace(0.0, 2.0 * np.pi, _ROUND_FACE_SIDES, endpoint=False)
     return np.stack([np.cos(angle), np.full(len(angle), side), np.sin(angle)], axis=1)
 
 
@@ -38,6 +38,7 @@ class CylinderForm(CanonicalForm):
         return [forms.between(forms.in_tube((o[0], o[2]), (d[0], d[2])), forms.slab(o[1], d[1]))]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # a point belongs to a cap if it is closer to its plane than to the side
         normals = np.zeros_like(points)
         cap = np.abs(points[:, 1]) > np.hypot(points[:, 0], points[:, 2])
         normals[:, 0], normals[:, 2] = np.where(cap, 0.0, points[:, 0]), np.where(cap, 0.0, points[:, 2])
@@ -45,6 +46,7 @@ class CylinderForm(CanonicalForm):
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # a point of the rim of a cap; along the axis, its center would do as well
         point = np.empty_like(directions)
         across = np.hypot(directions[:, 0], directions[:, 2])
         safe = np.where(across > 0.0, across, 1.0)
@@ -95,10 +97,16 @@ CYLINDER = CylinderForm()
 def disk_interval(
     p0: Point, p1: Point, r0: float, r1: float, direction: tuple[float, float, float]
 ) -> tuple[float, float]:
-    """Return the interval of the convex hull of two parallel disks along ``direction``.
+    """Return the extent of the convex hull of two parallel disks along a direction, as minimum and maximum.
 
-    The disks have the centres ``p0`` and ``p1`` and the radii ``r0`` and ``r1``, and are perpendicular to the line
-    between the centres.
+    Parameters
+    ----------
+    p0, p1
+        Centers; the disks are perpendicular to the line between them.
+    r0, r1
+        Radii; 0 for the apex of a cone.
+    direction
+        Vector, not necessarily of length 1.
     """
     a, b, c = direction
     (x0, y0, z0), (x1, y1, z1) = p0, p1

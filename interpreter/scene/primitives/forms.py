@@ -1,8 +1,11 @@
 """Canonical forms: the shapes of primitives up to an affine pose, inside the cube [-1, 1]^3, processed in batches.
 
 Backends group primitives by form and call the methods of the form: ray intersection, support, triangles. Parameters
-that no affine pose can express are the ``ratios`` of a form, arrays that are passed to every method; a torus has one.
-Ten thousand different tori are therefore still one call.
+that no affine pose can express are the ``ratios`` of a form, numbers beside each instance's pose, which are passed to
+every method as arrays; a torus has one. Ten thousand different tori are therefore still one call.
+
+A primitive that is not a canonical form under a pose is a triangle mesh everywhere, because tracing a mesh of a million
+triangles ray by ray is too slow, and the image renderer treats triangles as solids.
 """
 
 from __future__ import annotations
@@ -65,8 +68,7 @@ class CanonicalForm:
         raise NotImplementedError
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
-        """Return the farthest points (N, 3) along ``directions`` (N, 3), of the convex hull if the form is not
-        convex."""
+        """Return the farthest points (N, 3) of the convex hull of the form along ``directions`` (N, 3)."""
         raise NotImplementedError
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
@@ -78,8 +80,12 @@ class CanonicalForm:
         raise NotImplementedError
 
     def segments_within(self, tolerance: float, radius: float) -> int:
-        """Return the segments of a mesh within ``tolerance`` of the surface, of which ``radius`` is the largest."""
-        return segments_within(tolerance / 2.0 if self.is_doubly_curved else tolerance, radius)  # sagittas add up
+        """Return the segments of a mesh within ``tolerance`` of the surface, of which ``radius`` is the largest.
+
+        Where a surface is curved in two directions, the sagittas of both add up: with the whole tolerance for each, a
+        sphere within 1 mm was up to 1.93 mm off.
+        """
+        return segments_within(tolerance / 2.0 if self.is_doubly_curved else tolerance, radius)
 
     def face_count(self, segments: Any, ratios: Ratios) -> Any:
         """Return the approximate number of triangles of ``mesh``; ``segments`` may be an array."""
@@ -109,7 +115,7 @@ class CanonicalForm:
     def outline(self) -> tuple[FloatArray, ...] | None:
         """Return points, disks and ellipsoids with the same convex hull as the form, or None if there are none.
 
-        Each piece is an array (3, K): K - 1 half axes and the centre. The pieces must not depend on the ratios.
+        Each piece is an array (3, K): K - 1 half axes and the center. The pieces must not depend on the ratios.
         """
         return None
 
@@ -167,7 +173,7 @@ def on_circle(radius: FloatArray, fraction: FloatArray, y: FloatArray) -> FloatA
 
 
 def rectangle_chart(half: Sequence[float], axis: int, side: float, distance: float | None = None) -> Chart:
-    """Return a face of a box with the half sizes ``half``, at ``distance`` from the centre.
+    """Return a face of a box with the half sizes ``half``, at ``distance`` from the center.
 
     The parameter u runs along the longer side.
     """
@@ -175,6 +181,7 @@ def rectangle_chart(half: Sequence[float], axis: int, side: float, distance: flo
     offset = half[axis] if distance is None else distance
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square to points and normals."""
         places, normals = np.zeros((2, len(u), 3))
         places[:, axis], normals[:, axis] = side * offset, side
         places[:, long], places[:, short] = (2.0 * u - 1.0) * half[long], (2.0 * v - 1.0) * half[short]
@@ -187,6 +194,7 @@ def sphere_chart(radius: float) -> Chart:
     """Return a sphere of ``radius`` (Archimedes' equal-area cylindrical projection)."""
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square to points and normals."""
         y = 1.0 - 2.0 * u
         normals = on_circle(np.sqrt(1.0 - y * y), v, y)
         return radius * normals, normals
@@ -198,6 +206,7 @@ def tube_chart(radius: float, half: float) -> Chart:
     """Return the side of a cylinder around the y axis."""
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square to points and normals."""
         return on_circle(radius + 0.0 * u, v, (2.0 * u - 1.0) * half), on_circle(1.0 + 0.0 * u, v, 0.0 * u)
 
     return Chart(4.0 * math.pi * radius * half, place)
@@ -207,6 +216,7 @@ def disc_chart(radius: float, y: float, up: float) -> Chart:
     """Return a disk at height ``y`` facing up or down."""
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square to points and normals."""
         return on_circle(radius * np.sqrt(u), v, y + 0.0 * u), np.tile([0.0, up, 0.0], (len(u), 1))
 
     return Chart(math.pi * radius * radius, place)
@@ -217,11 +227,11 @@ def disc_chart(radius: float, y: float, up: float) -> Chart:
 
 def first_hits(intervals: Iterable[Interval], near: float) -> list[npt.NDArray[np.floating]]:
     """Return for each interval the first boundary above ``near``, infinity if there is none."""
-    found = []
+    hits = []
     for enter, leave in intervals:
         hit = np.where(enter > near, enter, leave)
-        found.append(np.where((enter <= leave) & (hit > near), hit, np.inf))
-    return found
+        hits.append(np.where((enter <= leave) & (hit > near), hit, np.inf))
+    return hits
 
 
 def nearest_hit(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios, near: float) -> npt.NDArray[np.floating]:
@@ -253,10 +263,8 @@ def in_any(*intervals: Interval) -> Interval:
     leave: Any = -np.inf
     for first, last in intervals:
         hits = first <= last
-        enter, leave = (
-            np.minimum(enter, np.where(hits, first, np.inf)),
-            np.maximum(leave, np.where(hits, last, -np.inf)),
-        )
+        enter = np.minimum(enter, np.where(hits, first, np.inf))
+        leave = np.maximum(leave, np.where(hits, last, -np.inf))
     return np.asarray(enter), np.asarray(leave)
 
 
@@ -284,16 +292,16 @@ def in_tube(o: tuple[Any, Any], d: tuple[Any, Any], radius: Any = 1.0) -> Interv
 def unit(vectors: FloatArray) -> FloatArray:
     """Normalize vectors (N, 3); zero vectors stay zero."""
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    found: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
-    return found
+    normalized: FloatArray = vectors / np.where(length > 0.0, length, 1.0)
+    return normalized
 
 
 def box_corners(half: Sequence[Any]) -> FloatArray:
     """Return the corners (8, 3) of a box with the three half sizes, or (N, 8, 3) for arrays (N,)."""
     corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
     sizes = np.stack(np.broadcast_arrays(*half), axis=-1)
-    found: FloatArray = corners * (sizes if sizes.ndim == 1 else sizes[:, None, :])
-    return found
+    scaled: FloatArray = corners * (sizes if sizes.ndim == 1 else sizes[:, None, :])
+    return scaled
 
 
 # --- meshes with rotational symmetry around the y axis ---------------------------------------------------------------
@@ -312,19 +320,19 @@ def side_mesh(segments: int, top: float) -> Mesh:
     slope = (1.0 - top) / 2.0
     normal = np.stack([sine, slope * ones, cosine], axis=1) / math.hypot(1.0, slope)
     low = np.stack([sine, -ones, cosine], axis=1)
-    here = np.arange(segments)
-    after = (here + 1) % segments
+    side = np.arange(segments)
+    after = (side + 1) % segments
     if top > 0.0:
         high = np.stack([top * sine, ones, top * cosine], axis=1)
         faces = [
-            np.stack([here, after, segments + after], axis=1),
-            np.stack([here, segments + after, segments + here], axis=1),
+            np.stack([side, after, segments + after], axis=1),
+            np.stack([side, segments + after, segments + side], axis=1),
         ]
         return Mesh(np.concatenate([low, high]), np.concatenate([normal, normal]), np.concatenate(faces))
     middle = normal + normal[after]  # the apex has one vertex and one normal per side
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
     apex = np.tile([0.0, 1.0, 0.0], (segments, 1))
-    faces = [np.stack([here, after, segments + here], axis=1)]
+    faces = [np.stack([side, after, segments + side], axis=1)]
     return Mesh(np.concatenate([low, apex]), np.concatenate([normal, middle]), np.concatenate(faces))
 
 
@@ -333,10 +341,10 @@ def cap_mesh(segments: int, y: float) -> Mesh:
     cosine, sine = circle(segments)
     rim = np.stack([sine, np.full(segments, y), cosine], axis=1)
     vertices = np.concatenate([rim, [[0.0, y, 0.0]]])
-    here = np.arange(segments)
-    after = (here + 1) % segments
+    side = np.arange(segments)
+    after = (side + 1) % segments
     center = np.full(segments, segments)
-    faces = np.stack([here, after, center] if y > 0 else [after, here, center], axis=1)
+    faces = np.stack([side, after, center] if y > 0 else [after, side, center], axis=1)
     return Mesh(vertices, np.tile([0.0, math.copysign(1.0, y), 0.0], (segments + 1, 1)), faces)
 
 
@@ -360,23 +368,31 @@ def revolved_mesh(radius: FloatArray, y: FloatArray, normal: FloatArray, segment
     normals = np.stack(
         [normal[:, :1] * sine, np.broadcast_to(normal[:, 1:], (rows, segments)), normal[:, :1] * cosine], axis=2
     )
-    here = np.arange(segments)
-    after = (here + 1) % segments
+    side = np.arange(segments)
+    after = (side + 1) % segments
     faces = []
     for row in range(rows - 1):
         low, high = row * segments, (row + 1) * segments
         if radius[row] > 0.0:
-            faces.append(np.stack([low + here, low + after, high + after], axis=1))
+            faces.append(np.stack([low + side, low + after, high + after], axis=1))
         if radius[row + 1] > 0.0:
-            faces.append(np.stack([low + here, high + after, high + here], axis=1))
+            faces.append(np.stack([low + side, high + after, high + side], axis=1))
     return Mesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), np.concatenate(faces))
 
 
+_MIN_SEGMENTS, _MAX_SEGMENTS = 8, 512  # sides of a full circle
+
+
 def segments_within(tolerance: float, radius: float) -> int:
-    """Return the number of sides of a polygon within ``tolerance`` of its circumscribed circle, from 8 to 512."""
-    share = min(1.0, tolerance / radius) if radius > 0.0 else 1.0  # sagitta: radius * (1 - cos(pi / n))
-    angle = math.acos(1.0 - share)  # 0 for a share below the steps of a double
-    return min(512, max(8, math.ceil(math.pi / angle))) if angle > 0.0 else 512
+    """Return the number of sides of a polygon within ``tolerance`` of its circumscribed circle, from 8 to 512.
+
+    The largest distance, the sagitta, is ``radius * (1 - cos(pi / n))``.
+    """
+    share = min(1.0, tolerance / radius) if radius > 0.0 else 1.0
+    angle = math.acos(1.0 - share)  # 0 if the share is below the precision of a double
+    if angle == 0.0:
+        return _MAX_SEGMENTS
+    return min(_MAX_SEGMENTS, max(_MIN_SEGMENTS, math.ceil(math.pi / angle)))
 
 
 def axis_rows(p0: Sequence[float], p1: Sequence[float], radius: float) -> Rows | None:
@@ -416,7 +432,7 @@ class TriangleForm(CanonicalForm):
     is_curved = False
     is_closed = False
     is_triangle = True
-    _seam = 1e-9  # tolerance at the edges, so that no ray passes between neighbouring triangles
+    _seam = 1e-9  # tolerance at the edges, so that no ray passes between adjacent triangles
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
         t = -o[2] / np.where(np.abs(d[2]) < TINY, TINY, d[2])
@@ -428,8 +444,9 @@ class TriangleForm(CanonicalForm):
         return np.broadcast_to(np.array([0.0, 0.0, 1.0]), points.shape)
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
-        found: FloatArray = self.hull(ratios)[np.argmax(directions @ self.hull(ratios).T, axis=1)]
-        return found
+        corners = self.hull(ratios)
+        points: FloatArray = corners[np.argmax(directions @ corners.T, axis=1)]
+        return points
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
         return np.zeros(np.broadcast_shapes(np.shape(u), np.shape(v), np.shape(w)), np.bool_)
@@ -472,7 +489,7 @@ class SmoothFaceForm(FaceForm):
     is_curved = True
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
-        second, third = (points[:, 0] + 1.0) / 2.0, (points[:, 1] + 1.0) / 2.0
+        second, third = (points[:, 0] + 1.0) / 2.0, (points[:, 1] + 1.0) / 2.0  # barycentric coordinates
         shares = (1.0 - second - third, second, third)
         rows = [sum(share * ratios[3 * corner + k] for corner, share in enumerate(shares)) for k in range(3)]
         return np.stack(np.broadcast_arrays(*rows), axis=1)

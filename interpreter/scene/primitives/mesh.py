@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     BoolArray = npt.NDArray[np.bool_]
 
 _BATCH_PAIRS = 1 << 20  # ray-triangle pairs per batch
-_EDGE_TOLERANCE = 1e-12  # tolerance at the edges, so that no ray passes between neighbouring triangles
+_EDGE_TOLERANCE = 1e-12  # of barycentric coordinates, so that no ray passes between adjacent triangles
 _RAY_DIRECTION = (0.5390, 0.6471, 0.5393)  # direction of containment rays; unlikely to be parallel to an edge
 
 
@@ -37,11 +37,12 @@ class Mesh:
     faces : (F, 3)
         Vertex indices, counter-clockwise seen from outside.
     colors : (F, 3) or None
-        Linear sRGB, if the faces have their own colours.
+        Linear sRGB, if the faces have their own colors.
     part : (F,) or None
-        For each face, the index in ``part_words`` of the word of the part that it was made as; None if it is whole.
+        For each face, the index in ``part_words`` of the word of its part; None if there is one part.
     joints : (F, 3) or None
-        For each corner, the number of the point of the closed surface it is; None if equal places are equal points.
+        For each corner, the number of its point in the closed surface: vertices that differ in normals only share it.
+        None if vertices at the same place are the same point.
     """
 
     vertices: FloatArray
@@ -55,8 +56,8 @@ class Mesh:
     @property
     def corners(self) -> FloatArray:
         """Corners of the triangles (F, 3, 3)."""
-        found: FloatArray = np.asarray(self.vertices[self.faces], np.float64)
-        return found
+        corners: FloatArray = np.asarray(self.vertices[self.faces], np.float64)
+        return corners
 
     @property
     def shading(self) -> FloatArray:
@@ -84,7 +85,7 @@ def empty() -> Mesh:
 
 
 def joined(*meshes: Mesh) -> Mesh:
-    """Concatenate meshes, all of which must have normals and no colours."""
+    """Concatenate meshes, all of which must have normals and no colors."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     return Mesh(
         np.concatenate([mesh.vertices for mesh in meshes]),
@@ -100,9 +101,8 @@ def posed(mesh: Mesh, matrices: FloatArray) -> Mesh:
     """
     count, size = len(matrices), len(mesh.vertices)
     vertices, normals, mirrored = posed_points(mesh.vertices, mesh.shading, matrices)
-    faces = (
-        np.where(mirrored[:, None, None], mesh.faces[:, ::-1], mesh.faces) + (np.arange(count) * size)[:, None, None]
-    )
+    starts = (np.arange(count) * size)[:, None, None]
+    faces = np.where(mirrored[:, None, None], mesh.faces[:, ::-1], mesh.faces) + starts
     colors = None if mesh.colors is None else np.tile(mesh.colors, (count, 1))
     return Mesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3), colors)
 
@@ -125,7 +125,7 @@ def posed_points(
     return points, directions, mirrored
 
 
-_AROUND = [0, 1, 2, 0, 1]
+_CYCLIC = [0, 1, 2, 0, 1]  # rows and columns, so that slices of three are cyclic permutations
 
 
 def cofactors_of(linear: FloatArray) -> FloatArray:
@@ -133,9 +133,9 @@ def cofactors_of(linear: FloatArray) -> FloatArray:
 
     Their columns are cross products of columns of A.
     """
-    m = linear[:, _AROUND][:, :, _AROUND]
-    found: FloatArray = m[:, 1:4, 1:4] * m[:, 2:5, 2:5] - m[:, 2:5, 1:4] * m[:, 1:4, 2:5]
-    return found
+    m = linear[:, _CYCLIC][:, :, _CYCLIC]
+    cofactors: FloatArray = m[:, 1:4, 1:4] * m[:, 2:5, 2:5] - m[:, 2:5, 1:4] * m[:, 1:4, 2:5]
+    return cofactors
 
 
 def inverses_of(linear: FloatArray) -> FloatArray:
@@ -163,31 +163,53 @@ def triangle_normals(corners: FloatArray) -> FloatArray:
 def smoothed(
     vertices: FloatArray, faces: IntArray, surface: IntArray, degrees: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return normals (N, 3) of a closed mesh, the normal of each corner (F, 3), and the vertex of each normal (N,).
+    """Compute normals of a closed mesh that are smooth within a surface and split at sharp edges.
 
     Corners at a vertex share a normal if a path of faces joins them, all of one ``surface`` (F,), that turns by at most
     ``degrees`` at each edge. A normal is the mean of its faces' normals, weighted by their angles and areas, so that
-    large flat faces stay flat beside narrow round ones.
+    large flat faces stay flat next to narrow round ones, such as fillets.
+
+    Parameters
+    ----------
+    vertices : (V, 3)
+        Positions.
+    faces : (F, 3)
+        Vertex indices.
+    surface : (F,)
+        Number of the surface of each face; normals are never shared across surfaces.
+    degrees
+        Largest angle between adjacent faces that share normals.
+
+    Returns
+    -------
+    normals : (N, 3)
+        Unit normals.
+    corners : (F, 3)
+        Index of the normal of each corner.
+    vertex : (N,)
+        Index of the vertex of each normal.
     """
     corners = vertices[faces]
     flat = triangle_normals(corners)
     label = _joined_corners(len(vertices), faces, _smooth_edges(len(vertices), faces, surface, flat, degrees))
-    kept, group = np.unique(label, return_inverse=True)
+    representatives, group = np.unique(label, return_inverse=True)
     group = group.reshape(-1)
     weights = (_corner_angles(corners) * areas_of(corners)[:, None]).reshape(-1)
     weighted = np.repeat(flat, 3, axis=0) * weights[:, None]
-    normals = np.stack([np.bincount(group, weighted[:, k], len(kept)) for k in range(3)], axis=1)
+    normals = np.stack([np.bincount(group, weighted[:, k], len(representatives)) for k in range(3)], axis=1)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
-    unit: FloatArray = np.where(
-        length > 1e-300, normals / np.where(length > 0.0, length, 1.0), np.repeat(flat, 3, axis=0)[kept]
-    )
-    return unit, group.reshape(-1, 3).astype(np.int64), faces.reshape(-1)[kept]
+    fallback = np.repeat(flat, 3, axis=0)[representatives]  # where the normals of all faces cancel
+    unit: FloatArray = np.where(length > 1e-300, normals / np.where(length > 0.0, length, 1.0), fallback)
+    return unit, group.reshape(-1, 3).astype(np.int64), faces.reshape(-1)[representatives]
 
 
 def _smooth_edges(
     count: int, faces: IntArray, surface: IntArray, normals: FloatArray, degrees: float
 ) -> tuple[IntArray, IntArray]:
-    """Return pairs of corners (K,), the first of an edge in one face and the last of the same edge in the other."""
+    """Return pairs of corners (K,) that share a normal: the first of an edge in one face, the last in the other.
+
+    Edges are numbered by their vertices; the neighbor across an edge has it in the opposite direction.
+    """
     first, last = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
     key, reverse = first * count + last, last * count + first
     order = np.argsort(key, kind="stable")
@@ -197,11 +219,14 @@ def _smooth_edges(
     smooth = (key[other] == reverse) & (surface[face] == surface[across])
     smooth &= np.einsum("ni,ni->n", normals[face], normals[across]) >= math.cos(math.radians(degrees)) - 1e-12
     chosen = np.flatnonzero(smooth)
-    return chosen, 3 * across[chosen] + (other[chosen] + 1) % 3  # where the other face's edge, which runs back, ends
+    return chosen, 3 * across[chosen] + (other[chosen] + 1) % 3  # the end of the reversed edge
 
 
 def _joined_corners(count: int, faces: IntArray, pairs: tuple[IntArray, IntArray]) -> IntArray:
-    """Return the smallest corner (3 F,) of those that pairs of corners join."""
+    """Return for each corner (3 F,) the smallest one that it is connected to by pairs of corners.
+
+    Connected components by propagation of minima with pointer jumping, over all pairs at once.
+    """
     label = np.arange(3 * len(faces))
     while True:
         low = np.minimum(label[pairs[0]], label[pairs[1]])
@@ -274,9 +299,9 @@ def first_hits(corners: FloatArray, origins: FloatArray, directions: FloatArray)
         Index of the triangle, -1 for a miss.
     """
     t, which = np.full(len(origins), np.inf), np.full(len(origins), -1, np.int64)
-    for rays, found, _ in _intersections(corners, origins, directions):
-        best = np.argmin(found, axis=1)
-        t[rays] = found[np.arange(len(rays)), best]
+    for rays, parameters, _ in _intersections(corners, origins, directions):
+        best = np.argmin(parameters, axis=1)
+        t[rays] = parameters[np.arange(len(rays)), best]
         which[rays] = np.where(np.isfinite(t[rays]), best, -1)
     return t, which
 
@@ -284,12 +309,12 @@ def first_hits(corners: FloatArray, origins: FloatArray, directions: FloatArray)
 def encloses(corners: FloatArray, points: FloatArray) -> BoolArray:
     """Return whether points (N, 3) lie inside the closed surface of triangles (F, 3, 3).
 
-    A ray from an inside point leaves the surface once more than it enters it.
+    A ray from an inside point leaves the surface once more often than it enters it.
     """
     inside = np.zeros(len(points), np.bool_)
     directions = np.broadcast_to(np.array(_RAY_DIRECTION), points.shape)
-    for rays, found, leaves in _intersections(corners, points, directions):
-        inside[rays] = np.where(np.isfinite(found), np.where(leaves, 1, -1), 0).sum(axis=1) > 0
+    for rays, parameters, leaves in _intersections(corners, points, directions):
+        inside[rays] = np.where(np.isfinite(parameters), np.where(leaves, 1, -1), 0).sum(axis=1) > 0
     return inside
 
 
@@ -315,7 +340,7 @@ def _intersections(
         batch = max(1, _BATCH_PAIRS // len(corners))
         for start in range(0, len(near), batch):
             rays = near[start : start + batch]
-            d, s = directions[rays, None], origins[rays, None] - a
+            d, s = directions[rays, None], origins[rays, None] - a  # names of the paper
             p, q = np.cross(d, other), np.cross(s, edge)
             det = np.einsum("kfi,fi->kf", p, edge)
             u = np.einsum("kfi,kfi->kf", s, p) / det

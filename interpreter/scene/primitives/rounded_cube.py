@@ -34,6 +34,9 @@ ROUNDING = Attribute(
 )  # fmt: skip
 
 
+_MIN_FACE_AREA = 1e-14  # in the unit cube: faces of less are degenerate, where a ratio is 0
+
+
 class RoundedForm(CanonicalForm):
     """Box with half sizes x, y, z, dilated by r (a Minkowski sum with a ball); the ratios are (x, y, z, r)."""
 
@@ -42,8 +45,10 @@ class RoundedForm(CanonicalForm):
     ratios = 4
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
-        """Return the interval of a convex union of three boxes, twelve cylinders at the edges and eight balls at the
-        corners."""
+        """Return the interval of a convex union of three boxes, twelve cylinders at the edges and eight corner balls.
+
+        Only rays that meet the bounding box are intersected with these 23 pieces.
+        """
         shape = np.broadcast_shapes(*(np.shape(x) for x in (*o, *d, *ratios)))
         enter, leave = np.full(shape, np.inf), np.full(shape, -np.inf)
         first, last = forms.between(*(forms.slab(o[k], d[k], ratios[k] + ratios[3]) for k in range(3)))
@@ -54,14 +59,16 @@ class RoundedForm(CanonicalForm):
         return [(enter, leave)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # away from the nearest point of the inner box
         half = np.stack(np.broadcast_arrays(*ratios[:3]), axis=-1)
         normals: FloatArray = points - np.clip(points, -half, half)
         return normals
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # of a Minkowski sum: the sum of the supports of box and ball
         half = np.stack(np.broadcast_arrays(*ratios[:3]), axis=-1)
-        found: FloatArray = np.sign(directions) * half + forms.unit(directions) * np.asarray(ratios[3])[..., None]
-        return found
+        points: FloatArray = np.sign(directions) * half + forms.unit(directions) * np.asarray(ratios[3])[..., None]
+        return points
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
         a, b, c = (np.maximum(np.abs(p) - half, 0.0) for p, half in zip((u, v, w), ratios[:3], strict=True))
@@ -87,19 +94,19 @@ class RoundedForm(CanonicalForm):
         normals[np.abs(normals) < 1e-12] = 0.0
         signs = np.stack(np.broadcast_arrays(sides_x[None], sides_y[:, None], sides_z[None]), axis=2)
         vertices = (r * normals + signs * half).reshape(-1, 3)
-        here = np.arange(columns)
-        after = (here + 1) % columns
+        column = np.arange(columns)
+        after = (column + 1) % columns
         faces = []
         for low in range(0, (rows - 1) * columns, columns):
             high = low + columns
-            faces.append(np.stack([low + here, low + after, high + after], axis=1))
-            faces.append(np.stack([low + here, high + after, high + here], axis=1))
+            faces.append(np.stack([low + column, low + after, high + after], axis=1))
+            faces.append(np.stack([low + column, high + after, high + column], axis=1))
         corners = np.arange(0, columns, len(quarter))  # of the bottom square; those of the top square follow
         top = (rows - 1) * columns + corners
         faces.append(np.array([[top[0], top[1], top[2]], [top[0], top[2], top[3]]]))
         faces.append(np.array([[corners[0], corners[2], corners[1]], [corners[0], corners[3], corners[2]]]))
         every = np.concatenate(faces)
-        return Mesh(vertices, normals.reshape(-1, 3), every[areas_of(vertices[every]) > 1e-14])
+        return Mesh(vertices, normals.reshape(-1, 3), every[areas_of(vertices[every]) > _MIN_FACE_AREA])
 
     def face_count(self, segments: Any, ratios: Ratios) -> Any:
         return segments * segments + 12 * segments + 24
@@ -110,8 +117,8 @@ class RoundedForm(CanonicalForm):
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
         size = half[0]
         inner, r = [size * float(x) for x in ratios[:3]], size * float(ratios[3])
-        found = [forms.rectangle_chart(inner, k, side, inner[k] + r) for k in range(3) for side in (-1.0, 1.0)]
-        return [*found, *(_edge_chart(inner, r, axis) for axis in range(3)), _corner_chart(inner, r)]
+        faces = [forms.rectangle_chart(inner, k, side, inner[k] + r) for k in range(3) for side in (-1.0, 1.0)]
+        return [*faces, *(_edge_chart(inner, r, axis) for axis in range(3)), _corner_chart(inner, r)]
 
     def volume(self, ratios: Ratios) -> float:
         x, y, z, r = (float(ratio) for ratio in ratios)
@@ -135,6 +142,7 @@ class RoundedForm(CanonicalForm):
 
 
 def _ray_interval(o: Triple, d: Triple, half: Triple, r: FloatArray) -> Interval:
+    """Return the interval of rays inside the union of the boxes, cylinders and balls."""
     slabs = [forms.slab(o[k], d[k], half[k]) for k in range(3)]
     parts = []
     for axis in range(3):
@@ -155,6 +163,7 @@ def _edge_chart(half: Sequence[float], r: float, axis: int) -> Chart:
     order = [(axis + 2) % 3, axis, (axis + 1) % 3]  # the axes that x, y and z of the cylinder are mapped to
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square to a quarter of the cylinder at each edge."""
         places, normals = np.empty((2, len(u), 3))
         along, outward = tube.place(u, v)
         places[:, order], normals[:, order] = along, outward
@@ -170,6 +179,7 @@ def _corner_chart(half: Sequence[float], r: float) -> Chart:
     ball = forms.sphere_chart(r)
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Map the unit square to an octant of the sphere at each corner."""
         places, normals = ball.place(u, v)
         return places + np.where(normals < 0.0, -1.0, 1.0) * np.array(half), normals
 
@@ -181,7 +191,10 @@ ROUNDED = RoundedForm()
 
 @dataclass(frozen=True, slots=True)
 class RoundedCube(Primitive):
-    """Box of ``size`` with edges and corners of radius ``rounding``, centred at the origin."""
+    """Box of ``size`` with edges and corners of radius ``rounding``, centered at the origin.
+
+    The rounding is clamped to half the shortest side, so that a cube of any size accepts any value.
+    """
 
     word = "rounded-cube"
     doc = "a box with rounded edges and corners, centred at the origin"
@@ -214,8 +227,9 @@ class RoundedCube(Primitive):
         return -half, half
 
     def placed(self) -> Placed | None:
+        # scaled to a largest half side of 1; extreme roundings are a cube or a ball
         r, s = self.radius, max(self.size) / 2.0
-        if r <= 1e-9 * s:  # below single precision: sharp edges
+        if r <= 1e-9 * s:  # invisible in single precision: sharp edges
             return placed_block(self.size)
         inner = [max(0.0, side / 2.0 - r) for side in self.size]
         if max(inner) <= 1e-12 * s:

@@ -1,4 +1,4 @@
-"""The primitive "sphere": a ball centred at the origin."""
+"""The primitive "sphere": a ball centered at the origin."""
 
 from __future__ import annotations
 
@@ -48,16 +48,16 @@ class BallForm(CanonicalForm):
             axis=2,
         )
         vertices = np.concatenate([[[0.0, 1.0, 0.0]], body.reshape(-1, 3), [[0.0, -1.0, 0.0]]])
-        here = np.arange(segments)
-        after = (here + 1) % segments
+        side = np.arange(segments)
+        after = (side + 1) % segments
         last = len(vertices) - 1
-        faces = [np.stack([np.zeros_like(here), 1 + here, 1 + after], axis=1)]
+        faces = [np.stack([np.zeros_like(side), 1 + side, 1 + after], axis=1)]
         for ring in range(rings - 2):
             top, bottom = 1 + ring * segments, 1 + (ring + 1) * segments
-            faces.append(np.stack([top + here, bottom + here, bottom + after], axis=1))
-            faces.append(np.stack([top + here, bottom + after, top + after], axis=1))
+            faces.append(np.stack([top + side, bottom + side, bottom + after], axis=1))
+            faces.append(np.stack([top + side, bottom + after, top + after], axis=1))
         start = 1 + (rings - 2) * segments
-        faces.append(np.stack([start + here, np.full_like(here, last), start + after], axis=1))
+        faces.append(np.stack([start + side, np.full_like(side, last), start + after], axis=1))
         return Mesh(vertices, vertices.copy(), np.concatenate(faces))
 
     def face_count(self, segments: Any, ratios: Ratios) -> Any:
@@ -90,7 +90,7 @@ def placed_ball(radius: float, center: Point = (0.0, 0.0, 0.0)) -> Placed:
 
 @dataclass(frozen=True, slots=True)
 class Sphere(Primitive):
-    """Ball centred at the origin."""
+    """Ball centered at the origin."""
 
     word = "sphere"
     doc = "a ball centred at the origin"

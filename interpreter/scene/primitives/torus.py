@@ -1,6 +1,6 @@
 """The primitive "torus": a tube around a ring in the plane y = 0.
 
-Ray intersection: with the origin moved to the point of the ray that is nearest to the centre, the quartic in the ray
+Ray intersection: with the origin moved to the point of the ray that is nearest to the center, the quartic in the ray
 parameter has no cubic term. Its extrema are the roots of a cubic in closed form (Cardano's formula, or Viète's with
 three cosines if all are real). Between the extrema the quartic is monotone, so every root has its own bracket, in which
 Newton's method safeguarded by bisection converges: only intersections of rays that graze the surface within rounding
@@ -23,7 +23,7 @@ from scenelang.interpreter.scene.primitives.sphere import placed_ball
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
-_MAX_ITERATIONS = 60  # maximum number of Newton iterations; bisection alone reaches double precision in 53
+_MAX_ITERATIONS = 60  # of Newton's method; bisection alone reaches double precision in 53
 _TABLE_SIZE = 4097  # samples of the cumulative area around the tube
 
 TUBE = Attribute(
@@ -42,7 +42,8 @@ class TorusForm(CanonicalForm):
     """All points within 1 - R of the circle with radius R in the plane y = 0; the ratio is R.
 
     If the tube is thicker than the ring is wide there is no hole, and the surface is the part that is visible from
-    outside (a spindle torus without its inner part). The form is not convex; ``support`` is that of its convex hull.
+    outside (a spindle torus without its inner part). The form is not convex; ``support`` is that of its convex hull,
+    which the geometric lint, made for convex bodies, uses for a ring.
     """
 
     name = "torus"
@@ -52,6 +53,7 @@ class TorusForm(CanonicalForm):
     is_convex = False
 
     def intervals(self, o: Triple, d: Triple, ratios: Ratios) -> Sequence[Interval]:
+        # Only rays that meet both the bounding ball and the slab of the tube's height are intersected with the quartic.
         shape = np.broadcast_shapes(*(np.shape(x) for x in (*o, *d, *ratios)))
         enter, leave = np.full((2, *shape), np.inf), np.full((2, *shape), -np.inf)
         tube = 1.0 - np.asarray(ratios[0])
@@ -61,23 +63,25 @@ class TorusForm(CanonicalForm):
         if ox.size:
             roots = _crossings(np.stack([ox, oy, oz]), np.stack([dx, dy, dz]), r)
             for k in range(2):
-                whole = np.isfinite(roots[2 * k + 1])
-                enter[k][near] = np.where(whole, roots[2 * k], np.inf)
-                leave[k][near] = np.where(whole, roots[2 * k + 1], -np.inf)
+                is_pair = np.isfinite(roots[2 * k + 1])
+                enter[k][near] = np.where(is_pair, roots[2 * k], np.inf)
+                leave[k][near] = np.where(is_pair, roots[2 * k + 1], -np.inf)
         return [(enter[k], leave[k]) for k in range(2)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
+        # away from the nearest point of the ring
         across = np.hypot(points[:, 0], points[:, 2])
         share = 1.0 - ratios[0] / np.maximum(across, 1e-12)
         return np.stack([points[:, 0] * share, points[:, 1], points[:, 2] * share], axis=1)
 
     def support(self, directions: FloatArray, ratios: Ratios) -> FloatArray:
+        # the farthest point of the ring, and from there that of the tube
         ring = np.asarray(ratios[0])
         point = forms.unit(directions) * (1.0 - ring)[..., None]
         flat = directions.copy()
         flat[:, 1] = 0.0
-        found: FloatArray = point + forms.unit(flat) * ring[..., None]
-        return found
+        farthest: FloatArray = point + forms.unit(flat) * ring[..., None]
+        return farthest
 
     def contains(self, u: FloatArray, v: FloatArray, w: FloatArray, ratios: Ratios) -> BoolArray:
         away = np.sqrt(u * u + w * w) - ratios[0]
@@ -85,6 +89,7 @@ class TorusForm(CanonicalForm):
         return inside
 
     def mesh(self, segments: int, ratios: Ratios) -> Mesh:
+        # A profile around the tube, revolved; the ends meet at the innermost point, or on the axis if there is no hole.
         ring = float(ratios[0])
         tube, end = 1.0 - ring, _max_tube_angle(ring)
         sides = self._tube_sides(segments, ring)
@@ -108,6 +113,7 @@ class TorusForm(CanonicalForm):
         return np.maximum(6, np.ceil(segments * np.sqrt(1.0 - ring))).astype(np.int64)
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
+        # The area grows unevenly around the tube, so u is mapped through a table of its cumulative sum.
         ring, size = float(ratios[0]), half[0]
         tube, end = 1.0 - ring, _max_tube_angle(ring)
         angles = np.linspace(-end, end, _TABLE_SIZE)
@@ -115,6 +121,7 @@ class TorusForm(CanonicalForm):
         total = float(reached[-1] - reached[0])
 
         def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
+            """Map the unit square, by inverting the cumulative area around the tube."""
             angle = np.interp(reached[0] + u * total, reached, angles)
             normals = forms.on_circle(np.cos(angle), v, np.sin(angle))
             places = forms.on_circle(ring + tube * np.cos(angle), v, tube * np.sin(angle))
@@ -128,6 +135,7 @@ class TorusForm(CanonicalForm):
         tube = 1.0 - ring
 
         def reached(x: float) -> float:
+            """Return the antiderivative of the shells at ``x`` from the center of the tube's disk."""
             root = math.sqrt(max(tube * tube - x * x, 0.0))
             angle = math.asin(min(1.0, max(-1.0, x / tube)))
             return ring * (x * root + tube * tube * angle) - 2.0 / 3.0 * root**3
@@ -155,7 +163,7 @@ def _crossings(o: FloatArray, d: FloatArray, ring: FloatArray) -> FloatArray:
     length = np.sqrt((d * d).sum(axis=0))
     d = d / length
     start = -(o * d).sum(axis=0)
-    o = o + start * d  # the point nearest to the centre
+    o = o + start * d  # the point nearest to the center
     k = (o * o).sum(axis=0) + ring * ring - (1.0 - ring) ** 2
     flat = 4.0 * ring * ring
     c2 = 2.0 * k - flat * (d[0] * d[0] + d[2] * d[2])
@@ -164,8 +172,9 @@ def _crossings(o: FloatArray, d: FloatArray, ring: FloatArray) -> FloatArray:
     reach = np.sqrt(np.maximum(1.0 - (o * o).sum(axis=0), 0.0))
 
     def value(t: FloatArray) -> FloatArray:
-        found: FloatArray = ((t * t + c2) * t + c1) * t + c0
-        return found
+        """Return the quartic, negative inside the surface."""
+        quartic: FloatArray = ((t * t + c2) * t + c1) * t + c0
+        return quartic
 
     ends = np.concatenate([-reach[None], np.clip(_extrema(c2, c1), -reach, reach), reach[None]])
     inside = value(ends) < 0.0
@@ -174,10 +183,10 @@ def _crossings(o: FloatArray, d: FloatArray, ring: FloatArray) -> FloatArray:
     for i in range(4):
         rows = np.flatnonzero(inside[i] != inside[i + 1])
         if len(rows):
-            found = _root(c2[rows], c1[rows], c0[rows], ends[i, rows], ends[i + 1, rows], inside[i, rows])
+            root = _root(c2[rows], c1[rows], c0[rows], ends[i, rows], ends[i + 1, rows], inside[i, rows])
             # A spindle torus also satisfies the quartic on its inner part, which is not part of the surface.
-            outer = found * found + k[rows] >= 0.0
-            roots[i, rows] = np.where(outer, (found + start[rows]) / length[rows], np.inf)
+            outer = root * root + k[rows] >= 0.0
+            roots[i, rows] = np.where(outer, (root + start[rows]) / length[rows], np.inf)
     return np.sort(roots, axis=0)
 
 
@@ -197,7 +206,10 @@ def _extrema(c2: FloatArray, c1: FloatArray) -> FloatArray:
 def _root(
     c2: FloatArray, c1: FloatArray, c0: FloatArray, low: FloatArray, high: FloatArray, negative_at_low: BoolArray
 ) -> FloatArray:
-    """Return the root of the quartic in each bracket; ``negative_at_low`` is the sign of the quartic at ``low``."""
+    """Return the root of the quartic in each bracket; ``negative_at_low`` is the sign of the quartic at ``low``.
+
+    Newton's method, with bisection wherever a step would leave the bracket (Numerical Recipes, section 9.4).
+    """
     t = 0.5 * (low + high)
     for _ in range(_MAX_ITERATIONS):
         value = ((t * t + c2) * t + c1) * t + c0
@@ -234,8 +246,8 @@ class Torus(Primitive):
 
     @classmethod
     def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
-        found = {name: value for name, value in given.items() if value is not None}
-        radius, tube = (abs(found.get(each.name, each.default)) for each in cls.attributes)
+        values = {name: value for name, value in given.items() if value is not None}
+        radius, tube = (abs(values.get(attribute.name, attribute.default)) for attribute in cls.attributes)
         return f"{tube / radius:.4g}" if radius else "ball", (radius + tube, tube, radius + tube)
 
     def interval(self, a: float, b: float, c: float) -> tuple[float, float]:
@@ -243,6 +255,7 @@ class Torus(Primitive):
         return -half, half
 
     def placed(self) -> Placed | None:
+        # scaled to an outer radius of 1; without a ring it is a ball
         if self.tube == 0.0:
             return None
         s = self.radius + self.tube
