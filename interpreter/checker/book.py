@@ -9,29 +9,20 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
-from scenelang.interpreter.checker.infer import FormKinds, Need, Passed, infer_form, value_of
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
-    ANY,
-    ARRAYS,
-    ENTITY,
-    FRAMES,
-    LIST,
     MAX_SHOWN,
-    PART,
-    PARTS,
-    Kind,
     accepts,
     arity_of,
-    describe,
     infix_fix,
-    join,
     number_of,
     plural,
     shown,
     triple_fix,
 )
+from scenelang.interpreter.checker.infer import FormKinds, Need, Passed, infer_form, value_of
 from scenelang.interpreter.checker.scene_forms import keyword_fixes
+from scenelang.interpreter.compile.kinds import ANY, ARRAYS, ENTITY, FRAMES, LIST, PART, PARTS, Kind, describe, join
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD
 

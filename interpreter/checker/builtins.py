@@ -14,8 +14,20 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
+    accepts,
+    may_be_parts,
+    number_of,
+    plural,
+    shown,
+    swap_fix,
+    triple_fix,
+    unquoted_number,
+    wrap_fix,
+)
+from scenelang.interpreter.compile.analyse import called_builtin
+from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAYS,
     BOOLEAN,
@@ -46,7 +58,6 @@ from scenelang.interpreter.checker.kinds import (
     TABLE,
     VECTOR,
     Kind,
-    accepts,
     describe,
     is_number,
     item_of,
@@ -55,19 +66,10 @@ from scenelang.interpreter.checker.kinds import (
     length_of,
     list_of,
     list_with,
-    may_be_parts,
-    number_of,
     pair_of,
-    plural,
-    shown,
-    swap_fix,
-    triple_fix,
     union_of,
-    unquoted_number,
     vector_of,
-    wrap_fix,
 )
-from scenelang.interpreter.compile.analyse import called_builtin
 from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, BuiltinParameter, Type, expected_name
 from scenelang.interpreter.values.values import Vector
 

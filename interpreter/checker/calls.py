@@ -11,21 +11,13 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, near_names
 from scenelang.interpreter.checker.builtins import check_angle, check_values, need_of_argument, result_of
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
-    ANY,
     AXES,
-    ENTITY,
-    INTEGER,
     MAX_SHOWN,
-    NEVER,
-    PART,
-    Kind,
     accepts,
     arity_of,
-    describe,
     is_keyword,
-    item_of,
     literal_fits,
     may_be_parts,
     meant_keyword,
@@ -38,6 +30,7 @@ from scenelang.interpreter.checker.kinds import (
     unquoted_number,
     wrap_fix,
 )
+from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, PART, Kind, describe, item_of
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, expected_name
 

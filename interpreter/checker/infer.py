@@ -20,7 +20,9 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
 from scenelang.interpreter.checker import calls, scene_forms
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
+from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
+from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAY,
     BOOLEAN,
@@ -39,26 +41,20 @@ from scenelang.interpreter.checker.kinds import (
     SET,
     TABLE,
     Kind,
-    accepts,
     describe,
     is_number,
     is_truthy,
     item_of,
     join,
     join_all,
-    kind_of_type,
     kind_of_value,
     length_of,
     list_of,
     list_with,
-    may_be_parts,
-    name_of,
-    number_of,
     union_of,
     vector_of,
     without_falsy,
 )
-from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD
 from scenelang.interpreter.runtime.types import Builtin

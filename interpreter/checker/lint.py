@@ -14,7 +14,7 @@ from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, re
 from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_slip
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.checker.book import KindBook, findings, reached_forms
-from scenelang.interpreter.checker.kinds import infix_fix
+from scenelang.interpreter.checker.common import infix_fix
 from scenelang.interpreter.checker.program import Program
 from scenelang.interpreter.checker.rules import (
     FactCache,

@@ -11,25 +11,12 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.interpreter.checker.calls import check_keywords, split, takes
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
-    ANY,
-    ARRAYS,
-    ENTITY,
-    LIST,
-    MATRIX,
     MAX_SHOWN,
-    NEVER,
-    PART,
-    PARTS,
-    Kind,
     accepts,
     arity_of,
-    describe,
     is_keyword,
-    item_of,
-    join,
-    length_of,
     may_be_parts,
     shown,
     swap_fix,
@@ -38,6 +25,21 @@ from scenelang.interpreter.checker.kinds import (
     wrap_fix,
 )
 from scenelang.interpreter.compile.analyse import called_builtin
+from scenelang.interpreter.compile.kinds import (
+    ANY,
+    ARRAYS,
+    ENTITY,
+    LIST,
+    MATRIX,
+    NEVER,
+    PART,
+    PARTS,
+    Kind,
+    describe,
+    item_of,
+    join,
+    length_of,
+)
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.parts import OF_ENTITIES
 from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, PHYSICS, Attribute, find

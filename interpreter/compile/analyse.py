@@ -15,6 +15,19 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.compile.kinds import (
+    ANY,
+    FLOAT,
+    INTEGER,
+    NUMBER,
+    Kind,
+    integer_of,
+    is_number,
+    join,
+    join_all,
+    kind_of_operand,
+    without_bits,
+)
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node
 from scenelang.interpreter.runtime.types import STD, Builtin
@@ -334,55 +347,18 @@ class _Loops:
 # Kinds of values, for the generator of functions.
 
 
-MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
-MAX_LITERAL = 1 << 60
+MAX_BITS = 1_000  # of Integers that are added and multiplied without a check of their size
 
 
-@dataclass(frozen=True, slots=True)
-class NumberKind:
-    """What is known of a value: its type (``?`` if nothing), and a bound for the bits of an Integer (0 if none).
-
-    The types are ``i`` (Integer), ``f`` (Float), ``n`` (either), ``b`` (Boolean), ``s`` (String) and ``t`` (any type
-    whose values are true).
-    """
-
-    type: str
-    bits: int = 0
-
-
-ANY, INTEGER, FLOAT, NUMBER, BOOLEAN, STRING, TRUE = map(NumberKind, "?ifnbst")
-
-
-def joined(a: NumberKind | None, b: NumberKind | None) -> NumberKind:
-    """Return the kind of a value that has one of two kinds; None is the kind of no value."""
-    if a is None or b is None:
-        return b or a or ANY
-    if a.type == b.type:
-        return NumberKind(a.type, max(a.bits, b.bits) if a.bits and b.bits else 0)
-    if a.type in "ifn" and b.type in "ifn":
-        return NUMBER
-    return TRUE if a.type in "ifnst" and b.type in "ifnst" else ANY
-
-
-def constant_kind(value: Any) -> NumberKind:
-    """Return the kind of a constant."""
-    kind = type(value)
-    if kind is int:
-        return NumberKind("i", max(1, value.bit_length())) if -MAX_LITERAL < value < MAX_LITERAL else INTEGER
-    if value is None:
-        return ANY
-    return {bool: BOOLEAN, float: FLOAT, str: STRING}.get(kind, TRUE)
-
-
-def arithmetic_kind(name: str, left: NumberKind, right: NumberKind) -> NumberKind:
-    """Return the kind of a sum, difference or product."""
-    if left.type == right.type == "i":
+def arithmetic_kind(name: str, left: Kind, right: Kind) -> Kind:
+    """Return the kind of a sum, difference or product (``add``, ``sub`` or ``mul``)."""
+    if left.tag == right.tag == "Integer":
         if not (left.bits and right.bits):
             return INTEGER
         bits = left.bits + right.bits if name == "mul" else max(left.bits, right.bits) + 1
-        return NumberKind("i", bits if bits <= MAX_BITS else 0)
-    if left.type in "ifn" and right.type in "ifn":
-        return FLOAT if "f" in (left.type, right.type) else NUMBER
+        return integer_of(bits if bits <= MAX_BITS else 0)
+    if is_number(left) and is_number(right):
+        return FLOAT if "Float" in (left.tag, right.tag) else NUMBER
     return ANY
 
 
@@ -412,22 +388,23 @@ class LoopKinds:
     are bounded where it adds a bounded number.
     """
 
-    def __init__(self, outer: Callable[[Variable], NumberKind]) -> None:
+    def __init__(self, outer: Callable[[Variable], Kind]) -> None:
         self.outer = outer  # kinds of the variables around the loop
-        self.known: dict[Variable, NumberKind] = {}
+        self.known: dict[Variable, Kind] = {}
 
-    def loop(self, loop: Loop, starts: Sequence[NumberKind]) -> list[NumberKind]:
+    def loop(self, loop: Loop, starts: Sequence[Kind]) -> list[Kind]:
         parameters = [p.target for p in loop.function.parameters]
         turns = _continuations(loop)
-        types = [NumberKind(k.type) if not p.assigned else ANY for p, k in zip(parameters, starts)]
+        types = [without_bits(k) if not p.assigned else ANY for p, k in zip(parameters, starts)]
         for _ in range(len(parameters) + 2):
             self.known.update(zip(parameters, types))
-            found = [
-                _joined_types(kind, [self.kind(arguments[i]) for arguments in turns]) for i, kind in enumerate(types)
+            wider = [
+                join_all([kind, *(without_bits(self.kind(arguments[i])) for arguments in turns)])
+                for i, kind in enumerate(types)
             ]
-            if found == types:
+            if wider == types:
                 break
-            types = found
+            types = wider
         else:
             return [ANY] * len(parameters)
         self._bound(parameters, types, starts, turns)
@@ -436,21 +413,21 @@ class LoopKinds:
     def _bound(
         self,
         parameters: Sequence[Variable],
-        types: Sequence[NumberKind],
-        starts: Sequence[NumberKind],
+        types: Sequence[Kind],
+        starts: Sequence[Kind],
         turns: list[tuple[Any, ...]],
     ) -> None:
         self.known.update(zip(parameters, types))
         for _ in parameters:
             for index, variable in enumerate(parameters):
                 kind = self.known[variable]
-                if kind.type != "i" or kind.bits or not starts[index].bits:
+                if kind.tag != "Integer" or kind.bits or not starts[index].bits:
                     continue
                 steps = [self._step(arguments[index], variable) for arguments in turns]
                 if all(step > 0 for step in steps):
                     bits = max([starts[index].bits, *steps]) + 65
                     if bits <= MAX_BITS:
-                        self.known[variable] = NumberKind("i", bits)
+                        self.known[variable] = integer_of(bits)
 
     def _step(self, node: Any, variable: Variable) -> int:
         """Return a bound for the bits by which a continuation changes a variable, or 0 if there is none."""
@@ -464,19 +441,18 @@ class LoopKinds:
                 return self.kind(right).bits
             if name == "add" and type(right) is ast.Reference and right.target is variable:
                 return self.kind(left).bits
-        kind = self.kind(node)
-        return kind.bits if kind.type == "i" else 0
+        return self.kind(node).bits
 
-    def kind(self, node: Any) -> NumberKind:
+    def kind(self, node: Any) -> Kind:
         kind = type(node)
         if kind is ast.Constant:
-            return constant_kind(node.value)
+            return kind_of_operand(node.value)
         if kind is ast.Reference:
             if node.target in self.known:
                 return self.known[node.target]
             return self.outer(node.target) if isinstance(node.target, Variable) else ANY
         if kind is ast.If and node.otherwise is not None:
-            return joined(self.kind(node.then), self.kind(node.otherwise))
+            return join(self.kind(node.then), self.kind(node.otherwise))
         if kind is ast.Application and type(node.function) is ast.Reference and len(node.arguments) == 2:
             target = node.function.target
             name = target.intrinsic if isinstance(target, Builtin) else None
@@ -493,13 +469,6 @@ def _continuations(loop: Loop) -> list[tuple[Any, ...]]:
         for node in calls
         if isinstance(node.function, ast.Reference) and node.function.target is loop.variable
     ]
-
-
-def _joined_types(kind: NumberKind, others: Sequence[NumberKind]) -> NumberKind:
-    found: NumberKind = kind
-    for other in others:
-        found = joined(found, NumberKind(other.type))
-    return NumberKind(found.type)
 
 
 # Storage of variables at run time: the slots of a frame, and the closures that read and write them.

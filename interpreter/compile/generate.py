@@ -21,16 +21,11 @@ from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls, generated, intrinsics
 from scenelang.interpreter.compile.analyse import (
-    ANY,
-    BOOLEAN,
-    TRUE,
     FrameLayout,
     Loop,
     LoopKinds,
-    NumberKind,
     children,
     enters_library,
-    joined,
     pattern_variables,
     tail_nodes,
     walk,
@@ -45,6 +40,20 @@ from scenelang.interpreter.compile.generated import (
     Text,
     Unsupported,
 )
+from scenelang.interpreter.compile.kinds import (
+    ANY,
+    BOOLEAN,
+    CONS,
+    EMBEDDING,
+    FUNCTION,
+    LIST,
+    NEVER,
+    PART,
+    VECTOR,
+    Kind,
+    join,
+    kind_of_operand,
+)
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, ClosureCode, Frame, Node
 from scenelang.interpreter.runtime.show import array_literal
@@ -57,9 +66,6 @@ _MAX_NODES = 3_000  # longer code stays with the closures
 _MAX_LOOPS = 50  # in a function; the inner loops of a nest are written once for every loop around them
 _MAX_ARITY = 8
 _MIN_CHARGED = 32  # builtins with more arguments are charged by their call
-MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
-
-
 _FRAME = re.compile(r"\bF\b")
 
 
@@ -270,7 +276,7 @@ class FunctionWriter(Text):
     def reference(self, node: ast.Reference) -> CodeText:
         target = node.target
         if not isinstance(target, Variable):
-            return CodeText(self.constant(target), TRUE)
+            return CodeText(self.constant(target), FUNCTION)
         if target.is_global:
             return self._global_reference(target, node)
         name = self.names.get(target)
@@ -326,7 +332,7 @@ class FunctionWriter(Text):
             return self._while(node)
         name = self.fresh("t")
         result = self.into(node, Dest(name))
-        self.kinds[name] = result or ANY
+        self.kinds[name] = ANY if result is NEVER else result
         return CodeText(name, self.kinds[name])
 
     def operands(self, nodes: Sequence[Any], atomic: bool = True) -> list[CodeText]:
@@ -351,7 +357,7 @@ class FunctionWriter(Text):
         code = self.compiler.codes.get(id(node))
         if code is None:
             raise Unsupported
-        return self.temporary(CodeText(f"Closure({self.constant(code)}, {self.frames[self.layout]})", TRUE))
+        return self.temporary(CodeText(f"Closure({self.constant(code)}, {self.frames[self.layout]})", FUNCTION))
 
     def _assignment(self, node: ast.Assignment) -> CodeText:
         value = self.atom(self.value(node.value))
@@ -369,7 +375,8 @@ class FunctionWriter(Text):
     def _array(self, node: ast.ArrayLiteral) -> CodeText:
         if all(type(item) is ast.Constant for item in node.items):
             try:
-                return CodeText(self.constant(array_literal([item.value for item in node.items])), TRUE)  # type: ignore[union-attr]
+                value = array_literal([item.value for item in node.items])  # type: ignore[union-attr]
+                return CodeText(self.constant(value), kind_of_operand(value))
             except SceneError:
                 pass  # reported at run time
         if len(node.items) != 3:
@@ -377,8 +384,8 @@ class FunctionWriter(Text):
         values = self.operands(node.items)
         texts = [v.text for v in values]
         kinds = [self.kind_of(v) for v in values]
-        if all(k.type == "f" for k in kinds) or all(k.type == "i" for k in kinds):
-            return self.temporary(CodeText(f"Vector(({', '.join(texts)}))", TRUE))
+        if all(kind.tag == "Float" for kind in kinds) or all(kind.tag == "Integer" for kind in kinds):
+            return self.temporary(CodeText(f"Vector(({', '.join(texts)}))", VECTOR))
         run = self.constant(generated.vector_maker(self.rt, node.span))
         return self.temporary(CodeText(f"{run}({', '.join(texts)})"))
 
@@ -393,7 +400,7 @@ class FunctionWriter(Text):
         slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span))
         test = f"type({part.text}) is Entity and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
         text = f"Pair({part.text}, {matrix.text}) if {test} else {slow}(({part.text}, {matrix.text}))"
-        return self.temporary(CodeText(text, TRUE))
+        return self.temporary(CodeText(text, PART))
 
     def _union(self, node: ast.Union) -> CodeText:
         return self.by_values(lambda nodes: calls.union_node(self.rt, nodes, node), node.members)
@@ -411,7 +418,7 @@ class FunctionWriter(Text):
         return self.by_values(make, (node.word, *calls.call_operands(node)))
 
     def _handle(self, node: ast.HandleLiteral) -> CodeText:
-        return CodeText(self.constant(self.rt.handle(node.name)), TRUE)
+        return CodeText(self.constant(self.rt.handle(node.name)), EMBEDDING)
 
     # --- tests ---------------------------------------------------------------------------------------------------
 
@@ -447,8 +454,8 @@ class FunctionWriter(Text):
     def effect(self, node: Any) -> None:
         self.into(node, NOWHERE)
 
-    def into(self, node: Any, dest: Dest) -> NumberKind | None:
-        """Write a node and send its value to ``dest``; return the kind of the value, or None if there is none."""
+    def into(self, node: Any, dest: Dest) -> Kind:
+        """Write a node and send its value to ``dest``; return the kind of the value, NEVER if there is none."""
         kind = type(node)
         if kind is ast.If:
             return self._if(node, dest)
@@ -470,7 +477,7 @@ class FunctionWriter(Text):
             return self.finish(dest, code)
         return self.finish(dest, self.value(node))
 
-    def finish(self, dest: Dest, code: CodeText) -> NumberKind:
+    def finish(self, dest: Dest, code: CodeText) -> Kind:
         """Send a value to its destination, and leave the loops that end with it."""
         kind = self.kind_of(code)
         if dest.loops and not (code.atomic and code.pure):
@@ -495,7 +502,7 @@ class FunctionWriter(Text):
             if loop.counter is not None:
                 self.line(f"charge({loop.counter})")
 
-    def _if(self, node: ast.If, dest: Dest) -> NumberKind | None:
+    def _if(self, node: ast.If, dest: Dest) -> Kind:
         test = self.test(node.test)
         kinds = dict(self.kinds)
         self.line(f"if {test}:")
@@ -510,25 +517,25 @@ class FunctionWriter(Text):
             self.line("else:")
             self.indent += 1
         if node.otherwise is None:
-            other: NumberKind | None = self.finish(dest, CodeText("None"))
+            other = self.finish(dest, CodeText("None"))
         else:
             other = self.into(node.otherwise, dest)
         if not dest.exits:
             self.line("pass")
             self.indent -= 1
         self.kinds = kinds
-        return joined(then, other)
+        return join(then, other)
 
-    def _and_or(self, node: Any, dest: Dest) -> NumberKind | None:
+    def _and_or(self, node: Any, dest: Dest) -> Kind:
         is_and = type(node) is ast.And
         if not node.items:
             return self.finish(dest, CodeText(repr(is_and), BOOLEAN))
         *tests, last = node.items
         kinds, indent = None, self.indent
-        result: NumberKind | None = None
+        result = NEVER
         for item in tests:
             code = self.value(item)
-            if self.kind_of(code).type == "b":
+            if self.kind_of(code).tag == "Boolean":
                 truth, code = code.text, CodeText(repr(not is_and), BOOLEAN)
             else:
                 code, result = self.atom(code), ANY
@@ -542,15 +549,15 @@ class FunctionWriter(Text):
             if not dest.exits:
                 self.line("else:")
                 self.indent += 1
-        found = self.into(last, dest)
+        last_kind = self.into(last, dest)
         if self.indent != indent:
             self.line("pass")
         self.indent = indent
         if kinds is not None:
             self.kinds = kinds
-        return joined(BOOLEAN if tests and result is None else result, found)
+        return join(BOOLEAN if tests and result is NEVER else result, last_kind)
 
-    def _body(self, node: ast.Body, dest: Dest) -> NumberKind | None:
+    def _body(self, node: ast.Body, dest: Dest) -> Kind:
         loop = self.compiler.analysis.loops.get(id(node))
         if loop is not None:
             return self._loop_body(loop, dest)
@@ -595,7 +602,7 @@ class FunctionWriter(Text):
 
     # --- loops ---------------------------------------------------------------------------------------------------
 
-    def _loop_body(self, loop: Loop, dest: Dest) -> NumberKind | None:
+    def _loop_body(self, loop: Loop, dest: Dest) -> Kind:
         function = loop.function
         region = self.compiler.analysis.regions[id(function)]
         starts = self.operands(loop.start.arguments)
@@ -621,9 +628,7 @@ class FunctionWriter(Text):
         if self.is_stored(variable):
             self.line(f"{self.slot_text(variable)} = {name}")
 
-    def write_loop(
-        self, loop: Loop, dest: Dest, kinds: Sequence[NumberKind], resumed: bool = False
-    ) -> NumberKind | None:
+    def write_loop(self, loop: Loop, dest: Dest, kinds: Sequence[Kind], resumed: bool = False) -> Kind:
         """Write a loop whose parameters have their first values; ``kinds`` are those of the values."""
         parameters = [p.target for p in loop.function.parameters]
         known = LoopKinds(self.kind_of_variable).loop(loop, kinds)
@@ -667,7 +672,7 @@ class FunctionWriter(Text):
             self.line(f"if q == {parent.number}: continue")
         self.line("break")
 
-    def _framed_loop(self, loop: Loop, dest: Dest, starts: Sequence[CodeText]) -> NumberKind | None:
+    def _framed_loop(self, loop: Loop, dest: Dest, starts: Sequence[CodeText]) -> Kind:
         """Write a loop with a frame for each turn, because closures capture its variables."""
         function = loop.function
         layout = self.compiler.layouts.get(id(function))
@@ -783,7 +788,7 @@ class FunctionWriter(Text):
         if node.kind == "fold":
             return CodeText(results[0]) if len(results) == 1 else self.list_of([CodeText(result) for result in results])
         if node.kind in _COLLECTING:
-            return self.temporary(CodeText(f"make_list({out})", TRUE))
+            return self.temporary(CodeText(f"make_list({out})", LIST))
         return CodeText("None" if node.kind == "each" else out)
 
     def _each(self, clause: ast.Clause) -> None:
@@ -801,9 +806,9 @@ class FunctionWriter(Text):
             kind = ANY
         self.line("next(ticks)")
         for target, name in zip(clause.targets, names):
-            self._bind_item(target, name, kind if kind.type == "i" else ANY)
+            self._bind_item(target, name, kind if kind.tag == "Integer" else ANY)
 
-    def _bind_item(self, target: Variable | None, text: str, kind: NumberKind = ANY) -> None:
+    def _bind_item(self, target: Variable | None, text: str, kind: Kind = ANY) -> None:
         if target is not None:
             self.layout.add(target)
             self.bind(target, text, kind)
@@ -844,13 +849,13 @@ class FunctionWriter(Text):
 
     # --- calls of procedures -------------------------------------------------------------------------------------
 
-    def _application(self, node: ast.Application, dest: Dest) -> NumberKind | None:
+    def _application(self, node: ast.Application, dest: Dest) -> Kind:
         head = node.function
         target = head.target if type(head) is ast.Reference else None
         for index, loop in enumerate(dest.loops):
             if loop.variable is target:
                 self._next_turn(node, dest, index)
-                return None
+                return NEVER
         if dest.returns and not enters_library(node):
             self._tail_call(node, dest)
             return ANY
@@ -949,7 +954,7 @@ class FunctionWriter(Text):
             x, y = self.operands(operands)
             slow = self.constant(self.slow(builtin, node))
             text = f"Pair({x.text}, {y.text}) if type({y.text}) is not MutableList else {slow}({x.text}, {y.text})"
-            return self.temporary(CodeText(text, TRUE))
+            return self.temporary(CodeText(text, CONS))
         if name not in _BINARY:
             return None
         if len(operands) > 2 and name in ("add", "mul", "matmul"):

@@ -18,19 +18,27 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls
 from scenelang.interpreter.compile.analyse import (
+    MAX_BITS,
+    FrameLayout,
+    arithmetic_kind,
+    undefined,
+)
+from scenelang.interpreter.compile.kinds import (
     ANY,
     BOOLEAN,
     FLOAT,
-    MAX_BITS,
-    MAX_LITERAL,
+    LIST,
+    MATRIX,
+    MAX_LITERAL_BITS,
     NUMBER,
     STRING,
-    TRUE,
-    FrameLayout,
-    NumberKind,
-    arithmetic_kind,
-    constant_kind,
-    undefined,
+    VECTOR,
+    Kind,
+    integer_of,
+    is_number,
+    is_truthy,
+    kind_of_operand,
+    may_be,
 )
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import (
@@ -74,7 +82,7 @@ _FITTING = {  # types whose conversion of fitting values does nothing
     "List": "type({0}) is Pair or {0} is NIL", "Vector": "type({0}) is Vector",
     "Point": "type({0}) is Vector and len({0}) == 3", "Matrix": "type({0}) is Matrix",
 }  # fmt: skip
-_RESULTS = {"Boolean": BOOLEAN, "String": STRING, "List": TRUE, "Matrix": TRUE, "Vector": TRUE}
+_RESULTS = {"Boolean": BOOLEAN, "String": STRING, "List": LIST, "Matrix": MATRIX, "Vector": VECTOR}
 CAUGHT = (SceneError, Mismatch, ArithmeticError, MemoryError)
 _LIMIT = 1 << 4000  # larger results are checked by the builtin (see ``intrinsics``)
 
@@ -282,7 +290,7 @@ class CodeText:
     """Python expression. ``pure`` is set if it cannot fail, and its value does not change before it is used."""
 
     text: str
-    kind: NumberKind = ANY
+    kind: Kind = ANY
     pure: bool = True
     atomic: bool = True
 
@@ -309,7 +317,7 @@ class Text:
         self.numbered: dict[int, str] = {}  # names of constants by id
         self.count = 0
         self.names: dict[Variable, str] = {}  # local variables
-        self.kinds: dict[str, NumberKind] = {}
+        self.kinds: dict[str, Kind] = {}
         self.frames: dict[FrameLayout, str] = {}
         self.direct: tuple[Closure, str] | None = None  # this function as a global, and its cell
         self.self_tail: tuple[str, ...] | None = None  # parameters, if tail calls of itself are turns of a loop
@@ -379,11 +387,11 @@ class Text:
                 self.mutable.add(name)
         return name
 
-    def kind_of_variable(self, variable: Variable) -> NumberKind:
+    def kind_of_variable(self, variable: Variable) -> Kind:
         name = self.names.get(variable)
         return ANY if name is None else self.kinds.get(name, ANY)
 
-    def kind_of(self, code: CodeText) -> NumberKind:
+    def kind_of(self, code: CodeText) -> Kind:
         return self.kinds.get(code.text, code.kind)
 
     def in_cell(self, variable: Variable) -> bool:
@@ -436,7 +444,7 @@ class Text:
         frame, _, slot = text.rpartition("[")
         return frame, int(slot[:-1])
 
-    def bind(self, variable: Variable, text: str, kind: NumberKind) -> None:
+    def bind(self, variable: Variable, text: str, kind: Kind) -> None:
         """Write the definition of a local variable of this function."""
         if self.in_cell(variable):
             frame, slot = self.slot_of(variable)
@@ -457,12 +465,12 @@ class Text:
         kind = type(value)
         if kind is bool or value is None:
             return CodeText(self._literal(value), BOOLEAN if kind is bool else ANY)
-        small = kind is int and -MAX_LITERAL < value < MAX_LITERAL
-        if small or (kind is float and isfinite(value)):
-            return CodeText(self._literal(value), constant_kind(value))
-        return CodeText(self.constant(value), constant_kind(value))
+        is_short = kind is int and value.bit_length() <= MAX_LITERAL_BITS
+        if is_short or (kind is float and isfinite(value)):
+            return CodeText(self._literal(value), kind_of_operand(value))
+        return CodeText(self.constant(value), kind_of_operand(value))
 
-    def roll_back(self, lines: int, kinds: dict[str, NumberKind], names: dict[Variable, str]) -> None:
+    def roll_back(self, lines: int, kinds: dict[str, Kind], names: dict[Variable, str]) -> None:
         del self.lines[lines:]
         for number in [number for number in self.sites if number > lines]:
             del self.sites[number]
@@ -472,7 +480,7 @@ class Text:
         text = "NIL"
         for value in reversed(values):
             text = f"Pair({value.text}, {text})"
-        return self.temporary(CodeText(text, TRUE))
+        return self.temporary(CodeText(text, LIST))
 
     def checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[CodeText]) -> CodeText:
         signature = builtin.signature
@@ -507,16 +515,16 @@ class Text:
         return self.constants[text] if text in self.constants else Local(text)
 
     def _fits(self, expected: str, value: CodeText) -> bool:
-        kind = self.kind_of(value).type
-        if kind == "s":
+        kind = self.kind_of(value)
+        if kind.tag == "String":
             return expected in ("String", "Word")
-        return (kind == "i" and expected in ("Integer", "Float", "Number")) or (
-            kind in ("f", "n") and expected in ("Float", "Number")
-        )
+        if kind.tag == "Integer" and expected == "Integer":
+            return True
+        return expected in ("Float", "Number") and is_number(kind)
 
     def _is_number(self, code: CodeText) -> str:
         """Return the Python condition for whether a value is a number; empty if it is known to be one."""
-        if self.kind_of(code).type in "ifn":
+        if is_number(self.kind_of(code)):
             return ""
         return f"(type({code.text}) is int or type({code.text}) is float)"
 
@@ -524,7 +532,7 @@ class Text:
         tests = [test for test in (self._is_number(x), self._is_number(y)) if test]
         text = f"{x.text} {operator} {y.text}"
         for code in (x, y):
-            if code.text[0] in "vt" and code.text not in self.mutable and self.kind_of(code).type not in "ifn":
+            if code.text[0] in "vt" and code.text not in self.mutable and not is_number(self.kind_of(code)):
                 self.kinds[code.text] = NUMBER
         if not tests:
             return CodeText(f"({text})", BOOLEAN, True, False)
@@ -535,41 +543,41 @@ class Text:
         operator, left, right = OPERATORS[name], self.kind_of(x), self.kind_of(y)
         text = f"({x.text} {operator} {y.text})"
         kind = arithmetic_kind(name, left, right)
-        if kind.type == "f" and self._safe_float(left) and self._safe_float(right):
+        if kind.tag == "Float" and self._safe_float(left) and self._safe_float(right):
             return CodeText(text, FLOAT, True, False)
-        if kind.type == "i" and 0 < kind.bits <= MAX_BITS:
+        if 0 < kind.bits <= MAX_BITS:
             return CodeText(text, kind, True, False)
-        if kind.type in "in" and name != "mul" and self._is_small(left, right):
+        if kind.tag != "Float" and is_number(kind) and name != "mul" and self._is_small(left, right):
             return CodeText(text, kind, True, False)  # grows by a constant per step, so the step limit bounds it
         result = self.fresh("t")
         self._guarded_arithmetic(result, operator, x, y, slow)
         self.kinds[result] = kind
         return CodeText(result, kind)
 
-    def _safe_float(self, kind: NumberKind) -> bool:
+    def _safe_float(self, kind: Kind) -> bool:
         """Whether the conversion of a number to a Float cannot overflow."""
-        return kind.type == "f" or (kind.type == "i" and 0 < kind.bits <= MAX_BITS)
+        return kind.tag == "Float" or 0 < kind.bits <= MAX_BITS
 
-    def _is_small(self, left: NumberKind, right: NumberKind) -> bool:
-        return any(k.type == "i" and 0 < k.bits <= 64 for k in (left, right))
+    def _is_small(self, left: Kind, right: Kind) -> bool:
+        return any(0 < kind.bits <= 64 for kind in (left, right))
 
     def _guarded_arithmetic(self, result: str, operator: str, x: CodeText, y: CodeText, slow: str) -> None:
         text = f"{x.text} {operator} {y.text}"
-        left, right = self.kind_of(x).type, self.kind_of(y).type
+        left, right = self.kind_of(x), self.kind_of(y)
         fallback = f"{result} = {slow}({x.text}, {y.text})"
-        ints = self._types("int", "i", x, y)
-        floats = self._types("float", "f", x, y)
+        ints = self._types("int", "Integer", x, y)
+        floats = self._types("float", "Float", x, y)
         keyword = "if"
-        if "i" in (left, right) and self._is_small(self.kind_of(x), self.kind_of(y)) and operator != "*":
+        if self._is_small(left, right) and operator != "*":
             numbers = " and ".join(test for test in (self._is_number(x), self._is_number(y)) if test)
             self.line(f"if {numbers or 'True'}: {result} = {text}")
             keyword = "elif"
-        elif left in "?ni" and right in "?ni":
+        elif may_be(left, "Integer") and may_be(right, "Integer"):
             self.line(f"if {ints}:")
             self.line(f" {result} = {text}")
             self.line(f" if {result} > {_SMALL} or {result} < -{_SMALL}: {fallback}")
             keyword = "elif"
-        if left in "?nf" and right in "?nf":
+        if may_be(left, "Float") and may_be(right, "Float"):
             self.line(f"{keyword} {floats}: {result} = {text}")
             keyword = "elif"
         if keyword == "elif":
@@ -577,8 +585,9 @@ class Text:
         else:
             self.line(fallback)
 
-    def _types(self, python: str, letter: str, *codes: CodeText) -> str:
-        tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).type != letter]
+    def _types(self, python: str, tag: str, *codes: CodeText) -> str:
+        """Return the Python condition for whether all values have a type, without those that are known to have it."""
+        tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).tag != tag]
         return " and ".join(tests) or "True"
 
     def division(self, x: CodeText, y: CodeText, slow: str) -> CodeText:
@@ -593,12 +602,12 @@ class Text:
     def integer_division(self, name: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
         left, right = self.kind_of(x), self.kind_of(y)
         operator = "//" if name == "floordiv" else "%"
-        tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).type != "i"]
+        tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).tag != "Integer"]
         test = " and ".join([*tests, y.text])
         kind = ANY
-        if left.type == right.type == "i":
-            kind = NumberKind("i", left.bits if name == "floordiv" else right.bits)
-        elif left.type in "ifn" and right.type in "ifn":
+        if left.tag == right.tag == "Integer":
+            kind = integer_of(left.bits if name == "floordiv" else right.bits)
+        elif is_number(left) and is_number(right):
             kind = NUMBER
         return self.temporary(CodeText(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
 
@@ -664,11 +673,11 @@ class Text:
     def truth(self, code: CodeText) -> str:
         """Return the Python condition for whether a value is true."""
         kind = self.kind_of(code)
-        if kind.type == "b":
+        if kind.tag == "Boolean":
             return code.text
         if code.text in self.literals:
             return repr(code.text != "None")
-        if kind.type in "ifnst":
+        if is_truthy(kind):
             if not code.pure:
                 self.temporary(code)
             return "True"
