@@ -164,6 +164,7 @@ def may_be_parts(kind: Kind) -> bool:
 
 
 def _may_be_parts(kind: Kind) -> bool:
+    """Return whether a value of one tag may be parts."""
     if kind.tag == "List":
         return kind.items is None or all(map(may_be_parts, kind.items))  # a list of unknown length may be empty
     if kind.tag == "Pair" and kind.items is not None:
@@ -173,13 +174,13 @@ def _may_be_parts(kind: Kind) -> bool:
 
 # --- messages ---------------------------------------------------------------------------------------------------------
 
-A_PART = "an Entity, a posed entity or a list of these"  # what is expected where parts are
+A_PART = "an Entity, a posed entity or a list of these"  # expected value of parts, for messages
 
 MAX_SHOWN = 40  # characters of source text in a message
 
 
 def shown(node: Any, kind: Kind) -> str:
-    """Return what was found, for messages: the kind, and the source text where it is short."""
+    """Return a value for messages: its kind, and its source text if that is short."""
     text = node.span.text
     if node.span.expansion is None and len(text) <= MAX_SHOWN and "\n" not in text:
         return f"{describe(kind)}: {text}"
@@ -187,22 +188,24 @@ def shown(node: Any, kind: Kind) -> str:
 
 
 def plural(count: int, noun: str) -> str:
+    """Return ``1 item`` or ``2 items``."""
     return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def is_keyword(node: Any) -> bool:
-    """Return whether an expression is a keyword, as written."""
+    """Return whether an expression is a literal keyword."""
     return type(node) is ast.Constant and type(node.value) is Keyword
 
 
 def number_of(node: Any) -> float | None:
-    """Return the value of a literal number, None for one that no float holds."""
+    """Return the value of a literal number as a float, or None if it is none or too large."""
     if type(node) is ast.Constant and type(node.value) in (int, float) and abs(node.value) <= sys.float_info.max:
         return float(node.value)
     return None
 
 
 def wrap_fix(node: Any, head: str) -> Fix:
+    """Return the fix that makes an expression the argument of a call: ``(head node)``."""
     return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
 
 
@@ -210,7 +213,7 @@ _OPERATORS = frozenset("+-*/%") | {"//", "expt", "<", ">", "<=", ">=", "="}
 
 
 def infix_fix(span: Span) -> Fix | None:
-    """Return the fix for a call whose operator stands between its operands, as in ``(height * 2)``."""
+    """Return the fix for a call in infix notation, such as ``(height * 2)``."""
     text = span.source.text
     if span.expansion is None and text[span.start - 1 : span.start] == "(" and not span.text.startswith("("):
         span = Span(span.source, *piece_at(text, span.start - 1))  # the call of what was given
@@ -230,7 +233,7 @@ def infix_fix(span: Span) -> Fix | None:
 def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
     """Return the hint and fix that exchange two arguments of a call."""
     hint = "the arguments are in the wrong order"
-    if any(each.span.expansion is not None for each in (node, first, second)):
+    if any(part.span.expansion is not None for part in (node, first, second)):
         return hint, ()
     edits = (Edit(first.span, second.span.text), Edit(second.span, first.span.text))
     return hint, (Fix("Swap the arguments", edits, safe=True),)
@@ -275,7 +278,7 @@ def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
 
 
 def name_of(code: ast.Lambda) -> str:
-    """Return the name of a function for messages; that of a word has quotes already."""
+    """Return the name of a function for messages; the name of a word's function has quotes already."""
     if code.name in ("lambda", "do"):
         return "this function"
     return code.name if code.name.startswith('"') else f"`{code.name}`"
@@ -296,7 +299,7 @@ def arity_of(code: Any) -> tuple[int | None, float, str, str]:
     return None, 0, "", ""
 
 
-# What the values of a type are called elsewhere.
+# Names in other languages of the keywords for axes and alignments.
 _MEANT = {
     "left": "min", "right": "max", "bottom": "min", "top": "max", "back": "min", "front": "max", "start": "min",
     "end": "max", "centre": "center", "middle": "center", "mid": "center", "low": "min", "high": "max",
@@ -308,7 +311,7 @@ _VALUES_OF = {"Alignment": ("min", "center", "max", "before", "after"), "Axis": 
 
 
 def meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for an axis or alignment that is written as a string, or by another name."""
+    """Return the hint and fix for an axis or alignment that is written as a string or with another name."""
     if (
         type(value) is not ast.Constant
         or type(value.value) not in (str, Keyword, Symbol)
@@ -329,7 +332,7 @@ def meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]
 
 
 def literal_fits(type_: Type, value: Any) -> bool:
-    """Return whether a literal has the type of a parameter, so far as that can be told without a run."""
+    """Return whether a literal has the type of a parameter; True for types that need a run to decide."""
     if type(value) is not ast.Constant or value.value is None or type_.walk is not None:
         return True
     try:
