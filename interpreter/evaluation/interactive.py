@@ -761,7 +761,7 @@ class TopLevel:
         return not form.imports and any(
             find(self.file.names, symbol) is not found
             for record in records
-            for symbol, found in record.seen.items()
+            for symbol, found in record.lookups.items()
             if symbol not in own
         )
 
@@ -774,7 +774,7 @@ class TopLevel:
             self._roll_back(snapshot)
             for step in (form.scan, form.expansion):
                 if step is not None:
-                    step.record.seen = {s: dict.get(self.file.names, s) for s in step.record.seen}
+                    step.record.lookups = {s: dict.get(self.file.names, s) for s in step.record.lookups}
             return form
         self.forms[self.forms.index(form)] = again
         for tree in _trees((again,)):
