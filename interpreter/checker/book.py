@@ -40,7 +40,7 @@ _LIBRARY_RESULTS = {"stack": join(LIST, ARRAYS), "call": ANY, "union": LIST, "un
 
 @dataclass(slots=True)
 class _Entry:
-    """Result of one form with what it read: kinds of variables, functions of words, words that may be bound."""
+    """Result of one form, with the answers about the rest of the program on which it depends."""
 
     form: Any
     result: FormKinds
@@ -356,7 +356,8 @@ def _unbound_root(program: Program, root: str | None) -> Iterator[Diagnostic]:
 
 
 def _unreached(finding: Diagnostic) -> Diagnostic:
-    """Return an error of a form that is not evaluated as a warning."""
+    """Return an error of a form that is not evaluated as a warning (W401): unfinished words are normal while a scene is
+    being written."""
     return replace(finding, name="conditional-failure") if finding.is_error else finding
 
 

@@ -232,8 +232,8 @@ def _append(arguments: Sequence[Kind]) -> Kind:
 
 def _iota(arguments: Sequence[Kind]) -> Kind:
     """A list of numbers; Integers if start and step are."""
-    whole = all(kind is INTEGER for kind in arguments[1:])
-    return Kind("List", None, INTEGER if whole else NUMBER)
+    are_integers = all(kind is INTEGER for kind in arguments[1:])
+    return Kind("List", None, INTEGER if are_integers else NUMBER)
 
 
 def _integers(arguments: Sequence[Kind]) -> Kind:
@@ -868,11 +868,11 @@ def _check_mutable(inference: KindInference, node: Any, name: str, argument: Any
     if kind is ANY or tags & MUTATED[name]:
         return True
     if tags <= IMMUTABLE:
-        what = describe(kind)
+        described = describe(kind)
         twin = "mutable-array" if tags <= {"Vector", "Array", "Matrix"} else "mutable-list"
         hint = f"create it with `({twin} ...)`, or copy it with `(mutable x)`"
-        inference.report("immutable", f"`{name}` cannot change {what}", node.span, hint, expected=f"a {twin}",
-                         found=what)  # fmt: skip
+        inference.report("immutable", f"`{name}` cannot change {described}", node.span, hint, expected=f"a {twin}",
+                         found=described)  # fmt: skip
         return False
     expected = " or ".join(describe(Kind(tag)) for tag in sorted(MUTATED[name]))
     inference.report("type", f"`{name}` expects {expected}, got {shown(argument, kind)}", node.span, expected=expected,
@@ -895,9 +895,9 @@ def _check_cxr(inference: KindInference, node: Any, name: str, argument: Any, ki
             )  # fmt: skip
             return False
         if kind.items == ():
-            whole = inference.result.kinds[argument]
-            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, whole)}", node.span,
-                             expected="a longer list", found=f"{length_of(whole)} items")  # fmt: skip
+            list_kind = inference.result.kinds[argument]
+            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, list_kind)}", node.span,
+                             expected="a longer list", found=f"{length_of(list_kind)} items")  # fmt: skip
             return False
         kind = result_of_pair(letter, kind)
     return True
@@ -912,8 +912,8 @@ def _near_fixes(error: SceneError, nodes: Sequence[Any]) -> tuple[Fix, ...]:
     """Return fixes that replace a misspelled string by the names that the error suggests."""
     if len(nodes) != 1 or nodes[0].span.expansion is not None:
         return ()
-    safe = len(error.near) == 1
-    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),), safe) for near in error.near)
+    is_safe = len(error.near) == 1
+    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),), is_safe) for near in error.near)
 
 
 _DIVISIONS = frozenset(("/", "//", "%", "modulo", "quotient", "remainder", "floor/", "truncate/"))
@@ -926,23 +926,23 @@ def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, 
     if type(sequence) is ast.Constant and type(sequence.value) is str:
         length = len(sequence.value)
     value = inference.number_of(index)
-    wrong = inference.result.kinds[index]
+    index_kind = inference.result.kinds[index]
     is_indexed = kind.tag in ("List", "Vector", "Matrix", "Array", "String")
-    if is_indexed and wrong.tag in ("String", "Keyword", "Symbol", "Function", "Boolean", "None", "Entity"):
-        inference.report("type", f"`{name}` expects an Integer as the index, got {shown(index, wrong)}", node.span,
-                         "indices start at 0", expected="an Integer", found=describe(wrong))  # fmt: skip
+    if is_indexed and index_kind.tag in ("String", "Keyword", "Symbol", "Function", "Boolean", "None", "Entity"):
+        inference.report("type", f"`{name}` expects an Integer as the index, got {shown(index, index_kind)}", node.span,
+                         "indices start at 0", expected="an Integer", found=describe(index_kind))  # fmt: skip
         return False
-    if kind is EMBEDDING and wrong is INTEGER:
-        inference.report("type", f"`ref` expects the name of an attribute, such as `:size`, got {shown(index, wrong)}",
-                         node.span, expected="a keyword", found="an Integer")  # fmt: skip
+    if kind is EMBEDDING and index_kind is INTEGER:
+        message = f"`ref` expects the name of an attribute, such as `:size`, got {shown(index, index_kind)}"
+        inference.report("type", message, node.span, expected="a keyword", found="an Integer")
         return False
     if length is None or value is None or not value.is_integer():
         return True
     lowest = -length if name == "ref" else 0
     if not lowest <= value < length:
-        what = "string" if type(sequence) is ast.Constant and type(sequence.value) is str else kind.tag.lower()
+        collection = "string" if type(sequence) is ast.Constant and type(sequence.value) is str else kind.tag.lower()
         inference.report(
-            "index", f"index {int(value)} is outside the {what} of length {length}", node.span,
+            "index", f"index {int(value)} is outside the {collection} of length {length}", node.span,
             f"indices start at 0, so the last one is {length - 1}" if length else None,
             expected=f"0 to {length - 1}" if length else "no index", found=str(int(value)),
         )  # fmt: skip

@@ -439,7 +439,7 @@ def _check_builtin_keywords(
 ) -> bool:
     """Check the names and types of keyword arguments of a builtin."""
     known = {parameter.name: parameter for parameter in builtin.signature.keywords}
-    ok = True
+    is_valid = True
     for key, key_node, value in keywords:
         parameter = known.get(key)
         kind = inference.result.kinds[value]
@@ -448,15 +448,15 @@ def _check_builtin_keywords(
             inference.need(value, place, (parameter.type,), expected_name(parameter.type.name))
         elif parameter is None:
             report_unknown_keyword(inference, f"`{builtin.name}`", key, key_node.span, known, builtin.usage)
-            ok = False
+            is_valid = False
         elif not accepts(parameter.type, kind):
             expected = expected_name(parameter.type.name)
             inference.report(
                 "type", f"`{builtin.name}` expects {expected} for `:{key}`, got {shown(value, kind)}", value.span,
                 f"signature: {builtin.usage}", expected=expected, found=describe(kind), signature=builtin.usage,
             )  # fmt: skip
-            ok = False
-    return ok
+            is_valid = False
+    return is_valid
 
 
 def report_unknown_keyword(
@@ -633,14 +633,14 @@ def _call_lambda(
             expected=code.usage, found=" ".join(describe(inference.result.kinds[n]) for n in nodes),
             signature=code.usage,
         )  # fmt: skip
-    ok = [
+    are_valid = [
         _check_parameter(inference, owner, parameter, argument, code.usage)
         for parameter, argument in zip(positional, nodes)
     ]
-    ok.append(check_keywords(inference, node, owner, "argument", code, keywords, () if is_unsure else None))
+    are_valid.append(check_keywords(inference, node, owner, "argument", code, keywords, () if is_unsure else None))
     if code.name in INDICES and all(map(is_of_library, positional)):
         _check_copies(inference, code, nodes, keywords)
-    return result if all(ok) else ANY
+    return result if all(are_valid) else ANY
 
 
 def _swapped_parameters(
@@ -681,7 +681,7 @@ def check_keywords(
     unknown = [key for key in keywords if key[0] not in named and not takes_any]
     for key, key_node, _ in unknown:
         report_unknown_keyword(inference, owner, key, key_node.span, named, code.usage, signature=signature)
-    ok = [
+    are_valid = [
         _check_parameter(inference, owner, named[key], value, code.usage, signature)
         for key, _, value in keywords
         if key in named
@@ -691,7 +691,7 @@ def check_keywords(
     if missing and not unknown and positional is None:  # an unknown name is probably the missing one, misspelled
         _report_missing(inference, node, owner, missing, code.usage, what, signature)
         return False
-    return all(ok) and not unknown
+    return all(are_valid) and not unknown
 
 
 def _check_parameter(
@@ -935,10 +935,10 @@ def _report_lambda_arity(
         else:
             pairs = [f":{name} {argument.span.text}" for name, argument in zip(free, extra)]
             hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
-            safe = len(extra) == len(free) == 1
+            is_safe = len(extra) == len(free) == 1
             if not all(takes(named[name], inference.result.kinds[argument]) for name, argument in zip(free, extra)):
                 pairs, hint = [], f"parameters: {code.usage}"
-            fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),) * bool(
+            fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), is_safe),) * bool(
                 pairs
             )
     if not fixes and not has_rest:

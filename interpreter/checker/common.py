@@ -216,7 +216,7 @@ def infix_fix(span: Span) -> Fix | None:
     """Return the fix for a call in infix notation, such as ``(height * 2)``."""
     text = span.source.text
     if span.expansion is None and text[span.start - 1 : span.start] == "(" and not span.text.startswith("("):
-        span = Span(span.source, *piece_at(text, span.start - 1))  # the call of what was given
+        span = Span(span.source, *piece_at(text, span.start - 1))  # the call around the head
     if span.expansion is not None or not span.text.startswith("("):
         return None
     try:
@@ -240,8 +240,10 @@ def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
 
 
 def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for a point of two components, or with a fourth that is 0 or 1, as in a homogeneous point
-    or a colour with opacity."""
+    """Return the hint and fix for a point with two components, or with a fourth one that is 0 or 1.
+
+    A fourth component is common in homogeneous points and in colors with opacity.
+    """
     if type(node) is not ast.ArrayLiteral or node.span.expansion is not None or not node.span.text.startswith("["):
         return None, ()
     items = node.items

@@ -474,7 +474,7 @@ def _commas(source: Source, root: Tree) -> Iterator[Habit]:
         if tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text):
             yield _tuple(source, tree)
             continue
-        what = "items of an array" if tree.opener == "[" else "arguments"
+        parts = "items of an array" if tree.opener == "[" else "arguments"
         written = source.text[tree.start : tree.end]
         for edit in reversed(edits):
             at = edit.span.start - tree.start
@@ -483,7 +483,7 @@ def _commas(source: Source, root: Tree) -> Iterator[Habit]:
         inner = tuple((item.start, item.end) for item in tree.items if item.opener)
         yield Habit(tree.start, tree.end, inner, frozenset(),
                     _diagnostic(source, commas[0].start, commas[0].end,
-                                f"{what} are separated by spaces, not by commas", f"write `{_shown(written)}`",
+                                f"{parts} are separated by spaces, not by commas", f"write `{_shown(written)}`",
                                 fix), "commas")  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Tables of constructs of other languages, with the code to write instead.
 
-``habits`` matches them against datums, not against the text that a compiler sees, and only in a program that already
-has an error: so they cost nothing otherwise and cannot cause false alarms.
+``habits`` matches them against the datums of a program that already has an error, so they cost nothing otherwise and
+cannot cause false alarms.
 """
 
 from __future__ import annotations

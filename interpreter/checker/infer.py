@@ -59,7 +59,7 @@ from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD
 from scenelang.interpreter.runtime.types import Builtin
 
-_MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
+_MAX_DEPTH = 400  # levels of nested expressions; deeper ones have the kind ANY
 
 
 _MAX_COMPUTED = 60  # characters of an arithmetic expression that is computed; longer ones are rarely constants
@@ -271,7 +271,7 @@ class KindInference:
         return self.env.get(variable, known)
 
     def is_assigned(self, variable: Variable) -> bool:
-        """Return whether a variable is changed by ``set!``, so that nothing is known of its value."""
+        """Return whether a variable is changed by ``set!``, so that its value is unknown."""
         return variable.assigned and (not variable.is_global or self.world.is_assigned(variable))
 
     def bind(self, target: Any, kind: Kind, span: Span) -> None:
@@ -636,7 +636,7 @@ def _body(inference: KindInference, node: ast.Body) -> Kind:
     kind = NONE
     for index, item in enumerate(node.items):
         if later:
-            inference.pending = outside | {variable for variable, place in later.items() if place >= index}
+            inference.pending = outside | {variable for variable, position in later.items() if position >= index}
         kind = inference.infer(item)
         inference.pending = outside
         if index + 1 < len(node.items):
@@ -699,10 +699,10 @@ def _infer_arguments(inference: KindInference, node: ast.Application, function: 
     lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
     inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
     kinds = inference.result.kinds
-    given = indices(node, kinds)
+    callback_kinds = indices(node, kinds)
     for argument in lambdas:
         is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
-        kind = inference.function(argument, arguments=given if is_callback else None)
+        kind = inference.function(argument, arguments=callback_kinds if is_callback else None)
         kinds[argument] = kind
     return [kinds[argument] for argument in node.arguments]
 

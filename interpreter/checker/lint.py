@@ -216,11 +216,7 @@ def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
 
 
 def unreachable_words(program: Program) -> Iterator[Diagnostic]:
-    """Report words of the main file that are not reachable from the root named by ``(scene ...)``.
-
-    A mistake in such a word is only a warning (W401), because the word is not evaluated, and unfinished words are
-    normal while a scene is being written.
-    """
+    """Report words of the main file that are not reachable from the root named by ``(scene ...)``."""
     if program.scene is None or type(program.scene.word) is not ast.Constant:
         return
     root = program.scene.word.value
@@ -253,8 +249,10 @@ def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
 
 def lint_forms(program: Program) -> list[Diagnostic]:
     """Return the warnings about single forms of a program with errors in others."""
-    whole = (facts for facts in program.facts if not _is_library(facts.form) and id(facts.form) not in program.broken)
-    local = (warning for facts in whole for warning in facts.warnings)
+    valid_forms = (
+        facts for facts in program.facts if not _is_library(facts.form) and id(facts.form) not in program.broken
+    )
+    local = (warning for facts in valid_forms for warning in facts.warnings)
     return [*(_with_safe_fixes(warning, program) for warning in local), *misspellings(program)]
 
 
@@ -424,7 +422,7 @@ def _is_defined_wrongly(unbound: Diagnostic, diagnostics: Sequence[Diagnostic]) 
         return False
     matches = islice(re.finditer(rf"\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text), _MAX_DEFINITIONS)
     pieces = ((match.start(), *piece_at(text, match.start())) for match in matches)
-    return any(place == start <= error < end for place, start, end in pieces for error in errors)
+    return any(definition == start <= error < end for definition, start, end in pieces for error in errors)
 
 
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
@@ -467,8 +465,8 @@ def _misspelled_parameters(diagnostics: list[Diagnostic], program: Program) -> l
         span = parameter.target.span
         function = next(node for node in _functions(program) if parameter in node.parameters)
         message = f"the parameter `:{spelled}` is never used, but `{passed}` is read here and passed as `:{passed}`"
-        place = replace_end(span, spelled)
-        fix = Fix(f"Change to `{passed}`", (Edit(place, passed),), safe=True)
+        name_span = replace_end(span, spelled)
+        fix = Fix(f"Change to `{passed}`", (Edit(name_span, passed),), safe=True)
         warning = Diagnostic("keyword", message, span, f"did you mean `:{passed}`?", fixes=(fix,), near=(f":{passed}",),
                          expected=f":{passed}", found=f":{spelled}")  # fmt: skip
         others = (d for d in diagnostics if d not in calls or (d.found, d.near) != (call.found, call.near))
@@ -587,8 +585,8 @@ def _keyword_fix(call: Span, name: str, hint: str) -> Fix | None:
     written = [item for item in forms[0].items if item.span.text in (f":{name}", f"&{name}")]
     if len(written) != 1:
         return None
-    place = written[0].span
-    edit = Edit(Span(call.source, call.start + place.start, call.start + place.end), f":{meant[1]}")
+    keyword_span = written[0].span
+    edit = Edit(Span(call.source, call.start + keyword_span.start, call.start + keyword_span.end), f":{meant[1]}")
     return Fix(f"Change to `:{meant[1]}`", (edit,))
 
 
@@ -647,7 +645,7 @@ def _narrowed_edit(edit: Edit) -> Edit:
     old, new = [[m.span() for m in _TOKENS.finditer(text)] for text in (edit.span.text, edit.text)]
     if len(old) <= 1 or not new:
         return edit
-    texts = [[text[start:end] for start, end in places] for text, places in ((edit.span.text, old), (edit.text, new))]
+    texts = [[text[start:end] for start, end in ranges] for text, ranges in ((edit.span.text, old), (edit.text, new))]
     common = min(len(old), len(new))
     head = next((i for i in range(common) if texts[0][i] != texts[1][i]), common)
     common -= head
@@ -660,10 +658,10 @@ def _narrowed_edit(edit: Edit) -> Edit:
     return Edit(Span(edit.span.source, at + start, at + end), edit.text[first:last])
 
 
-def _between(places: Sequence[tuple[int, int]], head: int, tail: int, length: int) -> tuple[int, int]:
+def _between(tokens: Sequence[tuple[int, int]], head: int, tail: int, length: int) -> tuple[int, int]:
     """Return the range between the end of the first ``head`` tokens and the start of the last ``tail``."""
-    start = places[head - 1][1] if head else 0
-    return start, places[-tail][0] if tail else length
+    start = tokens[head - 1][1] if head else 0
+    return start, tokens[-tail][0] if tail else length
 
 
 def _removing_lines(fix: Fix) -> Fix:
@@ -777,8 +775,9 @@ def confirmed(
     if problem is None or CODES[problem.name].code.startswith("E5"):
         reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
         return [*reported, problem, *warnings] if problem else [*reported, *warnings]
-    places = [place for place in (problem.span, *(span for _, span in problem.chain)) if place is not None]
-    is_known = any(_is_same(d, problem, places) for d in reported if d.is_error)
+    candidates = (problem.span, *(span for _, span in problem.chain))
+    spans = [span for span in candidates if span is not None]
+    is_known = any(_is_same(d, problem, spans) for d in reported if d.is_error)
     return [*reported, *warnings] if is_known else [*reported, problem, *warnings]
 
 
@@ -792,7 +791,7 @@ def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:
     )
 
 
-def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -> bool:
+def _is_same(finding: Diagnostic, problem: Diagnostic, call_spans: Sequence[Span]) -> bool:
     """Return whether a finding of the check is the error of the run.
 
     It overlaps the error, or it has its name and is located on a line of the call chain, or is about the word that was
@@ -805,7 +804,7 @@ def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -
         return False
     if finding.message == problem.message:
         return True
-    if not places or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
+    if not call_spans or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
         return True
-    lines = {(place.source, place.source.position(place.start)[0]) for place in places}
+    lines = {(call_span.source, call_span.source.position(call_span.start)[0]) for call_span in call_spans}
     return any((span.source, span.source.position(span.start)[0]) in lines for span in spans)

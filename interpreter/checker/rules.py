@@ -306,8 +306,8 @@ def _constant_test(node: ast.If, *, is_direct: bool, is_read: bool) -> Iterator[
         branch = _branch(text, 2 if truth else 3)
         replacement = with_spacing(node.span, branch) if branch is not None else None
         if replacement is not None:
-            safe = is_direct and _cannot_fail(node.test)
-            fixes = (Fix("Replace with the branch that runs", (Edit(node.span, replacement),), safe),)
+            is_safe = is_direct and _cannot_fail(node.test)
+            fixes = (Fix("Replace with the branch that runs", (Edit(node.span, replacement),), is_safe),)
     yield _condition_warning(node.test, fixes)
 
 

@@ -141,8 +141,8 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
             elif kind is ENTITY:
                 hint = "entities are put together by `union`"
             if only is not None:
-                short = len(text) <= MAX_SHOWN
-                hint = f"name the attribute: `:{only} {text}`" if short else f"write `:{only}` before it"
+                is_short = len(text) <= MAX_SHOWN
+                hint = f"name the attribute: `:{only} {text}`" if is_short else f"write `:{only}` before it"
                 fixes = (Fix(f"Name it `:{only}`", (Edit(argument.span, f":{only} {text}"),), safe=True),)
         if kind is ENTITY and type(node.word) is ast.Constant and node.word.value in OF_ENTITIES:
             name = str(node.word.value)
@@ -263,8 +263,8 @@ def _warn_plain_parameters(
     names = {p.name: p for p in function.parameters if p.kind in ("required", "optional")}
     for key, key_node, _ in keywords:
         if key in names:
-            what = "the embedding" if names[key] is function.parameters[0] else "an embedding"
-            message = f'"{word}" takes `{key}` by position, so that it is {what}, not the value of `:{key}`'
+            embedding = "the embedding" if names[key] is function.parameters[0] else "an embedding"
+            message = f'"{word}" takes `{key}` by position, so that it is {embedding}, not the value of `:{key}`'
             hint = f"make it a keyword parameter: `(lambda (:{key}) ...)`"
             fixes = keyword_fixes(names[key], function)
             inference.warn("plain-parameter", message, key_node.span, hint, fixes)
@@ -376,18 +376,18 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
         return
     items = value.items if type(value) is ast.ArrayLiteral else (value,)
     numbers = [inference.number_of(item) for item in items]
-    wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
-    if attribute.name == "color" and len(numbers) == 4 and not wrong:
+    outside = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
+    if attribute.name == "color" and len(numbers) == 4 and not outside:
         message = f'the attribute `:color` of "{word}" has three components; the fourth is ignored'
         _, fixes = triple_fix(value)
         inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`", fixes,
                        expected="three numbers", found=value.span.text)  # fmt: skip
-    if not wrong:
+    if not outside:
         return
     hint = _range_hint(attribute, value, numbers)
     code = re.search(r"`(\(rgb [^`]*\)|[\d.]+)`\Z", hint or "")
     fixes = (Fix(f"Change to `{code[1]}`", (Edit(value.span, code[1]),)),) if code else ()
-    text = value.span.text if type(value) is not ast.Reference else f"{value.span.text}, which is {wrong[0]:g}"
+    text = value.span.text if type(value) is not ast.Reference else f"{value.span.text}, which is {outside[0]:g}"
     limits = "not be negative" if attribute.high == math.inf else f"be {attribute.low:g} to {attribute.high:g}"
     inference.warn(
         "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {text}',
@@ -669,8 +669,8 @@ def check_rows(inference: KindInference, node: ast.ArrayLiteral, kinds: Sequence
     is_mixed = bool(known) and any(numbers)
     if not is_mixed and len(known) < 2:
         return True
-    wrong = next(i for i, length in enumerate(lengths) if length is not None and (is_mixed or length != lengths[0]))
-    item, kind = node.items[wrong], kinds[wrong]
+    culprit = next(i for i, length in enumerate(lengths) if length is not None and (is_mixed or length != lengths[0]))
+    item, kind = node.items[culprit], kinds[culprit]
     value = shown(item, kind)
     if not is_mixed:
         message, hint = f"the rows of an array must have the same length, got {value}", None
@@ -678,7 +678,7 @@ def check_rows(inference: KindInference, node: ast.ArrayLiteral, kinds: Sequence
         message, hint = f"expected a number in an array of numbers, got {value}", None
         if known == {3}:
             text = item.span.text if item.span.expansion is None and len(item.span.text) <= MAX_SHOWN else "v"
-            hint = f"one of its components is `({'xyz'[wrong] if wrong < len('xyz') else 'y'}-of {text})`"
+            hint = f"one of its components is `({'xyz'[culprit] if culprit < len('xyz') else 'y'}-of {text})`"
     inference.report("value", message, item.span, hint, expected="a number" if is_mixed else "rows of one length",
                      found=describe(kind))  # fmt: skip
     return False

@@ -150,7 +150,7 @@ def called_builtin(node: Any) -> str | None:
 
 
 def analyse(forms: tuple[Any, ...]) -> Analysis:
-    """Analyse the top-level forms of a file; set the attributes ``owner`` and ``captured`` of their variables."""
+    """Analyze the top-level forms of a file; set the attributes ``owner`` and ``captured`` of their variables."""
     analysis = Analysis()
     top = Region(None, is_function=True)
     for form in forms:
@@ -362,7 +362,7 @@ class _Loops:
 # Integers of fewer bits are added and multiplied without a check of their size: a few operations on them cannot reach
 # the limit of the language, and a Float holds them (its largest exponent is 1023).
 MAX_BITS = 1_000
-_TURN_BITS = 65  # by which at most 2^64 turns, each of which adds a bounded number, lengthen it, with the carry
+_TURN_BITS = 65  # by which fewer than 2^64 sums with bounded numbers can lengthen an Integer
 
 
 def arithmetic_kind(name: str, left: Kind, right: Kind) -> Kind:

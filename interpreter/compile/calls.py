@@ -609,13 +609,13 @@ def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     (a,), (check_a,) = arguments, checks
 
     def node(f: Frame) -> Any:
-        x = given = a(f)
+        x = argument = a(f)
         try:
             if check_a is not None:
-                x = check_a(given)
+                x = check_a(argument)
             return function(rt, x)
         except Mismatch:
-            raise mismatch(builtin, checks, (given,), span) from None
+            raise mismatch(builtin, checks, (argument,), span) from None
         except (SceneError, *_ARITHMETIC) as error:
             raise _placed(builtin, error, span) from None
 
@@ -649,12 +649,12 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     function = builtin.function
 
     def node(f: Frame) -> Any:
-        given = [argument(f) for argument in arguments]
+        values = [argument(f) for argument in arguments]
         try:
-            x, y, z = [value if check is None else check(value) for check, value in zip(checks, given)]
+            x, y, z = [value if check is None else check(value) for check, value in zip(checks, values)]
             return function(rt, x, y, z)
         except Mismatch:
-            raise mismatch(builtin, checks, given, span) from None
+            raise mismatch(builtin, checks, values, span) from None
         except (SceneError, *_ARITHMETIC) as error:
             raise _placed(builtin, error, span) from None
 

@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler
 
 _MAX_NODES = 3_000  # of a function; longer code stays with the closures
-_MAX_LOOPS = 50  # of a function: the inner loops of a nest are analysed once for every loop around them
+_MAX_LOOPS = 50  # of a function: the inner loops of a nest are analyzed once for every loop around them
 _MAX_ARITY = 8  # parameters of a function; ``_ADAPTERS`` of ``compile`` has one adapter for each number of them
 _MAX_UNCHARGED = 32  # arguments of a builtin; ``call_builtin`` charges for more (``_MIN_CHARGED`` of ``procedures``)
 _MAX_INLINE_LIST = 4  # items of ``(list ...)`` that are written as nested pairs
@@ -79,7 +79,7 @@ _FRAME = re.compile(r"\bF\b")  # the frame of a generated function, in its text
 class LoopCode:
     """Loop that is being written: its function, and the local variable that counts its turns.
 
-    ``number`` identifies the loop in the text, where ``q = number`` tells outer loops to which of them control goes.
+    ``number`` identifies the loop in the text: ``q = number`` before a ``break`` selects the outer loop that continues.
     """
 
     variable: Variable

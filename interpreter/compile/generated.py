@@ -1,7 +1,7 @@
 """Run-time support of generated functions (locations of errors, general calls), and the text of a function in progress.
 
 A generated function has no ``try`` around its calls. One handler around its body asks ``placed`` to find, by the line
-number in the traceback, the *site* that failed, and to do what the closure of that call would have done.
+number in the traceback, the *site* that failed, and to handle the error as the closure of that call would.
 """
 
 from __future__ import annotations
@@ -499,7 +499,7 @@ class Text:
         return CodeText(self.constant(value), kind_of_operand(value))
 
     def roll_back(self, lines: int, kinds: dict[str, Kind], names: dict[Variable, str]) -> None:
-        """Remove the lines from number ``lines`` on, and restore what was known of variables before them."""
+        """Remove the lines from number ``lines`` on, and restore the knowledge about variables before them."""
         del self.lines[lines:]
         for number in [number for number in self.sites if number > lines]:
             del self.sites[number]

@@ -1,4 +1,4 @@
-"""Kinds of values: what the text of a program says about a value, such as "an Integer" or "a Vector of 3 numbers".
+"""Kinds of values: static knowledge about a value, such as "an Integer" or "a Vector of 3 numbers".
 
 Kinds form a lattice, as in abstract interpretation (Cousot and Cousot, POPL 1977). ``ANY`` is the top: nothing is
 known. ``NEVER`` is the bottom: there is no value, because the expression always raises or escapes. In between are kinds
@@ -34,7 +34,7 @@ class Kind:
     item
         Common kind of the items; of a function, the kind of its result.
     code
-        Of a function, what it is: an ``ast.Lambda``, a ``Builtin`` or a ``RecordCode``; of a record, its name.
+        Of a function, its definition: an ``ast.Lambda``, a ``Builtin`` or a ``RecordCode``; of a record, its name.
     options
         Members of a union, with distinct tags; of any other kind, the kind itself.
     bits

@@ -37,7 +37,7 @@ from scenelang.interpreter.values.values import NIL, Array, Embedding, Matrix, P
 _NOWHERE = Span(Source("<expansion>", ""), 0, 0)
 # Characters that are replaced in the name of a renamed variable.
 _UNREADABLE = re.compile(r"[^A-Za-z0-9!?*<>=/_-]+")
-_PLAIN = (int, float, bool, str, type(None))  # types of atoms that always read as what they print
+_PLAIN = (int, float, bool, str, type(None))  # types of atoms whose printed text always reads as an equal atom
 
 
 def _list(*items: Datum) -> ListDatum:
