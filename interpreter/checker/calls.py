@@ -469,7 +469,23 @@ def report_unknown_keyword(
     what: str = "parameter",
     signature: str | None = None,
 ) -> None:
-    """Report a keyword argument that a function does not have, with the name that is probably meant."""
+    """Report a keyword argument that a function does not have, with the name that is probably meant.
+
+    Parameters
+    ----------
+    owner
+        The function, for messages.
+    key, span
+        Name and location of the keyword.
+    known
+        Names of the keyword parameters.
+    usage
+        Parameter list of the function.
+    what
+        The word for a keyword argument in messages.
+    signature
+        Usage of a call, if it is not ``usage``.
+    """
     name, sign, value = key.partition("=")
     if sign and name in known:
         written = f":{name} {value}"

@@ -205,7 +205,23 @@ class KindInference:
         signature: str | None = None,
         near: Sequence[str] = (),
     ) -> Kind:
-        """Report a mistake and return ANY. ``always`` is False if the evaluation may succeed."""
+        """Report a mistake in the current expression and return ANY.
+
+        Parameters
+        ----------
+        name
+            Name of the diagnostic; it becomes a conditional failure in code that may not run.
+        message, hint
+            What is wrong, and what to do.
+        span
+            Location in the text.
+        fixes
+            Edits that correct the mistake; dropped in the expansion of a macro.
+        always
+            Whether every evaluation of the expression fails.
+        expected, found, signature, near
+            Fields of the diagnostic for programs that read it.
+        """
         if self.is_guarded:
             return ANY
         if not (self.is_certain and always):
@@ -390,7 +406,25 @@ class KindInference:
         rejects: frozenset[str] = frozenset(),
         fails: Callable[[float], bool] | None = None,
     ) -> None:
-        """Record that ``node`` must have one of these types, if it is a parameter of the enclosing function."""
+        """Record a requirement on ``node``, if it is a parameter of the enclosing function.
+
+        Parameters
+        ----------
+        place
+            The use in the function's body, for the note of a finding: "passed to `sqrt`".
+        types
+            Accepted types of the registry; empty if only ``rejects`` or ``fails`` decide.
+        expected
+            Required value, for messages.
+        error
+            Name of the diagnostic.
+        count
+            Number of arguments with which a function is called.
+        rejects
+            Tags of kinds that fail.
+        fails
+            Whether a number fails.
+        """
         parameter = self._parameter(node)
         if parameter is not None:
             self.result.needs.setdefault(parameter, []).append(

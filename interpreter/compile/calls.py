@@ -865,7 +865,7 @@ def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span
 
 
 def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
-    """Convert ``value`` to parts and append them to ``out``."""
+    """Convert ``value`` to parts and append them to ``out``; entities and posed entities have a fast path."""
     if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
         out.append(value)
     elif type(value) is Entity:

@@ -100,7 +100,17 @@ class ProgramRun:
         return merged, make_list(rest) if rest else gamma
 
     def evaluate_root(self, word: str, function: Any, z: Embedding, gamma: Any) -> Scene:
-        """Call the root's function and return its scene, which is static or consists of frames."""
+        """Call the root's function and return its scene, which is static or consists of frames.
+
+        Parameters
+        ----------
+        word, function
+            Root word, and the function that it is bound to.
+        z
+            Embedding of the root.
+        gamma
+            Infinite list of handles, or the positional arguments of ``(scene ...)``.
+        """
         rt = self.rt
         rt.clock += 1
         serial = rt.clock
