@@ -1,4 +1,8 @@
-"""Kinds of a whole program: forms in the order of their dependencies, with results kept from version to version."""
+"""Kinds of a whole program: forms in the order of their dependencies, with results reused from version to version.
+
+The kinds of a form depend on the answers that it got about the rest of the program. The book records these, and
+infers a form again only when one of them has changed.
+"""
 
 from __future__ import annotations
 
@@ -9,29 +13,20 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
-from scenelang.interpreter.checker.infer import FormKinds, Need, Passed, infer_form, value_of
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
-    ANY,
-    ARRAYS,
-    ENTITY,
-    FRAMES,
-    LIST,
     MAX_SHOWN,
-    PART,
-    PARTS,
-    Kind,
     accepts,
     arity_of,
-    describe,
     infix_fix,
-    join,
     number_of,
     plural,
     shown,
     triple_fix,
 )
+from scenelang.interpreter.checker.infer import FormKinds, Need, Passed, infer_form, value_of
 from scenelang.interpreter.checker.scene_forms import keyword_fixes
+from scenelang.interpreter.compile.kinds import ANY, ARRAYS, ENTITY, FRAMES, LIST, PART, PARTS, Kind, describe, join
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD
 
@@ -39,12 +34,13 @@ if TYPE_CHECKING:
     from scenelang.interpreter.checker.program import Program
     from scenelang.interpreter.checker.rules import FormFacts
 
+# Kinds of results of library functions that do not return parts.
 _LIBRARY_RESULTS = {"stack": join(LIST, ARRAYS), "call": ANY, "union": LIST, "union-loop": LIST, "transform": ANY}
 
 
 @dataclass(slots=True)
 class _Entry:
-    """Result of one form with what it read: kinds of variables, functions of words, words that may be bound."""
+    """Result of one form, with the answers about the rest of the program on which it depends."""
 
     form: Any
     result: FormKinds
@@ -65,34 +61,40 @@ class _View:
         self._version, self.entry, self.group, self.index = version, entry, group, index
 
     def kind_of(self, variable: Variable) -> Kind:
+        """Return the kind of a global variable, and record the answer."""
         kind = self.entry.variables.get(variable)
         if kind is None:
             kind = self.entry.variables[variable] = self._version.kind_of(variable, self.group)
         return kind
 
     def word_function(self, word: str) -> ast.Lambda | None:
-        found = self.entry.functions[word] = self._version.functions.get(word)
-        return found
+        """Return the function of a word that is certain, and record the answer."""
+        function = self.entry.functions[word] = self._version.functions.get(word)
+        return function
 
     def may_be_bound(self, word: str) -> bool:
-        found = self.entry.bound[word] = self._version.may_be_bound(word)
-        return found
+        """Return whether the program may bind a word, and record the answer."""
+        is_bound = self.entry.bound[word] = self._version.may_be_bound(word)
+        return is_bound
 
     def is_assigned(self, variable: Variable) -> bool:
-        found = self.entry.assigned[variable] = self._version.is_assigned(variable)
-        return found
+        """Return whether ``set!`` changes a variable, and record the answer."""
+        is_assigned = self.entry.assigned[variable] = self._version.is_assigned(variable)
+        return is_assigned
 
     def is_later(self, variable: Variable) -> bool:
-        found = self.entry.later[variable] = self._version.is_later(variable, self.index)
-        return found
+        """Return whether a variable is defined after this form, and record the answer."""
+        is_later = self.entry.later[variable] = self._version.is_later(variable, self.index)
+        return is_later
 
     def constant_of(self, variable: Variable) -> float | None:
-        found = self.entry.numbers[variable] = self._version.constant_of(variable)
-        return found
+        """Return the number that a variable always has, and record the answer."""
+        number = self.entry.numbers[variable] = self._version.constant_of(variable)
+        return number
 
 
 def _is_input(program: Program) -> bool:
-    """Return whether a program is an input of the REPL, which later ones go on with."""
+    """Return whether a program is an input of the REPL, which later inputs continue."""
     return program.main.name.startswith("<repl")
 
 
@@ -100,26 +102,31 @@ class _Version:
     """One version of a program: where its variables and words are defined."""
 
     def __init__(self, program: Program, library: Mapping[Variable, Any]) -> None:
+        """Collect where a program defines its variables and binds its words; ``library`` are the definitions of the
+        library."""
         self._library = library
         self.facts: Sequence[FormFacts] = program.facts
-        self.homes = {variable: index for index, each in enumerate(self.facts) for variable in each.defined}
-        # the mark of a variable stays when the form that changed it has gone; an input of the REPL may be changed later
-        self._assigned = frozenset(variable for each in self.facts for variable in each.assigned)
+        self.homes = {variable: index for index, facts in enumerate(self.facts) for variable in facts.defined}
+        # `Variable.assigned` remains set after the form with `set!` is removed, so the forms decide; a variable of the
+        # REPL may be changed by a later input.
+        self._assigned = frozenset(variable for facts in self.facts for variable in facts.assigned)
         self._is_open = _is_input(program)
         backwards = reversed([*enumerate(self.facts)])
-        self._first = {variable: index for index, each in backwards for variable in each.defined}
+        self._first = {variable: index for index, facts in backwards for variable in facts.defined}
         self.groups = [0] * len(self.facts)
         self.kinds: dict[Variable, Kind] = {}
         self.functions, self._bound, self._any_word = _word_functions(program)
 
     def may_be_bound(self, word: str) -> bool:
+        """Return whether the program may bind a word."""
         return self._any_word or word in self._bound
 
     def is_assigned(self, variable: Variable) -> bool:
+        """Return whether the program may change a variable by ``set!``."""
         return variable.assigned and (self._is_open or variable in self._assigned)
 
     def is_later(self, variable: Variable, index: int) -> bool:
-        """Return whether a variable has no definition before the form ``index`` ends, but one behind it."""
+        """Return whether the first definition of a variable is the form ``index`` or a later one."""
         return self._first.get(variable, -1) >= index
 
     def constant_of(self, variable: Variable) -> float | None:
@@ -137,12 +144,13 @@ class _Version:
         home = self.homes.get(variable)
         if home is None:
             return self._of_library(variable)
-        if self.groups[home] == group:  # forms that depend on each other know nothing but their functions
+        if self.groups[home] == group:  # forms that depend on each other know only each other's functions
             form = self.facts[home].form
             return Kind("Function", None, ANY, form.value) if type(form.value) is ast.Lambda else ANY
         return self.kinds.get(variable, ANY)
 
     def _of_library(self, variable: Variable) -> Kind:
+        """Return the kind of a library definition; combinators return parts unless ``_LIBRARY_RESULTS`` differs."""
         definition = self._library.get(variable)
         if definition is None or type(definition.value) is not ast.Lambda:
             return ANY
@@ -150,24 +158,28 @@ class _Version:
 
 
 def _word_functions(program: Program) -> tuple[dict[str, ast.Lambda | None], set[str], bool]:
-    """Return the functions of words that are certain, all words that may be bound, and whether a word is computed."""
-    found: dict[str, ast.Lambda | None] = {}
+    """Return the functions of the words that are bound once, all words that may be bound, and whether a word that is
+    bound is computed, and so may be any."""
+    functions: dict[str, ast.Lambda | None] = {}
     bound, any_word = set(program.all_words), False
-    for each in program.facts:
-        for word, function in each.binds:
+    for facts in program.facts:
+        for word, function in facts.binds:
             if word is None:
                 any_word = True
                 continue
             bound.add(word)
-            is_first = word not in found
-            found[word] = function if is_first and type(function) is ast.Lambda else None
+            is_first = word not in functions
+            functions[word] = function if is_first and type(function) is ast.Lambda else None
     if any_word:
-        found = dict.fromkeys(found)
-    return found, bound, any_word
+        functions = dict.fromkeys(functions)
+    return functions, bound, any_word
 
 
 class KindBook:
-    """Kinds of the forms of a program. The result of a form is used again while all that it read is the same."""
+    """Kinds of the forms of a program.
+
+    The result of a form is reused by the next version while everything that it read is the same.
+    """
 
     def __init__(self, library: Mapping[Variable, Any]) -> None:
         self._library = library
@@ -195,10 +207,11 @@ class KindBook:
         if program.scene is not None:
             view = _View(version, _Entry(program.scene, FormKinds()), 0, len(version.facts))
             self.scene = infer_form(view, program.scene)
-        return [entries[id(each.form)].result for each in version.facts]
+        return [entries[id(facts.form)].result for facts in version.facts]
 
 
 def _is_valid(entry: _Entry, version: _Version, group: int, index: int) -> bool:
+    """Return whether a version gives all answers that an entry recorded."""
     return (
         all(version.kind_of(variable, group) == kind for variable, kind in entry.variables.items())
         and all(version.functions.get(word) is function for word, function in entry.functions.items())
@@ -212,7 +225,7 @@ def _is_valid(entry: _Entry, version: _Version, group: int, index: int) -> bool:
 def _groups(version: _Version) -> list[list[int]]:
     """Return the strongly connected components of the forms' references, each after those it refers to.
 
-    Tarjan's algorithm (1972) without recursion.
+    Tarjan's algorithm (SIAM Journal on Computing 1, 1972) without recursion.
     """
     homes, facts = version.homes, version.facts
     order: dict[int, int] = {}
@@ -258,33 +271,39 @@ def _groups(version: _Version) -> list[list[int]]:
 
 
 def findings(program: Program, root: str | None, is_written: bool = True) -> list[Diagnostic]:
-    """Return what the kinds of a program show to be wrong.
+    """Return the mistakes that the kinds of a program show.
 
     An error in a form that ``root`` never reaches is a warning, since it is not evaluated. Of programs that were
     translated from Python (``is_written`` False), only errors, values out of range and infinite recursion are reported:
-    the rest may be due to the translation.
+    others may be due to the translation.
     """
     results = program.kinds.of(program)
     reached = reached_forms(program.facts, root) if root is not None else None
-    found: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     needs = needs_of(results)
-    for each, result in zip(program.facts, results):
-        own = [d for d in (*result.findings, *(d for _, d in misuses(result, needs))) if not _is_library(d)]
-        if reached is not None and id(each) not in reached:
-            own = [_unreached(d) for d in own if d.found != "`none`"]  # a word may be a stub until it is used
-        found += own
-        found += _inner_frames(each, result, root)
+    for facts, result in zip(program.facts, results):
+        form_diagnostics = [
+            d for d in (*result.findings, *(d for _, d in misuses(result, needs))) if not _is_library(d)
+        ]
+        if reached is not None and id(facts) not in reached:
+            form_diagnostics = [
+                _unreached(d) for d in form_diagnostics if d.found != "`none`"
+            ]  # a word may be a stub until it is used
+        diagnostics += form_diagnostics
+        diagnostics += _inner_frames(facts, result, root)
     if root is not None and _scene_word(program) == root and program.kinds.scene is not None:
         scene = program.kinds.scene
-        found += [*scene.findings, *(d for _, d in misuses(scene, needs))]
-    found += endless_recursions(results)
-    found += _unbound_root(program, root)
-    if not program.all_words and program.ok and not _is_input(program) and not any(d.is_error for d in found):
-        found += chain.from_iterable(map(_unbound_parts, program.facts, results))
+        diagnostics += [*scene.findings, *(d for _, d in misuses(scene, needs))]
+    diagnostics += endless_recursions(results)
+    diagnostics += _unbound_root(program, root)
+    if not program.all_words and program.ok and not _is_input(program) and not any(d.is_error for d in diagnostics):
+        diagnostics += chain.from_iterable(map(_unbound_parts, program.facts, results))
     if not is_written:
-        found = [d for d in found if d.is_error or d.name in ("out-of-range", "endless-recursion", "elementwise-poses")]
-    functions = [each.form.function for each in program.facts if type(each.form) is ast.Bind]
-    return _with_parameters(found, functions)
+        diagnostics = [
+            d for d in diagnostics if d.is_error or d.name in ("out-of-range", "endless-recursion", "elementwise-poses")
+        ]
+    functions = [facts.form.function for facts in program.facts if type(facts.form) is ast.Bind]
+    return _with_parameters(diagnostics, functions)
 
 
 def _unbound_parts(facts: FormFacts, result: FormKinds) -> Iterator[Diagnostic]:
@@ -301,12 +320,13 @@ def _unbound_parts(facts: FormFacts, result: FormKinds) -> Iterator[Diagnostic]:
 
 
 def _scene_word(program: Program) -> str | None:
+    """Return the word of ``(scene "word")``."""
     word = program.scene.word if program.scene is not None else None
     return word.value if type(word) is ast.Constant and type(word.value) is str else None
 
 
 def _inner_frames(facts: FormFacts, result: FormKinds, root: str | None) -> Iterator[Diagnostic]:
-    """Report a word other than the root whose value is surely frames."""
+    """Report a word other than the root whose value is certainly frames."""
     form = facts.form
     if type(form) is not ast.Bind or type(form.function) is not ast.Lambda or facts.word is None:
         return
@@ -330,16 +350,19 @@ def _unbound_root(program: Program, root: str | None) -> Iterator[Diagnostic]:
     if any_word or word in bound:
         return
     near = near_names(word, bound)
-    fixes = tuple(Fix(f'Change to "{each}"', (Edit(form.word.span, f'"{each}"'),), len(near) == 1) for each in near)
+    fixes = tuple(Fix(f'Change to "{other}"', (Edit(form.word.span, f'"{other}"'),), len(near) == 1) for other in near)
     hint = f'did you mean "{near[0]}"?' if near else 'bind it with `(bind "word" (lambda () ...))`'
     yield Diagnostic("root", f'the root "{word}" is not bound', form.span, hint, fixes=fixes, near=tuple(near))
 
 
 def _unreached(finding: Diagnostic) -> Diagnostic:
+    """Return an error of a form that is not evaluated as a warning (W401): unfinished words are normal while a scene is
+    being written."""
     return replace(finding, name="conditional-failure") if finding.is_error else finding
 
 
 def _is_function(form: Any) -> bool:
+    """Return whether a form defines a function."""
     return type(form) is ast.Define and type(form.value) is ast.Lambda
 
 
@@ -352,42 +375,47 @@ def _runs_at_once(facts: FormFacts) -> bool:
 
 
 def reached_forms(facts: Sequence[FormFacts], root: str) -> set[int] | None:
-    """Return the ids of the facts of all forms that may be evaluated: all expressions of the top level, the root's
-    function, and the functions that these mention, apart from words that are computed. None without the root."""
-    by_word = {each.word: each for each in facts if each.word is not None}
+    """Return the ids of the facts of all forms that may be evaluated, or None if no form binds the root.
+
+    These are the expressions at top level, the root's function, and what they mention, directly or through others.
+    Computed words are not included.
+    """
+    by_word = {form.word: form for form in facts if form.word is not None}
     if root not in by_word:
         return None
-    by_name = {variable: each for each in facts for variable in each.defined}
-    seen: set[int] = set()
-    stack = [each for each in facts if _runs_at_once(each)] + [by_word[root]]
+    by_name = {variable: form for form in facts for variable in form.defined}
+    reached: set[int] = set()
+    stack = [form for form in facts if _runs_at_once(form)] + [by_word[root]]
     while stack:
-        each = stack.pop()
-        if id(each) not in seen:
-            seen.add(id(each))
-            stack += [by_word[text] for text in each.strings if text in by_word]
-            stack += [by_name[variable] for variable in each.used if variable in by_name]
-    return seen
+        form = stack.pop()
+        if id(form) not in reached:
+            reached.add(id(form))
+            stack += [by_word[text] for text in form.strings if text in by_word]
+            stack += [by_name[variable] for variable in form.used if variable in by_name]
+    return reached
 
 
-def _with_parameters(found: Sequence[Diagnostic], functions: Sequence[Any]) -> list[Diagnostic]:
-    """Explain errors about the embedding that a positional parameter of a word's function holds, once for each
-    parameter: it was meant to be a keyword parameter."""
-    own: dict[tuple[Any, str], Diagnostic] = {}
+def _with_parameters(diagnostics: Sequence[Diagnostic], functions: Sequence[Any]) -> list[Diagnostic]:
+    """Replace errors about a positional parameter that holds the embedding of a word by one for each parameter.
+
+    Its fix makes the parameter a keyword parameter.
+    """
+    explained: dict[tuple[Any, str], Diagnostic] = {}
     rest: list[Diagnostic] = []
-    for finding in found:
+    for finding in diagnostics:
         span = finding.span
         parameter = _parameter_at(span, functions) if finding.found == "an Embedding" and span is not None else None
         if parameter is None:
             rest.append(finding)
             continue
         function, name = parameter
-        if (function, name) not in own:
+        if (function, name) not in explained:
             target = next(p for p in function.parameters if p.name == name)
             hint = f"`{name}` is the entity's embedding; make it a keyword parameter: `(lambda (:{name}) ...)`"
-            own[function, name] = replace(finding, hint=hint, fixes=keyword_fixes(target, function))
-    names = {name for _, name in own}
+            explained[function, name] = replace(finding, hint=hint, fixes=keyword_fixes(target, function))
+    names = {name for _, name in explained}
     rest = [d for d in rest if not (d.name == "plain-parameter" and d.span is not None and d.span.text[1:] in names)]
-    return [*rest, *own.values()]
+    return [*rest, *explained.values()]
 
 
 def _parameter_at(span: Span, functions: Sequence[Any]) -> tuple[ast.Lambda, str] | None:
@@ -402,17 +430,18 @@ def _parameter_at(span: Span, functions: Sequence[Any]) -> tuple[ast.Lambda, str
 
 
 def _is_library(finding: Diagnostic) -> bool:
+    """Return whether a finding is in the standard library."""
     return finding.span is not None and str(finding.span.source.name).startswith(STD)
 
 
-# Arguments that the function which takes them cannot use.
+# --- arguments that a function of the program cannot use --------------------------------------------------------------
 
 
 Needs = Mapping[Variable, Sequence[Need]]
 
 
 def needs_of(results: Sequence[FormKinds]) -> Needs:
-    """Return what the functions of a program do with their parameters."""
+    """Return the uses of the parameters of a program's functions."""
     return {variable: uses for result in results for variable, uses in result.needs.items()}
 
 
@@ -426,18 +455,19 @@ def misuses(result: FormKinds, needs: Needs) -> Iterator[tuple[Passed, Diagnosti
 
 def _unmet(passed: Passed, needs: Needs) -> Need | None:
     """Return the first use of a parameter, or of one that it is passed on to, that fails for an argument."""
-    pending, seen = [passed.parameter], {passed.parameter}
+    pending, visited = [passed.parameter], {passed.parameter}
     while pending:
         for need in needs.get(pending.pop(), ()):
             if not _is_met(need, passed):
                 return need
-            if need.passed is not None and need.passed not in seen:
-                seen.add(need.passed)
+            if need.passed is not None and need.passed not in visited:
+                visited.add(need.passed)
                 pending.append(need.passed)
     return None
 
 
 def _is_met(need: Need, passed: Passed) -> bool:
+    """Return whether a use of a parameter may succeed with an argument."""
     kind, number = passed.kind, passed.number
     if need.types and not any(accepts(type_, kind) for type_ in need.types):
         return False
@@ -455,10 +485,12 @@ def _takes(kind: Kind, count: int) -> bool:
 
 
 def _needs_point(use: Need) -> bool:
+    """Return whether a use requires a Vector of three numbers."""
     return any(not isinstance(type_, str) and type_.name == "Point" for type_ in use.types)
 
 
 def _misuse(passed: Passed, use: Need) -> Diagnostic:
+    """Return the finding about an argument, with a note at the use that fails."""
     value = shown(passed.argument, passed.kind)
     message = f"the parameter `{passed.parameter.name}` of {passed.owner} must be {use.expected}, got {value}"
     name = use.error
@@ -485,16 +517,16 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     )  # fmt: skip
 
 
-# Recursion without end: functions that call themselves, directly or through others, whenever they are called.
+# --- infinite recursion: functions that always call themselves, directly or through others ----------------------------
 
 
 def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
-    """Return one error for each cycle of functions that always call the next one."""
+    """Return a warning for each cycle of functions that always call the next one, found by depth-first search."""
     calls = [call for result in results for call in result.always_calls]
     edges: dict[Any, list[tuple[Any, Any]]] = {}
     for caller, callee, span in sorted(calls, key=lambda call: call[0].name):  # a session's forms are in any order
         edges.setdefault(caller, []).append((callee, span))
-    found: list[Diagnostic] = []
+    warnings: list[Diagnostic] = []
     done: set[Any] = set()
     for start in edges:
         path: list[Any] = []
@@ -507,17 +539,22 @@ def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
             node = None
             for callee, span in pending[-1]:
                 if callee in path:
-                    found.append(_endless(callee, span))
+                    warnings.append(_endless(callee, span))
                 elif callee in edges and callee not in done:
                     node = callee
                     break
             if node is None:
                 pending.pop()
                 done.add(path.pop())
-    return found
+    return warnings
 
 
 def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
+    """Return the warning about an infinite recursion.
+
+    It is a warning, although the call always fails: a program that the check rejects does not run, and so would show no
+    limits, log or call chain.
+    """
     name = function.name if function.name.startswith('"') else f"`{function.name}`"
     message = f"infinite recursion: {name} always calls itself"
     hint = "put the call into a branch: `(if test (...) ...)`"

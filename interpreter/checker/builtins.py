@@ -1,7 +1,9 @@
 """Builtins: the kinds of their results, and checks of the values of their arguments.
 
-What the registry says of a result is used where it is exact. Functions whose result depends on their arguments have a
-rule here. A rule must contain every value that the function can return: a test compares them with evaluated programs.
+The type of a result in the registry is used where it is exact. Functions whose result depends on their arguments have a
+rule here. A rule must cover every value that the function can return: ``tests/kinds`` compares rules with evaluated
+programs. A finding requires certainty, so some rules of arithmetic share type sets (``Numeric``, ``ArrayLike``) and
+shapes are compared only if both are known: a small table that is always right is worth more than a larger one.
 """
 
 from __future__ import annotations
@@ -14,8 +16,20 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
+    accepts,
+    may_be_parts,
+    number_of,
+    plural,
+    shown,
+    swap_fix,
+    triple_fix,
+    unquoted_number,
+    wrap_fix,
+)
+from scenelang.interpreter.compile.analyse import called_builtin
+from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAYS,
     BOOLEAN,
@@ -46,7 +60,6 @@ from scenelang.interpreter.checker.kinds import (
     TABLE,
     VECTOR,
     Kind,
-    accepts,
     describe,
     is_number,
     item_of,
@@ -55,19 +68,10 @@ from scenelang.interpreter.checker.kinds import (
     length_of,
     list_of,
     list_with,
-    may_be_parts,
-    number_of,
     pair_of,
-    plural,
-    shown,
-    swap_fix,
-    triple_fix,
     union_of,
-    unquoted_number,
     vector_of,
-    wrap_fix,
 )
-from scenelang.interpreter.compile.analyse import called_builtin
 from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, BuiltinParameter, Type, expected_name
 from scenelang.interpreter.values.values import Vector
 
@@ -80,7 +84,7 @@ ANGLES = {"rotate": 0, "sin": 0, "cos": 0, "tan": 0}
 # Arguments that are points or directions: three numbers.
 TRIPLES = {"translate": (0,), "rotate": (1, 2), "reflect": (0, 1), "scale": (0, 1)}
 
-# What each procedure can change, and the values that nothing can change.
+# Types that each procedure can change, and types that none can.
 _LISTS = frozenset(("MutableList",))
 _SEQUENCES = frozenset(("MutableList", "MutableArray"))
 _COLLECTIONS = frozenset(("MutableList", "Table", "Set"))
@@ -94,7 +98,7 @@ MUTATED: dict[str, frozenset[str]] = {
 }  # fmt: skip
 IMMUTABLE = frozenset(("List", "Vector", "Array", "Matrix", "String", "Pair", "Part"))
 
-# What ``car`` and ``cdr`` take apart.
+# Types that ``car`` and ``cdr`` accept.
 PAIRS = frozenset(("List", "Pair", "Part", "Entity", "Handles", "MutableList"))
 
 _BY_TYPE: dict[str, Kind] = {
@@ -104,7 +108,9 @@ _BY_TYPE: dict[str, Kind] = {
     "Function": FUNCTION, "List[Tuple[Entity, Matrix]]": PARTS, "List[Embedding]": Kind("List", None, EMBEDDING),
 }  # fmt: skip
 
-Rule = Callable[[Sequence[Kind]], Kind]
+_MAX_CONSED = 32  # arguments of ``list*`` that are looked at
+
+Rule = Callable[[Sequence[Kind]], Kind]  # the kind of a result, from those of the positional arguments
 
 
 def result_of(builtin: Builtin, arguments: Sequence[Kind], has_keywords: bool) -> Kind:
@@ -116,6 +122,7 @@ def result_of(builtin: Builtin, arguments: Sequence[Kind], has_keywords: bool) -
 
 
 def _is_vector(kind: Kind) -> bool:
+    """Return whether a value is certainly a Vector."""
     return kind.tag == "Vector"
 
 
@@ -136,6 +143,7 @@ def _arithmetic(arguments: Sequence[Kind]) -> Kind:
 
 
 def _division(arguments: Sequence[Kind]) -> Kind:
+    """Like arithmetic, but Integers may give a Float."""
     kind = _arithmetic(arguments)
     return NUMBER if kind is INTEGER else kind
 
@@ -149,19 +157,22 @@ def _elementwise(arguments: Sequence[Kind]) -> Kind:
 
 
 def _rounding(arguments: Sequence[Kind]) -> Kind:
+    """A rounding function, applied to a number or each item of an array."""
     kind = _elementwise(arguments)
     return NUMBER if kind is NUMBER else kind
 
 
 def _listed(arguments: Sequence[Kind]) -> Kind:
+    """A list of the arguments."""
     return list_of(arguments)
 
 
 def _listed_then(arguments: Sequence[Kind]) -> Kind:
+    """A list of the arguments whose last one is the rest of the list."""
     tail = arguments[-1]
     if tail.tag == "MutableList":
         return list_with(ANY)
-    if tail.tag != "List" or len(arguments) > 32:
+    if tail.tag != "List" or len(arguments) > _MAX_CONSED:
         return ANY if tail is ANY else CONS if len(arguments) > 1 else tail
     if tail.items is not None:
         return list_of([*arguments[:-1], *tail.items])
@@ -169,6 +180,7 @@ def _listed_then(arguments: Sequence[Kind]) -> Kind:
 
 
 def _cons(arguments: Sequence[Kind]) -> Kind:
+    """A posed entity, a pair, or a list with one item more."""
     first, rest = arguments
     if first is ENTITY and rest is MATRIX:
         return PART
@@ -180,6 +192,7 @@ def _cons(arguments: Sequence[Kind]) -> Kind:
 
 
 def _car(arguments: Sequence[Kind]) -> Kind:
+    """The first item; an entity is a pair of word and embedding, and its parts."""
     kind = arguments[0]
     if kind.tag == "List":
         return kind.items[0] if kind.items else item_of(kind) if kind.items is None else ANY
@@ -189,6 +202,7 @@ def _car(arguments: Sequence[Kind]) -> Kind:
 
 
 def _cdr(arguments: Sequence[Kind]) -> Kind:
+    """The rest of a list or pair."""
     kind = arguments[0]
     if kind.tag == "List":
         return list_of(kind.items[1:]) if kind.items else list_with(item_of(kind)) if kind.items is None else ANY
@@ -217,11 +231,13 @@ def _append(arguments: Sequence[Kind]) -> Kind:
 
 
 def _iota(arguments: Sequence[Kind]) -> Kind:
-    whole = all(kind is INTEGER for kind in arguments[1:])
-    return Kind("List", None, INTEGER if whole else NUMBER)
+    """A list of numbers; Integers if start and step are."""
+    are_integers = all(kind is INTEGER for kind in arguments[1:])
+    return Kind("List", None, INTEGER if are_integers else NUMBER)
 
 
 def _integers(arguments: Sequence[Kind]) -> Kind:
+    """A list of Integers."""
     return Kind("List", None, INTEGER)
 
 
@@ -234,6 +250,7 @@ def _same_sequence(arguments: Sequence[Kind]) -> Kind:
 
 
 def _reversed(arguments: Sequence[Kind]) -> Kind:
+    """The items in reverse order."""
     kind = arguments[0]
     if kind.tag in ("List", "Vector") and kind.items is not None:
         return Kind(kind.tag, tuple(reversed(kind.items)))
@@ -241,6 +258,7 @@ def _reversed(arguments: Sequence[Kind]) -> Kind:
 
 
 def _mapped(arguments: Sequence[Kind]) -> Kind:
+    """A list of the function's results, as long as a single sequence of known length."""
     function = arguments[0]
     item = function.item if function.tag == "Function" and function.item is not None else ANY
     if len(arguments) == 2 and arguments[1].tag in ("List", "Vector") and item is not NEVER:
@@ -251,10 +269,11 @@ def _mapped(arguments: Sequence[Kind]) -> Kind:
 
 
 def _item(arguments: Sequence[Kind]) -> Kind:
+    """Any item of a sequence."""
     kind = arguments[0]
     if len(arguments) == 1 and kind.tag in ("List", "Vector", "String"):
-        found = item_of(kind)
-        return ANY if found is NEVER else found
+        item = item_of(kind)
+        return ANY if item is NEVER else item
     return ANY
 
 
@@ -279,16 +298,19 @@ def _ref(arguments: Sequence[Kind]) -> Kind:
 
 
 def _coordinate(arguments: Sequence[Kind]) -> Kind:
+    """A component of a vector."""
     return NUMBER if arguments[0].tag == "Vector" else ANY
 
 
 def _vector(arguments: Sequence[Kind]) -> Kind:
+    """An array of the arguments."""
     if any(map(is_number, arguments)):  # the others are numbers too, or the call fails
         return vector_of(len(arguments), all(kind is INTEGER for kind in arguments))
     return ARRAYS
 
 
 def _matrix_product(arguments: Sequence[Kind]) -> Kind:
+    """A pose, or a vector that poses are applied to."""
     if all(kind is MATRIX for kind in arguments):
         return MATRIX
     if all(kind is MATRIX for kind in arguments[:-1]) and arguments[-1].tag == "Vector":
@@ -298,16 +320,19 @@ def _matrix_product(arguments: Sequence[Kind]) -> Kind:
 
 
 def _dot(arguments: Sequence[Kind]) -> Kind:
+    """A number for two vectors."""
     return NUMBER if all(kind.tag == "Vector" for kind in arguments) else ANY
 
 
 def _extremum(arguments: Sequence[Kind]) -> Kind:
+    """One of several numbers."""
     if len(arguments) > 1 and all(map(is_number, arguments)):
         return INTEGER if all(kind is INTEGER for kind in arguments) else NUMBER
     return ANY
 
 
 def _sum(arguments: Sequence[Kind]) -> Kind:
+    """A number for a sequence of numbers."""
     kind = arguments[0]
     if kind.tag == "Vector" or (kind.tag == "List" and is_number(item_of(kind))):
         return NUMBER
@@ -320,21 +345,25 @@ def _drawn(arguments: Sequence[Kind]) -> Kind:
 
 
 def _zipped(arguments: Sequence[Kind]) -> Kind:
+    """A list of lists with one item of each sequence."""
     items = [item_of(kind) if kind.tag in ("List", "Vector", "String") else ANY for kind in arguments]
     return Kind("List", None, list_of([ANY if item is NEVER else item for item in items]))
 
 
 def _enumerated(arguments: Sequence[Kind]) -> Kind:
+    """A list of lists of an index and an item."""
     kind = arguments[0]
     item = item_of(kind) if kind.tag in ("List", "Vector", "String") else ANY
     return Kind("List", None, list_of([INTEGER, ANY if item is NEVER else item]))
 
 
 def _identity(arguments: Sequence[Kind]) -> Kind:
+    """The first argument."""
     return arguments[0] if arguments else ANY
 
 
 def _constant(kind: Kind) -> Rule:
+    """Return a rule for functions whose results all have one kind."""
     return lambda arguments: kind
 
 
@@ -396,13 +425,16 @@ _KEYWORDS_DO_NOT_MATTER = frozenset((
 # --- values of arguments ---------------------------------------------------------------------------------------------
 
 
-TURN = 2 * math.pi
+TURN = 2 * math.pi  # radians
 
 
 def check_values(
     inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
 ) -> bool:
-    """Check literal arguments: divisors, indices, angles, and what the registry entry itself checks."""
+    """Check literal arguments: divisors, indices, angles, and the check of the registry entry.
+
+    Returns False after a report, so that each call has one error.
+    """
     name = builtin.name
     divisors = nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ()
     if name in _DIVISIONS and any(inference.number_of(divisor) == 0 for divisor in divisors):
@@ -421,8 +453,8 @@ def check_values(
     for position in TRIPLES.get(name, ()):
         if position < len(nodes) and not _check_triple(inference, node, builtin, position, nodes, kinds):
             return False
-    goes_through = name in ("set-ref!", "update!") and len(nodes) > 3  # several indices, one in the other
-    if name in MUTATED and not goes_through and not _check_mutable(inference, node, name, nodes[0], kinds[0]):
+    is_nested = name in ("set-ref!", "update!") and len(nodes) > 3  # several indices, each into the item before
+    if name in MUTATED and not is_nested and not _check_mutable(inference, node, name, nodes[0], kinds[0]):
         return False
     if _CXR.fullmatch(name) and not _check_cxr(inference, node, name, nodes[0], kinds[0]):
         return False
@@ -439,10 +471,12 @@ def check_values(
     angle = ANGLES.get(name)
     if angle is not None and len(nodes) > angle:
         check_angle(inference, nodes[angle])
-    # the value of a literal that could not be read is None
-    if builtin.check is not None and all(type(each) is ast.Constant and each.value is not None for each in nodes):
+    # The value of a literal that the reader could not read is None.
+    if builtin.check is not None and all(
+        type(literal) is ast.Constant and literal.value is not None for literal in nodes
+    ):
         try:
-            builtin.check(*(each.value for each in nodes))
+            builtin.check(*(literal.value for literal in nodes))
         except SceneError as error:
             inference.report(error.name, error.message, node.span, error.hint, fixes=_near_fixes(error, nodes),
                              expected=f"a valid argument of `{name}`", found=" ".join(n.span.text for n in nodes),
@@ -456,7 +490,7 @@ _NO_ARRAY = frozenset(("Integer", "Float", "Entity", "String", "Function", "Bool
 _NO_PARTS = frozenset(("Integer", "Float", "String", "Function", "Boolean", "None", "Matrix", "Vector", "Keyword"))
 _SEQUENCE = "a list or another sequence"
 
-# Positions of arguments that may have several types, the kinds that always fail there, and what is expected.
+# Arguments that may have several types: the position, the tags that always fail, and the expected value for messages.
 _REJECTED: dict[str, tuple[int, frozenset[str], str]] = {
     **dict.fromkeys(("first", "second", "third", "fourth", "fifth", "rest", "take", "drop"), (0, _NO_SEQUENCE,
                                                                                               _SEQUENCE)),
@@ -477,7 +511,7 @@ _REJECTED: dict[str, tuple[int, frozenset[str], str]] = {
 def need_of_argument(
     inference: KindInference, builtin: Builtin, index: int, parameter: BuiltinParameter, argument: Any
 ) -> None:
-    """Record what a builtin needs of an argument of unknown kind."""
+    """Record the type that a builtin requires of an argument of unknown kind."""
     type_: Type = parameter.type
     place = f"passed to `{builtin.name}`"
     if index in TRIPLES.get(builtin.name, ()) and builtin.name != "scale":
@@ -522,19 +556,19 @@ def _check_rejected(
     return True
 
 
-# Functions that are cheap, have no effects, and are not defined for all arguments of their types.
+# Functions that are cheap and pure, and not defined for all arguments of their types: the check calls them.
 _EVALUATED = frozenset(("sqrt", "log", "log2", "log10", "asin", "acos", "substring", "normalize", "cross"))
 
 
 class _Uncharged:
-    """Runtime of a builtin that is called with literals: it counts nothing."""
+    """Runtime for calls of builtins with literals, which does not count steps."""
 
     @staticmethod
     def charge(steps: int) -> None: ...
 
 
 def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any]) -> bool:
-    """Call a builtin with arguments that are known, and report that it fails."""
+    """Call a builtin if all arguments are known, and report the error if it fails."""
     values: list[Any] = []
     for argument in nodes:
         is_text = type(argument) is ast.Constant and type(argument.value) is str
@@ -557,6 +591,7 @@ def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: 
 
 
 def _failure(builtin: Builtin, values: Sequence[Any]) -> SceneError | None:
+    """Return the error of a call of a builtin, or None if it succeeds."""
     try:
         builtin.function(_Uncharged, *values)
     except SceneError as error:
@@ -567,6 +602,7 @@ def _failure(builtin: Builtin, values: Sequence[Any]) -> SceneError | None:
 
 
 def _check_scale(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Warn about a scale of 0."""
     if inference.number_of(nodes[0]) == 0 and node.span.expansion is None:
         inference.warn("out-of-range", "a scale of 0 shrinks the part to a point", node.span,
                        expected="a factor other than 0", found="0")  # fmt: skip
@@ -606,9 +642,9 @@ def _check_extremes(
 
 
 def _check_shapes(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Check that the lengths of the vectors that are combined item by item agree; one of length 1 fits all."""
-    found = (length_of(kind) for kind in kinds if kind.tag == "Vector")
-    lengths = {length for length in found if length not in (None, 1)}
+    """Check that vectors that are combined item by item have one length; length 1 is broadcast, as in numpy."""
+    known_lengths = (length_of(kind) for kind in kinds if kind.tag == "Vector")
+    lengths = {length for length in known_lengths if length not in (None, 1)}
     if MATRIX in kinds and name in ("+", "-", "*", "/", "dot") and lengths and lengths != {4}:
         vector = f"a Vector of {next(iter(lengths))} numbers"
         hint = "poses are composed by `@`: `(@ (translate [x y z]) pose)`"
@@ -638,6 +674,7 @@ def _check_direction(inference: KindInference, vector: Any, message: str, hint: 
 
 
 def _check_counted(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check that a count is not negative."""
     count = inference.number_of(nodes[0])
     if count is None or count >= 0:
         return True
@@ -648,7 +685,7 @@ def _check_counted(inference: KindInference, node: Any, name: str, nodes: Sequen
 
 def _check_drawn(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Check the limits of a random integer."""
-    limits = [inference.number_of(each) for each in nodes]
+    limits = [inference.number_of(limit) for limit in nodes]
     if None in limits:
         return True
     low, high = (0.0, limits[0]) if len(limits) == 1 else limits[:2]
@@ -665,6 +702,7 @@ def _check_drawn(inference: KindInference, node: Any, name: str, nodes: Sequence
 def _check_nonempty(
     inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]
 ) -> bool:
+    """Check that a single sequence has an item."""
     if len(nodes) > 1 or kinds[0].items != () or kinds[0].tag not in ("List", "Vector"):
         return True
     inference.report("index", f"`{name}` expects a sequence with at least one item, got an empty one", node.span,
@@ -699,12 +737,13 @@ def _check_radians(inference: KindInference, node: Any, name: str, nodes: Sequen
 
 
 def _check_normal(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check that the normal of a reflection is not zero."""
     message = "`reflect`: the normal of a reflection must be a finite non-zero vector"
     return _check_direction(inference, nodes[-1], message, "the plane x = 0 has the normal `[1 0 0]`")
 
 
 def _check_product(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Check the shapes of a product of matrices: a vector of three numbers may only be the last."""
+    """Check the shapes of a matrix product: only the last factor may be a vector of three numbers."""
     for index, (left, right) in enumerate(pairwise(kinds)):
         length = length_of(left) if left.tag == "Vector" else None
         if length in (None, 4) or right is not MATRIX:
@@ -718,7 +757,7 @@ def _check_product(inference: KindInference, node: Any, name: str, nodes: Sequen
 
 
 def _check_pairs(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Check that a table is written with a value after every key."""
+    """Check that every key of ``(table key value ...)`` has a value."""
     if len(nodes) % 2 == 0 or len(nodes) < len(node.arguments):
         return True
     inference.report("arity", f"`table` expects a value after every key, got {plural(len(nodes), 'argument')}",
@@ -754,6 +793,7 @@ _ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last
 
 
 def _check_ordinal(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Check that a sequence is long enough for ``first``, ``second`` and so on."""
     length = length_of(kinds[0]) if kinds[0].tag in ("List", "Vector") else None
     if length is None or length >= _ORDINALS[name]:
         return True
@@ -764,11 +804,11 @@ def _check_ordinal(inference: KindInference, node: Any, name: str, nodes: Sequen
 
 
 def _check_rgb(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Warn about components from 0 to 1 where 0 to 255 are meant."""
-    values = [number_of(each) for each in nodes]
+    """Warn about components of ``rgb`` from 0 to 1, which are expected from 0 to 255."""
+    values = [number_of(argument) for argument in nodes]
     known = [value for value in values if value is not None]
     if len(known) == len(values) == 3 and 0 < max(known) <= 1 and min(known) >= 0 and node.span.expansion is None:
-        written = f"[{' '.join(each.span.text for each in nodes)}]"
+        written = f"[{' '.join(argument.span.text for argument in nodes)}]"
         inference.warn(
             "out-of-range", f"the components of `rgb` go from 0 to 255, got {written[1:-1]}", node.span,
             f"a color with components from 0 to 1 is written `{written}`",
@@ -779,6 +819,7 @@ def _check_rgb(inference: KindInference, node: Any, name: str, nodes: Sequence[A
 
 
 def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
+    """Warn about a component of ``hsv`` outside 0 to 1."""
     if node.span.expansion is None:
         for parameter, value in zip(("hue", "saturation", "value"), map(number_of, nodes)):
             if value is not None and not 0 <= value <= 1:
@@ -789,6 +830,7 @@ def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[A
     return True
 
 
+# Checks of single functions, after those that ``check_values`` makes for all.
 _FURTHER: dict[str, Callable[..., bool]] = {
     **dict.fromkeys(("+", "-", "*", "/", "dot", "distance"), _check_shapes),
     **dict.fromkeys(("rotate", "sin", "cos", "tan"), _check_radians), "iota": _check_counted, "choice": _check_nonempty,
@@ -803,7 +845,7 @@ _FURTHER: dict[str, Callable[..., bool]] = {
 def _check_triple(
     inference: KindInference, node: Any, builtin: Builtin, position: int, nodes: Sequence[Any], kinds: Sequence[Kind]
 ) -> bool:
-    """Check that an argument that is a point or direction has three numbers."""
+    """Check that a point or direction has three numbers."""
     parameters = (*builtin.signature.required, *builtin.signature.optional)
     kind = kinds[position]
     if type(nodes[position]) is ast.ArrayLiteral:
@@ -821,16 +863,16 @@ def _check_triple(
 
 
 def _check_mutable(inference: KindInference, node: Any, name: str, argument: Any, kind: Kind) -> bool:
-    """Check that what a procedure changes can be changed."""
+    """Check that the argument that a procedure changes is mutable."""
     tags = {option.tag for option in kind.options}
     if kind is ANY or tags & MUTATED[name]:
         return True
     if tags <= IMMUTABLE:
-        what = describe(kind)
+        described = describe(kind)
         twin = "mutable-array" if tags <= {"Vector", "Array", "Matrix"} else "mutable-list"
         hint = f"create it with `({twin} ...)`, or copy it with `(mutable x)`"
-        inference.report("immutable", f"`{name}` cannot change {what}", node.span, hint, expected=f"a {twin}",
-                         found=what)  # fmt: skip
+        inference.report("immutable", f"`{name}` cannot change {described}", node.span, hint, expected=f"a {twin}",
+                         found=described)  # fmt: skip
         return False
     expected = " or ".join(describe(Kind(tag)) for tag in sorted(MUTATED[name]))
     inference.report("type", f"`{name}` expects {expected}, got {shown(argument, kind)}", node.span, expected=expected,
@@ -853,15 +895,16 @@ def _check_cxr(inference: KindInference, node: Any, name: str, argument: Any, ki
             )  # fmt: skip
             return False
         if kind.items == ():
-            whole = inference.result.kinds[argument]
-            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, whole)}", node.span,
-                             expected="a longer list", found=f"{length_of(whole)} items")  # fmt: skip
+            list_kind = inference.result.kinds[argument]
+            inference.report("index", f"`{name}` expects a longer list, got {shown(argument, list_kind)}", node.span,
+                             expected="a longer list", found=f"{length_of(list_kind)} items")  # fmt: skip
             return False
         kind = result_of_pair(letter, kind)
     return True
 
 
 def _is_zero(node: Any) -> bool:
+    """Return whether an expression is a literal zero."""
     return number_of(node) == 0.0
 
 
@@ -869,8 +912,8 @@ def _near_fixes(error: SceneError, nodes: Sequence[Any]) -> tuple[Fix, ...]:
     """Return fixes that replace a misspelled string by the names that the error suggests."""
     if len(nodes) != 1 or nodes[0].span.expansion is not None:
         return ()
-    safe = len(error.near) == 1
-    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),), safe) for near in error.near)
+    is_safe = len(error.near) == 1
+    return tuple(Fix(f'Change to "{near}"', (Edit(nodes[0].span, f'"{near}"'),), is_safe) for near in error.near)
 
 
 _DIVISIONS = frozenset(("/", "//", "%", "modulo", "quotient", "remainder", "floor/", "truncate/"))
@@ -878,27 +921,28 @@ _INDEXED = {"ref": (0, 1), "list-ref": (0, 1), "vector-ref": (0, 1), "string-ref
 
 
 def _check_index(inference: KindInference, node: Any, name: str, sequence: Any, kind: Kind, index: Any) -> bool:
+    """Check an index into a sequence: its type, and its range if both length and index are known."""
     length = length_of(kind) if kind.tag in ("List", "Vector") else None
     if type(sequence) is ast.Constant and type(sequence.value) is str:
         length = len(sequence.value)
     value = inference.number_of(index)
-    wrong = inference.result.kinds[index]
+    index_kind = inference.result.kinds[index]
     is_indexed = kind.tag in ("List", "Vector", "Matrix", "Array", "String")
-    if is_indexed and wrong.tag in ("String", "Keyword", "Symbol", "Function", "Boolean", "None", "Entity"):
-        inference.report("type", f"`{name}` expects an Integer as the index, got {shown(index, wrong)}", node.span,
-                         "indices start at 0", expected="an Integer", found=describe(wrong))  # fmt: skip
+    if is_indexed and index_kind.tag in ("String", "Keyword", "Symbol", "Function", "Boolean", "None", "Entity"):
+        inference.report("type", f"`{name}` expects an Integer as the index, got {shown(index, index_kind)}", node.span,
+                         "indices start at 0", expected="an Integer", found=describe(index_kind))  # fmt: skip
         return False
-    if kind is EMBEDDING and wrong is INTEGER:
-        inference.report("type", f"`ref` expects the name of an attribute, such as `:size`, got {shown(index, wrong)}",
-                         node.span, expected="a keyword", found="an Integer")  # fmt: skip
+    if kind is EMBEDDING and index_kind is INTEGER:
+        message = f"`ref` expects the name of an attribute, such as `:size`, got {shown(index, index_kind)}"
+        inference.report("type", message, node.span, expected="a keyword", found="an Integer")
         return False
     if length is None or value is None or not value.is_integer():
         return True
     lowest = -length if name == "ref" else 0
     if not lowest <= value < length:
-        what = "string" if type(sequence) is ast.Constant and type(sequence.value) is str else kind.tag.lower()
+        collection = "string" if type(sequence) is ast.Constant and type(sequence.value) is str else kind.tag.lower()
         inference.report(
-            "index", f"index {int(value)} is outside the {what} of length {length}", node.span,
+            "index", f"index {int(value)} is outside the {collection} of length {length}", node.span,
             f"indices start at 0, so the last one is {length - 1}" if length else None,
             expected=f"0 to {length - 1}" if length else "no index", found=str(int(value)),
         )  # fmt: skip
@@ -917,7 +961,7 @@ def _step_of(inference: KindInference, node: Any) -> float | None:
 
 
 def check_angle(inference: KindInference, node: Any) -> None:
-    """Warn about a literal angle that is surely given in degrees: more than two turns of radians."""
+    """Warn about a constant angle of more than two turns, which is certainly meant in degrees."""
     value = inference.number_of(node)
     value = _step_of(inference, node) if value is None else value
     if value is None:

@@ -4,28 +4,20 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, near_names
 from scenelang.interpreter.checker.builtins import check_angle, check_values, need_of_argument, result_of
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
-    ANY,
     AXES,
-    ENTITY,
-    INTEGER,
     MAX_SHOWN,
-    NEVER,
-    PART,
-    Kind,
     accepts,
     arity_of,
-    describe,
     is_keyword,
-    item_of,
     literal_fits,
     may_be_parts,
     meant_keyword,
@@ -38,6 +30,7 @@ from scenelang.interpreter.checker.kinds import (
     unquoted_number,
     wrap_fix,
 )
+from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, PART, Kind, describe, item_of
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, expected_name
 
@@ -76,8 +69,10 @@ def call(inference: KindInference, node: ast.Application, function: Kind, argume
 def report_not_a_function(
     inference: KindInference, node: ast.Application, function: Kind, arguments: Sequence[Kind]
 ) -> Kind:
+    """Report a call whose head is not a function, with the form that is probably meant: an array, ``ref``, ``call``,
+    ``union``, or no call."""
     head = node.function
-    found = describe(function)
+    described = describe(function)
     text = head.span.text
     hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
     fixes: tuple[Fix, ...] = ()
@@ -132,18 +127,18 @@ def report_not_a_function(
         fixes = (Fix("Remove the parentheses", (Edit(node.span, text),), safe=True),)
     return inference.report(
         "not-a-procedure", f"expected a function to call, got {shown(head, function)}", node.span, hint, fixes=fixes,
-        expected="a Function", found=found,
+        expected="a Function", found=described,
     )  # fmt: skip
 
 
 def _are_numbers(node: ast.Application) -> bool:
     """Return whether parentheses hold numbers only; ``#(1 2)`` has its own explanation."""
     before = node.span.source.text[node.span.start - 1 : node.span.start]
-    return before != "#" and all(number_of(each) is not None for each in (node.function, *node.arguments))
+    return before != "#" and all(number_of(part) is not None for part in (node.function, *node.arguments))
 
 
 def _may_be_numbers(node: ast.Application, kinds: Sequence[Kind]) -> bool:
-    """Return whether parentheses hold as many values as a point has, all of which may be numbers."""
+    """Return whether parentheses contain three values that may all be numbers, as a point has."""
     return len(kinds) == len(AXES) and all(
         kind is ANY or any(option.tag in ("Integer", "Float") for option in kind.options) for kind in kinds
     )
@@ -152,7 +147,7 @@ def _may_be_numbers(node: ast.Application, kinds: Sequence[Kind]) -> bool:
 def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: str, usage: str) -> Any:
     """Split the argument nodes of a call into positional ones and ``(name, keyword node, value node)`` rows.
 
-    Returns None after a report, or if an argument may be a keyword that the text does not show.
+    Returns None after a report, or if a computed argument may be a keyword.
     """
     positional: list[Any] = []
     keywords: list[tuple[str, Any, Any]] = []
@@ -180,16 +175,17 @@ def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: s
 
 
 def _may_hide_keywords(inference: KindInference, positional: Sequence[Any]) -> bool:
-    """Return whether a positional argument of unknown kind may be a keyword, which takes the next argument along."""
+    """Return whether a positional argument of unknown kind may be a keyword, whose value would be the next argument."""
     return any(inference.result.kinds[node] is ANY and _may_be_keyword(node) for node in positional)
 
 
 def _may_be_keyword(node: Any) -> bool:
-    """Return whether an expression of unknown kind could give a keyword: a call of the program's, or a parameter."""
+    """Return whether an expression of unknown kind may be a keyword: only a variable may."""
     return type(node) is ast.Reference and isinstance(node.target, Variable)
 
 
 def item_given(kind: Kind) -> Kind:
+    """Return the kind of the items of a sequence that a library function passes to a callback."""
     item = item_of(kind) if kind.tag in ("List", "Vector", "String") else ANY
     return ANY if item is NEVER else item
 
@@ -222,14 +218,14 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
         if signature.keywords and _may_hide_keywords(inference, nodes):
             return ANY
         return _report_arity(inference, node, builtin, nodes)
-    kinds = [inference.result.kinds[each] for each in nodes]
+    kinds = [inference.result.kinds[argument] for argument in nodes]
     for index, (argument, kind) in enumerate(zip(nodes, kinds)):
         parameter = parameters[index] if index < len(parameters) else signature.rest
         assert parameter is not None
         if kind is ANY:
             need_of_argument(inference, builtin, index, parameter, argument)
         elif not _fits(parameter, argument, kind):
-            return _report_type(inference, node, builtin, parameter, argument, kind, nodes, kinds)
+            return _report_type(inference, node, builtin, parameter, index, nodes)
     if not check_values(inference, node, builtin, nodes, kinds):
         return ANY
     callback = _CALLBACKS.get(builtin.name)
@@ -249,6 +245,8 @@ def _by_position(node: ast.Application, parameters: Sequence[BuiltinParameter]) 
 
 
 def _fits(parameter: BuiltinParameter, argument: Any, kind: Kind) -> bool:
+    """Return whether an argument may have the type of a parameter; a literal Float is an Integer only if it is
+    whole."""
     name = parameter.type.name
     if name == "Integer" and type(argument) is ast.Constant and type(argument.value) is float:
         return argument.value.is_integer()
@@ -256,27 +254,28 @@ def _fits(parameter: BuiltinParameter, argument: Any, kind: Kind) -> bool:
 
 
 def _report_arity(inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]) -> Kind:
+    """Report a wrong number of arguments of a builtin."""
     signature = builtin.signature
     required, most = len(signature.required), len(signature.required) + len(signature.optional)
     if signature.rest is not None:
         expected = f"at least {required}"
     else:
         expected = str(required) if required == most else f"{required} to {most}"
-    given = len(nodes)
+    count = len(nodes)
     noun = "argument" if expected.split()[-1] == "1" else "arguments"
     hint, fixes = _grouped(inference, node, builtin, nodes)
     if signature.rest is None and not fixes:
         fixes = _without_surplus(node, nodes, most)
     return inference.report(
-        "arity", f"`{builtin.name}` expects {expected} {noun}, got {given}", node.span,
+        "arity", f"`{builtin.name}` expects {expected} {noun}, got {count}", node.span,
         hint or f"signature: {builtin.usage}", fixes=fixes, expected=f"{expected} {noun}",
-        found=plural(given, "argument"), signature=builtin.usage,
+        found=plural(count, "argument"), signature=builtin.usage,
     )  # fmt: skip
 
 
 def _without_surplus(node: ast.Application, nodes: Sequence[Any], most: int) -> tuple[Fix, ...]:
     """Return the fix that leaves out the arguments beyond the last one that a function takes."""
-    if len(nodes) <= most or any(each.span.expansion is not None for each in (node, *nodes)):
+    if len(nodes) <= most or any(part.span.expansion is not None for part in (node, *nodes)):
         return ()
     start = nodes[most - 1].span.end if most else nodes[0].span.start
     surplus = Span(node.span.source, start, nodes[-1].span.end)
@@ -301,14 +300,14 @@ def _grouped(
         rest = nodes[index + 3 :]
         if len(group) < 3 or index + 1 + len(rest) > len(parameters):
             continue
-        kinds = [inference.result.kinds[each] for each in group]
+        kinds = [inference.result.kinds[item] for item in group]
         if any(kind is not ANY and numeric.isdisjoint(option.tag for option in kind.options) for kind in kinds):
             continue
-        if any(each.span.expansion is not None for each in group):
+        if any(item.span.expansion is not None for item in group):
             continue
-        written = "[" + " ".join(each.span.text for each in group) + "]"
+        written = "[" + " ".join(item.span.text for item in group) + "]"
         span = Span(node.span.source, group[0].span.start, group[-1].span.end)
-        before = " ".join(each.span.text for each in nodes[:index])
+        before = " ".join(item.span.text for item in nodes[:index])
         text = f"({builtin.name} {before + ' ' if before else ''}{written}{' ...' if rest else ''})"
         return f"write `{text}`", (Fix("Write an array", (Edit(span, written),), safe=True),)
     return None, ()
@@ -320,9 +319,9 @@ def _listed(
     """Return a hint and a fix for ``(array a b c)``: a vector of numbers, a list of anything else."""
     if node.span.expansion is not None:
         return None, ()
-    kinds = [inference.result.kinds[each] for each in nodes]
+    kinds = [inference.result.kinds[item] for item in nodes]
     if all(kind.tag in ("Integer", "Float") for kind in kinds):
-        written = "[" + " ".join(each.span.text for each in nodes) + "]"
+        written = "[" + " ".join(item.span.text for item in nodes) + "]"
         hint = f"write `{written}`" if len(written) <= MAX_SHOWN else "write an array in square brackets"
         return hint, (Fix("Write an array", (Edit(node.span, written),), safe=True),)
     head = node.function.span
@@ -334,12 +333,13 @@ def _report_type(
     node: ast.Application,
     builtin: Builtin,
     parameter: BuiltinParameter,
-    argument: Any,
-    kind: Kind,
+    index: int,
     nodes: Sequence[Any],
-    kinds: Sequence[Kind],
 ) -> Kind:
+    """Report the argument ``nodes[index]`` of a builtin, which has the wrong type."""
     expected = expected_name(parameter.type.name)
+    kinds = [inference.result.kinds[argument] for argument in nodes]
+    argument, kind = nodes[index], kinds[index]
     hint, fixes = _swapped(builtin, node, nodes, kinds)
     if hint is None:
         hint, fixes = _advice(inference, builtin, parameter, argument, kind, node)
@@ -361,14 +361,14 @@ def _swapped(
             if a.type.name == b.type.name == "Any" or kinds[i] is ANY is kinds[j]:
                 continue
             if ANY in (kinds[i], kinds[j]) and (kinds[i] is ANY or accepts(a.type, kinds[i])):
-                continue  # the first one is surely wrong, or both are
+                continue  # an unknown argument is swapped only if the known one is wrong
             rest = all(
                 accepts(parameters[k].type, kinds[k])
                 for k in range(min(len(nodes), len(parameters)))
                 if k not in (i, j)
             )
-            wrong = not (accepts(a.type, kinds[i]) and accepts(b.type, kinds[j]))
-            if rest and wrong and accepts(a.type, kinds[j]) and accepts(b.type, kinds[i]):
+            is_wrong = not (accepts(a.type, kinds[i]) and accepts(b.type, kinds[j]))
+            if rest and is_wrong and accepts(a.type, kinds[j]) and accepts(b.type, kinds[i]):
                 return swap_fix(node, nodes[i], nodes[j])
     return None, ()
 
@@ -381,7 +381,7 @@ def _advice(
     text = argument.span.text if argument.span.expansion is None else ""
     is_short = bool(text) and len(text) <= MAX_SHOWN and "\n" not in text
     if name == "Numeric" and kind.tag == "List":
-        if builtin.name == "+" and all(inference.result.kinds[each].tag == "List" for each in node.arguments):
+        if builtin.name == "+" and all(inference.result.kinds[operand].tag == "List" for operand in node.arguments):
             return "lists are joined by `append`; `(array list)` makes an array, which is added item by item", ()
         if is_short:
             return f"arithmetic needs an array: `(array {text})`", (wrap_fix(argument, "array"),)
@@ -389,7 +389,7 @@ def _advice(
     if builtin.name == "vector-ref" and kind.tag == "List" and node.function.span.expansion is None:
         return "items of any sequence are read by `ref`", (Fix("Write `ref`", (Edit(node.function.span, "ref"),)),)
     if builtin.name == "repeat" and kind.tag == "Integer" and node.function.span.text == "repeat":
-        if any(inference.result.kinds[each].tag == "Function" for each in node.arguments[1:]):
+        if any(inference.result.kinds[operand].tag == "Function" for operand in node.arguments[1:]):
             fix = Fix("Write `union-loop`", (Edit(node.function.span, "union-loop"),))
             return "copies by the index of a loop are made by `(union-loop count function)`", (fix,)
     if builtin.name == "vector" and kind.tag not in ("Integer", "Float", "Vector", "Array", "List"):
@@ -399,7 +399,7 @@ def _advice(
     if name in ("Numeric", "Number", "Float", "Integer") and kind.tag == "String":
         hint, fixes = unquoted_number(argument)
         if hint is None and builtin.name == "+" and node.function.span.expansion is None:
-            are_texts = all(inference.result.kinds[each].tag == "String" for each in node.arguments)
+            are_texts = all(inference.result.kinds[operand].tag == "String" for operand in node.arguments)
             join_ = "string-append" if are_texts else "string"
             head = Edit(node.function.span, join_)
             return f"texts are joined by `{join_}`", (Fix(f"Write `{join_}`", (head,), safe=True),)
@@ -437,8 +437,9 @@ def _parts_hint(function: str, text: str) -> str:
 def _check_builtin_keywords(
     inference: KindInference, builtin: Builtin, keywords: Sequence[tuple[str, Any, Any]]
 ) -> bool:
+    """Check the names and types of keyword arguments of a builtin."""
     known = {parameter.name: parameter for parameter in builtin.signature.keywords}
-    ok = True
+    is_valid = True
     for key, key_node, value in keywords:
         parameter = known.get(key)
         kind = inference.result.kinds[value]
@@ -447,15 +448,15 @@ def _check_builtin_keywords(
             inference.need(value, place, (parameter.type,), expected_name(parameter.type.name))
         elif parameter is None:
             report_unknown_keyword(inference, f"`{builtin.name}`", key, key_node.span, known, builtin.usage)
-            ok = False
+            is_valid = False
         elif not accepts(parameter.type, kind):
             expected = expected_name(parameter.type.name)
             inference.report(
                 "type", f"`{builtin.name}` expects {expected} for `:{key}`, got {shown(value, kind)}", value.span,
                 f"signature: {builtin.usage}", expected=expected, found=describe(kind), signature=builtin.usage,
             )  # fmt: skip
-            ok = False
-    return ok
+            is_valid = False
+    return is_valid
 
 
 def report_unknown_keyword(
@@ -468,7 +469,23 @@ def report_unknown_keyword(
     what: str = "parameter",
     signature: str | None = None,
 ) -> None:
-    """Report a keyword argument that a function does not have, with the name that was meant."""
+    """Report a keyword argument that a function does not have, with the name that is probably meant.
+
+    Parameters
+    ----------
+    owner
+        The function, for messages.
+    key, span
+        Name and location of the keyword.
+    known
+        Names of the keyword parameters.
+    usage
+        Parameter list of the function.
+    what
+        The word for a keyword argument in messages.
+    signature
+        Usage of a call, if it is not ``usage``.
+    """
     name, sign, value = key.partition("=")
     if sign and name in known:
         written = f":{name} {value}"
@@ -500,7 +517,11 @@ def _abbreviated(key: str, known: Any) -> list[str]:
 def check_callback(
     inference: KindInference, node: Any, function: Kind, arguments: Sequence[Kind], caller: str, runs: bool
 ) -> None:
-    """Check that a function accepts the number of arguments. ``runs``: it is surely called at least once."""
+    """Check that a function accepts the arguments of a callback.
+
+    ``arguments`` are their kinds, ``caller`` the name of the calling function for messages, and ``runs`` whether the
+    callback is certainly called.
+    """
     if function.tag != "Function":
         return
     code, count = function.code, len(arguments)
@@ -509,7 +530,7 @@ def check_callback(
         return
     if low <= count <= high:
         if isinstance(code, Builtin):
-            _check_callback_types(inference, node, code, arguments, caller, runs)
+            _check_callback_types(inference, node, code, arguments, caller, runs=runs)
         return
     expected = (
         f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
@@ -529,13 +550,14 @@ def check_callback(
 
 
 def takes(parameter: ast.Parameter, kind: Kind) -> bool:
+    """Return whether a parameter may accept a value."""
     return parameter.type is None or accepts(parameter.type, kind)
 
 
 def _check_callback_types(
-    inference: KindInference, node: Any, code: Builtin, arguments: Sequence[Kind], caller: str, runs: bool
+    inference: KindInference, node: Any, code: Builtin, arguments: Sequence[Kind], caller: str, *, runs: bool
 ) -> None:
-    """Check what a builtin that is passed to another function is called with."""
+    """Check the types of the arguments with which a function calls a builtin that is passed to it."""
     signature = code.signature
     parameters = [*signature.required, *signature.optional]
     for index, kind in enumerate(arguments):
@@ -552,7 +574,7 @@ def _check_callback_types(
 
 
 def _mapped(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
-    """Check the function of ``map`` and its like against the number of sequences."""
+    """Check the function of ``map`` and similar functions against the number of sequences."""
     sequences = kinds[1:]
     runs = bool(sequences) and all(kind.items for kind in sequences)
     check_callback(inference, nodes[0], kinds[0], [*map(item_given, sequences)], f"`{builtin.name}`", runs)
@@ -571,15 +593,17 @@ def _applied(
 
 
 def _tested(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+    """Check the predicate of ``filter`` and similar functions."""
     check_callback(inference, nodes[0], kinds[0], [ANY], f"`{builtin.name}`", bool(kinds[1].items))
 
 
 def _folded(inference: KindInference, node: Any, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]) -> None:
+    """Check the function of a fold against the items and the accumulator."""
     sequences = kinds[2:]
     runs = bool(sequences) and all(kind.items for kind in sequences)
     items = [*map(item_given, sequences)]
-    given = [ANY, *items] if builtin.name == "fold-left" else [*items, ANY]
-    check_callback(inference, nodes[0], kinds[0], given, f"`{builtin.name}`", runs)
+    passed = [ANY, *items] if builtin.name == "fold-left" else [*items, ANY]
+    check_callback(inference, nodes[0], kinds[0], passed, f"`{builtin.name}`", runs)
 
 
 _CALLBACKS: dict[str, Callable[..., None]] = {
@@ -595,6 +619,7 @@ _CALLBACKS: dict[str, Callable[..., None]] = {
 def _call_lambda(
     inference: KindInference, node: ast.Application, code: ast.Lambda, arguments: Sequence[Kind], function: Kind
 ) -> Kind:
+    """Check a call of a function of the program or of a combinator, and return the kind of its result."""
     owner = name_of(code)
     result = function.item if function.item is not None else ANY
     named = {p.name: p for p in code.parameters if p.kind == "keyword"}
@@ -610,15 +635,13 @@ def _call_lambda(
             return ANY
     elif written_keyword(nodes) is not None and _report_plain_keyword(inference, node, code, owner):
         return ANY
-    given = [p for p in code.parameters if p.kind in ("required", "optional")]
-    required = sum(p.kind == "required" for p in given)
+    positional = [p for p in code.parameters if p.kind in ("required", "optional")]
+    required = sum(p.kind == "required" for p in positional)
     has_rest = any(p.kind == "rest" for p in code.parameters)
-    unsure = bool(named or takes_any) and _may_hide_keywords(inference, nodes)
-    if (len(nodes) < required or (len(nodes) > len(given) and not has_rest)) and not unsure:
-        return _report_lambda_arity(
-            inference, node, code, nodes, owner, required, len(given), has_rest, named, keywords
-        )
-    swap = _swapped_parameters(inference, node, given, nodes)
+    is_unsure = bool(named or takes_any) and _may_hide_keywords(inference, nodes)
+    if (len(nodes) < required or (len(nodes) > len(positional) and not has_rest)) and not is_unsure:
+        return _report_lambda_arity(inference, node, code, nodes, {key for key, _, _ in keywords})
+    swap = _swapped_parameters(inference, node, positional, nodes)
     if swap is not None:
         hint, fixes = swap
         return inference.report(
@@ -626,19 +649,20 @@ def _call_lambda(
             expected=code.usage, found=" ".join(describe(inference.result.kinds[n]) for n in nodes),
             signature=code.usage,
         )  # fmt: skip
-    ok = [
-        _check_parameter(inference, owner, parameter, argument, code.usage) for parameter, argument in zip(given, nodes)
+    are_valid = [
+        _check_parameter(inference, owner, parameter, argument, code.usage)
+        for parameter, argument in zip(positional, nodes)
     ]
-    ok.append(check_keywords(inference, node, owner, "argument", code, keywords, () if unsure else None))
-    if code.name in INDICES and all(map(is_of_library, given)):
+    are_valid.append(check_keywords(inference, node, owner, "argument", code, keywords, () if is_unsure else None))
+    if code.name in INDICES and all(map(is_of_library, positional)):
         _check_copies(inference, code, nodes, keywords)
-    return result if all(ok) else ANY
+    return result if all(are_valid) else ANY
 
 
 def _swapped_parameters(
     inference: KindInference, node: Any, parameters: Sequence[ast.Parameter], nodes: Sequence[Any]
 ) -> tuple[str, tuple[Fix, ...]] | None:
-    """Return the hint and fix for two neighbouring arguments in the wrong order, where a type shows it."""
+    """Return the hint and fix for two adjacent arguments whose types show that they are swapped."""
     for i in range(min(len(parameters), len(nodes)) - 1):
         first, second = parameters[i], parameters[i + 1]
         a, b = inference.result.kinds[nodes[i]], inference.result.kinds[nodes[i + 1]]
@@ -658,25 +682,32 @@ def check_keywords(
     keywords: Sequence[tuple[str, Any, Any]],
     positional: Sequence[Any] | None,
 ) -> bool:
-    """Check the keyword arguments of a function: names, types, and that none is missing unless ``positional`` is not
-    None, as what is passed by position may then bring them."""
+    """Check the keyword arguments of a function: their names and types, and that none is missing.
+
+    Parameters
+    ----------
+    what
+        The word for a keyword argument in messages: "argument" or "attribute".
+    positional
+        None if the arguments passed by position cannot supply keyword arguments; missing ones are reported only then.
+    """
     named = {p.name: p for p in code.parameters if p.kind == "keyword"}
     takes_any = any(p.kind == "keys" for p in code.parameters)
     signature = f"(call {owner} {code.usage[1:-1]})" if what == "attribute" and code.usage.startswith("(") else None
     unknown = [key for key in keywords if key[0] not in named and not takes_any]
     for key, key_node, _ in unknown:
         report_unknown_keyword(inference, owner, key, key_node.span, named, code.usage, signature=signature)
-    ok = [
+    are_valid = [
         _check_parameter(inference, owner, named[key], value, code.usage, signature)
         for key, _, value in keywords
         if key in named
     ]
-    given = {key for key, _, _ in keywords}
-    missing = [name for name, p in named.items() if p.default is None and name not in given]
+    passed = {key for key, _, _ in keywords}
+    missing = [name for name, p in named.items() if p.default is None and name not in passed]
     if missing and not unknown and positional is None:  # an unknown name is probably the missing one, misspelled
         _report_missing(inference, node, owner, missing, code.usage, what, signature)
         return False
-    return all(ok) and not unknown
+    return all(are_valid) and not unknown
 
 
 def _check_parameter(
@@ -687,7 +718,7 @@ def _check_parameter(
     usage: str,
     signature: str | None = None,
 ) -> bool:
-    """Check an argument against the type of a parameter."""
+    """Check an argument against the type of a parameter; without a type, against the uses in the function's body."""
     kind = inference.result.kinds[value]
     if parameter.type is None:
         inference.pass_argument(parameter, owner, value, usage)
@@ -715,6 +746,7 @@ _NUMBERS = ("Number", "Float", "Integer")
 
 
 def _advice_of_type(type_: Type, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for an argument that does not have the type of a parameter."""
     if type_.name in _NUMBERS:
         return unquoted_number(value)
     if type_.name in _OBJECTS:
@@ -723,6 +755,7 @@ def _advice_of_type(type_: Type, value: Any, kind: Kind) -> tuple[str | None, tu
 
 
 def is_of_library(parameter: ast.Parameter) -> bool:
+    """Return whether a parameter belongs to a function of the standard library."""
     span = parameter.target.span if isinstance(parameter.target, Variable) else None
     return span is not None and span.source.name.startswith(STD)
 
@@ -756,6 +789,7 @@ _ANGLES = ("turn", "sweep", "start")
 def _report_object(
     inference: KindInference, owner: str, parameter: ast.Parameter, value: Any, kind: Kind, usage: str
 ) -> None:
+    """Report an argument of a combinator that is not parts."""
     hint, fixes = _called_word(value, kind)
     message = f"the parameter `{parameter.name}` of {owner} expects entities, got {shown(value, kind)}"
     inference.report(
@@ -776,11 +810,11 @@ def _called_word(value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
 def _check_stacked(
     inference: KindInference, owner: str, parameter: ast.Parameter, value: Any, kind: Kind, usage: str
 ) -> bool:
-    """Check the list of ``stack``: entities, or arrays."""
+    """Check the list of ``stack``, whose items are parts, or arrays as in numpy."""
     items = kind.items if kind.items is not None else (item_of(kind),)
     are_arrays = bool(items) and items[0] is not ANY and not may_be_parts(items[0])
-    fits = (lambda item: accepts("Array", item)) if are_arrays else may_be_parts
-    if kind is ANY or (kind.tag == "List" and all(map(fits, items))):
+    fit = all(accepts("Array", item) if are_arrays else may_be_parts(item) for item in items)
+    if kind is ANY or (kind.tag == "List" and fit):
         return True
     if kind.tag != "List" and kind is not ENTITY and kind is not PART and kind.tag != "String":
         return True
@@ -788,14 +822,14 @@ def _check_stacked(
     return False
 
 
-# How many indices a combinator passes to a function that makes its copies.
+# Number of indices that a combinator passes to the function of its copies.
 INDICES = {"grid": 3, "ring": 1, "scatter": 1}
 
 
 def _check_copies(
     inference: KindInference, code: ast.Lambda, nodes: Sequence[Any], keywords: Sequence[tuple[str, Any, Any]]
 ) -> None:
-    """Check the function that makes the copies of a combinator: its arity, and that it returns parts."""
+    """Check the function of a combinator's copies: its arity, and that it returns parts."""
     for parameter, node in zip(code.parameters, nodes):
         kind = inference.result.kinds[node]
         if parameter.type is None or parameter.type.name != "Template" or kind.tag != "Function":
@@ -813,12 +847,15 @@ def _check_copies(
 
 
 def written_keyword(nodes: Sequence[Any]) -> Any:
+    """Return the first literal keyword among arguments, or None."""
     return next(filter(is_keyword, nodes), None)
 
 
 def _report_plain_keyword(inference: KindInference, node: Any, code: ast.Lambda, owner: str) -> bool:
-    """Report ``(f :height 2)`` where the function has positional parameters of these names; keywords are plain values
-    for it, so that the number of arguments is wrong."""
+    """Report ``(f :height 2)`` where ``height`` is a positional parameter.
+
+    The function takes the keyword as a value, so the number of its arguments is wrong.
+    """
     key = written_keyword(node.arguments)
     names = [p.name for p in code.parameters if p.kind in ("required", "optional")]
     required = sum(p.kind == "required" for p in code.parameters)
@@ -841,12 +878,12 @@ def _report_positional_keyword(
     keywords: Sequence[tuple[str, Any, Any]],
 ) -> bool:
     """Report ``(f :h 1)`` where the function has keyword parameters, but takes ``h`` by position."""
-    given = [p.name for p in code.parameters if p.kind in ("required", "optional")]
+    positional = [p.name for p in code.parameters if p.kind in ("required", "optional")]
     for key, key_node, value in keywords:
-        if key in given:
+        if key in positional:
             span = key_node.span
             fixes: tuple[Fix, ...] = ()
-            if span.expansion is None and given.index(key) == len(nodes) and key_node is keywords[0][1]:
+            if span.expansion is None and positional.index(key) == len(nodes) and key_node is keywords[0][1]:
                 fixes = (Fix("Pass it by position", (Edit(Span(span.source, span.start, value.span.start), ""),)),)
             inference.report(
                 "keyword", f"{owner} takes `{key}` by position, not as the keyword `:{key}`", span,
@@ -858,22 +895,22 @@ def _report_positional_keyword(
 
 
 def _is_parts(kind: Kind) -> bool:
+    """Return whether a value is known, and may be parts."""
     return kind is not ANY and may_be_parts(kind)
 
 
 def _report_lambda_arity(
-    inference: KindInference,
-    node: Any,
-    code: ast.Lambda,
-    nodes: Sequence[Any],
-    owner: str,
-    required: int,
-    most: int,
-    has_rest: bool,
-    named: dict[str, ast.Parameter],
-    keywords: Sequence[tuple[str, Any, Any]],
+    inference: KindInference, node: Any, code: ast.Lambda, nodes: Sequence[Any], passed: Collection[str]
 ) -> Kind:
-    given = len(nodes)
+    """Report a wrong number of positional arguments, with a fix that makes a list or keyword arguments of the surplus.
+
+    ``nodes`` are the positional arguments, ``passed`` the names of the keyword arguments.
+    """
+    kinds = [parameter.kind for parameter in code.parameters]
+    required, has_rest = kinds.count("required"), "rest" in kinds
+    most = required + kinds.count("optional")
+    named = {p.name: p for p in code.parameters if p.kind == "keyword"}
+    owner, count = name_of(code), len(nodes)
     if has_rest:
         expected = f"at least {required}"
     else:
@@ -881,7 +918,7 @@ def _report_lambda_arity(
     noun = "argument" if expected.split()[-1] == "1" else "arguments"
     positional = "positional " if named else ""
     hint = f"parameters: {code.usage}"
-    free = [name for name in named if name not in {key for key, _, _ in keywords}]
+    free = [name for name in named if name not in passed]
     fixes: tuple[Fix, ...] = ()
     extra = nodes[most:]
     first = next((p for p in code.parameters if p.kind == "required"), None)
@@ -890,41 +927,41 @@ def _report_lambda_arity(
         and first is not None
         and first.name == "objects"
         and most == 1
-        and all(may_be_parts(inference.result.kinds[each]) for each in extra)
+        and all(may_be_parts(inference.result.kinds[argument]) for argument in extra)
     ):
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
         hint = "the objects are given as one list: `(list ...)`"
-        if all(_is_parts(inference.result.kinds[each]) for each in nodes):
+        if all(_is_parts(inference.result.kinds[argument]) for argument in nodes):
             fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
         elif inference.result.kinds[nodes[0]].tag == "Integer" and len(nodes) == 2:
-            made = f"(for/list ((i {nodes[0].span.text})) {nodes[1].span.text})"
+            loop = f"(for/list ((i {nodes[0].span.text})) {nodes[1].span.text})"
             hint = (
-                f"the objects are given as one list: `{made if len(made) <= MAX_SHOWN else '(for/list ((i n)) ...)'}`"
+                f"the objects are given as one list: `{loop if len(loop) <= MAX_SHOWN else '(for/list ((i n)) ...)'}`"
             )
-            fixes = (Fix("Write a loop", (Edit(span, made),)),)
-    elif named and extra and len(extra) <= len(free) and all(each.span.expansion is None for each in nodes):
-        parts = [each for each in nodes if _is_parts(inference.result.kinds[each])]
+            fixes = (Fix("Write a loop", (Edit(span, loop),)),)
+    elif named and extra and len(extra) <= len(free) and all(argument.span.expansion is None for argument in nodes):
+        parts = [argument for argument in nodes if _is_parts(inference.result.kinds[argument])]
         if most == 1 and len(parts) == 1 and parts[0] is not nodes[0]:  # the object is not the first
-            extra = [each for each in nodes if each is not parts[0]]
-            written = " ".join(f":{name} {each.span.text}" for name, each in zip(free, extra))
+            extra = [argument for argument in nodes if argument is not parts[0]]
+            written = " ".join(f":{name} {argument.span.text}" for name, argument in zip(free, extra))
             text = f"{parts[0].span.text} {written}"
             hint = f"the object comes first: `{text}`" if len(text) <= MAX_SHOWN else f"name the arguments: `{written}`"
             span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
             fixes = (Fix("Put the object first", (Edit(span, text),)),)
         else:
-            pairs = [f":{name} {each.span.text}" for name, each in zip(free, extra)]
+            pairs = [f":{name} {argument.span.text}" for name, argument in zip(free, extra)]
             hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
-            safe = len(extra) == len(free) == 1
-            if not all(takes(named[name], inference.result.kinds[each]) for name, each in zip(free, extra)):
+            is_safe = len(extra) == len(free) == 1
+            if not all(takes(named[name], inference.result.kinds[argument]) for name, argument in zip(free, extra)):
                 pairs, hint = [], f"parameters: {code.usage}"
-            fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), safe),) * bool(
+            fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), is_safe),) * bool(
                 pairs
             )
     if not fixes and not has_rest:
         fixes = _without_surplus(node, nodes, most)
     return inference.report(
-        "arity", f"{owner} expects {expected} {positional}{noun}, got {given}", node.span, hint, fixes=fixes,
-        expected=f"{expected} {positional}{noun}", found=plural(given, "argument"), signature=code.usage,
+        "arity", f"{owner} expects {expected} {positional}{noun}, got {count}", node.span, hint, fixes=fixes,
+        expected=f"{expected} {positional}{noun}", found=plural(count, "argument"), signature=code.usage,
     )  # fmt: skip
 
 
@@ -937,6 +974,7 @@ def _report_missing(
     what: str,
     signature: str | None = None,
 ) -> Kind:
+    """Report keyword arguments without a default that a call omits."""
     names = " and ".join(f"`:{name}`" for name in missing)
     return inference.report(
         "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, f"parameters: {usage}",
@@ -947,6 +985,7 @@ def _report_missing(
 def _call_record(
     inference: KindInference, node: ast.Application, code: RecordCode, arguments: Sequence[Kind], function: Kind
 ) -> Kind:
+    """Check a call of a procedure of a record type."""
     result = function.item if function.item is not None else ANY
     if code.role == "new":
         return _call_constructor(inference, node, code, result)
@@ -966,6 +1005,7 @@ def _call_record(
 
 
 def _call_constructor(inference: KindInference, node: ast.Application, code: RecordCode, result: Kind) -> Kind:
+    """Check a call of a record's constructor, whose fields are passed by position or by keyword."""
     usage = "(" + " ".join((code.record, *code.fields)) + ")"
     parts = split(inference, node, node.arguments, f"`{code.record}`", usage)
     if parts is None:

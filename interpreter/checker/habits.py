@@ -1,8 +1,8 @@
-"""Constructs of other languages in a program: what they are called here, and the code to write instead.
+"""Constructs of other languages in a program, with the code to write instead.
 
-People bring habits from Python, JavaScript, Clojure, Common Lisp, Scheme and OpenSCAD. The tables below say what each
-one looks like and what replaces it. They are consulted only where a program has errors, and only what explains an
-error is reported: a program that is right may use any of these names for itself.
+People bring habits from Python, JavaScript, Clojure, Common Lisp, Scheme and OpenSCAD. The tables of ``idioms`` show
+each construct and its replacement. They are consulted only where a program has errors, and only a construct that
+explains an error is reported, because a valid program may define any of these names itself.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from scenelang.interpreter.checker.idioms import (
 )
 from scenelang.interpreter.scene.primitives import is_word
 
-_MAX_EXPLAINED = 300  # errors; more are not shown
-MAX_TEXT = 200_000  # characters of a program that is searched for habits
-_MAX_SHOWN = 60
+_MAX_EXPLAINED = 300  # errors that are explained; messages show fewer
+MAX_TEXT = 200_000  # characters of a program that is searched, so that a check of a huge text stays fast
+_MAX_SHOWN = 60  # characters of code in a message
 
 
-# --- a tree of a text that may not read ------------------------------------------------------------------------------
+# --- tree of a text that may be malformed ----------------------------------------------------------------------------
 
 _TOKEN = re.compile(
     r"""(?P<space>\s+)|(?P<comment>;[^\n]*|\#\|.*?\|\#)|(?P<string>"(?:[^"\\]|\\.)*")|(?P<open>[(\[{])"""
@@ -63,7 +63,11 @@ class Tree:
 
 
 def trees(text: str, start: int = 0, end: int | None = None) -> Tree:
-    """Return the datums of a piece of a text under one root. Unmatched brackets are closed where a list ends."""
+    """Return the datums of a piece of a text under one root.
+
+    The reader's datums cannot be used, because foreign code often does not read. Any closing bracket ends the innermost
+    list, and lists that are not closed end with the piece.
+    """
     end = len(text) if end is None else end
     root = Tree(start, end, "", "top")
     stack = [root]
@@ -85,6 +89,7 @@ def trees(text: str, start: int = 0, end: int | None = None) -> Tree:
 
 
 def _walk(root: Tree) -> Iterator[Tree]:
+    """Iterate over the descendants of a tree."""
     stack = [root]
     while stack:
         tree = stack.pop()
@@ -95,62 +100,68 @@ def _walk(root: Tree) -> Iterator[Tree]:
 
 @dataclass(frozen=True, slots=True)
 class Habit:
-    """One occurrence of a construct of another language: its place, the names it defines, and the diagnostic."""
+    """One occurrence of a construct of another language: its range, the names it defines, and the diagnostic."""
 
     start: int
     end: int
-    inner: tuple[tuple[int, int], ...]  # parts of the program's own, whose errors have other causes
+    inner: tuple[tuple[int, int], ...]  # ranges of this language inside it, whose errors have other causes
     names: frozenset[str]
     diagnostic: Diagnostic
-    row: Any = None
-    hides: bool = False  # brackets behind it, so that others are not closed
-    parameters: tuple[int, int] | None = None  # the range of a parameter list, which has no other meaning yet
+    row: Any = None  # the row of a table, or the name of a construct that has none
+    hides: bool = False  # whether it hides brackets after it, so that earlier ones seem unclosed
+    parameters: tuple[int, int] | None = None  # range of a parameter list that is not one of this language
 
 
 def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
     """Replace the errors of a text that constructs of other languages explain by one diagnostic for each construct."""
-    own = [d for d in diagnostics if d.name in _EXPLAINED and d.span is not None and d.span.source.name == source.name]
-    if not own or len(source.text) > MAX_TEXT:
+    explainable = [
+        d for d in diagnostics if d.name in _EXPLAINED and d.span is not None and d.span.source.name == source.name
+    ]
+    if not explainable or len(source.text) > MAX_TEXT:
         return list(diagnostics)
-    own = own[:_MAX_EXPLAINED]
-    found = [each for each in _foreign_pieces(source) if any(_explains(each, d) for d in own)]
+    explainable = explainable[:_MAX_EXPLAINED]
+    habits = [piece for piece in _foreign_pieces(source) if any(_explains(piece, d) for d in explainable)]
     rest: list[Habit] = []
-    unbound = frozenset(d.span.start for d in own if d.name == "unbound" and d.span is not None)
-    for habit in sorted(_habits(source, _regions(source.text, own), unbound), key=lambda each: (each.start, -each.end)):
-        if any(_covers(other, habit) for other in found):
+    unbound = frozenset(d.span.start for d in explainable if d.name == "unbound" and d.span is not None)
+    for habit in sorted(
+        _habits(source, _regions(source.text, explainable), unbound), key=lambda piece: (piece.start, -piece.end)
+    ):
+        if any(_covers(other, habit) for other in habits):
             continue
-        (found if any(_explains(habit, d) for d in own) else rest).append(habit)
-    rows = {
-        id(habit.row) for habit in found if isinstance(habit.row, Spelling)
-    }  # a reader stops at the first of its kind
-    found += [habit for habit in rest if id(habit.row) in rows and not any(_covers(other, habit) for other in found)]
-    if not found:
+        (habits if any(_explains(habit, d) for d in explainable) else rest).append(habit)
+    # The reader stops at the first spelling of a kind, so the others have no errors yet.
+    rows = {id(habit.row) for habit in habits if isinstance(habit.row, Spelling)}
+    habits += [habit for habit in rest if id(habit.row) in rows and not any(_covers(other, habit) for other in habits)]
+    if not habits:
         return list(diagnostics)
-    names = frozenset(name for habit in found for name in habit.names)
-    kept = [d for d in diagnostics if not _is_explained(d, found, names, source)]
-    return [*kept, *(habit.diagnostic for habit in found)]
+    names = frozenset(name for habit in habits for name in habit.names)
+    others = [d for d in diagnostics if not _is_explained(d, habits, names, source)]
+    return [*others, *(habit.diagnostic for habit in habits)]
 
 
 def _covers(outer: Habit, inner: Habit) -> bool:
+    """Return whether a construct lies in another one, outside the ranges of this language in it."""
     if not outer.start <= inner.start < outer.end:
         return False
     return not any(start <= inner.start and inner.end <= end for start, end in outer.inner)
 
 
 def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
+    """Return whether a construct is the cause of an error: the error lies in it, at its rest, or in the form around
+    it."""
     span = diagnostic.span
     assert span is not None
     knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)
     is_array = isinstance(habit.row, Idiom) and habit.row.pattern.startswith("[")
     if is_array and habit.start <= span.start and span.end <= habit.end:
-        # its datums are no items of an array, nor forms of their own
+        # The datums of a comprehension in brackets are not items of an array, and errors say so.
         return diagnostic.name in ("type", "misplaced") or not any(
             start <= span.start and span.end <= end for start, end in habit.inner
         )
     if habit.parameters is not None and habit.parameters[0] <= span.start and span.end <= habit.parameters[1]:
         return True
     if habit.row not in ("whole", "call") and knows and diagnostic.name not in ("bracket", "unbound", "idle-attribute"):
-        return False  # the diagnostic knows better what to do
+        return False  # the diagnostic has a fix of its own
     if diagnostic.name == "unbound" and span.text in habit.names:
         return True
     if diagnostic.name == "unclosed":
@@ -165,15 +176,15 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
     if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
         around = span.start <= habit.start and habit.end <= span.end
         if isinstance(habit.row, Spelling):
-            return _is_left_by(habit, diagnostic, around)
+            return _is_left_by(habit, diagnostic, around=around)
         return around and isinstance(habit.row, Idiom) and diagnostic.name in _AROUND
     if diagnostic.name in _STRUCTURE and (span.start, span.end) in habit.inner:
         return True
     return not any(start <= span.start and span.end <= end for start, end in habit.inner)
 
 
-def _is_left_by(habit: Habit, diagnostic: Diagnostic, around: bool) -> bool:
-    """Return whether an error is about what is left of a spelling: ``'f`` of ``#'f``, or ``:`` among operands."""
+def _is_left_by(habit: Habit, diagnostic: Diagnostic, *, around: bool) -> bool:
+    """Return whether an error is about the rest of a spelling: ``'f`` of ``#'f``, or ``:`` among operands."""
     span = diagnostic.span
     assert span is not None
     assert isinstance(habit.row, Spelling)
@@ -189,19 +200,20 @@ def _is_left_by(habit: Habit, diagnostic: Diagnostic, around: bool) -> bool:
     return False
 
 
-# Errors that a construct of another language may be the cause of.
+# Errors that a construct of another language can cause.
 _EXPLAINED = frozenset((
     "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
     "lambda-list", "empty-application", "not-a-procedure", "attribute", "arity", "type", "value", "parts",
     "embedding", "word", "keyword", "idle-attribute", "dropped-value",
 ))  # fmt: skip
 
-# Errors whose place is the whole form in which the construct stands, and errors about the structure of a form.
+# Errors whose span is the form around the construct, and errors about the structure of a form.
 _AROUND = frozenset(("syntax", "bracket", "arity", "type", "not-a-procedure", "parts", "embedding", "word"))
 _STRUCTURE = frozenset(("syntax", "bracket", "lambda-list"))
 
 
-def _is_explained(diagnostic: Diagnostic, found: Sequence[Habit], names: frozenset[str], source: Source) -> bool:
+def _is_explained(diagnostic: Diagnostic, habits: Sequence[Habit], names: frozenset[str], source: Source) -> bool:
+    """Return whether constructs explain a diagnostic; ``names`` are those that the constructs define."""
     span = diagnostic.span
     if diagnostic.name not in _EXPLAINED or span is None or span.source.name != source.name:
         return False
@@ -209,20 +221,23 @@ def _is_explained(diagnostic: Diagnostic, found: Sequence[Habit], names: frozens
         return True
     shadowed = re.search(r"got a Function: (\S+)\Z", diagnostic.message)
     if shadowed is not None and shadowed[1] in names:
-        return True  # the builtin, in place of what the construct defines
-    return any(_explains(habit, diagnostic) for habit in found)
+        return True  # the name refers to the builtin, as the construct that redefines it was not understood
+    return any(_explains(habit, diagnostic) for habit in habits)
 
 
 def _diagnostic(source: Source, start: int, end: int, message: str, hint: str, fix: Fix | None) -> Diagnostic:
+    """Return the diagnostic of a construct."""
     return Diagnostic("foreign-syntax", message, Span(source, start, end), hint, fixes=(fix,) if fix else ())
 
 
 def _shown(text: str) -> str:
+    """Return code on one line, shortened for messages."""
     text = " ".join(text.split())
     return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
 
 
 def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozenset[int]) -> Iterator[Habit]:
+    """Iterate over the constructs in some ranges of a text; ``unbound`` are the starts of undefined names."""
     words = frozenset(re.findall(r'\(bind\s+"([^"\s]+)"', source.text))
     for start, end in regions:
         root = trees(source.text, start, end)
@@ -241,13 +256,13 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
 
 
 def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
-    """Return the pieces of a text, from the start of one form at top level to the next, in which the errors are."""
+    """Return the ranges of the top-level forms that contain errors; adjacent ones are joined."""
     starts = _form_starts(text)
     regions: list[tuple[int, int]] = []
     for start, end in sorted({(d.span.start, d.span.end) for d in errors if d.span is not None}):
-        place, behind = bisect_right(starts, start), bisect_left(starts, max(end, start + 1))
-        first = starts[place - 1] if place else 0
-        last = starts[behind] if behind < len(starts) else len(text)
+        before, after = bisect_right(starts, start), bisect_left(starts, max(end, start + 1))
+        first = starts[before - 1] if before else 0
+        last = starts[after] if after < len(starts) else len(text)
         if regions and first < regions[-1][1]:
             regions[-1] = (regions[-1][0], max(regions[-1][1], last))
         else:
@@ -256,7 +271,7 @@ def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
 
 
 def _form_starts(text: str) -> list[int]:
-    """Return where lists at top level begin lines; if brackets do not match, those are all lines with one in front."""
+    """Return the starts of the top-level lists that begin a line; of all such lists if brackets do not match."""
     ranges, is_balanced = _ranges(text, restarts=False)
     if not is_balanced:
         return [match.start() for match in re.finditer(r"^\(", text, re.M)]
@@ -266,7 +281,7 @@ def _form_starts(text: str) -> list[int]:
 # --- names -----------------------------------------------------------------------------------------------------------
 
 
-# Names of functions that are plain words too, as a variable may have.
+# Foreign names that are also plain words, and so likely names of variables: reported only as the head of a list.
 _WORDS = frozenset((
     "move", "place", "group", "combine", "assembly", "resize", "turn", "rotation", "translation", "module", "colour",
     "power", "display", "size", "head", "throw", "extend", "div", "rem",
@@ -274,16 +289,17 @@ _WORDS = frozenset((
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
-# What stands before a name that is defined, in the forms of any language; "def" may go on misspelled.
+# Text before a name that a form of any language defines; the rest of "def..." may be misspelled.
 _DEFINERS = r"\((?:def\w*|param|setq|setf|const|let|var|function)\s+\(?"
 
 
 def _named(source: Source, tree: Tree) -> Iterator[Habit]:
+    """Names, methods and module functions of other languages."""
     name = NAMES.get(tree.text)
     if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
         return
     if name is not None and re.search(rf"{_DEFINERS}{re.escape(tree.text)}(?=[\s)])", source.text):
-        return  # the program calls something else so, in whatever way it defines it
+        return  # the program defines the name itself
     if tree.text in _OPERATORS and source.text[tree.start - 1 : tree.start] != "(":
         name = Term(NAMES[tree.text].language, hint=f"the operator comes first: `({NAMES[tree.text].instead} a b)`")
     instead = name.instead if name is not None else _module_function(tree.text)
@@ -302,7 +318,7 @@ def _named(source: Source, tree: Tree) -> Iterator[Habit]:
 
 _MEMBER = re.compile(rf"({WORD})\.({WORD})\Z")
 
-# What the methods of other languages are called here.
+# Methods of other languages, and the functions of this one.
 _METHODS = {
     "append": "push!", "push": "push!", "add": "add!", "extend": "extend!", "pop": "pop!", "length": "length",
     "size": "length", "map": "map", "filter": "filter", "reverse": "reverse", "sort": "sort", "keys": "keys",
@@ -336,7 +352,7 @@ def _member(source: Source, tree: Tree) -> Iterator[Habit]:
 
 
 def _module_function(text: str) -> str:
-    """Return what a function of a module such as ``math.sin`` is called here."""
+    """Return the name of a function of a module, such as ``math.sin``, in this language; empty if it has none."""
     module, dot, name = text.partition(".")
     if not dot or module not in MODULES:
         return ""
@@ -344,7 +360,7 @@ def _module_function(text: str) -> str:
 
 
 def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]) -> Iterator[Habit]:
-    """``(cube :scale 2)`` and ``(call cube)``: words used as names, unless they are names, as ``ring`` is."""
+    """``(cube :scale 2)`` and ``(call cube)``: words that are written as names, unless such a name is defined."""
     items = tree.items
     if tree.opener != "(" or not items:
         return
@@ -381,7 +397,7 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
 
 
 def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
-    """``f(3)`` and ``rgb(255, 0, 0)``: a name with its arguments just behind it."""
+    """``f(3)`` and ``rgb(255, 0, 0)``: a name directly before its arguments."""
     for head, arguments in zip(tree.items, tree.items[1:]):
         is_call = head.end == arguments.start and arguments.opener == "(" and re.fullmatch(WORD, head.text)
         if not is_call or any(item.text == "'" for item in arguments.items):
@@ -434,12 +450,12 @@ _DECIMAL = re.compile(r":[\w-]+\s+-?\d+,\d\Z")
 
 
 def _is_decimal(text: str, comma: Tree) -> bool:
-    """Return whether a comma stands in a number, as in ``:scale 1,5``."""
+    """Return whether a comma is a decimal separator, as in ``:scale 1,5``."""
     return _DECIMAL.search(text[max(0, comma.start - _MAX_SHOWN) : comma.end + 1]) is not None
 
 
 def _is_unquote(text: str, comma: Tree) -> bool:
-    """Return whether a comma stands before its item only, as in a template: `` `(1 ,size) ``."""
+    """Return whether a comma belongs to the next datum, as in a template: `` `(1 ,size) ``."""
     return text[comma.start - 1 : comma.start].isspace() and not text[comma.end : comma.end + 1].isspace()
 
 
@@ -458,7 +474,7 @@ def _commas(source: Source, root: Tree) -> Iterator[Habit]:
         if tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text):
             yield _tuple(source, tree)
             continue
-        what = "items of an array" if tree.opener == "[" else "arguments"
+        parts = "items of an array" if tree.opener == "[" else "arguments"
         written = source.text[tree.start : tree.end]
         for edit in reversed(edits):
             at = edit.span.start - tree.start
@@ -467,7 +483,7 @@ def _commas(source: Source, root: Tree) -> Iterator[Habit]:
         inner = tuple((item.start, item.end) for item in tree.items if item.opener)
         yield Habit(tree.start, tree.end, inner, frozenset(),
                     _diagnostic(source, commas[0].start, commas[0].end,
-                                f"{what} are separated by spaces, not by commas", f"write `{_shown(written)}`",
+                                f"{parts} are separated by spaces, not by commas", f"write `{_shown(written)}`",
                                 fix), "commas")  # fmt: skip
 
 
@@ -481,6 +497,7 @@ def _tuple(source: Source, tree: Tree) -> Habit:
 
 
 def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
+    """Literals, comments and accesses that are spelled as in another language."""
     text = _masked(source.text[first:last])
     for row in SPELLINGS:
         for match in re.finditer(row.pattern, text, re.S):
@@ -505,6 +522,7 @@ def _spellings(source: Source, first: int, last: int) -> Iterator[Habit]:
 
 
 def _comment(source: Source, start: int, end: int, row: Spelling) -> Habit:
+    """Return the occurrence of a comment of another language; its text is kept."""
     written = source.text[start:end]
     lead = len(written) - len(written.lstrip())
     mark = re.match(r"//|#|/\*|--+", written.strip())
@@ -523,13 +541,13 @@ _HIDDEN = re.compile(r'"(?:[^"\\]|\\.)*"|(?<!#);[^\n]*(?=\n|$)', re.S)
 
 
 def _masked(text: str) -> str:
-    """Return a text of the same length without its strings and comments; a comment that only hides brackets stays."""
+    """Return a text of the same length with blank strings and comments; a comment of brackets only is kept."""
 
     def blank(match: re.Match[str]) -> str:
-        found = match.group()
-        if found.startswith(";"):
-            return found if not found.strip(";)]} \t") else " " * len(found)
-        return '"' + " " * (len(found) - 2) + '"'
+        hidden = match.group()
+        if hidden.startswith(";"):
+            return hidden if not hidden.strip(";)]} \t") else " " * len(hidden)
+        return '"' + " " * (len(hidden) - 2) + '"'
 
     return _HIDDEN.sub(blank, text)
 
@@ -539,16 +557,17 @@ def _masked(text: str) -> str:
 
 @cache
 def _patterns() -> dict[str, list[tuple[Idiom, Tree]]]:
-    """The patterns by what they must begin with: the head, or for infix operators the second datum."""
-    found: dict[str, list[tuple[Idiom, Tree]]] = {}
+    """Return the patterns by the literal that a form must contain: the head, or the second datum of an infix form."""
+    by_literal: dict[str, list[tuple[Idiom, Tree]]] = {}
     for form in FORMS:
         tree = trees(form.pattern).items[0]
         literal = next((item.text for item in tree.items[:2] if item.text and not item.text.startswith("?")), "")
-        found.setdefault(literal, []).append((form, tree))
-    return found
+        by_literal.setdefault(literal, []).append((form, tree))
+    return by_literal
 
 
 def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
+    """Forms of other languages; the first pattern that matches counts."""
     patterns = _patterns()
     keys = dict.fromkeys([*(item.text for item in tree.items[:2] if item.text), ""])
     for form, pattern in (row for key in keys for row in patterns.get(key, ())):
@@ -564,7 +583,9 @@ def _forms(source: Source, tree: Tree) -> Iterator[Habit]:
             names |= {variable.text for variable in variables if variable.text}
         parameters = _parameter_list(form, tree, bound)
         if parameters is not None:
-            names |= {name for each in (*bound.get("args", ()), *bound.get("a", ())) if (name := _parameter(each))}
+            names |= {
+                name for parameter in (*bound.get("args", ()), *bound.get("a", ())) if (name := _parameter(parameter))
+            }
         if form.instead.startswith("(define-record"):
             names |= {f"{name}{end}" for name in names for end in _record_names(bound["fields"])}
         message = f"`{_shown(source.text[start:end])}` is {form.language}, not the Scene Language"
@@ -597,13 +618,13 @@ def _parameter(tree: Tree) -> str:
 
 
 def _record_names(fields: Sequence[Tree]) -> Iterator[str]:
-    """What follows a record's name in the names of its procedures."""
+    """Iterate over the endings of the names of a record's procedures."""
     yield "?"
     yield from (f"-{field.text}" for field in fields)
 
 
 def _is_parameter(tree: Tree) -> bool:
-    """Return whether a datum may be a parameter of a function, or what separates two."""
+    """Return whether a datum may be a parameter of a function, or a separator of two."""
     if tree.opener:
         first = tree.items[0] if len(tree.items) == _WITH_DEFAULT else None
         return first is not None and not first.opener and _is_parameter(first)
@@ -616,14 +637,14 @@ _NOT_AN_ENTITY = re.compile(r'[-+.]?\d|["\':#]')
 
 
 def _is_entity(tree: Tree) -> bool:
-    """Return whether a datum is surely an entity: a call of a word, or parts put together."""
+    """Return whether a datum is certainly an entity: a call of a word, or a combination of parts."""
     return tree.opener == "(" and bool(tree.items) and tree.items[0].text in ("call", "union", "transform", "primitive")
 
 
 _INDEX = r"\d|[a-z]\Z|i(ndex|dx)?\Z|[-+*%]\Z|//\Z"  # a number, a short name, or arithmetic
 
 
-# What the variables of these names match; others match any datum.
+# Datums that the pattern variables of these names match; other variables match any datum.
 _SHAPES: Mapping[str, Callable[[Tree], bool]] = {
     "?name": lambda tree: not tree.opener and re.fullmatch(SYMBOL, tree.text) is not None,
     "?parameters": _is_parameter,
@@ -637,6 +658,7 @@ _SHAPES: Mapping[str, Callable[[Tree], bool]] = {
 
 
 def _matches(pattern: Tree, tree: Tree, bound: dict[str, list[Tree]]) -> bool:
+    """Return whether a datum matches a pattern, and enter the datums of the pattern variables into ``bound``."""
     if not pattern.opener:
         if pattern.text.startswith("?"):
             if pattern.text.endswith(":"):
@@ -665,7 +687,7 @@ def _matches(pattern: Tree, tree: Tree, bound: dict[str, list[Tree]]) -> bool:
 
 
 def _with_prefixes(items: list[Tree]) -> list[Tree]:
-    """Return datums in which a quote is one with what is quoted."""
+    """Return datums in which a quote and the quoted datum are one."""
     if not any(item.text == "'" for item in items[:-1]):
         return items
     joined: list[Tree] = []
@@ -681,7 +703,7 @@ _VARIABLE = re.compile(r"\?([a-z]+)(/2)?( \.\.\.)?")
 
 
 def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) -> str:
-    """Return a template with the source text of its variables."""
+    """Return a template in which the source text of the matched datums replaces the variables."""
 
     def text_of(match: re.Match[str]) -> str:
         parts = bound.get(match[1], ())
@@ -700,13 +722,13 @@ def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) 
 
 # --- whole languages -------------------------------------------------------------------------------------------------
 
-_OWN = re.compile(r"^\s*[(\[;'`\"#)]")
-_FEW_LINES = 3
+_LINE_START = re.compile(r"^\s*[(\[;'`\"#)]")  # of a line of this language outside all brackets
+_SHARE = 3  # a third of the lines of a piece, or three lines, decide its language; fewer may be chance
 
 
 def _foreign_pieces(source: Source) -> list[Habit]:
-    """Pieces of at least one line at top level that are another language as a whole."""
-    found = []
+    """Return the runs of top-level lines that are code of another language as a whole."""
+    pieces = []
     for start, end, lines in _pieces(source.text):
         language = _language(lines)
         if language is None:
@@ -715,26 +737,26 @@ def _foreign_pieces(source: Source) -> list[Habit]:
         first = source.text.find("\n", start, end)
         shown_end = first if first > 0 else end
         message = f"this is {name}, not the Scene Language"
-        found.append(Habit(start, end, (), _names_in(lines),
+        pieces.append(Habit(start, end, (), _names_in(lines),
                            _diagnostic(source, start, shown_end, message, hint, None), "whole"))  # fmt: skip
-    return found
+    return pieces
 
 
 def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
-    """Runs of lines that begin outside all brackets of the language, with their lines."""
+    """Iterate over the start, the end and the lines of each run of lines that begin outside all brackets."""
     offset, start = 0, 0
     continued = _continued_lines(text)
     lines: list[str] = []
     for line in [*text.splitlines(keepends=True), "("]:
-        is_own = not line.strip() or offset in continued or _OWN.match(line) is not None
-        is_foreign = not is_own if not lines else not re.match(r"[(;]", line)
+        is_native = not line.strip() or offset in continued or _LINE_START.match(line) is not None
+        is_foreign = not is_native if not lines else not re.match(r"[(;]", line)
         if is_foreign or (lines and not line.strip()):
             if not lines:
                 start = offset
             lines.append(line)
         elif lines:
             end = start + len("".join(lines).rstrip())
-            yield start, end, [each for each in lines if each.strip()]
+            yield start, end, [line_of_run for line_of_run in lines if line_of_run.strip()]
             lines = []
         offset += len(line)
 
@@ -742,8 +764,8 @@ def _pieces(text: str) -> Iterator[tuple[int, int, list[str]]]:
 def _continued_lines(text: str) -> frozenset[int]:
     """Return the starts of the lines inside a list, a string or a comment of the program.
 
-    If some brackets of the text do not match, a bracket in the first column begins a new list, and in what is not
-    closed only indented lines are taken for its items: code of another language begins in the first column.
+    If some brackets do not match, a bracket in the first column begins a new list, and only indented lines count as
+    items of an unclosed list, because code of another language begins in the first column.
     """
     ranges, is_balanced = _ranges(text, restarts=False)
     if not is_balanced:
@@ -757,9 +779,11 @@ def _continued_lines(text: str) -> frozenset[int]:
     return frozenset(continued)
 
 
-def _ranges(text: str, restarts: bool) -> tuple[list[tuple[int, int, bool]], bool]:
-    """Return the start and end of each list, string and comment at top level, and of those in lists that are not
-    closed; whether each is closed; and whether all brackets match."""
+def _ranges(text: str, *, restarts: bool) -> tuple[list[tuple[int, int, bool]], bool]:
+    """Return ``(start, end, is_closed)`` of each list, string and comment at top level, and whether all brackets match.
+
+    The items of an unclosed list are included. If ``restarts``, a bracket in the first column begins a new list.
+    """
     stack: list[int] = []
     closed: list[tuple[int, int, bool]] = []
     unclosed: list[tuple[int, int, bool]] = []
@@ -783,21 +807,21 @@ def _ranges(text: str, restarts: bool) -> tuple[list[tuple[int, int, bool]], boo
 
 
 def _close(closed: list[tuple[int, int, bool]], start: int, end: int) -> None:
-    """Add a range in place of those inside it, which are the last ones."""
+    """Add a range, and remove the ranges inside it, which are the last ones."""
     while closed and closed[-1][0] > start:
         closed.pop()
     closed.append((start, end, True))
 
 
 def _language(lines: Sequence[str]) -> tuple[str, str] | None:
-    """Return the language of a piece and a hint: the one that its first line belongs to, else most of its lines."""
+    """Return the language of a piece and a hint: that of its first line, else that of most lines."""
     best: tuple[bool, int, str, str] | None = None
     for name, pattern, hint in LANGUAGES:
         matches = [bool(pattern.match(line.strip())) for line in lines]
         row = (matches[0], sum(matches), name, hint)
         if any(matches) and (best is None or row[:2] > best[:2]):
             best = row
-    if best is None or not (best[0] or best[1] * _FEW_LINES >= len(lines) or best[1] >= _FEW_LINES):
+    if best is None or not (best[0] or best[1] * _SHARE >= len(lines) or best[1] >= _SHARE):
         return None
     return best[2], best[3]
 

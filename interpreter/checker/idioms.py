@@ -1,4 +1,8 @@
-"""Tables of constructs of other languages, and what to write instead."""
+"""Tables of constructs of other languages, with the code to write instead.
+
+``habits`` matches them against the datums of a program that already has an error, so they cost nothing otherwise and
+cannot cause false alarms.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """Name of another language. ``instead`` replaces it where it stands; without it only the hint is given."""
+    """Name of another language. ``instead`` replaces it in place; without it, only the hint is given."""
 
     language: str
     instead: str = ""
@@ -20,8 +24,8 @@ class Term:
 class Idiom:
     """Form of another language, as a pattern of datums: ``?x`` is one datum, ``?x ...`` all that follow.
 
-    ``instead`` is the same in this language; ``?x/2`` groups the datums in pairs. ``defines`` is the variable of the
-    pattern with the name that the form defines.
+    ``instead`` is the equivalent form of this language; ``?x/2`` groups the datums in pairs. ``defines`` is the pattern
+    variable of the name that the form defines. Some variables only match certain datums (``_SHAPES`` of ``habits``).
     """
 
     language: str
@@ -29,7 +33,7 @@ class Idiom:
     instead: str
     hint: str
     defines: str = ""
-    is_sure: bool = True  # the replacement means the same in every program
+    is_sure: bool = True  # whether the replacement means the same in every program
 
 
 @dataclass(frozen=True, slots=True)

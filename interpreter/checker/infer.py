@@ -1,8 +1,8 @@
 """Inference of kinds by abstract interpretation of the core AST, one top-level form at a time.
 
-Each expression is given a kind that contains every value it can have. A variable that is assigned, a parameter without
-a type, and everything that another file or a loop can change has the kind ANY, so that nothing is concluded from it. A
-mistake that is found is reported where it is, and its value then has the kind ANY: one mistake gives one finding.
+Each expression is given a kind that contains every value it can have. Assigned variables, parameters without a type,
+and everything that another file or a loop can change have the kind ANY, so that nothing is concluded from them. An
+expression with a reported mistake has the kind ANY too, so that one mistake gives one finding.
 
 A finding is an error if its expression fails whenever it is evaluated. After a test that can be false it is a warning,
 and inside the body of a ``guard`` it is not reported.
@@ -20,7 +20,9 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
 from scenelang.interpreter.checker import calls, scene_forms
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
+from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
+from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAY,
     BOOLEAN,
@@ -39,34 +41,28 @@ from scenelang.interpreter.checker.kinds import (
     SET,
     TABLE,
     Kind,
-    accepts,
     describe,
     is_number,
     is_truthy,
     item_of,
     join,
     join_all,
-    kind_of_type,
     kind_of_value,
     length_of,
     list_of,
     list_with,
-    may_be_parts,
-    name_of,
-    number_of,
     union_of,
     vector_of,
     without_falsy,
 )
-from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD
 from scenelang.interpreter.runtime.types import Builtin
 
-_MAX_DEPTH = 400  # of nested expressions; what is deeper has the kind ANY
+_MAX_DEPTH = 400  # levels of nested expressions; deeper ones have the kind ANY
 
 
-_SHORT = 60  # characters of an expression that is computed
+_MAX_COMPUTED = 60  # characters of an arithmetic expression that is computed; longer ones are rarely constants
 _ARITHMETIC: dict[str | None, Callable[[float, float], float]] = {
     "+": float.__add__,
     "-": float.__sub__,
@@ -76,7 +72,7 @@ _ARITHMETIC: dict[str | None, Callable[[float, float], float]] = {
 
 
 class World(Protocol):
-    """What a form can refer to outside itself."""
+    """Global variables and words that a form can refer to."""
 
     def kind_of(self, variable: Variable) -> Kind:
         """Return the kind of a global variable."""
@@ -111,7 +107,7 @@ class RecordCode:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Need:
-    """Use of a parameter in the body of its function, to which every call of the function comes.
+    """Use of a parameter in the body of its function that every call of the function reaches.
 
     ``types`` are the types that it accepts, any of them, and ``error`` is the name of the diagnostic of a run that
     fails; ``passed`` is the parameter of another function to which the value is passed unchanged.
@@ -159,7 +155,7 @@ class FormKinds:
     always_calls
         Calls that a function makes whenever it is called: caller, callee and the location of the call.
     needs
-        What the functions of the form always do with their parameters.
+        Uses of parameters that every call of their function reaches.
     passed
         Arguments of calls that must meet the needs of a parameter.
     """
@@ -177,18 +173,19 @@ class KindInference:
     """Inference of one form."""
 
     def __init__(self, world: World) -> None:
+        """Start with an empty environment; ``world`` answers for everything outside the form."""
         self.world = world
         self.result = FormKinds()
         self.env: dict[Variable, Kind] = {}
         self.is_certain = True
         self.is_guarded = False  # inside the body of a ``guard``, where failures are expected
-        self.nodes: list[Any] = []  # the expression that is inferred, behind those around it
+        self.nodes: list[Any] = []  # the enclosing expressions, and last the one being inferred
         self.narrowed: set[Variable] = set()  # variables whose kind a test may have narrowed
-        self.caller: ast.Lambda | None = None  # the function around
-        self.is_reached = True  # whether the function around always comes here
-        self.exits = 0  # number of calls so far by which the function around may be left
-        self.may_escape = False  # whether a function of the program was called that may call an escape procedure
-        self.pending: frozenset[Variable] = frozenset()  # variables of the bodies around that are not defined yet
+        self.caller: ast.Lambda | None = None  # the enclosing function
+        self.is_reached = True  # whether every call of the enclosing function reaches this expression
+        self.exits = 0  # number of earlier calls that may leave the enclosing function
+        self.may_escape = False  # whether an earlier call of a program's function may call an escape procedure
+        self.pending: frozenset[Variable] = frozenset()  # variables of the enclosing bodies that are not defined yet
         self.runs_now = True  # whether the form itself runs this code, not a call of a function
         self.numbers: dict[Variable, float] = {}  # local variables that are defined as a number
 
@@ -208,7 +205,23 @@ class KindInference:
         signature: str | None = None,
         near: Sequence[str] = (),
     ) -> Kind:
-        """Report a mistake and return ANY. ``always`` is False if the evaluation may succeed."""
+        """Report a mistake in the current expression and return ANY.
+
+        Parameters
+        ----------
+        name
+            Name of the diagnostic; it becomes a conditional failure in code that may not run.
+        message, hint
+            What is wrong, and what to do.
+        span
+            Location in the text.
+        fixes
+            Edits that correct the mistake; dropped in the expansion of a macro.
+        always
+            Whether every evaluation of the expression fails.
+        expected, found, signature, near
+            Fields of the diagnostic for programs that read it.
+        """
         if self.is_guarded:
             return ANY
         if not (self.is_certain and always):
@@ -235,11 +248,12 @@ class KindInference:
         expected: str | None = None,
         found: str | None = None,
     ) -> None:
+        """Add a warning, which does not change the kind of the expression."""
         self.result.findings.append(Diagnostic(name, message, span, hint, fixes=fixes, expected=expected, found=found))
 
     @contextmanager
     def uncertain(self, *tests: Any) -> Iterator[None]:
-        """Context of code that may not run. Variables that ``tests`` mention may have a narrower kind there."""
+        """Context of code that may not run; variables that ``tests`` mention may have a narrower kind in it."""
         before, narrowed, reached, exits = self.is_certain, self.narrowed, self.is_reached, self.exits
         self.is_certain = self.is_reached = False
         if tests:
@@ -262,6 +276,7 @@ class KindInference:
         return kind
 
     def infer_all(self, nodes: Sequence[Any]) -> list[Kind]:
+        """Return the kinds of expressions that are evaluated one after another."""
         return [self.infer(node) for node in nodes]
 
     def variable(self, variable: Variable) -> Kind:
@@ -272,7 +287,7 @@ class KindInference:
         return self.env.get(variable, known)
 
     def is_assigned(self, variable: Variable) -> bool:
-        """Return whether a variable is changed by ``set!``, so that nothing is known of its value."""
+        """Return whether a variable is changed by ``set!``, so that its value is unknown."""
         return variable.assigned and (not variable.is_global or self.world.is_assigned(variable))
 
     def bind(self, target: Any, kind: Kind, span: Span) -> None:
@@ -288,7 +303,7 @@ class KindInference:
             if node.target.is_global:
                 return self.world.constant_of(node.target)
             return self.numbers.get(node.target)
-        if called_builtin(node) in _ARITHMETIC and len(node.arguments) == 2 and len(node.span.text) < _SHORT:
+        if called_builtin(node) in _ARITHMETIC and len(node.arguments) == 2 and len(node.span.text) < _MAX_COMPUTED:
             return self._computed(node)
         return number_of(node)
 
@@ -307,25 +322,26 @@ class KindInference:
         return int(number) if number is not None and number.is_integer() and 0 <= number <= MAX_ITEMS else None
 
     def _take_apart(self, pattern: tuple[Any, ...], kind: Kind, span: Span) -> None:
+        """Bind the variables of a pattern ``(items, rest)``, and check the length of the sequence."""
         items, rest = pattern
         has_rest = rest is not False
         if kind is not ANY and not accepts("Sequence", kind):
-            found = describe(kind)
-            self.report("type", f"expected a sequence to take apart, got {found}", span, expected="a sequence",
-                        found=found)  # fmt: skip
+            shown = describe(kind)
+            self.report("type", f"expected a sequence to take apart, got {shown}", span, expected="a sequence",
+                        found=shown)  # fmt: skip
             kind = ANY
-        known = kind.items if kind.tag in ("List", "Vector") else None
-        if known is not None and (len(known) < len(items) or (len(known) > len(items) and not has_rest)):
+        item_kinds = kind.items if kind.tag in ("List", "Vector") else None
+        if item_kinds is not None and (len(item_kinds) < len(items) or (len(item_kinds) > len(items) and not has_rest)):
             expected = f"{'at least ' if has_rest else ''}{len(items)} item{'s' * (len(items) != 1)}"
-            self.report("pattern", f"the pattern needs {expected}, but the value has {len(known)}", span,
-                        expected=expected, found=f"{len(known)} items")  # fmt: skip
-            known = None
-        each = ANY if kind is ANY or len(kind.options) > 1 else item_of(kind)
+            self.report("pattern", f"the pattern needs {expected}, but the value has {len(item_kinds)}", span,
+                        expected=expected, found=f"{len(item_kinds)} items")  # fmt: skip
+            item_kinds = None
+        item_kind = ANY if kind is ANY or len(kind.options) > 1 else item_of(kind)
         for index, item in enumerate(items):
-            self.bind(item, known[index] if known is not None else _or_any(each), span)
+            self.bind(item, item_kinds[index] if item_kinds is not None else _or_any(item_kind), span)
         if has_rest:
             others = LIST if kind.tag in ("List", "Vector") else ANY  # the second of a pair may be anything
-            self.bind(rest, list_of(known[len(items) :]) if known is not None else others, span)
+            self.bind(rest, list_of(item_kinds[len(items) :]) if item_kinds is not None else others, span)
 
     # --- functions ---------------------------------------------------------------------------------------------
 
@@ -338,15 +354,15 @@ class KindInference:
             self.pending, self.runs_now = frozenset(), False
         position = 0
         for parameter in node.parameters:
-            kind = _kind_of_parameter(parameter, position, entity_word)
+            kind = _kind_of_parameter(parameter, position, entity_word=entity_word)
             if kind is ANY and arguments is not None and position < len(arguments) and parameter.kind == "required":
                 kind = arguments[position]
             if parameter.kind in ("required", "optional"):
                 position += 1
             if parameter.default is not None:
                 with self.uncertain():
-                    found = self.infer(parameter.default)
-                    self._pass_default(node, parameter, found)
+                    default = self.infer(parameter.default)
+                    self._pass_default(node, parameter, default)
             if isinstance(parameter.target, Variable):
                 self.env[parameter.target] = kind
             elif parameter.target is not None:
@@ -371,7 +387,7 @@ class KindInference:
             )  # fmt: skip
 
     def note_call(self, callee: Any, span: Span) -> None:
-        """Record a call that the function around makes whenever it is called; it ends where a call may escape."""
+        """Record a call that the enclosing function always makes; after a call that may escape, there are none."""
         if isinstance(callee, ast.Lambda):
             if self.is_reached and self.caller is not None:
                 self.result.always_calls.append((self.caller, callee, span))
@@ -390,7 +406,25 @@ class KindInference:
         rejects: frozenset[str] = frozenset(),
         fails: Callable[[float], bool] | None = None,
     ) -> None:
-        """Record that ``node`` must have one of these types, if it is a parameter of the function around."""
+        """Record a requirement on ``node``, if it is a parameter of the enclosing function.
+
+        Parameters
+        ----------
+        place
+            The use in the function's body, for the note of a finding: "passed to `sqrt`".
+        types
+            Accepted types of the registry; empty if only ``rejects`` or ``fails`` decide.
+        expected
+            Required value, for messages.
+        error
+            Name of the diagnostic.
+        count
+            Number of arguments with which a function is called.
+        rejects
+            Tags of kinds that fail.
+        fails
+            Whether a number fails.
+        """
         parameter = self._parameter(node)
         if parameter is not None:
             self.result.needs.setdefault(parameter, []).append(
@@ -409,16 +443,16 @@ class KindInference:
         if not isinstance(target, Variable) or target.assigned or self.is_guarded:
             return
         if kind is ANY:
-            own = self._parameter(argument)
-            if own is not None:
-                self.result.needs.setdefault(own, []).append(Need(owner, argument.span, passed=target))
+            reader = self._parameter(argument)
+            if reader is not None:
+                self.result.needs.setdefault(reader, []).append(Need(owner, argument.span, passed=target))
         elif kind is not NEVER:
             call = self.nodes[-1]
             number = self.number_of(argument)
             self.result.passed.append(Passed(target, owner, argument, kind, call, self.is_certain, usage, number))
 
     def _parameter(self, node: Any) -> Variable | None:
-        """Return the parameter of the function around that ``node`` reads, where every call of the function comes."""
+        """Return the parameter of the enclosing function that ``node`` reads, if every call reaches this expression."""
         if type(node) is not ast.Reference or self.caller is None or self.is_guarded:
             return None
         if not (self.is_certain and self.is_reached) or self.may_escape:
@@ -431,18 +465,18 @@ class KindInference:
     # --- loops -------------------------------------------------------------------------------------------------
 
     def items(self, node: Any, kind: Kind) -> Kind:
-        """Return the kind of the items over which a ``for`` clause iterates; report what cannot be iterated."""
+        """Return the kind of the items over which a ``for`` clause iterates; report a value that is not iterable."""
         if kind is ANY:
             self.need(node, "iterated over", ("Integer", "Sequence"), "a sequence")
         if kind is ANY or kind is NEVER:
             return ANY
-        found = NEVER
+        item = NEVER
         for option in kind.options:
             if option.tag == "Integer":
-                found = join(found, INTEGER)
+                item = join(item, INTEGER)
             elif accepts("Sequence", option) and option.tag not in ("Entity", "Handles"):
-                found = join(found, _or_any(item_of(option)))
-        if found is NEVER and not any(option.tag in ("Integer", "List") for option in kind.options):
+                item = join(item, _or_any(item_of(option)))
+        if item is NEVER and not any(option.tag in ("Integer", "List") for option in kind.options):
             shown = describe(kind)
             hint = None
             if kind is ENTITY:
@@ -453,7 +487,7 @@ class KindInference:
                 hint = "take a finite part: `(list-head gamma n)`"
             return self.report("type", f"expected a sequence to iterate over, got {shown}", node.span, hint,
                                expected="a sequence", found=shown)  # fmt: skip
-        return _or_any(found)
+        return _or_any(item)
 
     # --- parts -------------------------------------------------------------------------------------------------
 
@@ -464,7 +498,7 @@ class KindInference:
         self.check_certain_parts(node, kind, place)
 
     def check_certain_parts(self, node: Any, kind: Kind, place: str) -> None:
-        """Report what the kind of a value shows not to be parts, always or in some cases."""
+        """Report a value whose kind excludes parts, always or in some cases."""
         if not may_be_parts(kind):
             scene_forms.report_parts(self, node, kind, place)
         elif scene_forms.are_no_parts(kind):
@@ -474,10 +508,12 @@ class KindInference:
 
 
 def _or_any(kind: Kind) -> Kind:
+    """Return ANY for NEVER, which items of an empty sequence have."""
     return ANY if kind is NEVER else kind
 
 
-def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: bool) -> Kind:
+def _kind_of_parameter(parameter: ast.Parameter, position: int, *, entity_word: bool) -> Kind:
+    """Return the kind of a parameter; the first one of a word's function holds the embedding."""
     if parameter.type is not None:
         return kind_of_type(parameter.type.name) if parameter.kind != "rest" else LIST
     if parameter.kind == "rest":
@@ -490,11 +526,13 @@ def _kind_of_parameter(parameter: ast.Parameter, position: int, entity_word: boo
 
 
 # --- handlers of nodes ---------------------------------------------------------------------------------------------
+#
+# One function for each node of the core AST, in the order of ``_HANDLERS``.
 
 
 def _constant(inference: KindInference, node: ast.Constant) -> Kind:
     if node.value is None and _ATOM.fullmatch(node.span.text):
-        return ANY  # the reader has `none` in place of an atom that it cannot read
+        return ANY  # the reader returns `none` for an atom that it cannot read
     return kind_of_value(node.value)
 
 
@@ -523,6 +561,7 @@ def _assignment(inference: KindInference, node: ast.Assignment) -> Kind:
 
 
 def _if(inference: KindInference, node: ast.If) -> Kind:
+    """Infer a conditional; the branch that a constant test excludes may not run."""
     test = inference.infer(node.test)
     always = is_truthy(test) if type(node.test) is not ast.Constant else _truth(node.test.value)
     if always is not None and type(node.test) is ast.Constant:
@@ -538,6 +577,7 @@ def _if(inference: KindInference, node: ast.If) -> Kind:
 
 
 def _truth(value: Any) -> bool:
+    """Return whether a value is true: all but ``#f`` and ``none`` are."""
     return value is not False and value is not None
 
 
@@ -564,6 +604,7 @@ def _or(inference: KindInference, node: ast.Or) -> Kind:
 
 
 def _tests(inference: KindInference, items: Sequence[Any]) -> list[Kind]:
+    """Return the kinds of the items of ``and`` or ``or``, each of which runs after tests of those before."""
     kinds = [inference.infer(items[0])]
     for index, item in enumerate(items[1:], 1):
         with inference.uncertain(*items[:index]):
@@ -576,6 +617,7 @@ def _lambda(inference: KindInference, node: ast.Lambda) -> Kind:
 
 
 def _define(inference: KindInference, node: ast.Define) -> Kind:
+    """Infer a definition; a function is bound before its body is inferred, since it may call itself."""
     value = node.value
     if isinstance(node.target, Variable) and type(value) is ast.Lambda:
         inference.env[node.target] = Kind("Function", None, ANY, value)
@@ -619,6 +661,7 @@ def _record(node: ast.Define) -> dict[Variable, Kind] | None:
 
 
 def _body(inference: KindInference, node: ast.Body) -> Kind:
+    """Infer the forms of a body in order; forms after one that never returns are unreachable."""
     for item in node.items:  # functions may be called before their definition in the text
         if type(item) is ast.Define and isinstance(item.target, Variable) and type(item.value) is ast.Lambda:
             inference.env.setdefault(item.target, Kind("Function", None, ANY, item.value))
@@ -627,7 +670,7 @@ def _body(inference: KindInference, node: ast.Body) -> Kind:
     kind = NONE
     for index, item in enumerate(node.items):
         if later:
-            inference.pending = outside | {variable for variable, place in later.items() if place >= index}
+            inference.pending = outside | {variable for variable, position in later.items() if position >= index}
         kind = inference.infer(item)
         inference.pending = outside
         if index + 1 < len(node.items):
@@ -656,6 +699,7 @@ def _first(inference: KindInference, node: ast.First) -> Kind:
 
 
 def _application(inference: KindInference, node: ast.Application) -> Kind:
+    """Infer a call, and check it against the function if that is known."""
     function = node.function
     if type(function) is ast.Lambda:
         arguments = inference.infer_all(node.arguments)
@@ -679,24 +723,27 @@ def _application(inference: KindInference, node: ast.Application) -> Kind:
 
 
 def _infer_arguments(inference: KindInference, node: ast.Application, function: Kind) -> list[Kind]:
-    """Infer the arguments of a call. A function that is written where a library function calls it has parameters of
-    the kinds that it is called with."""
+    """Infer the arguments of a call.
+
+    A ``lambda`` that is passed to a library function which calls it has parameters of the kinds that it is called with.
+    """
     indices = _given_indices(function)
     if indices is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
         return inference.infer_all(node.arguments)
     lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
     inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
     kinds = inference.result.kinds
-    given = indices(node, kinds)
+    callback_kinds = indices(node, kinds)
     for argument in lambdas:
         is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
-        kind = inference.function(argument, arguments=given if is_callback else None)
+        kind = inference.function(argument, arguments=callback_kinds if is_callback else None)
         kinds[argument] = kind
     return [kinds[argument] for argument in node.arguments]
 
 
 def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
-    """Return what gives the kinds of a callback's arguments, for library functions that call it at once."""
+    """Return the function that computes the kinds of a callback's arguments, for library functions that call it
+    immediately, else None."""
     code = function.code
     if isinstance(code, Builtin):
         return _GIVEN.get(code.name)
@@ -706,14 +753,17 @@ def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
 
 
 def _items_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    """Return the kinds of the items of all sequences."""
     return [calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[1:]]
 
 
 def _folded_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    """Return the kinds of the items, then of the accumulator."""
     return [*(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:]), ANY]
 
 
 def _left_given(node: ast.Application, kinds: Any) -> list[Kind]:
+    """Return the kinds of the accumulator, then of the items."""
     return [ANY, *(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:])]
 
 
@@ -734,6 +784,7 @@ def _calls_back(code: Any) -> bool:
 
 
 def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
+    """Infer an array literal: numbers, or rows of one length."""
     kinds = inference.infer_all(node.items)
     for item, kind in zip(node.items, kinds):
         if kind is ANY:
@@ -746,7 +797,7 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
         return ANY
     if any(is_number(kind) for kind in kinds):  # items of other shapes would fail
         return vector_of(len(kinds), all(kind is INTEGER for kind in kinds))
-    return union_of((vector_of(len(kinds)), ARRAY, MATRIX))  # of numbers, or of what has items itself
+    return union_of((vector_of(len(kinds)), ARRAY, MATRIX))  # of numbers, or of rows
 
 
 def _while(inference: KindInference, node: ast.While) -> Kind:
@@ -761,6 +812,7 @@ def _while(inference: KindInference, node: ast.While) -> Kind:
 
 
 def _for(inference: KindInference, node: ast.For) -> Kind:
+    """Infer a ``for`` form, whose body may not run and whose accumulators may change their kinds."""
     for accumulator in node.accumulators:
         inference.infer(accumulator.value)
         for variable in pattern_variables(accumulator.target):
@@ -768,7 +820,7 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
     certain, narrowed, reached = inference.is_certain, inference.narrowed, inference.is_reached
     exits = inference.exits
     for index, clause in enumerate(node.clauses):
-        inference.is_reached = reached and index == 0  # what a loop goes through first is evaluated once
+        inference.is_reached = reached and index == 0  # the first sequence is evaluated exactly once
         if clause.kind == "each":
             for target, value in zip(clause.targets, clause.values):
                 inference.bind(target, inference.items(value, inference.infer(value)), value.span)
@@ -796,6 +848,7 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
 
 
 def _result_of_loop(node: ast.For, body: Kind) -> Kind:
+    """Return the kind of the result of a ``for`` form."""
     if node.kind == "list":
         return list_with(body) if body is not NEVER else LIST
     if node.kind in _LOOP_RESULTS:
@@ -831,6 +884,7 @@ def _guard(inference: KindInference, node: ast.Guard) -> Kind:
 
 
 def _bind(inference: KindInference, node: ast.Bind) -> Kind:
+    """Infer ``bind``: the word's function must return parts, or frames if it is the root."""
     word = inference.infer(node.word)
     if not accepts("Word", word):
         scene_forms.report_word(inference, node.word, word, "bind")
@@ -853,6 +907,7 @@ def _bind(inference: KindInference, node: ast.Bind) -> Kind:
 
 
 def _has_frames(kind: Kind) -> bool:
+    """Return whether a value may be frames."""
     return any(option.tag == "Frames" for option in kind.options)
 
 
@@ -874,6 +929,7 @@ def _union(inference: KindInference, node: ast.Union) -> Kind:
 
 
 def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
+    """Infer ``union-loop``: a count, and a function of the index that returns parts."""
     count = inference.infer(node.count)
     is_body = count.tag == "Function" or (count is not ANY and count is not NEVER and may_be_parts(count))
     other = inference.infer(node.function) if is_body else ANY
@@ -904,6 +960,7 @@ def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
 
 
 def _is_fraction(value: Any) -> bool:
+    """Return whether a value is a Float that is not whole."""
     return type(value) is float and not value.is_integer()
 
 

@@ -14,7 +14,7 @@ from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, re
 from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_slip
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.checker.book import KindBook, findings, reached_forms
-from scenelang.interpreter.checker.kinds import infix_fix
+from scenelang.interpreter.checker.common import infix_fix
 from scenelang.interpreter.checker.program import Program
 from scenelang.interpreter.checker.rules import (
     FactCache,
@@ -30,11 +30,13 @@ from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.primitives import is_word, words
 
-# Static analysis of the words of a program: the root, and words that look like mistakes.
+# --- words of a program: the root, and words that are probably mistakes ----------------------------------------------
 
 
+# Similarities of words that count as a misspelling (difflib's ratio). A bound word that nothing else mentions is
+# suggested earlier: it is probably the one that was meant.
+_SIMILARITY = 0.84
 _NEAR_UNUSED = 0.7
-_SIMILARITY = 0.84  # similarity of words that counts as a misspelling (difflib's ratio)
 
 
 def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
@@ -58,12 +60,12 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
     words = program.words or program.all_words
     if not words:
         hint = 'bind a word, such as `(bind "word" (lambda () (call "cube")))`'
-        nested = next((node for each in program.facts for node in walk(each.form) if type(node) is ast.Bind), None)
+        nested = next((node for facts in program.facts for node in walk(facts.form) if type(node) is ast.Bind), None)
         if nested is not None:
             hint = "this `bind` stands inside another form: move it to the top level"
         message = "the program binds no word, so there is nothing to evaluate"
         raise SceneError("no-root", message, hint, nested.span if nested is not None else None)
-    used = {text for each in program.facts for text in each.strings}
+    used = {text for facts in program.facts for text in facts.strings}
     candidates = [word for word in words if word not in used]
     if not candidates:
         candidates = [word for word in program.all_words if word not in used]
@@ -80,43 +82,46 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
 
 def word_warnings(program: Program) -> list[Diagnostic]:
     """Return warnings about misspelled words, calls before a ``bind``, and unused parameters and attributes."""
-    found: list[Diagnostic] = []
+    warnings: list[Diagnostic] = []
     bound: set[str] = set()
     near: dict[str, str | None] = {}
-    calls = Counter(word for each in program.facts for word, _ in each.word_calls)
-    for each in program.facts:
-        found += _early_calls(program, each, bound)
-        if each.word is not None:
-            bound.add(each.word)
-        for word, span in each.word_calls:
+    calls = Counter(word for facts in program.facts for word, _ in facts.word_calls)
+    for facts in program.facts:
+        warnings += _early_calls(program, facts, bound)
+        if facts.word is not None:
+            bound.add(facts.word)
+        for word, span in facts.word_calls:
             if word not in program.all_words and not is_word(word):
                 if word not in near:
                     near[word] = (
-                        _near_word(word, _callable_words(program, each))
+                        _near_word(word, _callable_words(program, facts))
                         or _near_primitive(word)
-                        or _near_unused(word, program, each)
+                        or _near_unused(word, program, facts)
                         or _slipped(word, calls)
                     )
                 if near[word]:
-                    found.append(_misspelled(word, str(near[word]), span))
-        found += each.unpassed
-    return [*found, *unread_attributes(program)]
+                    warnings.append(_misspelled(word, str(near[word]), span))
+        warnings += facts.unpassed
+    return [*warnings, *unread_attributes(program)]
 
 
 def misspellings(program: Program) -> list[Diagnostic]:
-    """Return warnings about misspelled words and attributes of a program with errors, where other words may be bound in
-    forms that have no meaning yet."""
+    """Return warnings about misspelled words and attributes of a program with errors.
+
+    Malformed forms may bind words too, so a string after the head of a top-level form is not reported.
+    """
     written = {match[1] for match in _SECOND.finditer(program.main.text)}
-    found = [d for d in word_warnings(program) if d.name in ("near-word", "idle-attribute")]
-    return [d for d in found if d.span is None or d.span.text.strip('"') not in written]
+    warnings = [d for d in word_warnings(program) if d.name in ("near-word", "idle-attribute")]
+    return [d for d in warnings if d.span is None or d.span.text.strip('"') not in written]
 
 
+# The string after the head of a top-level form, which may bind it as a word.
 _SECOND = re.compile(r'^\([^\s()\[\]"]+\s+"([^"]+)"', re.M)
 
 
 def unread_attributes(program: Program) -> list[Diagnostic]:
-    """Attributes of calls of primitives that no primitive of the word reads."""
-    return [d for each in program.facts for word, d in each.idle_attributes if word not in program.all_words]
+    """Return warnings about attributes in calls of primitives that the primitive does not read."""
+    return [d for facts in program.facts for word, d in facts.idle_attributes if word not in program.all_words]
 
 
 def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterator[Diagnostic]:
@@ -127,14 +132,22 @@ def _early_calls(program: Program, facts: FormFacts, bound: set[str]) -> Iterato
 
 
 def _callable_words(program: Program, facts: FormFacts) -> list[str]:
-    """Return the words that a form may mean: a function without parameters that calls itself never ends, so a word that
-    is similar to its own, such as "scone" in "scene", is another one."""
+    """Return the words that a misspelled word in a form may mean.
+
+    A function without parameters that calls itself never ends, so its own word is excluded: "scone" in the function of
+    "scene" is another word.
+    """
     form = facts.form
     recurs = type(form) is not ast.Bind or type(form.function) is not ast.Lambda or bool(form.function.parameters)
     return [word for word in program.all_words if recurs or word != facts.word]
 
 
 def _near_word(word: str, known: Sequence[str]) -> str | None:
+    """Return the known word that ``word`` misspells: by a slip of a finger, a permutation, or a similar spelling.
+
+    A slip is decided by the keyboard: "cune" is "cube", whose differing letters are adjacent keys, but "tube" is a
+    word of its own.
+    """
     from difflib import get_close_matches
 
     slips = [other for other in known if is_slip(word, other)]
@@ -146,16 +159,17 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
     return near[0] if near else None
 
 
-# The words of an English dictionary (133,618 entries) that look like a slip of a primitive's name: none other does.
+# All words of an English dictionary (133,618 entries) that differ from a primitive's name by a slip of a finger.
 _NOUNS = frozenset({"capsful", "capulet", "cine", "come", "conf", "cons", "cubs", "done", "horus", "sone", "tours"})
-_LONG = 6  # letters of a name of which similar words are misspellings
+_MIN_LETTERS = 6  # of a primitive's name whose similar words are misspellings; too many nouns resemble shorter ones
 
 
 def _near_primitive(word: str) -> str | None:
-    """Return the primitive whose name is misspelled.
+    """Return the primitive whose name is misspelled, or None.
 
-    It is a slip of the fingers, or a long name is nearly the same but no plural or participle. Nouns
-    are words of programs, too: "cub", "scone" and "seats" are nearer to a primitive than many misspellings.
+    The word differs by a slip of a finger, or it is similar to a long name without being its plural or participle. A
+    similarity alone would not do, because nouns are words of programs too: "cub", "scone" and "seats" are nearer to a
+    primitive than many misspellings.
     """
     word = word.lower()
     if word in _NOUNS:
@@ -166,25 +180,25 @@ def _near_primitive(word: str) -> str | None:
 
 
 def _is_misspelled(word: str, name: str) -> bool:
+    """Return whether a word is a misspelling of a long name of a primitive."""
     from difflib import SequenceMatcher
 
-    if len(name) < _LONG or word[:1] != name[0] or word.startswith(name) or abs(len(word) - len(name)) > 1:
+    if len(name) < _MIN_LETTERS or word[:1] != name[0] or word.startswith(name) or abs(len(word) - len(name)) > 1:
         return False
     return sorted(word) == sorted(name) or SequenceMatcher(None, word, name).ratio() >= _SIMILARITY
 
 
 def _slipped(word: str, calls: Mapping[str, int]) -> str | None:
-    """Return the word that is called more often and that a word called once is a slip of the fingers from: neither
-    need be bound."""
+    """Return the word, bound or not, that is called repeatedly and from which a word called once differs by a slip."""
     often = (other for other, count in calls.items() if count > 1 and is_slip(word, other))
     return next(often, None) if calls[word] == 1 else None
 
 
 def _near_unused(word: str, program: Program, facts: FormFacts) -> str | None:
-    """Return the bound word that is used nowhere, if there is one that looks a little like a word that is not bound."""
+    """Return a bound word that nothing mentions and that resembles ``word``, which is not bound, or None."""
     from difflib import get_close_matches
 
-    used = {text for each in program.facts for text in each.strings}
+    used = {text for form in program.facts for text in form.strings}
     near = get_close_matches(
         word,
         [other for other in _callable_words(program, facts) if other in program.words and other not in used],
@@ -195,6 +209,7 @@ def _near_unused(word: str, program: Program, facts: FormFacts) -> str | None:
 
 
 def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
+    """Return the warning about a misspelled word."""
     message = f'"{word}" is never bound, so it is drawn as a labelled box'
     fix = Fix(f'Change to "{near}"', (Edit(span, f'"{near}"'),))
     return Diagnostic("near-word", message, span, f'did you mean "{near}"?', fixes=(fix,), near=(near,))
@@ -205,11 +220,11 @@ def unreachable_words(program: Program) -> Iterator[Diagnostic]:
     if program.scene is None or type(program.scene.word) is not ast.Constant:
         return
     root = program.scene.word.value
-    if root not in program.words or any(each.computes_strings for each in program.facts):
-        return  # words may be put together
-    seen = reached_forms(program.facts, root) or ()
-    reached = {root}.union(*(each.strings | {each.word} for each in program.facts if id(each) in seen))
-    functions = {each.word for each in program.facts if each.word and type(each.form.function) is ast.Lambda}
+    if root not in program.words or any(facts.computes_strings for facts in program.facts):
+        return  # a word may be computed
+    evaluated = reached_forms(program.facts, root) or ()
+    reached = {root}.union(*(form.strings | {form.word} for form in program.facts if id(form) in evaluated))
+    functions = {facts.word for facts in program.facts if facts.word and type(facts.form.function) is ast.Lambda}
     for word, span in program.words.items():
         # A word that is bound to the function of another word is an alias for importers.
         if word in functions and word not in reached:
@@ -220,22 +235,24 @@ def unreachable_words(program: Program) -> Iterator[Diagnostic]:
 def lint(program: Program, is_scene: Callable[[], bool]) -> list[Diagnostic]:
     """Return the warnings about a program without errors.
 
-    ``is_scene()`` returns whether the program is certainly a scene rather than a library of definitions; it is only
-    called if the answer matters.
+    ``is_scene()`` returns whether the program is certainly a scene rather than a library of definitions, which other
+    files may import; it is only called if there are unused definitions.
     """
-    own = [each for each in program.facts if not _is_library(each.form)]
-    found = word_warnings(program)
-    for each in own:
-        found += [_with_safe_fixes(diagnostic, program) for diagnostic in each.warnings]
-    found += unreachable_words(program)
-    unused = list(_unused_globals(program, own))
-    return [*found, *unused] if unused and is_scene() else found
+    written = [facts for facts in program.facts if not _is_library(facts.form)]
+    warnings = word_warnings(program)
+    for facts in written:
+        warnings += [_with_safe_fixes(diagnostic, program) for diagnostic in facts.warnings]
+    warnings += unreachable_words(program)
+    unused = list(_unused_globals(program, written))
+    return [*warnings, *unused] if unused and is_scene() else warnings
 
 
 def lint_forms(program: Program) -> list[Diagnostic]:
-    """Warnings about single forms, for a program that has errors elsewhere."""
-    whole = (each for each in program.facts if not _is_library(each.form) and id(each.form) not in program.broken)
-    local = (warning for each in whole for warning in each.warnings)
+    """Return the warnings about single forms of a program with errors in others."""
+    valid_forms = (
+        facts for facts in program.facts if not _is_library(facts.form) and id(facts.form) not in program.broken
+    )
+    local = (warning for facts in valid_forms for warning in facts.warnings)
     return [*(_with_safe_fixes(warning, program) for warning in local), *misspellings(program)]
 
 
@@ -248,47 +265,53 @@ def _with_safe_fixes(diagnostic: Diagnostic, program: Program) -> Diagnostic:
 
 
 def _is_library(form: Any) -> bool:
+    """Return whether a form belongs to the standard library."""
     return str(form.span.source.name).startswith(STD)
 
 
-def _unused_globals(program: Program, own: Sequence[FormFacts]) -> Iterator[Diagnostic]:
+def _unused_globals(program: Program, written: Sequence[FormFacts]) -> Iterator[Diagnostic]:
     """Report top-level definitions of the main file that no other form or macro refers to."""
     params = {param.span for param in program.params}
     users: dict[Any, set[int]] = {}
-    for each in program.facts:
-        for variable in each.used:
-            users.setdefault(variable, set()).add(id(each))
-    longest = max((len(variable.name) for each in own for variable in each.defined), default=0)
-    mentions: Counter[str] | None = None  # counted when they are needed
-    for each in own:
-        if each.form.span.source.name != program.main.name or each.form.span in params:
+    for facts in program.facts:
+        for variable in facts.used:
+            users.setdefault(variable, set()).add(id(facts))
+    longest = max((len(variable.name) for facts in written for variable in facts.defined), default=0)
+    mentions: Counter[str] | None = None  # computed when needed
+    for facts in written:
+        if facts.form.span.source.name != program.main.name or facts.form.span in params:
             continue
-        for variable in each.defined:
-            used = bool(users.get(variable, set()) - {id(each)})
-            if used or len(each.defined) > 1 or not is_user_written(variable) or variable.name.startswith("_"):
+        for variable in facts.defined:
+            used = bool(users.get(variable, set()) - {id(facts)})
+            if used or len(facts.defined) > 1 or not is_user_written(variable) or variable.name.startswith("_"):
                 continue
             if mentions is None:
                 mentions = _mentions(program.main.text, longest)
-            if mentions[variable.name] <= 1:  # its definition
-                fixes = (remove(each.form, safe=False),) if is_removable(each.form) else ()  # other files may import it
+            if mentions[variable.name] <= 1:  # only its definition
+                fixes = (
+                    (remove(facts.form, safe=False),) if is_removable(facts.form) else ()
+                )  # other files may import it
                 yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
 
 
 def _mentions(text: str, longest: int) -> Counter[str]:
-    """Count the names up to a length that a text has, wherever they are, for example in a macro or after a quote."""
-    found: Counter[str] = Counter()
+    """Count the names in a text, wherever they occur, for example in a macro or after a quote.
+
+    ``longest`` is the length of the longest name that matters.
+    """
+    counts: Counter[str] = Counter()
     for word in _WORD.findall(text):
         end = word[-longest - 1 :]
-        found[word] += 1
-        found.update(end[match.end() :] for match in _QUOTE.finditer(end))
-    return found
+        counts[word] += 1
+        counts.update(end[match.end() :] for match in _QUOTE.finditer(end))
+    return counts
 
 
 _WORD = re.compile(r"[^\s()\[\]]+")
 _QUOTE = re.compile(r"['`,@]")
 
 
-# Warnings about forms that are added to a session.
+# --- forms that are added to a session -------------------------------------------------------------------------------
 
 
 # Lints that require a whole program, and therefore do not apply to single forms of a session.
@@ -296,7 +319,7 @@ WHOLE_FILE = frozenset(("unused", "bound-twice", "undefined-word", "unreachable-
 
 
 class LintCache:
-    """What is known of the forms of a file, of which the next version may have some."""
+    """Facts and kinds of the forms of a file, for reuse in its next version."""
 
     def __init__(self) -> None:
         self.facts = FactCache()
@@ -310,13 +333,16 @@ def new_form_warnings(
     all_words: Mapping[str, Span],
     cache: LintCache,
 ) -> list[Diagnostic]:
-    """What is suspicious about core forms, among words that are known already; those of ``WHOLE_FILE`` included."""
+    """Return the warnings about core forms that are added to a session whose words are known.
+
+    Lints of ``WHOLE_FILE`` are included.
+    """
     program = Program(main, (), forms, None, words, all_words, (), (), cache.facts, cache.kinds)
     kinds = [d for d in findings(program, None) if not d.is_error]  # an error is reported when the form runs
-    return [*(d for each in program.facts for d in each.warnings), *word_warnings(program), *kinds]
+    return [*(d for facts in program.facts for d in facts.warnings), *word_warnings(program), *kinds]
 
 
-# Consequences: what is reported only because of another mistake, which is reported too.
+# --- consequential findings, which are reported only because of another mistake --------------------------------------
 
 
 _DEFINES = re.compile(r"\(\s*([^\s()\[\]]+)\s+\(?([^\s()\[\]]+)")
@@ -325,35 +351,35 @@ _DEFINING = frozenset(("define", "define-values", "define-record", "define-synta
 
 
 def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | None = None) -> list[Diagnostic]:
-    """Return the diagnostics without those that follow from another one."""
-    found = list(diagnostics)
-    if any(d.name == "unclosed" and "string" in d.message for d in found):
-        found = [d for d in found if d.name not in ("bad-atom", "bad-string")]  # quotes open and close the wrong way
-    unread = {(d.span.source, d.span.start) for d in found if d.code.startswith("E1") and d.span is not None}
-    found = [
-        d for d in found if d.code.startswith("E1") or d.span is None or (d.span.source, d.span.start) not in unread
+    """Return the diagnostics without those that are consequences of another one."""
+    remaining = list(diagnostics)
+    if any(d.name == "unclosed" and "string" in d.message for d in remaining):
+        remaining = [d for d in remaining if d.name not in ("bad-atom", "bad-string")]  # strings and code are exchanged
+    unread = {(d.span.source, d.span.start) for d in remaining if d.code.startswith("E1") and d.span is not None}
+    remaining = [
+        d for d in remaining if d.code.startswith("E1") or d.span is None or (d.span.source, d.span.start) not in unread
     ]
-    defined = {name for d in found if d.name == "unbound" for name in _defined_by(d)}
-    found = [d for d in found if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
-    found = [d for d in found if not (d.name == "unbound" and _is_defined_wrongly(d, found))]
-    found = [d for d in found if not (d.name == "dropped-value" and _is_followed(d, found))]
-    found = _without_details(found)
-    found = _once_for_each_word(found)
-    return _misspelled_parameters(found, program) if program is not None else found
+    defined = {name for d in remaining if d.name == "unbound" for name in _defined_by(d)}
+    remaining = [d for d in remaining if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
+    remaining = [d for d in remaining if not (d.name == "unbound" and _is_defined_wrongly(d, remaining))]
+    remaining = [d for d in remaining if not (d.name == "dropped-value" and _is_followed(d, remaining))]
+    remaining = _without_details(remaining)
+    remaining = _once_for_each_word(remaining)
+    return _misspelled_parameters(remaining, program) if program is not None else remaining
 
 
-def _without_details(found: list[Diagnostic]) -> list[Diagnostic]:
-    """Leave out what a larger mistake explains: an unused variable or a constant test in a body without a value, and
-    the index of a loop whose body is not a function yet."""
+def _without_details(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Remove details of a larger mistake: an unused variable or a constant test in a body without a value, and the
+    undefined index of a loop whose body lacks its ``lambda``."""
     empty = [
         d.span
-        for d in found
+        for d in diagnostics
         if d.name in ("parts", "conditional-failure") and d.found == "`none`" and d.span is not None
     ]
-    bodies = [d.span for d in found if d.name == "not-a-procedure" and d.span is not None and _binds_index(d)]
+    bodies = [d.span for d in diagnostics if d.name == "not-a-procedure" and d.span is not None and _binds_index(d)]
     return [
         d
-        for d in found
+        for d in diagnostics
         if d.span is None
         or (
             not (d.name in ("unused", "constant-condition", "dropped-value") and _is_inside(d.span, empty))
@@ -363,42 +389,44 @@ def _without_details(found: list[Diagnostic]) -> list[Diagnostic]:
 
 
 def _binds_index(diagnostic: Diagnostic) -> bool:
+    """Return whether a fix adds the function of a loop's index."""
     return any(edit.text.startswith("(lambda (i)") for fix in diagnostic.fixes for edit in fix.edits)
 
 
 def _is_inside(span: Span, others: Sequence[Span]) -> bool:
-    return any(each.source.name == span.source.name and each.start <= span.start < each.end for each in others)
+    """Return whether a span begins inside one of others."""
+    return any(other.source.name == span.source.name and other.start <= span.start < other.end for other in others)
 
 
-def _is_followed(dropped: Diagnostic, found: Sequence[Diagnostic]) -> bool:
-    """Return whether what makes a value not the last one of its body is text in another language behind it."""
+def _is_followed(dropped: Diagnostic, diagnostics: Sequence[Diagnostic]) -> bool:
+    """Return whether a value is unused only because code of another language follows it on its line."""
     span = dropped.span
     if span is None:
         return False
     end = span.source.text.find("\n", span.end)
     line = range(span.end, end if end >= 0 else len(span.source.text))
-    return any(d.name == "foreign-syntax" and d.span is not None and d.span.start in line for d in found)
+    return any(d.name == "foreign-syntax" and d.span is not None and d.span.start in line for d in diagnostics)
 
 
-_DEFINITIONS = 20  # of one name that are looked at: each is read to its end
+_MAX_DEFINITIONS = 20  # of one name that are searched for errors; each is read to its end
 
 
-def _is_defined_wrongly(unbound: Diagnostic, found: Sequence[Diagnostic]) -> bool:
-    """Return whether a name is one that a form at top level defines, in which another mistake is reported."""
+def _is_defined_wrongly(unbound: Diagnostic, diagnostics: Sequence[Diagnostic]) -> bool:
+    """Return whether a top-level form with another error defines an undefined name."""
     span = unbound.span
     if span is None:
         return False
     text = span.source.text
-    errors = [d.span.start for d in found if d.is_error and d.span is not None and d.span.text != span.text]
+    errors = [d.span.start for d in diagnostics if d.is_error and d.span is not None and d.span.text != span.text]
     if not errors:
         return False
-    matches = islice(re.finditer(rf"\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text), _DEFINITIONS)
+    matches = islice(re.finditer(rf"\((?:define|param)\s+\(?{re.escape(span.text)}(?=[\s)])", text), _MAX_DEFINITIONS)
     pieces = ((match.start(), *piece_at(text, match.start())) for match in matches)
-    return any(place == start <= error < end for place, start, end in pieces for error in errors)
+    return any(definition == start <= error < end for definition, start, end in pieces for error in errors)
 
 
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
-    """The name that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
+    """Iterate over the names that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
     from difflib import get_close_matches
 
     span = diagnostic.span
@@ -410,25 +438,25 @@ def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
         yield from names[1].split() if names is not None else (match[2],) if meant else ()
 
 
-def _once_for_each_word(found: list[Diagnostic]) -> list[Diagnostic]:
-    """Report a word that looks misspelled once; which word is the root is then no question of its own."""
-    seen: set[str] = set()
-    kept = []
-    for d in found:
+def _once_for_each_word(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Report each misspelled word once, and no doubts about the root that result from it."""
+    reported: set[str] = set()
+    remaining = []
+    for d in diagnostics:
         word = d.span.text if d.name == "near-word" and d.span is not None else None
-        if word is None or word not in seen:
-            kept.append(d)
+        if word is None or word not in reported:
+            remaining.append(d)
         if word is not None:
-            seen.add(word)
-    near = {near for d in kept if d.name == "near-word" for near in d.near}
+            reported.add(word)
+    near = {near for d in remaining if d.name == "near-word" for near in d.near}
     about_roots = ("ambiguous-root", "unreachable-word")
-    return [d for d in kept if not (d.name in about_roots and any(f'"{word}"' in d.message for word in near))]
+    return [d for d in remaining if not (d.name in about_roots and any(f'"{word}"' in d.message for word in near))]
 
 
-def _misspelled_parameters(found: list[Diagnostic], program: Program) -> list[Diagnostic]:
-    """Report a keyword parameter whose name is misspelled where it stands: its function reads, and its callers pass,
-    another name."""
-    calls = [d for d in found if d.found is not None and d.found.startswith(":") and len(d.near) == 1]
+def _misspelled_parameters(diagnostics: list[Diagnostic], program: Program) -> list[Diagnostic]:
+    """Report a keyword parameter with a misspelled name at its declaration, if its function reads another name and its
+    callers pass that."""
+    calls = [d for d in diagnostics if d.found is not None and d.found.startswith(":") and len(d.near) == 1]
     for call in {(d.found, d.near[0]): d for d in calls}.values():
         passed, spelled = str(call.found)[1:], call.near[0][1:]
         parameter = _unread_parameter(program, spelled, passed)
@@ -437,31 +465,32 @@ def _misspelled_parameters(found: list[Diagnostic], program: Program) -> list[Di
         span = parameter.target.span
         function = next(node for node in _functions(program) if parameter in node.parameters)
         message = f"the parameter `:{spelled}` is never used, but `{passed}` is read here and passed as `:{passed}`"
-        place = replace_end(span, spelled)
-        fix = Fix(f"Change to `{passed}`", (Edit(place, passed),), safe=True)
-        own = Diagnostic("keyword", message, span, f"did you mean `:{passed}`?", fixes=(fix,), near=(f":{passed}",),
+        name_span = replace_end(span, spelled)
+        fix = Fix(f"Change to `{passed}`", (Edit(name_span, passed),), safe=True)
+        warning = Diagnostic("keyword", message, span, f"did you mean `:{passed}`?", fixes=(fix,), near=(f":{passed}",),
                          expected=f":{passed}", found=f":{spelled}")  # fmt: skip
-        others = (d for d in found if d not in calls or (d.found, d.near) != (call.found, call.near))
-        found = [d for d in others if not (_inside_function(d, function) and _is_about(d, passed, spelled))]
-        found.append(own)
-    return found
+        others = (d for d in diagnostics if d not in calls or (d.found, d.near) != (call.found, call.near))
+        diagnostics = [d for d in others if not (_inside_function(d, function) and _is_about(d, passed, spelled))]
+        diagnostics.append(warning)
+    return diagnostics
 
 
 def replace_end(span: Span, name: str) -> Span:
-    """The place of a parameter's name alone, without the colon and the type around it."""
+    """Return the span of a parameter's name without its colon and type."""
     start = span.start + (1 if span.text.startswith(":") else 0)
     return Span(span.source, start, start + len(name))
 
 
 def _functions(program: Program) -> Iterator[ast.Lambda]:
-    for each in program.facts:
-        for node in walk(each.form):
+    """Iterate over all functions in a program."""
+    for facts in program.facts:
+        for node in walk(facts.form):
             if type(node) is ast.Lambda:
                 yield node
 
 
 def _unread_parameter(program: Program, spelled: str, passed: str) -> Any:
-    """The keyword parameter ``spelled`` that its function does not read, though it mentions ``passed``."""
+    """Return the keyword parameter ``spelled`` of a function that mentions ``passed`` instead of it, or None."""
     for function in _functions(program):
         for parameter in function.parameters:
             if parameter.kind == "keyword" and parameter.name == spelled and isinstance(parameter.target, Variable):
@@ -473,19 +502,21 @@ def _unread_parameter(program: Program, spelled: str, passed: str) -> Any:
 
 
 def _inside_function(diagnostic: Diagnostic, function: ast.Lambda) -> bool:
+    """Return whether a diagnostic is located in a function."""
     span, around = diagnostic.span, function.span
     return span is not None and span.source is around.source and around.start <= span.start <= span.end <= around.end
 
 
 def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
-    """Whether a diagnostic is about the name that is read in place of the parameter, or says that it is unused."""
+    """Return whether a diagnostic is about the name that is read instead of the parameter, or says that the parameter
+    is unused."""
     assert diagnostic.span is not None
     if diagnostic.name == "unused":
         return f"`{spelled}`" in diagnostic.message
     return re.search(rf"(?<![\w-]){re.escape(passed)}(?![\w-])", diagnostic.span.text) is not None
 
 
-# Fixes: those that follow from a diagnostic's location alone, and their application to a text.
+# --- fixes that follow from the location of a diagnostic, and their application to a text ----------------------------
 
 
 _FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
@@ -533,7 +564,7 @@ _SYMBOL = re.compile(r"expects a (?:Word|String|string)\b.*, got a symbol: '?([^
 
 
 def _quotes_fix(span: Span, name: str) -> Fix | None:
-    """Return the fix for a string in single quotes, which is read as a symbol and another quote."""
+    """Return the fix for a string in single quotes, which reads as a quoted symbol and another quote."""
     text = span.source.text[: span.end + 1]
     at = text.find(f"'{name}'", span.start)
     if at < 0:
@@ -546,7 +577,7 @@ _MEANT = re.compile(r"did you mean `:?([^`]+)`")
 
 
 def _keyword_fix(call: Span, name: str, hint: str) -> Fix | None:
-    """Return the fix for a keyword that a function does not have, found in a run: the name that the hint suggests."""
+    """Return the fix for an unknown keyword in a call that failed in a run: the name that its hint suggests."""
     meant = _MEANT.match(hint)
     forms = read(Source("<call>", call.text)).forms if meant is not None else ()
     if meant is None or len(forms) != 1 or not isinstance(forms[0], ListDatum):
@@ -554,13 +585,13 @@ def _keyword_fix(call: Span, name: str, hint: str) -> Fix | None:
     written = [item for item in forms[0].items if item.span.text in (f":{name}", f"&{name}")]
     if len(written) != 1:
         return None
-    place = written[0].span
-    edit = Edit(Span(call.source, call.start + place.start, call.start + place.end), f":{meant[1]}")
+    keyword_span = written[0].span
+    edit = Edit(Span(call.source, call.start + keyword_span.start, call.start + keyword_span.end), f":{meant[1]}")
     return Fix(f"Change to `:{meant[1]}`", (edit,))
 
 
 def _index_fix(span: Span) -> Fix | None:
-    """Return the fix for an index that counts from 1: one less than what is written."""
+    """Return the fix for an index that counts from 1: one less than the written one."""
     forms = read(Source("<index>", span.text)).forms
     call = forms[0] if len(forms) == 1 and isinstance(forms[0], ListDatum) else None
     if call is None or len(call.items) < 3 or call.items[0].span.text not in ("ref", "list-ref"):
@@ -568,7 +599,7 @@ def _index_fix(span: Span) -> Fix | None:
     index = call.items[2]
     if isinstance(index, Atom) and type(index.value) is int and index.value > 0:
         written = str(index.value - 1)
-    elif isinstance(index, ListDatum) and [each.span.text for each in (index.items[0], index.items[-1])] == ["+", "1"]:
+    elif isinstance(index, ListDatum) and [item.span.text for item in (index.items[0], index.items[-1])] == ["+", "1"]:
         written = index.items[1].span.text
         if len(index.items) != 3:
             return None
@@ -605,19 +636,20 @@ def _checked_for_comments(fix: Fix) -> Fix:
 
 
 def _narrowed(fix: Fix) -> Fix:
-    """Return a fix whose edits leave out what they keep, by whole tokens, so that other fixes may change it."""
+    """Return a fix whose edits exclude unchanged tokens at their ends, so that other fixes may change these."""
     return replace(fix, edits=tuple(_narrowed_edit(edit) for edit in fix.edits))
 
 
 def _narrowed_edit(edit: Edit) -> Edit:
+    """Return an edit without the tokens at both ends that it keeps."""
     old, new = [[m.span() for m in _TOKENS.finditer(text)] for text in (edit.span.text, edit.text)]
     if len(old) <= 1 or not new:
         return edit
-    texts = [[text[start:end] for start, end in places] for text, places in ((edit.span.text, old), (edit.text, new))]
-    room = min(len(old), len(new))
-    head = next((i for i in range(room) if texts[0][i] != texts[1][i]), room)
-    room -= head
-    tail = next((i for i in range(room) if texts[0][-1 - i] != texts[1][-1 - i]), room)
+    texts = [[text[start:end] for start, end in ranges] for text, ranges in ((edit.span.text, old), (edit.text, new))]
+    common = min(len(old), len(new))
+    head = next((i for i in range(common) if texts[0][i] != texts[1][i]), common)
+    common -= head
+    tail = next((i for i in range(common) if texts[0][-1 - i] != texts[1][-1 - i]), common)
     start, end = _between(old, head, tail, len(edit.span.text))
     first, last = _between(new, head, tail, len(edit.text))
     if (start == end and first == last) or start > end or first > last:
@@ -626,10 +658,10 @@ def _narrowed_edit(edit: Edit) -> Edit:
     return Edit(Span(edit.span.source, at + start, at + end), edit.text[first:last])
 
 
-def _between(places: Sequence[tuple[int, int]], head: int, tail: int, length: int) -> tuple[int, int]:
+def _between(tokens: Sequence[tuple[int, int]], head: int, tail: int, length: int) -> tuple[int, int]:
     """Return the range between the end of the first ``head`` tokens and the start of the last ``tail``."""
-    start = places[head - 1][1] if head else 0
-    return start, places[-tail][0] if tail else length
+    start = tokens[head - 1][1] if head else 0
+    return start, tokens[-tail][0] if tail else length
 
 
 def _removing_lines(fix: Fix) -> Fix:
@@ -638,12 +670,13 @@ def _removing_lines(fix: Fix) -> Fix:
 
 
 def _removal(form: Span) -> Edit:
+    """Return the edit that deletes a span, with its lines if they become empty."""
     text = form.source.text
     line = text.rfind("\n", 0, form.start) + 1
     after = re.compile(r"[ \t]*\r?\n?").match(text, form.end)
     end = after.end() if after is not None else form.end
-    alone = not text[line : form.start].strip() and (text[end - 1 : end] == "\n" or end == len(text))
-    if alone:
+    is_alone = not text[line : form.start].strip() and (text[end - 1 : end] == "\n" or end == len(text))
+    if is_alone:
         return Edit(Span(form.source, line, end), "")
     return Edit(form, with_spacing(form, "") or "")
 
@@ -672,7 +705,7 @@ def _is_within(fix: Fix, source: Source) -> bool:
     return all(edit.span.source.name == source.name and edit.span.expansion is None for edit in fix.edits)
 
 
-# Suppression comments: ``; lint: allow unused W304``.
+# --- suppression comments: ``; lint: allow unused W304`` --------------------------------------------------------------
 #
 # At the end of a line, a comment applies to that line; on a separate line, to the form that follows;
 # ``; lint: allow-file`` applies to the whole file. Errors cannot be suppressed.
@@ -689,19 +722,22 @@ class Suppressions:
 
     @cached_property
     def _ranges(self) -> Sequence[tuple[int, int, frozenset[str]]]:
+        """Ranges of offsets with the names and codes of the warnings that are suppressed in them."""
         if "lint:" not in self.source.text:
             return ()
-        found = []
+        ranges = []
         for comment in read_comments(self.source):
             match = _ALLOW.match(comment.text)
             if match is not None:
                 names = frozenset(re.split(r"[\s,]+", match["names"].strip()))
-                found.append((*self._scope(comment.start, comment.end, bool(match["file"])), names))
-        return found
+                scope = self._scope(comment.start, comment.end, is_whole=bool(match["file"]))
+                ranges.append((*scope, names))
+        return ranges
 
-    def _scope(self, start: int, end: int, whole: bool) -> tuple[int, int]:
+    def _scope(self, start: int, end: int, *, is_whole: bool) -> tuple[int, int]:
+        """Return the range to which a comment applies: the file, its line, or the form after it."""
         text = self.source.text
-        if whole:
+        if is_whole:
             return 0, len(text)
         line = text.rfind("\n", 0, start) + 1
         if text[line:start].strip():
@@ -722,30 +758,31 @@ class Suppressions:
 def without_suppressed(diagnostics: Iterable[Diagnostic], sources: Iterable[Source]) -> list[Diagnostic]:
     """Return the diagnostics that no comment in these texts suppresses."""
     suppressions = [Suppressions(source) for source in sources]
-    return [d for d in diagnostics if d.is_error or not any(each.suppress(d) for each in suppressions)]
+    return [d for d in diagnostics if d.is_error or not any(suppression.suppress(d) for suppression in suppressions)]
 
 
 # --- findings and runs -----------------------------------------------------------------------------------------------
 
 
 def confirmed(
-    found: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
+    reported: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
 ) -> list[Diagnostic]:
     """Return the findings of the check with the error and the warnings of the run, each mistake once.
 
-    Errors of the check that the run did not meet are warnings: the code was guarded, or not evaluated.
+    Errors of the check that did not occur in the run become warnings: the code was guarded, or not evaluated.
     """
-    warnings = [d for d in warnings if not any(_is_reported(each, d) for each in found)]
+    warnings = [d for d in warnings if not any(_is_reported(finding, d) for finding in reported)]
     if problem is None or CODES[problem.name].code.startswith("E5"):
-        found = [replace(d, name="conditional-failure") if d.is_error else d for d in found]
-        return [*found, problem, *warnings] if problem else [*found, *warnings]
-    places = [place for place in (problem.span, *(span for _, span in problem.chain)) if place is not None]
-    is_known = any(_is_same(d, problem, places) for d in found if d.is_error)
-    return [*found, *warnings] if is_known else [*found, problem, *warnings]
+        reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
+        return [*reported, problem, *warnings] if problem else [*reported, *warnings]
+    candidates = (problem.span, *(span for _, span in problem.chain))
+    spans = [span for span in candidates if span is not None]
+    is_known = any(_is_same(d, problem, spans) for d in reported if d.is_error)
+    return [*reported, *warnings] if is_known else [*reported, problem, *warnings]
 
 
 def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:
-    """Return whether a warning of the run is a finding of the check, which shows its place more closely."""
+    """Return whether a warning of the run is a finding of the check, whose location is more precise."""
     return (
         finding.name == warning.name
         and finding.span is not None
@@ -754,9 +791,12 @@ def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:
     )
 
 
-def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -> bool:
-    """Return whether a finding of the check is the error of the run: at its place, or of its kind and on a line of the
-    calls that led there, or about the word that was called last."""
+def _is_same(finding: Diagnostic, problem: Diagnostic, call_spans: Sequence[Span]) -> bool:
+    """Return whether a finding of the check is the error of the run.
+
+    It overlaps the error, or it has its name and is located on a line of the call chain, or is about the word that was
+    called last.
+    """
     spans = [span for span in (finding.span, *(note.span for note in finding.notes)) if span is not None]
     if problem.span is not None and any(span.overlaps(problem.span) for span in spans):
         return True
@@ -764,7 +804,7 @@ def _is_same(finding: Diagnostic, problem: Diagnostic, places: Sequence[Span]) -
         return False
     if finding.message == problem.message:
         return True
-    if not places or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
+    if not call_spans or (problem.name == "parts" and problem.chain and problem.chain[0][0] in finding.message):
         return True
-    lines = {(place.source, place.source.position(place.start)[0]) for place in places}
+    lines = {(call_span.source, call_span.source.position(call_span.start)[0]) for call_span in call_spans}
     return any((span.source, span.source.position(span.start)[0]) in lines for span in spans)

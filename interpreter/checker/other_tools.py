@@ -1,9 +1,9 @@
 """Primitives, lights and cameras of other tools in calls.
 
-A word that nothing binds is a noun and is drawn as a labelled box, so that ``(call "box" :size [1 2 3])`` would be a
-unit box without a word. Any noun may be called with what describes it, so only three things are reported: attributes
-that no description has, the sizes of what other tools call a primitive, and compounds that name nothing but a class of
-another tool. The tables are from three.js, Babylon.js, A-Frame, Blender, OpenSCAD, POV-Ray, trimesh and pyrender.
+A word without a binding is a noun and is drawn as a labeled box, so ``(call "box" :size [1 2 3])`` would draw a labeled
+unit box. A noun may have any descriptive attribute, so only three mistakes are reported: attributes that do not
+describe objects, sizes of a primitive that has another name here, and names of classes of another tool. The tables are
+from three.js, Babylon.js, A-Frame, Blender, OpenSCAD, POV-Ray, trimesh and pyrender.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scenelang.interpreter.values.values import Keyword
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What an attribute of another tool is here: the attribute in its place, None where there is none, and a hint."""
+    """Equivalent of an attribute of another tool: a hint, and the attribute that replaces it, if there is one."""
 
     hint: str
     attribute: str | None = None
@@ -67,12 +67,12 @@ _ROWS: Mapping[Meaning, str] = {
 }
 _ATTRIBUTES: Mapping[str, Meaning] = {name: meaning for meaning, names in _ROWS.items() for name in names.split()}
 
-_ARRAYS = (_PLACED, _TURNED, _MESH)  # of which a number is a description
+_ARRAYS = (_PLACED, _TURNED, _MESH)  # attributes that hold arrays there; with a number they describe a noun
 
-# What other tools call a primitive, by the primitive here, and the attributes that give its size there.
+# The primitive for each name that other tools use ("" if there is none), and the attributes of its size there.
 _PRIMITIVES: Mapping[str, str] = {
-    name: own
-    for own, names in {
+    name: primitive
+    for primitive, names in {
         "cube": "box cuboid rect rectangle square quad plane prism",
         "sphere": "ball icosphere uvsphere ellipsoid spheroid",
         "cylinder": "disk disc circle tube pipe",
@@ -116,17 +116,17 @@ _LIGHT = "a surface with `:emission` is a light, and `--environment` lights the 
 
 @cache
 def _compounds() -> Mapping[str, tuple[str | None, str]]:
-    """Return what a compound is here by its name: the primitive, None where there is none, and a hint."""
-    found: dict[str, tuple[str | None, str]] = {f"{kind}-light": (None, _LIGHT) for kind in _LIGHTS.split()}
-    found.update({f"{kind}-camera": (None, _CAMERA.hint) for kind in _CAMERAS.split()})
-    found.update({f"{kind}-material": (None, _MATERIAL) for kind in _MATERIALS.split()})
+    """Return the primitive, if there is one, and a hint for each class name of another tool, such as "sphere-mesh"."""
+    meanings: dict[str, tuple[str | None, str]] = {f"{kind}-light": (None, _LIGHT) for kind in _LIGHTS.split()}
+    meanings.update({f"{kind}-camera": (None, _CAMERA.hint) for kind in _CAMERAS.split()})
+    meanings.update({f"{kind}-material": (None, _MATERIAL) for kind in _MATERIALS.split()})
     for ending in ("geometry", "buffer-geometry"):
-        found.update({f"{kind}-{ending}": (None, _PART) for kind in _SHAPES.split()})
+        meanings.update({f"{kind}-{ending}": (None, _PART) for kind in _SHAPES.split()})
     for ending in ("geometry", "buffer-geometry", "shape", "mesh", "primitive"):
-        found.update({f"{kind}-{ending}": (own, _IS.format(own)) for kind, own in _SOLIDS.items()})
-    found.update({f"a-{kind}": (own, _IS.format(own)) for kind, own in _SOLIDS.items()})  # A-Frame
-    found.update(dict.fromkeys(_OTHERS.split(), (None, _PART)))
-    return found | dict.fromkeys(("uv-sphere", "ico-sphere"), ("sphere", _IS.format("sphere")))
+        meanings.update({f"{kind}-{ending}": (primitive, _IS.format(primitive)) for kind, primitive in _SOLIDS.items()})
+    meanings.update({f"a-{kind}": (primitive, _IS.format(primitive)) for kind, primitive in _SOLIDS.items()})  # A-Frame
+    meanings.update(dict.fromkeys(_OTHERS.split(), (None, _PART)))
+    return meanings | dict.fromkeys(("uv-sphere", "ico-sphere"), ("sphere", _IS.format("sphere")))
 
 
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|[_\s]+")
@@ -138,68 +138,85 @@ def _normal(name: str) -> str:
 
 
 def calls_of_other_tools(node: ast.Call, word: str) -> Iterator[Diagnostic]:
-    """Yield what is wrong with a call of a word that is no primitive, should the program not bind it."""
+    """Iterate over the mistakes in a call of a word that is not a primitive, assuming that the program does not bind
+    it."""
     if is_word(word):
         return
     compound = _compounds().get(_normal(word))
     if compound is not None and (_normal(word) not in _NOUNS or word != word.lower()):
         yield _compound(node, word, *compound)
         return
-    given = list(_given(node))
-    own = _PRIMITIVES.get(_normal(word))
-    seen: set[str] = set()
-    for key, value in given:
+    attributes = list(_attributes_of(node))
+    primitive = _PRIMITIVES.get(_normal(word))
+    reported: set[str] = set()
+    for key, value in attributes:
         name = _normal(str(key.value))
         is_text = type(value) is ast.Constant and type(value.value) is str and not name.startswith("stroke")
         meaning = _ATTRIBUTES.get(name)
-        if meaning is None and own is not None and name in _MEASURES:
-            hint = f"{_IS.format(own)}, with {_listed(own)}" if own else _PART
+        if meaning is None and primitive is not None and name in _MEASURES:
+            hint = f"{_IS.format(primitive)}, with {_listed(primitive)}" if primitive else _PART
             meaning = Meaning(hint, _SAME.get(name))
-        if meaning in _ARRAYS and own is None and _is_number(value):  # a die has 6 `:faces`, a runner the `:position` 3
+        if (
+            meaning in _ARRAYS and primitive is None and _is_number(value)
+        ):  # a die has 6 `:faces`, a runner the `:position` 3
             continue
-        if meaning is not None and not is_text and meaning.hint not in seen:  # once for a width and a height
-            seen.add(meaning.hint)
-            yield _attribute(word, key, meaning, _fix(node, key, given, own, meaning))
+        if meaning is not None and not is_text and meaning.hint not in reported:  # one warning for a width and a height
+            reported.add(meaning.hint)
+            yield _attribute(word, key, meaning, _fix(node, key, attributes, primitive, meaning))
 
 
 def hint_for_primitive(name: str) -> tuple[str, str | None] | None:
-    """Return what an attribute of other tools is on a primitive here: a hint, and the attribute if there is one."""
+    """Return the hint for an attribute of other tools on a primitive, and the attribute that replaces it, if any."""
     meaning = _ATTRIBUTES.get(_normal(name))
     return None if meaning is None else (meaning.hint, meaning.attribute)
 
 
 def _is_number(value: Any) -> bool:
+    """Return whether an expression is a literal number."""
     return type(value) is ast.Constant and isinstance(value.value, (int, float))
 
 
-def _given(node: ast.Call) -> Iterator[tuple[ast.Constant, Any]]:
+def _attributes_of(node: ast.Call) -> Iterator[tuple[ast.Constant, Any]]:
+    """Iterate over the keywords of a call and their values."""
     for key, value in pairwise(node.arguments):
         if type(key) is ast.Constant and type(key.value) is Keyword:
             yield key, value
 
 
-def _listed(own: str) -> str:
-    return ", ".join(f"`:{name}`" for name in geometry_attributes(own) or ())
+def _listed(primitive: str) -> str:
+    """Return the attributes of a primitive, for messages."""
+    return ", ".join(f"`:{name}`" for name in geometry_attributes(primitive) or ())
 
 
-def _compound(node: ast.Call, word: str, own: str | None, hint: str) -> Diagnostic:
-    fix = Fix(f'Change to "{own}"', (Edit(node.word.span, f'"{own}"'),)) if own is not None else _light(node, word)
+def _compound(node: ast.Call, word: str, primitive: str | None, hint: str) -> Diagnostic:
+    """Return the warning about a class name of another tool."""
+    fix = (
+        Fix(f'Change to "{primitive}"', (Edit(node.word.span, f'"{primitive}"'),))
+        if primitive is not None
+        else _light(node, word)
+    )
     message = f'"{word}" is never bound and names nothing, so it is drawn as a labelled box'
-    return Diagnostic("near-word", message, node.word.span, hint, fixes=(fix,), near=(own,) if own is not None else ())
+    return Diagnostic(
+        "near-word", message, node.word.span, hint, fixes=(fix,), near=(primitive,) if primitive is not None else ()
+    )
 
 
 def _placed_lights() -> frozenset[str]:
+    """Return the names of lights that have a position."""
     return frozenset(f"{kind}-light" for kind in _LIGHTS.split()) - _UNPLACED
 
 
 def _light(node: ast.Call, word: str) -> Fix:
-    """Return the fix that puts a glowing sphere in the place of a light, and nothing in that of anything else."""
-    strength = next((value.span.text for key, value in _given(node) if _normal(str(key.value)) == "intensity"), "1")
+    """Return the fix that replaces a light by an emissive sphere, and any other class by nothing."""
+    strength = next(
+        (value.span.text for key, value in _attributes_of(node) if _normal(str(key.value)) == "intensity"), "1"
+    )
     text = f'(call "sphere" :radius .1 :emission {strength})' if _normal(word) in _placed_lights() else "(union)"
     return Fix(f"Change to `{text}`", (Edit(node.span, text),))
 
 
 def _attribute(word: str, key: ast.Constant, meaning: Meaning, fix: Fix | None) -> Diagnostic:
+    """Return the warning about an attribute of another tool."""
     message = f'"{word}" is never bound, so it is drawn as a labelled box, which does not use `:{key.value}`'
     near = (f":{meaning.attribute}",) if meaning.attribute is not None else ()
     return Diagnostic("idle-attribute", message, key.span, meaning.hint, fixes=(fix,) if fix is not None else (),
@@ -207,19 +224,24 @@ def _attribute(word: str, key: ast.Constant, meaning: Meaning, fix: Fix | None) 
 
 
 def _fix(
-    node: ast.Call, key: ast.Constant, given: Sequence[tuple[ast.Constant, Any]], own: str | None, meaning: Meaning
+    node: ast.Call,
+    key: ast.Constant,
+    attributes: Sequence[tuple[ast.Constant, Any]],
+    primitive: str | None,
+    meaning: Meaning,
 ) -> Fix | None:
+    """Return the fix for one attribute: another word, a transform, another attribute, or its removal."""
     if node.span.expansion is not None or not isinstance(key.span, Span):
         return None
-    whole = _as_primitive(node, given, own) if own else None
-    if whole is not None:
-        return whole
-    value = next(value for other, value in given if other is key)
+    replacement = _as_primitive(node, attributes, primitive) if primitive else None
+    if replacement is not None:
+        return replacement
+    value = next(value for other, value in attributes if other is key)
     if meaning is _PLACED:
         rest = _without(node, key, value)
         written = f"(transform {rest} (translate {value.span.text}))"
         return Fix(f"Change to `{written}`", (Edit(node.span, written),))
-    if meaning.attribute is not None and (own is None or meaning in (_SIZES, _RADIANCE)):
+    if meaning.attribute is not None and (primitive is None or meaning in (_SIZES, _RADIANCE)):
         return Fix(f"Change to `:{meaning.attribute}`", (Edit(key.span, f":{meaning.attribute}"),))
     return Fix(f"Remove `:{key.value}`", (Edit(Span(key.span.source, key.span.start, value.span.end), ""),))
 
@@ -231,25 +253,26 @@ def _without(node: ast.Call, key: ast.Constant, value: Any) -> str:
     return before + (after if after.startswith((")", " ")) else f" {after}")
 
 
-def _as_primitive(node: ast.Call, given: Sequence[tuple[ast.Constant, Any]], own: str) -> Fix | None:
-    """Return the fix that calls the primitive with its attributes, if it has one for each of those that are given."""
-    if 2 * len(given) != len(node.arguments):  # an embedding by position
+def _as_primitive(node: ast.Call, attributes: Sequence[tuple[ast.Constant, Any]], primitive: str) -> Fix | None:
+    """Return the fix that calls the primitive instead, if it has an equivalent of every attribute."""
+    if 2 * len(attributes) != len(node.arguments):  # an embedding by position
         return None
-    values = {_normal(str(key.value)): value.span.text for key, value in given}
+    values = {_normal(str(key.value)): value.span.text for key, value in attributes}
     sizes = [next((values.pop(name) for name in names if name in values), None) for names in _AXES]
     written: dict[str, str] = {}
-    if own == "cube" and any(size is not None for size in sizes):
+    if primitive == "cube" and any(size is not None for size in sizes):
         written["scale"] = f"[{' '.join(size or '1' for size in sizes)}]"
     elif any(size is not None for size in sizes):
         return None
-    known = geometry_attributes(own) or ()
+    known = geometry_attributes(primitive) or ()
     for name, value in values.items():
         attribute = "scale" if _ATTRIBUTES.get(name) is _SIZES else _SAME.get(name, name)
         if attribute in written or (attribute not in known and (name in _ATTRIBUTES or name in _MEASURES)):
             return None
         written[attribute] = value
-    text = " ".join([f'(call "{own}"', *(f":{name} {value}" for name, value in written.items())]) + ")"
+    text = " ".join([f'(call "{primitive}"', *(f":{name} {value}" for name, value in written.items())]) + ")"
     return Fix(f"Change to `{text}`", (Edit(node.span, text),))
 
 
+# Attributes of the sizes along x, y and z in other tools.
 _AXES = (("width", "w", "x", "x-size"), ("height", "h", "y", "y-size"), ("depth", "d", "length", "l", "z", "z-size"))

@@ -31,7 +31,7 @@ from scenelang.interpreter.expand.forms import FORMS, PAPER_FORMS
 from scenelang.interpreter.expand.scope import ConstantBinding, Macro, PaperForm, Scope, Special, Variable, base_name
 from scenelang.interpreter.runtime.types import STD, Builtin, Library
 
-# Expander of a single file, with access to the enclosing program.
+# --- expander of a file, with access to the program ------------------------------------------------------------------
 
 
 _PLAIN_TYPES = frozenset(("Embedding", "List[Embedding]", "Integer", "Float", "Number", "Vector", "Matrix", "Entity"))
@@ -53,26 +53,32 @@ class FileExpander(Expander):
         self.declared.clear()
 
     def known_names(self) -> Iterable[str]:
+        """Return the predefined names, for suggestions."""
         state = self._file.state
         return state.prelude.names() if state is not None else ()
 
     def importable_from(self, name: str) -> str | None:
+        """Return the library module that a name can be imported from, or None."""
         state = self._file.state
         module = state.prelude.library.module_of(name.removeprefix(STD)) if state is not None else None
         return f"{STD}{module}" if module is not None else None
 
     def bound_words(self) -> Iterable[str]:
+        """Return the words that the files read so far bind."""
         state = self._file.state
         return [word for file in (self._file, *(state.files.values() if state else ())) for word in file.words]
 
     def unbound(self, atom: Atom, scope: Scope) -> SceneError:
+        """Return the error for an undefined name; its form is analyzed again in the next version."""
         self._file.names.record.open_ended = True  # the suggestion depends on all names
         return super().unbound(atom, scope)
 
     def mark_random(self) -> None:
+        """Record that a macro drew random numbers, so that its form is analyzed again in the next version."""
         self._file.names.record.open_ended = True
 
     def annotated_type(self, text: str, span: Span) -> Any:
+        """Return the type of an annotation ``name::Type``."""
         if text not in _PLAIN_TYPES:
             self._file.names.record.open_ended = True  # the result depends on the program's records
         return super().annotated_type(text, span)
@@ -91,7 +97,7 @@ class FileExpander(Expander):
         return variable
 
 
-# Dependency tracking: top-level names with a record of lookups, which is what the analysis of a form depends on.
+# --- dependency tracking: top-level names with a record of lookups, on which the analysis of a form depends ----------
 
 
 @dataclass(slots=True)
@@ -100,8 +106,8 @@ class LookupRecord:
 
     Attributes
     ----------
-    seen
-        Symbols looked up, with the binding found (None if unbound).
+    lookups
+        Symbols looked up, with their bindings (None if unbound).
     bound
         Symbols bound, with their bindings.
     macros
@@ -110,7 +116,7 @@ class LookupRecord:
         Whether the analysis depends on more than can be recorded, such as all names when searching for a suggestion.
     """
 
-    seen: dict[Symbol, Any] = field(default_factory=dict)
+    lookups: dict[Symbol, Any] = field(default_factory=dict)
     bound: dict[Symbol, Any] = field(default_factory=dict)
     macros: tuple[Any, ...] | None = None
     open_ended: bool = False
@@ -129,11 +135,12 @@ class TrackedNames(dict[Symbol, Any]):
         return self.record
 
     def get(self, key: Symbol, default: Any = None) -> Any:
-        found = super().get(key, default)
+        """Return a binding, and record the lookup."""
+        binding = super().get(key, default)
         record = self.record
-        if key not in record.seen and key not in record.bound:
-            record.seen[key] = found
-        return found
+        if key not in record.lookups and key not in record.bound:
+            record.lookups[key] = binding
+        return binding
 
     def __setitem__(self, key: Symbol, value: Any) -> None:
         self.record.bound[key] = value
@@ -145,22 +152,22 @@ class TrackedNames(dict[Symbol, Any]):
         return super().items()
 
     def _macros(self) -> tuple[Any, ...]:
-        found = super().items()
-        return tuple((symbol, binding) for symbol, binding in found if isinstance(binding, Macro))
+        """Return all bindings of macros, without recording the lookup."""
+        return tuple((symbol, binding) for symbol, binding in super().items() if isinstance(binding, Macro))
 
     def agrees(self, record: LookupRecord) -> bool:
         """Return whether all lookups of a record would still have the same results."""
         if record.open_ended or (record.macros is not None and record.macros != self._macros()):
             return False
         find = super().get
-        return all(find(symbol) is found for symbol, found in record.seen.items())
+        return all(find(symbol) is binding for symbol, binding in record.lookups.items())
 
     def replay(self, bound: Mapping[Symbol, Any]) -> None:
         """Repeat the bindings of a completed analysis."""
         self.update(bound)
 
 
-# Params: constants of a program that can be overridden on the command line.
+# --- params: constants of a program that the command line can override -----------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -184,8 +191,8 @@ def read_param(datum: ListDatum, name: str) -> Param:
     bounds: dict[str, float] = {}
     while rest:
         key = rest.pop(0)
-        known = isinstance(key, Atom) and isinstance(key.value, Keyword) and str(key.value) in ("min", "max")
-        if not known or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
+        is_bound = isinstance(key, Atom) and isinstance(key.value, Keyword) and str(key.value) in ("min", "max")
+        if not is_bound or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
             raise syntax_error("param", "unexpected operand of `param`", key.span)
         bounds[str(key.value)] = rest.pop(0).value
     default = " ".join(datum.items[2].span.text.split())
@@ -204,7 +211,7 @@ def checked_value(param: Param, value: Any, span: Span) -> Datum:
     return datum
 
 
-# The top-level forms of a file with the results of their analysis.
+# --- top-level forms with the results of their analysis --------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -268,6 +275,8 @@ def top_forms(source: Source) -> list[TopForm]:
     return [TopForm((), result.diagnostics), *(TopForm((datum,)) for datum in result.forms)]
 
 
+# --- files -----------------------------------------------------------------------------------------------------------
+#
 # A file of a program is first scanned for definitions, then expanded form by form into core AST.
 #
 # Each top-level form stores its results and the names it looked up (``TrackedNames``), so that a later version of the
@@ -295,24 +304,29 @@ class ProgramState:
     records_uses: bool = False
 
 
-_MAX_MISFITS = 20  # forms with a wrong structure in one top-level form that are reported
+_MAX_MALFORMED = 20  # malformed forms inside one top-level form that are reported; each is parsed again without them
 _MISSING = ("file", "import-cycle", "import-outside")
-_OF_FILES = (*_MISSING, "encoding")  # errors that may be gone though the text is the same
+_OF_FILES = (*_MISSING, "encoding")  # errors that a change of another file can remove
 _UNREADABLE = ("unclosed", "extra-close", "nesting", "bad-dot", "syntax")
 
 
-class _Places:
-    """Spans of one source, of which it is asked whether another one overlaps them, without a comparison with each."""
+class _SpanSet:
+    """Spans of one source, with a fast test whether one of them overlaps another span.
+
+    The spans are sorted by their starts, with the largest end of all up to each, so that a test is a binary search.
+    """
 
     def __init__(self) -> None:
         self._spans: list[tuple[int, int]] = []
-        self._reach: list[int] = []  # how far the spans up to one reach
+        self._reach: list[int] = []  # the largest end of the spans up to each
 
     def add(self, span: Span) -> None:
+        """Add a span."""
         self._spans.append((span.start, span.end))
         self._reach = []
 
-    def meets(self, span: Span) -> bool:
+    def overlaps(self, span: Span) -> bool:
+        """Return whether a span of the set overlaps ``span``."""
         if not self._reach:
             self._spans.sort()
             self._reach = list(accumulate((end for _, end in self._spans), max))
@@ -376,6 +390,7 @@ class SourceFile:
             form.expansion = self._step(lambda form=form: self._finish_form(form))  # type: ignore[misc]
 
     def _scan_top(self, form: TopForm) -> None:
+        """Scan a form, or repeat its previous scan if that is still valid and imports nothing."""
         if self._is_valid(form.scan) and not form.imports:
             assert form.scan is not None
             self._apply_step(form.scan)
@@ -392,6 +407,7 @@ class SourceFile:
         self.expander.expanded += step.expanded
 
     def _scan_all(self, form: TopForm) -> None:
+        """Scan the datums of a form."""
         self.expander.found_records = form.records
         for datum in form.datums:
             self._try(lambda datum=datum: self._scan_form(datum, form))  # type: ignore[misc]
@@ -438,7 +454,7 @@ class SourceFile:
             self.scene = form.scene
 
     def _try(self, action: Callable[[], Any]) -> Any:
-        """Run ``action``; record an error rather than raise it, so that the other forms are still analysed."""
+        """Run ``action``; record an error rather than raise it, so that the other forms are still analyzed."""
         try:
             return action()
         except SceneError as error:
@@ -446,11 +462,13 @@ class SourceFile:
             return None
 
     def _record(self, error: SceneError) -> None:
+        """Record an error; one of the syntax of a form gets the form's usage as its hint."""
         if error.name == "syntax" and isinstance(error.value, str):
             error.hint = error.hint or _usage_hint(error.value)
         self.expander.diagnostics.append(error.diagnostic)
 
     def _scan_form(self, datum: Datum, form: TopForm) -> None:
+        """Scan a datum for definitions, imports, params and words; macros are expanded, and ``begin`` is spliced."""
         while isinstance(datum, ListDatum) and datum.items and datum.tail is None:
             binding = self.expander.binding_of(datum.items[0], self.scope)
             if isinstance(binding, Macro):
@@ -472,11 +490,12 @@ class SourceFile:
                 if isinstance(word, Atom) and type(word.value) is str:
                     form.words.append((word.value, word.span))
             break
-        found: list[Pending] = []
-        self.expander.scan(datum, self.scope, found)
-        form.pending.extend(found)
+        pending: list[Pending] = []
+        self.expander.scan(datum, self.scope, pending)
+        form.pending.extend(pending)
 
     def _scan_import(self, datum: ListDatum, form: TopForm) -> None:
+        """Scan an ``import``, which binds the names of the imported file unless they are bound already."""
         path = datum.items[1] if len(datum.items) > 1 else None
         if not isinstance(path, Atom) or type(path.value) is not str:
             raise syntax_error("import", "`import` expects a file name as a string", datum.span)
@@ -501,6 +520,8 @@ class SourceFile:
         return origin == file.source.name and dict.get(self.names, name) is binding
 
     def _load(self, path: str, span: Span) -> SourceFile:
+        """Return an imported file after scanning it; a file of the previous version is reused if its text is the
+        same."""
         state = self.state
         assert state is not None
         if path.startswith(STD):
@@ -527,6 +548,7 @@ class SourceFile:
         return state.files[source.name]
 
     def _scan_scene(self, datum: ListDatum, form: TopForm) -> None:
+        """Scan ``(scene word argument ...)``, which counts in the main file only."""
         if not self.is_main:
             return
         if len(datum.items) < 2:
@@ -536,6 +558,7 @@ class SourceFile:
         form.scene = datum
 
     def _scan_param(self, datum: ListDatum, form: TopForm) -> None:
+        """Scan a ``param``, whose default may be overridden."""
         state = self.state
         assert state is not None
         if len(datum.items) < 3 or not is_identifier(datum.items[1]):
@@ -550,7 +573,10 @@ class SourceFile:
             checked_value(param, value, value.span)  # the default must be within the bounds too
         if spelled in state.overrides:
             value = checked_value(param, state.overrides[spelled], value.span)
-        finish = lambda: core("DEFINE", [target, self.expander.expand(value, self.scope)], datum.span)
+
+        def finish() -> Datum:
+            return core("DEFINE", [target, self.expander.expand(value, self.scope)], datum.span)
+
         form.pending.append(Pending(finish, True, datum))
 
     # --- expanding ---------------------------------------------------------------------------------------------
@@ -566,6 +592,7 @@ class SourceFile:
             form.expansion = self._step(lambda form=form: self._finish_form(form))  # type: ignore[misc]
 
     def _finish_form(self, form: TopForm) -> None:
+        """Expand and parse the pending parts of a form."""
         for item in form.pending:
             if isinstance(item, Import):
                 form.asts.append(item)
@@ -575,7 +602,7 @@ class SourceFile:
 
     def _parse(self, datum: Datum) -> tuple[Any, ...]:
         """Parse an expanded form. A malformed form inside is recorded, and a placeholder takes its place."""
-        for _ in range(_MAX_MISFITS):
+        for _ in range(_MAX_MALFORMED):
             try:
                 return parse_core([datum])
             except FormError as error:
@@ -590,13 +617,15 @@ class SourceFile:
         scene = self.scene
         if scene is None:
             return None
-        expand = lambda: parse_core(
-            [core("CALL", [self.expander.expand(item, self.scope) for item in scene.items[1:]], scene.span)]
-        )
-        found: list[Any] = []
-        step = self._step(lambda: found.extend(self._try(expand) or ()))
+
+        def expand() -> tuple[Any, ...]:
+            operands = [self.expander.expand(item, self.scope) for item in scene.items[1:]]
+            return parse_core([core("CALL", operands, scene.span)])
+
+        trees: list[Any] = []
+        step = self._step(lambda: trees.extend(self._try(expand) or ()))
         self.problems += step.problems
-        return found[0] if found else None
+        return trees[0] if trees else None
 
     # --- results -----------------------------------------------------------------------------------------------
 
@@ -607,14 +636,14 @@ class SourceFile:
 
     def broken(self) -> Iterator[Any]:
         """Iterate over the core AST of the forms that have errors."""
-        unread = {id(d.span.source): _Places() for form in self.forms for d in form.read if d.is_error and d.span}
+        unread = {id(d.span.source): _SpanSet() for form in self.forms for d in form.read if d.is_error and d.span}
         for span in (d.span for form in self.forms for d in form.read if d.is_error):
             if span is not None:
                 unread[id(span.source)].add(span)
         for form in self.forms:
             steps = (step for step in (form.scan, form.expansion) if step is not None)
             spans = (datum.span for datum in form.datums if id(datum.span.source) in unread)
-            is_unread = any(unread[id(span.source)].meets(span) for span in spans)
+            is_unread = any(unread[id(span.source)].overlaps(span) for span in spans)
             if is_unread or any(d.is_error for step in steps for d in step.problems):
                 yield from form.asts
 
@@ -623,12 +652,12 @@ class SourceFile:
 
         Unbound names are omitted if some definitions could not be read, because they would be consequential errors.
         """
-        found = list(self.problems)
+        problems = list(self.problems)
         for form in self.forms:
-            found += form.read
+            problems += form.read
             for step in (form.scan, form.expansion):
-                found += step.problems if step is not None else ()
-        return [d for d in found if not (self.is_incomplete and d.name == "unbound")]
+                problems += step.problems if step is not None else ()
+        return [d for d in problems if not (self.is_incomplete and d.name == "unbound")]
 
 
 def _without(datum: Datum, form: Datum) -> Datum:
@@ -641,10 +670,12 @@ def _without(datum: Datum, form: Datum) -> Datum:
 
 
 def _no_macros(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
+    """``RunMacro`` of library files, which cannot define procedural macros."""
     raise SceneError("macro", "the prelude cannot use procedural macros")
 
 
 def _usage_hint(name: str) -> str | None:
+    """Return the usage of a form as a hint, or None."""
     if name in FORMS:
         return f"usage: {FORMS[name].usage}"
     return _PAPER_USAGE.get(name)
@@ -659,6 +690,7 @@ _PAPER_USAGE = {
 
 
 def _import_prefix(datum: ListDatum) -> str:
+    """Return the prefix of ``(import "file" :prefix name)``, empty without one."""
     if len(datum.items) == 2:
         return ""
     key = datum.items[2]
@@ -668,7 +700,7 @@ def _import_prefix(datum: ListDatum) -> str:
     raise syntax_error("import", "unexpected operand of `import`", key.span)
 
 
-# Snapshots of a file's names, to roll back to if a later form fails.
+# --- snapshots of a file's names, for a rollback after a form that fails ---------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -710,7 +742,7 @@ def roll_back(file: SourceFile, snapshot: Snapshot) -> None:
     state.params, state.files, state.loading = list(snapshot.params), dict(snapshot.files), []
 
 
-# Names predefined in every program: forms, builtins, constants, and the library modules written in the language.
+# --- predefined names: forms, builtins, constants, and library modules written in the language -----------------------
 
 
 class Prelude:
@@ -730,6 +762,7 @@ class Prelude:
         self._loading = False
 
     def _lookup(self, name: str) -> Any:
+        """Return the binding of a predefined name; library modules are loaded until one defines it."""
         if name in FORMS:
             return Special(name)
         if name.startswith(STD):
@@ -745,6 +778,7 @@ class Prelude:
         return self._exports.get(name)
 
     def _load(self, module: str) -> None:
+        """Expand a library module and collect its definitions."""
         self._loading = True
         source = Source(f"{STD}{module}", self.library.modules[module])
         unit = SourceFile(source, self.scope)
@@ -802,7 +836,7 @@ class Program:
     kinds
         Cached kinds of the forms' expressions.
     broken
-        Ids of the forms with errors, in which placeholders stand for what could not be expanded.
+        Ids of the forms with errors, in which placeholders replace code that could not be expanded.
     """
 
     main: Source
@@ -819,11 +853,12 @@ class Program:
 
     @cached_property
     def facts(self) -> list[FormFacts]:
-        """FormFacts about each of ``forms``, for lints."""
+        """Facts about each of ``forms``, for lints."""
         return self.fact_cache.of(self.forms)
 
     @property
     def ok(self) -> bool:
+        """Whether the program has no errors."""
         return not any(d.is_error for d in self.diagnostics)
 
 
@@ -868,8 +903,8 @@ def finish_program(file: SourceFile) -> Program:
     state.loading.append(file.source.name)
     file.scan()
     state.loading.pop()
-    for each in list(state.files.values()):
-        each.finish()
+    for source_file in list(state.files.values()):
+        source_file.finish()
     return assemble_program(file, file.finish_scene())
 
 
@@ -878,34 +913,35 @@ def assemble_program(file: SourceFile, scene: ast.Call | None) -> Program:
     state = file.state
     assert state is not None
     files = _import_order(file)
-    diagnostics = [d for each in files for d in each.diagnostics()]
+    diagnostics = [d for part in files for d in part.diagnostics()]
     for name in state.overrides.keys() - {param.name for param in state.params}:
         hint = suggest(name, (p.name for p in state.params)) or _known_params(state.params)
         diagnostics.append(Diagnostic("param", f"unknown param `{name}`", None, hint))
     forms: list[Any] = []
     collect(file, frozenset(), forms, set())
-    all_words = {word: span for each in reversed(files) for word, span in each.words.items()}
+    all_words = {word: span for part in reversed(files) for word, span in part.words.items()}
     return Program(
-        file.source, tuple(each.source for each in files), tuple(forms), scene, dict(file.words), all_words,
+        file.source, tuple(part.source for part in files), tuple(forms), scene, dict(file.words), all_words,
         tuple(state.params), tuple(diagnostics), state.fact_cache, state.kinds or KindBook(state.prelude.definitions),
-        frozenset(id(tree) for each in files for tree in each.broken()),
+        frozenset(id(tree) for part in files for tree in part.broken()),
     )  # fmt: skip
 
 
 def _known_params(params: Sequence[Param]) -> str | None:
+    """Return the hint that lists all params, or None if there are none."""
     return "available params: " + ", ".join(f"`{p.name}`" for p in params) if params else None
 
 
 def _import_order(file: SourceFile) -> list[SourceFile]:
     """Return the files of a program, each before the files it imports."""
-    found: dict[int, SourceFile] = {}
+    files: dict[int, SourceFile] = {}
     stack = [file]
     while stack:
-        each = stack.pop()
-        if id(each) not in found:
-            found[id(each)] = each
-            stack.extend(reversed(each.imports))
-    return list(found.values())
+        current = stack.pop()
+        if id(current) not in files:
+            files[id(current)] = current
+            stack.extend(reversed(current.imports))
+    return list(files.values())
 
 
 def collect(file: SourceFile, claimed: frozenset[str], forms: list[Any], done: set[int]) -> None:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.checker.program import Program
 
 
-# Attributes that no primitive uses, and parameters that no call passes.
+# --- parameters that no call passes, values that no template takes ---------------------------------------------------
 
 
 def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
@@ -60,37 +60,37 @@ def unused_values(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
         taken = _taken_values(template.value) if type(template.value) is str else None
         if taken is None or len(values) <= taken:
             continue
-        many = f"{taken} field{'s' * (taken != 1)}" if taken else "no field"
-        message = f"the template of `format` has {many}, so {values[taken].span.text} is not written"
-        written, number = _DIRECTIVE.subn("{}", template.span.text)
+        fields = f"{taken} field{'s' * (taken != 1)}" if taken else "no field"
+        message = f"the template of `format` has {fields}, so {values[taken].span.text} is not written"
+        written, directives = _DIRECTIVE.subn("{}", template.span.text)
         fixes: tuple[Fix, ...] = ()
-        if not taken and number == len(values):
+        if not taken and directives == len(values):
             fixes = (Fix(f"Change to `{written}`", (Edit(template.span, written),), safe=False),)
         yield Diagnostic("unused-value", message, values[taken].span, "a field is written `{}`", fixes=fixes)
 
 
 def _taken_values(template: str) -> int | None:
-    """Return how many values a template of ``format`` takes, or None if it is malformed."""
+    """Return the number of values that a template of ``format`` takes, or None if it is malformed."""
     count = last = 0
     try:
         for _, name, spec, _ in Formatter().parse(template):
-            inner = [each for _, each, _, _ in Formatter().parse(spec or "")]
-            for each in (name, *inner):
-                count += each == ""
-                last = max(last, int(each) + 1 if each is not None and each.isdecimal() else 0)
+            nested = [inner_name for _, inner_name, _, _ in Formatter().parse(spec or "")]
+            for field in (name, *nested):
+                count += field == ""
+                last = max(last, int(field) + 1 if field is not None and field.isdecimal() else 0)
     except ValueError:
         return None
     return max(count, last)
 
 
-# Poses that are probably composed in the wrong order.
+# --- poses that are probably composed in the wrong order -------------------------------------------------------------
 
 
 def turned_after_moved(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
     """Report a part that is translated and then rotated by a constant angle about the origin.
 
     Two cases are excluded: a variable angle arranges parts in a circle, and a translation along the axis commutes with
-    the rotation.
+    the rotation. Only poses that are written in one place are compared.
     """
     for node in nodes:
         if type(node) is ast.Transform:
@@ -106,20 +106,19 @@ def turned_after_moved(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
 
 def _factors(node: ast.Transform) -> list[Any]:
     """Return the matrices that are applied to the part, the last applied first."""
-    found: list[Any] = []
+    last_factors = _product(node.matrix)
+    if type(node.part) is not ast.Transform:
+        return last_factors
+    factors: list[Any] = []
     part: Any = node
-    if type(node.part) is ast.Transform:
-        part = node
-        while type(part) is ast.Transform:
-            found += _product(part.matrix)
-            part = part.part
-            if len(found) > 1:
-                break
-        return found[: len(_product(node.matrix)) + 1]
-    return _product(node.matrix)
+    while type(part) is ast.Transform and len(factors) < 2:
+        factors += _product(part.matrix)
+        part = part.part
+    return factors[: len(last_factors) + 1]
 
 
 def _product(matrix: Any) -> list[Any]:
+    """Return the factors of nested products ``(@ pose ...)``."""
     if called_builtin(matrix) == "@":
         return [factor for argument in matrix.arguments for factor in _product(argument)]
     return [matrix]
@@ -153,6 +152,7 @@ def _numbers(node: Any) -> list[float | None] | None:
 
 
 def _pose_warning(rotation: Any, translation: Any) -> Diagnostic:
+    """Return the warning about a rotation after a translation, with the fix that exchanges them."""
     turn: Span = rotation.span
     move: Span = translation.span
     message = "the part is rotated about the origin after it was translated, so it swings away from its position"
@@ -163,7 +163,12 @@ def _pose_warning(rotation: Any, translation: Any) -> Diagnostic:
     return Diagnostic("turned-after-moved", message, turn, hint, fixes=fixes)
 
 
-# Conditions under which an expression can be removed without changing the behaviour of the program.
+# --- expressions that can be removed without changing the behavior of the program -----------------------------------
+#
+# A safe fix never changes the behavior of a valid program, except for four that correct a value without effect (W402,
+# W405, W407, W608). It leaves alone whatever could fail: an array of non-numbers, a name that is read before its
+# definition, a comparison of a variable with itself. It also leaves assigned variables, macro arguments, the only form
+# of a body, and code that mentions a word on which the root depends. Only editors offer fixes that guess.
 
 
 def written_nodes(form: Any) -> Iterator[Any]:
@@ -205,12 +210,12 @@ def preserves_root(fix: Fix, program: Program) -> bool:
 
 def is_followed(form: Any, span: Span) -> bool:
     """Return whether the form at ``span`` is followed by another form, other than a string, in the same list."""
-    found = _enclosing_list(form.span, span)
-    if found is None:
+    enclosing = _enclosing_list(form.span, span)
+    if enclosing is None:
         return False
-    items = found.items
+    items = enclosing.items
     position = next(i for i, item in enumerate(items) if item.span.start == span.start - form.span.start)
-    if position + 1 >= len(items) or found.tail is not None:
+    if position + 1 >= len(items) or enclosing.tail is not None:
         return False
     following = items[position + 1]
     return isinstance(following, ListDatum) or type(getattr(following, "value", "")) is not str
@@ -221,24 +226,24 @@ def _enclosing_list(outer: Span, inner: Span) -> ListDatum | None:
     return _lists_of(outer.text).get(inner.start - outer.start)
 
 
-@lru_cache(maxsize=1)  # findings in one form come one after the other
+@lru_cache(maxsize=1)  # the findings in a form are made one after another
 def _lists_of(text: str) -> Mapping[int, ListDatum]:
     """Return the lists in a text by the starts of their items."""
     try:
         pending: list[Datum] = list(read(Source("<form>", text)).forms)
     except SceneError:
         return {}
-    found: dict[int, ListDatum] = {}
-    for datum in pending:  # which grows: outer lists come first
+    lists: dict[int, ListDatum] = {}
+    for datum in pending:  # the loop appends to it, so outer lists come first
         if isinstance(datum, ListDatum):
             for item in datum.items[1:]:
-                found.setdefault(item.span.start, datum)
+                lists.setdefault(item.span.start, datum)
         pending += subdatums(datum)
-    return found
+    return lists
 
 
 def with_spacing(span: Span, text: str) -> str | None:
-    """Pad ``text`` for insertion at ``span`` so that it does not merge with its neighbours.
+    """Pad ``text`` for insertion at ``span`` so that it does not merge with its neighbors.
 
     Returns None if a prefix forbids it.
     """
@@ -251,13 +256,14 @@ def with_spacing(span: Span, text: str) -> str | None:
     return f"{before_text}{text}{after_text}" if text else " " if before_text and after_text else ""
 
 
-# Constant conditions.
+# --- constant conditions ---------------------------------------------------------------------------------------------
 
 
 _BY_TYPE = frozenset(("eq?", "eqv?", "equal?"))
 _COMPARISONS = frozenset(("=", "<", ">", "<=", ">=", "eq?", "eqv?", "equal?"))
 
-_MAX_REPARSED = 200_000  # characters of conditions per form that are parsed again for a fix; nesting makes it quadratic
+# Characters of conditions in a form that are parsed again for fixes: nested conditions would take quadratic time.
+_MAX_REPARSED = 200_000
 
 
 def constant_conditions(nodes: Iterable[Any], form: Any) -> Iterator[Diagnostic]:
@@ -268,17 +274,25 @@ def constant_conditions(nodes: Iterable[Any], form: Any) -> Iterator[Diagnostic]
         kind = type(node)
         if kind is ast.If and node.span.expansion is None:
             remaining -= node.span.end - node.span.start
-            yield from _constant_test(node, id(node) in written, remaining > 0)
+            yield from _constant_test(node, is_direct=id(node) in written, is_read=remaining > 0)
         elif kind is ast.And or kind is ast.Or:
             for item in node.items[:-1]:
                 if item.span.expansion is None and _constant_truth(item) is not None:
                     yield _condition_warning(item, ())
 
 
-def _constant_test(node: ast.If, is_direct: bool, is_read: bool) -> Iterator[Diagnostic]:
-    """Report an ``if`` with a constant test, with a fix that replaces it by the branch that runs."""
+def _constant_test(node: ast.If, *, is_direct: bool, is_read: bool) -> Iterator[Diagnostic]:
+    """Report an ``if`` with a constant test, with a fix that replaces it by the branch that runs.
+
+    Parameters
+    ----------
+    is_direct
+        Whether the ``if`` is not an operand of a macro, so that the fix may be safe.
+    is_read
+        Whether its text may be parsed again for the fix.
+    """
     truth = _constant_truth(node.test)
-    if truth is None or node.test.span.expansion is not None or _is_default(node, truth):
+    if truth is None or node.test.span.expansion is not None or (truth and _is_default(node)):
         return
     chosen = node.then if truth else node.otherwise
     text = node.span.text if is_read else ""
@@ -292,8 +306,8 @@ def _constant_test(node: ast.If, is_direct: bool, is_read: bool) -> Iterator[Dia
         branch = _branch(text, 2 if truth else 3)
         replacement = with_spacing(node.span, branch) if branch is not None else None
         if replacement is not None:
-            safe = is_direct and _cannot_fail(node.test)
-            fixes = (Fix("Replace with the branch that runs", (Edit(node.span, replacement),), safe),)
+            is_safe = is_direct and _cannot_fail(node.test)
+            fixes = (Fix("Replace with the branch that runs", (Edit(node.span, replacement),), is_safe),)
     yield _condition_warning(node.test, fixes)
 
 
@@ -311,12 +325,13 @@ def _cannot_fail(test: Any) -> bool:
     return is_inert(test)
 
 
-def _is_default(node: ast.If, always: bool) -> bool:
-    """Return whether this is a final ``cond`` clause ``(#t ...)``, which is commonly written instead of ``else``."""
-    return always and not node.span.text.startswith(("(if", "(when", "(unless"))
+def _is_default(node: ast.If) -> bool:
+    """Return whether a constant true test is a ``cond`` clause ``(#t ...)``, which is common instead of ``else``."""
+    return not node.span.text.startswith(("(if", "(when", "(unless"))
 
 
 def _inside(inner: Span, outer: Span) -> bool:
+    """Return whether a span lies strictly inside another one."""
     return inner.source is outer.source and outer.start < inner.start and inner.end < outer.end
 
 
@@ -348,6 +363,7 @@ def _constant_comparison(name: str, left: Any, right: Any) -> bool | None:
 
 
 def _condition_warning(test: Any, fixes: tuple[Fix, ...]) -> Diagnostic:
+    """Return the warning about a constant test."""
     always = "true" if _constant_truth(test) else "false"
     message = f"this condition is always {always}"
     hint = None
@@ -356,7 +372,7 @@ def _condition_warning(test: Any, fixes: tuple[Fix, ...]) -> Diagnostic:
     return Diagnostic("constant-condition", message, test.span, hint, fixes=fixes)
 
 
-# Unused variables, and calls of variables that shadow a builtin function.
+# --- unused variables ------------------------------------------------------------------------------------------------
 
 
 _MACROS = ("define-syntax", "let-syntax", "letrec-syntax", "define-macro")
@@ -377,10 +393,10 @@ def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
     functions.
     """
     if any(head in form.span.text for head in _MACROS):
-        return  # a macro that is not used yet may refer to them
+        return  # a macro in the form may refer to them when it is used
     used = {node.target for node in nodes if type(node) is ast.Reference}
     named = _named_functions(nodes, form)
-    removable: set[int] | None = None  # computed when it is needed, since it reads the text again
+    removable: set[int] | None = None  # computed when needed, because it reads the text again
     for node in nodes:
         if type(node) is ast.Define and node is not form:
             if isinstance(node.target, Variable) and node.target not in used:
@@ -389,14 +405,16 @@ def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
                 yield from _unused("", node.target, used, fixes)
         elif type(node) is ast.Lambda:
             for parameter in node.parameters:
-                free = parameter.kind in ("keyword", "optional") or (parameter.kind == "required" and id(node) in named)
-                if free and isinstance(parameter.target, Variable):
+                is_free = parameter.kind in ("keyword", "optional") or (
+                    parameter.kind == "required" and id(node) in named
+                )
+                if is_free and isinstance(parameter.target, Variable):
                     yield from _unused("the parameter ", parameter.target, used)
 
 
 def _named_functions(nodes: Iterable[Any], form: Any) -> set[int]:
     """Return the ids of local functions that are only called by name, as far as static analysis can determine."""
-    found = {id(node.value) for node in nodes if type(node) is ast.Define}
+    named = {id(node.value) for node in nodes if type(node) is ast.Define}
     passed = set()
     for node in nodes:
         operands = node.arguments if type(node) in (ast.Application, ast.Call) else ()
@@ -405,10 +423,10 @@ def _named_functions(nodes: Iterable[Any], form: Any) -> set[int]:
             passed.add(node.function.target)
     for node in nodes:
         if type(node) is ast.Define and node.target in passed:
-            found.discard(id(node.value))
+            named.discard(id(node.value))
     if type(form) is ast.Define:
-        found.discard(id(form.value))  # other forms may use it as a value
-    return found
+        named.discard(id(form.value))  # other forms may use it as a value
+    return named
 
 
 def _removable(form: Any) -> set[int]:
@@ -416,7 +434,7 @@ def _removable(form: Any) -> set[int]:
 
     Such a definition is inert and never assigned, and an expression follows it, since a body must not be empty.
     """
-    found = set()
+    removable = set()
     for node in written_nodes(form):
         if type(node) is not ast.Body:
             continue
@@ -425,9 +443,9 @@ def _removable(form: Any) -> set[int]:
             if type(item) is not ast.Define or not isinstance(item.target, Variable):
                 continue
             if is_removable(item, ready) and not item.target.assigned and is_followed(form, item.span):
-                found.add(id(item))
+                removable.add(id(item))
             ready.add(item.target)
-    return found
+    return removable
 
 
 def is_removable(form: Any, ready: Collection[Any] = ()) -> bool:
@@ -443,11 +461,15 @@ def remove(form: Any, safe: bool = True) -> Fix:
 
 
 def _unused(kind: str, variable: Variable, used: set[Any], fixes: tuple[Fix, ...] = ()) -> Iterator[Diagnostic]:
+    """Report a variable that is never used, unless its name begins with an underscore."""
     if variable not in used and is_user_written(variable) and not variable.name.startswith("_"):
         yield Diagnostic("unused", f"{kind}`{variable.name}` is never used", variable.span, fixes=fixes)
 
 
-# --- shadowed builtins ----------------------------------------------------------------------------------------------
+# --- shadowed builtins -----------------------------------------------------------------------------------------------
+#
+# Shadowing a builtin is not a mistake in itself, because every program has parameters such as `:scale` and `:color`. A
+# call of the shadowing variable is one if it cannot be a function: `(lambda (:scale) (scale 2))`.
 
 
 def shadowed_calls(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
@@ -470,29 +492,29 @@ def shadowed_calls(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
 
 
 def _may_be_vector(node: ast.Application) -> bool:
-    """Return whether an application has three parts, of which the arguments are numbers or variables."""
+    """Return whether an application has two arguments that are numbers or variables, as a vector in parentheses."""
     return len(node.arguments) == 2 and all(
-        (type(each) is ast.Constant and type(each.value) in (int, float)) or type(each) is ast.Reference
-        for each in node.arguments
+        (type(argument) is ast.Constant and type(argument.value) in (int, float)) or type(argument) is ast.Reference
+        for argument in node.arguments
     )
 
 
 def _non_functions(nodes: Iterable[Any]) -> dict[Variable, str]:
-    """Return descriptions of the variables that evidently hold no function."""
-    found: dict[Variable, str] = {}
+    """Return the variables that evidently do not hold a function, with a description of each for messages."""
+    descriptions: dict[Variable, str] = {}
     for node in nodes:
         if type(node) is ast.Lambda:
             for parameter in node.parameters:
                 if isinstance(parameter.target, Variable) and _is_data(parameter):
-                    found[parameter.target] = "a parameter"
+                    descriptions[parameter.target] = "a parameter"
         elif type(node) is ast.Define and isinstance(node.target, Variable) and not node.target.assigned:
             if type(node.value) in (ast.Constant, ast.ArrayLiteral, ast.Call, ast.Transform, ast.Union):
-                found[node.target] = "a variable"
-    return found
+                descriptions[node.target] = "a variable"
+    return descriptions
 
 
 def _is_data(parameter: ast.Parameter) -> bool:
-    """Return whether a parameter evidently holds no function, by its type or default."""
+    """Return whether the type or default of a parameter shows that it does not hold a function."""
     if parameter.type is not None:
         return parameter.type.name not in ("Function", "Any")
     return parameter.kind == "keyword" and (
@@ -502,10 +524,29 @@ def _is_data(parameter: ast.Parameter) -> bool:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FormFacts:
-    """``word``: the one that the form binds. ``strings``: those outside the function of that very word. ``calls``: the
-    constant words of calls; ``early`` those that run as soon as the form does. ``idle``: warnings by the primitive's
-    word, should that be no word of the program. ``unfilled``: parameters that no call fills. ``local``: warnings that
-    depend on nothing else. ``binds``: the words that it binds anywhere (None: computed) with their functions."""
+    """Facts about a top-level form, from which the lints of a program are computed.
+
+    Attributes
+    ----------
+    word
+        Word that the form binds.
+    strings
+        Strings in the form; a word's own name in its function is omitted.
+    word_calls, early_calls
+        Constant words of calls, and of those that run together with the form.
+    idle_attributes
+        Warnings about attributes, with the word; they apply if the program does not bind the word.
+    unpassed
+        Warnings about parameters that no call passes.
+    warnings
+        Warnings that depend on nothing outside the form.
+    defined, used, assigned
+        Global variables that the form defines, refers to, and changes by ``set!``.
+    computes_strings
+        Whether the form calls a builtin that returns a string, which may be a word.
+    binds
+        Words that any ``bind`` in the form binds (None if computed), with their functions.
+    """
 
     form: Any
     word: str | None
@@ -552,7 +593,7 @@ def facts_of(form: Any) -> FormFacts:
 
 
 def _binds(nodes: Iterable[Any]) -> Iterator[tuple[str | None, Any]]:
-    """Every ``bind`` with its word, None for a computed one, and its function."""
+    """Iterate over the words of all ``bind`` forms, None for a computed one, with their functions."""
     for node in nodes:
         if type(node) is ast.Bind:
             word = node.word.value if type(node.word) is ast.Constant else None
@@ -560,13 +601,14 @@ def _binds(nodes: Iterable[Any]) -> Iterator[tuple[str | None, Any]]:
 
 
 def bound_word(form: Any) -> str | None:
-    """The word that a form binds, when it is written there."""
+    """Return the word that a form binds, if it is a literal."""
     if type(form) is ast.Bind and type(form.word) is ast.Constant and type(form.word.value) is str:
         return form.word.value
     return None
 
 
 def _calls(nodes: Any) -> Iterator[tuple[str, Span]]:
+    """Iterate over the literal words of calls, with their spans."""
     for node in nodes:
         if type(node) is ast.Call and type(node.word) is ast.Constant and type(node.word.value) is str:
             yield node.word.value, node.word.span
@@ -583,7 +625,7 @@ def _immediate_nodes(form: Any) -> Iterator[Any]:
 
 
 class FactCache:
-    """Cache of the facts about forms, so that unchanged forms are not analysed again."""
+    """Cache of the facts about forms, so that unchanged forms are not analyzed again."""
 
     def __init__(self) -> None:
         self._facts: dict[int, FormFacts] = {}
@@ -592,14 +634,18 @@ class FactCache:
         """Return the facts about the forms of a program; entries of other forms are evicted."""
         known = self._facts
         facts = [known.get(id(form)) or facts_of(form) for form in forms]
-        self._facts = {id(each.form): each for each in facts}
+        self._facts = {id(entry.form): entry for entry in facts}
         return facts
 
 
+# --- attributes that no primitive uses -------------------------------------------------------------------------------
+
+# Similarities of names (difflib's ratio): an attribute of a primitive that does not read the written one is suggested
+# earlier than one of a word without geometry, which may have any attribute.
 _NEAR = 0.75
 _TYPO = 0.8
 
-# What people write for what is no attribute of a primitive, and what to write instead. Rows of a word come before "*".
+# Names that people write for attributes, and hints what to write instead. Rows of a word come before those of "*".
 _PLACED = 'a part is placed by `transform`: `(transform (call "{word}") (translate [x y z]))`'
 _TURNED = 'a part is turned by `transform`: `(transform (call "{word}") (rotate angle [0 1 0]))`'
 _ENDS = "the axis goes from `:p0` to `:p1`: `:p1 [0 {name} 0]`"
@@ -634,6 +680,7 @@ _ANY = {
 
 
 def _by_name(rows: Mapping[str, str]) -> dict[str, str]:
+    """Return the hints by single names."""
     return {name: meant for names, meant in rows.items() for name in names.split()}
 
 
@@ -646,7 +693,7 @@ MEANT: Mapping[str, Mapping[str, str]] = {
 
 
 def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
-    """Yield attributes of calls of geometric primitives that are probably meant to be another, by the word."""
+    """Iterate over the words of calls, with warnings about attributes that the primitive of the word does not read."""
     for node in nodes:
         word = node.word.value if type(node) is ast.Call and type(node.word) is ast.Constant else None
         if called_builtin(node) == "embedding":
@@ -662,7 +709,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
             if type(argument) is ast.Constant and type(argument.value) is Keyword:
                 name, span = str(argument.value), argument.span
                 if "=" in name:
-                    yield "", _with_sign(name, span)  # of words of the program, too
+                    yield "", _with_sign(name, span)  # also if the program binds the word
                     continue
                 is_geometric = geometry_attributes(word) is not None
                 is_described = not is_geometric and id(argument) in texts  # `:scales "emerald"` of a dragon
@@ -685,18 +732,18 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
 
 
 def _with_sign(name: str, span: Span) -> Diagnostic:
-    """Return the finding of a keyword argument with the equals sign of other languages."""
-    own, _, value = name.partition("=")
+    """Return the warning about a keyword argument with the equals sign of other languages."""
+    keyword, _, value = name.partition("=")
     after = span.source.text[span.end : span.end + 1]
-    written = f":{own} {value}" if value or not after.isspace() else f":{own}"
+    written = f":{keyword} {value}" if value or not after.isspace() else f":{keyword}"
     fix = Fix(f"Change to `{written.rstrip()}`", (Edit(span, written),), safe=True)
-    hint = f"write `:{own} value`, without an equals sign"
+    hint = f"write `:{keyword} value`, without an equals sign"
     message = f"no primitive uses the attribute `:{name}`"
-    return Diagnostic("idle-attribute", message, span, hint, fixes=(fix,), found=f":{name}", near=(f":{own}",))
+    return Diagnostic("idle-attribute", message, span, hint, fixes=(fix,), found=f":{name}", near=(f":{keyword}",))
 
 
 def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
-    """Yield keywords of an ``embedding`` that are one letter away from an attribute that primitives read."""
+    """Iterate over warnings about keywords of an ``embedding`` that are probably misspelled attributes."""
     known = {attribute.name for attribute in (SCALE, COLOR, *MATERIALS, *PHYSICS)} | _all_geometry()
     for argument in node.arguments:
         if type(argument) is ast.Constant and type(argument.value) is Keyword and argument.value not in known:
@@ -709,11 +756,11 @@ def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
                                      found=f":{argument.value}", near=(written,))  # fmt: skip
 
 
-_BYTE = 255
+_BYTE = 255  # largest color component in other tools
 
 
 def _bytes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
-    """Yield colours of an ``embedding`` whose components go up to 255 instead of 1."""
+    """Iterate over warnings about colors of an ``embedding`` whose components go up to 255 instead of 1."""
     for key, value in pairwise(node.arguments):
         if type(key) is not ast.Constant or key.value != Keyword(COLOR.name) or value.span.expansion is not None:
             continue
@@ -729,13 +776,14 @@ def _bytes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
 
 
 def _is_typo(name: str, near: str) -> bool:
+    """Return whether a name is so similar to another that it is probably a misspelling of it."""
     from difflib import SequenceMatcher
 
     return SequenceMatcher(None, near, name).ratio() >= _TYPO
 
 
 def _named_in(hint: str) -> str | None:
-    """Return the attribute that a hint names, if it is read as it was written: not a diameter for a radius."""
+    """Return the attribute that a hint names, if the written value fits it; a diameter is not a radius."""
     match = re.match(r"(?:the colou?r is|the radius of the (?:tube|ring) is) `:([\w-]+)`", hint)
     return match[1] if match is not None else None
 
@@ -757,9 +805,9 @@ def near_attribute(word: str, name: str) -> str | None:
 
 
 def unread_hint(word: str, name: str) -> str | None:
-    """Return a hint for an attribute that a geometric primitive does not use, but that was meant to change it.
+    """Return a hint for an attribute that a geometric primitive does not use, but that was probably meant to change it.
 
-    None for an attribute that is read, and for one that may be the program's own.
+    None for an attribute that is read, and for one that may have a meaning in the program.
     """
     read = geometry_attributes(word) or ()
     if name in read or any(name == attribute.name for attribute in (*MATERIALS, *PHYSICS)):
@@ -774,9 +822,9 @@ def unread_hint(word: str, name: str) -> str | None:
 
 
 def _semantic_hint(word: str, name: str) -> str | None:
-    """Return a hint for an attribute of a word without geometry that is one letter away from one that is read."""
+    """Return a hint for an attribute of a word without geometry that is probably misspelled."""
     if is_word(word):
-        return None  # blocks and mesh files check their own
+        return None  # blocks and mesh files check their attributes themselves
     near = near_attribute(word, name)
     is_typo = near is not None and near != name and _is_typo(name, near)
     return f"did you mean `:{near}`?" if is_typo else None

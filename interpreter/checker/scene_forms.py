@@ -11,25 +11,12 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.interpreter.checker.calls import check_keywords, split, takes
-from scenelang.interpreter.checker.kinds import (
+from scenelang.interpreter.checker.common import (
     A_PART,
-    ANY,
-    ARRAYS,
-    ENTITY,
-    LIST,
-    MATRIX,
     MAX_SHOWN,
-    NEVER,
-    PART,
-    PARTS,
-    Kind,
     accepts,
     arity_of,
-    describe,
     is_keyword,
-    item_of,
-    join,
-    length_of,
     may_be_parts,
     shown,
     swap_fix,
@@ -38,6 +25,21 @@ from scenelang.interpreter.checker.kinds import (
     wrap_fix,
 )
 from scenelang.interpreter.compile.analyse import called_builtin
+from scenelang.interpreter.compile.kinds import (
+    ANY,
+    ARRAYS,
+    ENTITY,
+    LIST,
+    MATRIX,
+    NEVER,
+    PART,
+    PARTS,
+    Kind,
+    describe,
+    item_of,
+    join,
+    length_of,
+)
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.parts import OF_ENTITIES
 from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, PHYSICS, Attribute, find
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference
 
 _PHYSICS_NAMES = frozenset(attribute.name for attribute in PHYSICS)
-_ENTITY_ARGUMENTS = 2
+_ENTITY_ARGUMENTS = 2  # positional arguments that ``call`` passes to the function of a word: embedding and handles
 
 
 # --- words -----------------------------------------------------------------------------------------------------------
@@ -86,6 +88,7 @@ def call_primitive(inference: KindInference, node: ast.Application) -> None:
 
 
 def report_word(inference: KindInference, node: Any, kind: Kind, form: str) -> None:
+    """Report a word of ``call`` or ``bind`` that is not a string."""
     text = node.span.text
     is_name = type(node) is ast.Reference and node.span.expansion is None
     hint = f'write the word in quotes: `"{text}"`' if is_name else None
@@ -96,7 +99,10 @@ def report_word(inference: KindInference, node: Any, kind: Kind, form: str) -> N
 
 
 def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> bool:
-    """Check that what is passed by position can be an embedding."""
+    """Check that the positional arguments of a call may be embeddings.
+
+    Returns False after a report, and True for a computed argument, which may be a keyword.
+    """
     pending = iter(node.arguments)
     written: list[tuple[Any, Any]] = []
     for argument in pending:
@@ -108,7 +114,7 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
             continue
         kind = inference.result.kinds[argument]
         if kind is ANY or kind is NEVER:
-            return True  # it may be a keyword, so that what follows has another meaning
+            return True  # it may be a keyword, and the next argument its value
         tags = {option.tag for option in kind.options}
         if "Keyword" in tags:
             return True
@@ -135,8 +141,8 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
             elif kind is ENTITY:
                 hint = "entities are put together by `union`"
             if only is not None:
-                short = len(text) <= MAX_SHOWN
-                hint = f"name the attribute: `:{only} {text}`" if short else f"write `:{only}` before it"
+                is_short = len(text) <= MAX_SHOWN
+                hint = f"name the attribute: `:{only} {text}`" if is_short else f"write `:{only}` before it"
                 fixes = (Fix(f"Name it `:{only}`", (Edit(argument.span, f":{only} {text}"),), safe=True),)
         if kind is ENTITY and type(node.word) is ast.Constant and node.word.value in OF_ENTITIES:
             name = str(node.word.value)
@@ -159,7 +165,8 @@ def _called_fix(node: ast.Call, name: str) -> tuple[Fix, ...]:
 
 
 def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:
-    """Report ``(call "cube" scale 2)``, where the name of an attribute stands without its colon."""
+    """Report ``(call "cube" scale 2)``, where the name of an attribute lacks its colon; None if this is not the
+    case."""
     if type(argument) is not ast.Reference or type(node.word) is not ast.Constant:
         return None
     if argument.span.expansion is not None:
@@ -168,7 +175,7 @@ def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) 
     if text not in (
         *_attribute_names(inference, node.word.value),
         COLOR.name,
-        *(each.name for each in (*MATERIALS, *PHYSICS)),
+        *(attribute.name for attribute in (*MATERIALS, *PHYSICS)),
     ):
         return None
     at = Span(argument.span.source, argument.span.start, argument.span.start)
@@ -180,27 +187,28 @@ def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) 
 
 
 def _attribute_names(inference: KindInference, word: str) -> list[str]:
-    """Return the attributes that a word reads, as far as they are known."""
+    """Return the known attributes of a word."""
     function = inference.world.word_function(word)
     if function is not None:
         return [p.name for p in function.parameters if p.kind == "keyword"]
     cls = None if inference.world.may_be_bound(word) else _primitive(word)
-    return [each.name for each in cls.attributes] if cls is not None else []
+    return [attribute.name for attribute in cls.attributes] if cls is not None else []
 
 
 def _only_attribute(inference: KindInference, word: str, kind: Kind) -> str | None:
-    """Return the one attribute of a word that a value of this kind can be."""
+    """Return the only attribute of a word that accepts a value of this kind, or None."""
     function = inference.world.word_function(word)
     if function is not None:
         names = [p.name for p in function.parameters if p.kind == "keyword" and takes(p, kind)]
         return names[0] if len(names) == 1 else None
     if inference.world.may_be_bound(word) or (cls := _primitive(word)) is None:
         return None
-    names = [each.name for each in cls.attributes if any(accepts(name, kind) for name in each.accepts)]
+    names = [attribute.name for attribute in cls.attributes if any(accepts(name, kind) for name in attribute.accepts)]
     return names[0] if len(names) == 1 else None
 
 
 def _primitive(word: str) -> Any:
+    """Return the class of a primitive, or None."""
     try:
         return find(word)
     except SceneError:
@@ -215,6 +223,7 @@ def _call_bound(
     positional: Sequence[Any],
     keywords: Sequence[tuple[str, Any, Any]],
 ) -> None:
+    """Check a call of a word of the program against the function that it is bound to."""
     owner = f'"{word}"'
     named = {p.name: p for p in function.parameters if p.kind == "keyword"}
     takes_any = any(p.kind == "keys" for p in function.parameters)
@@ -225,19 +234,20 @@ def _call_bound(
     if not named and not takes_any:
         _warn_plain_parameters(inference, node, word, function, keywords)
         return
-    brings = () if any(map(_may_carry_attributes, positional)) else None
-    own = [each for each in keywords if each[0] in named or each[0] not in _PHYSICS_NAMES]
-    check_keywords(inference, node, owner, "attribute", function, own, brings)
+    embeddings = () if any(map(_may_carry_attributes, positional)) else None
+    checked = [keyword for keyword in keywords if keyword[0] in named or keyword[0] not in _PHYSICS_NAMES]
+    check_keywords(inference, node, owner, "attribute", function, checked, embeddings)
 
 
 def _may_carry_attributes(node: Any) -> bool:
-    """Return whether an embedding may have attributes of its own; a text has none, a handle may have some in Z."""
+    """Return whether an embedding may have attributes: a text has none, a handle may have some in Z."""
     return not (type(node) is ast.Constant and type(node.value) is str)
 
 
 def _report_too_many_required(
     inference: KindInference, node: ast.Call, word: str, function: ast.Lambda, required: int
 ) -> None:
+    """Report a word's function with more required parameters than ``call`` passes."""
     hint = f"make them keyword parameters, such as `:{function.parameters[0].name}`; parameters: {function.usage}"
     inference.report(
         "arity", f'the function of "{word}" has {required} required parameters, but `call` passes at most two',
@@ -253,8 +263,8 @@ def _warn_plain_parameters(
     names = {p.name: p for p in function.parameters if p.kind in ("required", "optional")}
     for key, key_node, _ in keywords:
         if key in names:
-            what = "the embedding" if names[key] is function.parameters[0] else "an embedding"
-            message = f'"{word}" takes `{key}` by position, so that it is {what}, not the value of `:{key}`'
+            embedding = "the embedding" if names[key] is function.parameters[0] else "an embedding"
+            message = f'"{word}" takes `{key}` by position, so that it is {embedding}, not the value of `:{key}`'
             hint = f"make it a keyword parameter: `(lambda (:{key}) ...)`"
             fixes = keyword_fixes(names[key], function)
             inference.warn("plain-parameter", message, key_node.span, hint, fixes)
@@ -301,18 +311,19 @@ def check_primitive(
 
 
 def _physics_of(cls: Any) -> tuple[Attribute, ...]:
-    """Return the attributes of physics; those of a semantic primitive may mean something else to a model."""
+    """Return the physics attributes of a primitive; a semantic primitive passes all attributes on to a model."""
     return PHYSICS if cls is not None and not cls.is_semantic else ()
 
 
 def _usage_of(word: str) -> str:
     """Return the attributes of a primitive as a call."""
     cls = _primitive(word)
-    names = [COLOR.name, *(each.name for each in cls.attributes)] if cls is not None else [COLOR.name]
+    names = [COLOR.name, *(attribute.name for attribute in cls.attributes)] if cls is not None else [COLOR.name]
     return f'(call "{word}" {" ".join(f"[:{name}]" for name in dict.fromkeys(names))})'
 
 
 def _check_attribute(inference: KindInference, word: str, attribute: Attribute, value: Any) -> None:
+    """Check the kind and the range of an attribute's value."""
     kind = inference.result.kinds[value]
     if kind is ANY:
         types = (*attribute.accepts, "None")
@@ -339,6 +350,7 @@ def _check_attribute(inference: KindInference, word: str, attribute: Attribute, 
 
 
 def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for an attribute of the wrong type."""
     text = value.span.text
     is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
     if attribute.name == "color" and is_literal:
@@ -364,18 +376,18 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
         return
     items = value.items if type(value) is ast.ArrayLiteral else (value,)
     numbers = [inference.number_of(item) for item in items]
-    wrong = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
-    if attribute.name == "color" and len(numbers) == 4 and not wrong:
+    outside = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
+    if attribute.name == "color" and len(numbers) == 4 and not outside:
         message = f'the attribute `:color` of "{word}" has three components; the fourth is ignored'
         _, fixes = triple_fix(value)
         inference.warn("out-of-range", message, value.span, "transparency is the attribute `:opacity`", fixes,
                        expected="three numbers", found=value.span.text)  # fmt: skip
-    if not wrong:
+    if not outside:
         return
     hint = _range_hint(attribute, value, numbers)
     code = re.search(r"`(\(rgb [^`]*\)|[\d.]+)`\Z", hint or "")
     fixes = (Fix(f"Change to `{code[1]}`", (Edit(value.span, code[1]),)),) if code else ()
-    text = value.span.text if type(value) is not ast.Reference else f"{value.span.text}, which is {wrong[0]:g}"
+    text = value.span.text if type(value) is not ast.Reference else f"{value.span.text}, which is {outside[0]:g}"
     limits = "not be negative" if attribute.high == math.inf else f"be {attribute.low:g} to {attribute.high:g}"
     inference.warn(
         "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {text}',
@@ -384,7 +396,7 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
 
 
 def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None]) -> str | None:
-    """Return what may have been meant by a value out of range: components up to 255, or percent."""
+    """Return the hint for a value out of range: components up to 255, percent, or the attribute's documentation."""
     known = [number for number in numbers if number is not None]
     if attribute.name == "color" and len(known) == len(numbers) == 3 and max(known) <= 255 and min(known) >= 0:
         return f"components from 0 to 255 are converted by `rgb`: `(rgb {' '.join(i.span.text for i in value.items)})`"
@@ -435,25 +447,28 @@ def _is_other_size(inference: KindInference, node: Any) -> bool:
 
 
 def _is_no_pose(inference: KindInference, node: Any) -> bool:
-    """Return whether an expression is the sum of two poses, or a multiple of one: its last row is not 0 0 0 1."""
+    """Return whether an expression is a sum or multiple of poses, whose last row is not 0 0 0 1."""
     name = called_builtin(node)
     if name not in ("+", "-", "*", "/"):
         return False
-    kinds = [inference.result.kinds[each] for each in node.arguments]
+    kinds = [inference.result.kinds[operand] for operand in node.arguments]
     poses = sum(kind is MATRIX for kind in kinds)
     if name in ("+", "-"):
         return poses == len(kinds) > 1
-    factors = [inference.number_of(each) for each in node.arguments if inference.result.kinds[each] is not MATRIX]
+    factors = [
+        inference.number_of(operand) for operand in node.arguments if inference.result.kinds[operand] is not MATRIX
+    ]
     return poses == 1 and len(factors) == 1 and factors[0] not in (None, 1)
 
 
 def _is_square(array: ast.ArrayLiteral) -> bool:
-    """Return whether an array of arrays has four rows of four items, as far as its text shows."""
+    """Return whether an array of arrays may have four rows of four items."""
     lengths = [len(row.items) for row in array.items if type(row) is ast.ArrayLiteral]
     return len(lengths) < len(array.items) or set(lengths) == {4} == {len(array.items)}
 
 
 def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> None:
+    """Report a value that is not a pose."""
     value = node.matrix
     hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
     if type(value) is ast.ArrayLiteral and any(type(row) is ast.ArrayLiteral for row in value.items):
@@ -474,20 +489,20 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
 
 
 def are_no_parts(kind: Kind) -> bool:
-    """Return whether a value is a list of unknown length whose items, if it has any, are no parts."""
+    """Return whether a value is a list of unknown length whose items, if it has any, cannot be parts."""
     item = item_of(kind) if kind.tag == "List" and kind.items is None else ANY
     return item is not ANY and item is not NEVER and not may_be_parts(item)
 
 
 def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place: str) -> None:
-    """Warn about an ``if`` without a second branch whose value is to be a part."""
+    """Warn about an ``if`` without a second branch whose value is used as a part."""
     missing = _if_without_branch(node)
     if missing is None or kind is ANY or not any(option.tag == "None" for option in kind.options):
         return
     text = missing.span.text
     head = re.match(r"\((if|when|unless)\b", text)
     if head is None or missing.span.expansion is not None:
-        return  # the clauses of `cond` and `case` may be all that there are
+        return  # the clauses of `cond` and `case` may cover all values
     name = head[1]
     message = f"{place} gets `none` where this `{name}` has no branch, which is neither an entity nor parts"
     hint = "nothing at all is `(union)`: `(if test entity (union))`"
@@ -495,7 +510,7 @@ def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place
     if name == "if" and missing.otherwise is None:
         end = missing.span.end - 1
         edit = Edit(Span(missing.span.source, end, end), " (union)")
-        fixes = (Fix("Add a branch", (edit,), safe=True),)  # what is right stays as it is
+        fixes = (Fix("Add a branch", (edit,), safe=True),)
     inference.report(
         "parts", message, missing.span, hint, fixes=fixes, always=False,
         expected=A_PART, found="`none`",
@@ -503,7 +518,7 @@ def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place
 
 
 def _if_without_branch(node: Any) -> Any:
-    """Return the conditional without a last branch that gives the value of an expression, if there is one."""
+    """Return the conditional without a branch that determines the value of an expression, or None."""
     pending = [node]
     while pending:
         node = pending.pop()
@@ -558,6 +573,7 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
 
 
 def _takes_nothing(kind: Kind) -> bool:
+    """Return whether a function can be called without arguments."""
     low, _, _, _ = arity_of(kind.code)
     return low == 0
 
@@ -574,10 +590,10 @@ def _not_a_part(kind: Kind) -> Kind:
 
 
 def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
-    """Warn about an entity that is made and then not used."""
+    """Warn about an entity that is created in a body and not used."""
     if type(node) is ast.For and node.kind == "each" and node.span.expansion is None:
-        made = inference.result.kinds.get(node.body, ANY)
-        if made is ENTITY or made is PART or _is_parts(made):
+        value = inference.result.kinds.get(node.body, ANY)
+        if value is ENTITY or value is PART or _is_parts(value):
             inference.warn(
                 "dropped-value", "the entities that this loop creates are not used", node.span,
                 "collect them with `for/union`",
@@ -593,7 +609,7 @@ def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
         )  # fmt: skip
 
 
-# Functions that only return a new value: a call whose value is not used does nothing. The one that was meant follows.
+# Pure functions, whose call has no effect if its value is not used, with the mutating function that is probably meant.
 _PURE = {
     "append": "extend!", "cons": "push!", "reverse": "reverse!", "sort": "sort!", "shuffle": "shuffle!",
     "delete": "remove!", "string-append": "", "list": "", "vector": "", "translate": "", "rotate": "", "scale": "",
@@ -616,15 +632,18 @@ def _report_unused_result(inference: KindInference, node: Any) -> None:
 
 
 def _is_parts(kind: Kind) -> bool:
+    """Return whether a value is certainly a list of parts."""
     return kind.tag == "List" and kind.item is PART
 
 
 def _is_no_number(inference: KindInference, node: Any) -> bool:
+    """Return whether an expression is certainly not a number."""
     kind = inference.result.kinds[node]
     return kind is not ANY and not any(option.tag in ("Integer", "Float") for option in kind.options)
 
 
 def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: Any, kind: Kind) -> None:
+    """Report an item of an array literal that is not a number."""
     hint = "use `(list ...)` for a list of other values"
     fixes: tuple[Fix, ...] = ()
     number, number_fixes = unquoted_number(node)
@@ -643,35 +662,36 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
 
 
 def check_rows(inference: KindInference, node: ast.ArrayLiteral, kinds: Sequence[Kind]) -> bool:
-    """Report an array whose items surely have different shapes: a vector among numbers, or rows of two lengths."""
+    """Report an array whose items certainly have different shapes: a vector among numbers, or rows of two lengths."""
     lengths = [_row_length(kind) for kind in kinds]
     numbers = [kind.tag in ("Integer", "Float") for kind in kinds]
     known = {length for length in lengths if length is not None}
     is_mixed = bool(known) and any(numbers)
     if not is_mixed and len(known) < 2:
         return True
-    wrong = next(i for i, length in enumerate(lengths) if length is not None and (is_mixed or length != lengths[0]))
-    item, kind = node.items[wrong], kinds[wrong]
-    found = shown(item, kind)
+    culprit = next(i for i, length in enumerate(lengths) if length is not None and (is_mixed or length != lengths[0]))
+    item, kind = node.items[culprit], kinds[culprit]
+    value = shown(item, kind)
     if not is_mixed:
-        message, hint = f"the rows of an array must have the same length, got {found}", None
+        message, hint = f"the rows of an array must have the same length, got {value}", None
     else:
-        message, hint = f"expected a number in an array of numbers, got {found}", None
+        message, hint = f"expected a number in an array of numbers, got {value}", None
         if known == {3}:
             text = item.span.text if item.span.expansion is None and len(item.span.text) <= MAX_SHOWN else "v"
-            hint = f"one of its components is `({'xyz'[wrong] if wrong < len('xyz') else 'y'}-of {text})`"
+            hint = f"one of its components is `({'xyz'[culprit] if culprit < len('xyz') else 'y'}-of {text})`"
     inference.report("value", message, item.span, hint, expected="a number" if is_mixed else "rows of one length",
                      found=describe(kind))  # fmt: skip
     return False
 
 
 def _row_length(kind: Kind) -> int | None:
+    """Return the length of a row of an array, or None for a number or an unknown length."""
     return length_of(kind) if kind.tag in ("Vector", "List") else None
 
 
 def check_collected(inference: KindInference, loop: str, node: Any, kind: Kind) -> bool:
     """Check that the value of a body of ``for/append``, ``for/sum`` or ``for/table`` can be collected."""
-    name, found = f"`for/{loop}`", shown(node, kind)
+    name, value = f"`for/{loop}`", shown(node, kind)
     if loop == "append" and not accepts("List", kind):
         error, expected, hint = "type", "a List", "use `for/list` to collect single values"
     elif loop == "sum" and not accepts("Numeric", kind):
@@ -682,7 +702,7 @@ def check_collected(inference: KindInference, loop: str, node: Any, kind: Kind) 
         error, expected, hint = "value", "`(list key value)`", ""
     else:
         return True
-    message = f"{name} expects {expected} from its body, got {found}"
+    message = f"{name} expects {expected} from its body, got {value}"
     inference.report(error, message, node.span, hint or None, expected=expected, found=describe(kind))
     return False
 
@@ -710,6 +730,7 @@ def report_bound_value(inference: KindInference, node: ast.Bind, kind: Kind) -> 
 
 
 def report_swapped_loop(inference: KindInference, node: ast.UnionLoop) -> None:
+    """Report a ``union-loop`` whose count and function are swapped, or whose body comes first."""
     hint, fixes = swap_fix(node, node.count, node.function)
     usage = "(union-loop count function)"
     if inference.result.kinds[node.count].tag != "Function" and fixes:
@@ -724,18 +745,19 @@ def report_swapped_loop(inference: KindInference, node: ast.UnionLoop) -> None:
 
 def report_loop_body(inference: KindInference, node: ast.UnionLoop, kind: Kind) -> None:
     """Report a body of ``union-loop`` that is not a function."""
-    body, found = node.function, describe(kind)
+    body, described = node.function, describe(kind)
     fixes: tuple[Fix, ...] = ()
     if body.span.expansion is None:
         edit = Edit(body.span, f"(lambda (i) {body.span.text})")
         fixes = (Fix("Write a function", (edit,), safe=may_be_parts(kind)),)
     inference.report(
-        "not-a-procedure", f"`union-loop` expects a function of the index, got {found}", body.span,
-        "write `(lambda (i) ...)` around the body", fixes=fixes, expected="a Function", found=found,
+        "not-a-procedure", f"`union-loop` expects a function of the index, got {described}", body.span,
+        "write `(lambda (i) ...)` around the body", fixes=fixes, expected="a Function", found=described,
     )  # fmt: skip
 
 
 def _hint_of_count(kind: Kind) -> str:
+    """Return the hint for a count of ``union-loop`` that is not an Integer."""
     if kind.tag == "String":
         return "write the number without quotes"
     if kind.tag in ("List", "Vector", "MutableList"):
@@ -752,6 +774,7 @@ def _fix_of_count(node: Any) -> tuple[Fix, ...]:
 
 
 def report_count(inference: KindInference, node: Any, kind: Kind) -> None:
+    """Report a count of ``union-loop`` that is not an Integer."""
     inference.report(
         "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
         _hint_of_count(kind), fixes=_fix_of_count(node), expected="an Integer", found=describe(kind),

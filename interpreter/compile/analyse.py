@@ -15,6 +15,19 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.compile.kinds import (
+    ANY,
+    FLOAT,
+    INTEGER,
+    NUMBER,
+    Kind,
+    integer_of,
+    is_number,
+    join,
+    join_all,
+    kind_of_operand,
+    without_bits,
+)
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, Frame, Node
 from scenelang.interpreter.runtime.types import STD, Builtin
@@ -137,7 +150,7 @@ def called_builtin(node: Any) -> str | None:
 
 
 def analyse(forms: tuple[Any, ...]) -> Analysis:
-    """Analyse the top-level forms of a file; set the attributes ``owner`` and ``captured`` of their variables."""
+    """Analyze the top-level forms of a file; set the attributes ``owner`` and ``captured`` of their variables."""
     analysis = Analysis()
     top = Region(None, is_function=True)
     for form in forms:
@@ -146,11 +159,14 @@ def analyse(forms: tuple[Any, ...]) -> Analysis:
 
 
 class _Analyser:
+    """Visitor of one top-level form, which records its regions and loops and marks captured variables."""
+
     def __init__(self, analysis: Analysis, form: Any) -> None:
         self.analysis = analysis
         self._loops = _Loops(form)
 
     def visit(self, node: Any, region: Region) -> None:
+        """Visit an expression whose variables live in ``region``."""
         kind = type(node)
         if kind is ast.Reference:
             self._use(node.target, region)
@@ -162,29 +178,32 @@ class _Analyser:
         elif kind is ast.For:
             self._for(node, region)
         elif kind is ast.While:
-            inner = self._region(node, region, False)
+            inner = self._region(node, region, is_function=False)
             self.visit(node.test, inner)
             self.visit(node.body, inner)
         elif kind is ast.Body:
             self._body(node, region)
         elif kind is ast.Define:
-            self._own(node.target, region)
+            self._set_owner(node.target, region)
             self.visit(node.value, region)
         else:
             if kind is ast.LetEscape or kind is ast.Guard:
-                self._own(node.target, region)
+                self._set_owner(node.target, region)
             for child in children(node):
                 self.visit(child, region)
 
-    def _region(self, node: Any, parent: Region, is_function: bool) -> Region:
+    def _region(self, node: Any, parent: Region, *, is_function: bool) -> Region:
+        """Create the region of a node."""
         region = self.analysis.regions[id(node)] = Region(parent, is_function)
         return region
 
-    def _own(self, target: Any, region: Region) -> None:
+    def _set_owner(self, target: Any, region: Region) -> None:
+        """Record the region in which the variables of a binding target live."""
         for variable in pattern_variables(target):
             variable.owner = region
 
     def _use(self, target: Any, region: Region) -> None:
+        """Mark a variable as captured if a function lies between its region and the use."""
         if not isinstance(target, Variable) or target.is_global:
             return
         owner, inner, crossed = target.owner, region, False
@@ -197,42 +216,46 @@ class _Analyser:
                 owner.has_frame = True
 
     def _function(self, node: ast.Lambda, region: Region) -> None:
-        inner = self._region(node, region, True)
+        """Visit a function, whose parameters and body form a region with a separate frame."""
+        inner = self._region(node, region, is_function=True)
         for parameter in node.parameters:
-            self._own(parameter.target, inner)
+            self._set_owner(parameter.target, inner)
         for parameter in node.parameters:
             if parameter.default is not None:
                 self.visit(parameter.default, inner)
         self.visit(node.body, inner)
 
     def _for(self, node: ast.For, region: Region) -> None:
+        """Visit a ``for`` form. The first sequence is evaluated outside the loop's region unless accumulators precede
+        it."""
         for accumulator in node.accumulators:
             self.visit(accumulator.value, region)
-        inner = self._region(node, region, False)
+        inner = self._region(node, region, is_function=False)
         for accumulator in node.accumulators:
-            self._own(accumulator.target, inner)
+            self._set_owner(accumulator.target, inner)
         for index, clause in enumerate(node.clauses):
             for target in clause.targets:
-                self._own(target, inner)
+                self._set_owner(target, inner)
             for value in clause.values:
                 self.visit(value, region if index == 0 and not node.accumulators else inner)
         self.visit(node.body, inner)
 
     def _body(self, node: ast.Body, region: Region) -> None:
+        """Visit a body; one that is a loop gets a region without a frame until a closure captures a variable."""
         loop = self._loops.find(node)
         if loop is not None:
             self.analysis.loops[id(node)] = loop
             for argument in loop.start.arguments:
                 self.visit(argument, region)
             loop.variable.owner = region
-            inner = self._region(loop.function, region, False)
+            inner = self._region(loop.function, region, is_function=False)
             for parameter in loop.function.parameters:
-                self._own(parameter.target, inner)
+                self._set_owner(parameter.target, inner)
             self.visit(loop.function.body, inner)
             return
         for item in node.items:
             if type(item) is ast.Define:
-                self._own(item.target, region)
+                self._set_owner(item.target, region)
         _mark_safe(node)
         for item in node.items:
             self.visit(item.value if type(item) is ast.Define else item, region)
@@ -267,7 +290,7 @@ class _Loops:
 
     def __init__(self, form: Any) -> None:
         self._form = form
-        self._found: dict[int, Loop | None] = {}
+        self._loops: dict[int, Loop | None] = {}  # by id of the Body
         self._calls: dict[int, TailCalls] = {}  # of loops, by their nodes, until the enclosing loop takes them
 
     @cached_property
@@ -278,11 +301,12 @@ class _Loops:
 
     def find(self, node: ast.Body) -> Loop | None:
         """Return the loop if ``node`` has the form ``(letrec ((name (lambda ...))) (name start ...))``, else None."""
-        if id(node) not in self._found:
-            self._found[id(node)] = self._loop(node)
-        return self._found[id(node)]
+        if id(node) not in self._loops:
+            self._loops[id(node)] = self._loop(node)
+        return self._loops[id(node)]
 
     def _loop(self, node: ast.Body) -> Loop | None:
+        """Return the loop of a body, if all uses of its function are the start and tail calls with all arguments."""
         if len(node.items) != 2:
             return None
         definition, start = node.items
@@ -291,12 +315,12 @@ class _Loops:
         variable, function = definition.target, definition.value
         if type(function) is not ast.Lambda or not isinstance(variable, Variable) or variable.is_global:
             return None
-        plain = all(p.kind == "required" and p.type is None for p in function.parameters)
+        is_plain = all(p.kind == "required" and p.type is None for p in function.parameters)
         if type(start.function) is not ast.Reference or start.function.target is not variable:
             return None
-        if not plain or len(start.arguments) != len(function.parameters) or variable.assigned:
+        if not is_plain or len(start.arguments) != len(function.parameters) or variable.assigned:
             return None
-        uses = self._uses[variable] - 1  # but for the call that starts it
+        uses = self._uses[variable] - 1  # without the call that starts the loop
         calls = self._tail_calls(function.body)
         if uses != calls.pop((variable, len(function.parameters)), 0):
             return None
@@ -304,9 +328,11 @@ class _Loops:
         return Loop(variable, function, start)
 
     def _tail_calls(self, body: Any) -> TailCalls:
-        """Count the tail calls of each variable in ``body``; the smaller count is added to the larger one, so that
-        nested loops take no quadratic time."""
-        found: TailCalls = Counter()
+        """Count the tail calls of each variable in ``body``.
+
+        The smaller count is added to the larger one, so that nested loops do not take quadratic time.
+        """
+        counts: TailCalls = Counter()
         stack = [body]
         while stack:
             node = stack.pop()
@@ -314,7 +340,7 @@ class _Loops:
             if kind is ast.Application:
                 head = node.function
                 if type(head) is ast.Reference and isinstance(head.target, Variable):
-                    found[head.target, len(node.arguments)] += 1
+                    counts[head.target, len(node.arguments)] += 1
             elif kind is ast.If:
                 stack.append(node.then)
                 if node.otherwise is not None:
@@ -324,65 +350,30 @@ class _Loops:
                     stack.append(node.items[-1])
                     continue
                 inner = self._calls.pop(id(node))
-                small, found = (found, inner) if len(found) < len(inner) else (inner, found)
-                found.update(small)
+                smaller, counts = sorted((counts, inner), key=len)
+                counts.update(smaller)
             elif kind in (ast.And, ast.Or) and node.items:
                 stack.append(node.items[-1])
-        return found
+        return counts
 
 
-# Kinds of values, for the generator of functions.
+# --- kinds of loop variables, for the generator of functions ----------------------------------------------------------
+
+# Integers of fewer bits are added and multiplied without a check of their size: a few operations on them cannot reach
+# the limit of the language, and a Float holds them (its largest exponent is 1023).
+MAX_BITS = 1_000
+_TURN_BITS = 65  # by which fewer than 2^64 sums with bounded numbers can lengthen an Integer
 
 
-MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
-MAX_LITERAL = 1 << 60
-
-
-@dataclass(frozen=True, slots=True)
-class NumberKind:
-    """What is known of a value: its type (``?`` if nothing), and a bound for the bits of an Integer (0 if none).
-
-    The types are ``i`` (Integer), ``f`` (Float), ``n`` (either), ``b`` (Boolean), ``s`` (String) and ``t`` (any type
-    whose values are true).
-    """
-
-    type: str
-    bits: int = 0
-
-
-ANY, INTEGER, FLOAT, NUMBER, BOOLEAN, STRING, TRUE = map(NumberKind, "?ifnbst")
-
-
-def joined(a: NumberKind | None, b: NumberKind | None) -> NumberKind:
-    """Return the kind of a value that has one of two kinds; None is the kind of no value."""
-    if a is None or b is None:
-        return b or a or ANY
-    if a.type == b.type:
-        return NumberKind(a.type, max(a.bits, b.bits) if a.bits and b.bits else 0)
-    if a.type in "ifn" and b.type in "ifn":
-        return NUMBER
-    return TRUE if a.type in "ifnst" and b.type in "ifnst" else ANY
-
-
-def constant_kind(value: Any) -> NumberKind:
-    """Return the kind of a constant."""
-    kind = type(value)
-    if kind is int:
-        return NumberKind("i", max(1, value.bit_length())) if -MAX_LITERAL < value < MAX_LITERAL else INTEGER
-    if value is None:
-        return ANY
-    return {bool: BOOLEAN, float: FLOAT, str: STRING}.get(kind, TRUE)
-
-
-def arithmetic_kind(name: str, left: NumberKind, right: NumberKind) -> NumberKind:
-    """Return the kind of a sum, difference or product."""
-    if left.type == right.type == "i":
+def arithmetic_kind(name: str, left: Kind, right: Kind) -> Kind:
+    """Return the kind of a sum, difference or product (``add``, ``sub`` or ``mul``)."""
+    if left.tag == right.tag == "Integer":
         if not (left.bits and right.bits):
             return INTEGER
         bits = left.bits + right.bits if name == "mul" else max(left.bits, right.bits) + 1
-        return NumberKind("i", bits if bits <= MAX_BITS else 0)
-    if left.type in "ifn" and right.type in "ifn":
-        return FLOAT if "f" in (left.type, right.type) else NUMBER
+        return integer_of(bits if bits <= MAX_BITS else 0)
+    if is_number(left) and is_number(right):
+        return FLOAT if "Float" in (left.tag, right.tag) else NUMBER
     return ANY
 
 
@@ -408,26 +399,28 @@ def tail_nodes(root: Any, loops: dict[int, Loop]) -> Iterator[Any]:
 class LoopKinds:
     """Inference of the kinds of a loop's parameters, from their first values and all continuations of the loop.
 
-    The bits of an Integer are bounded where a continuation adds a constant: there are fewer than 2^64 turns. Next, they
-    are bounded where it adds a bounded number.
+    An iteration to a fixpoint finds the tags. The bits of an Integer are then bounded where every continuation adds a
+    number whose bits are bounded, because a loop has fewer than 2^64 turns.
     """
 
-    def __init__(self, outer: Callable[[Variable], NumberKind]) -> None:
-        self.outer = outer  # kinds of the variables around the loop
-        self.known: dict[Variable, NumberKind] = {}
+    def __init__(self, outer: Callable[[Variable], Kind]) -> None:
+        self.outer = outer  # returns the kind of a variable that is bound outside the loop
+        self.known: dict[Variable, Kind] = {}
 
-    def loop(self, loop: Loop, starts: Sequence[NumberKind]) -> list[NumberKind]:
+    def loop(self, loop: Loop, starts: Sequence[Kind]) -> list[Kind]:
+        """Return the kinds of the parameters; ``starts`` are those of their first values."""
         parameters = [p.target for p in loop.function.parameters]
         turns = _continuations(loop)
-        types = [NumberKind(k.type) if not p.assigned else ANY for p, k in zip(parameters, starts)]
+        types = [without_bits(k) if not p.assigned else ANY for p, k in zip(parameters, starts)]
         for _ in range(len(parameters) + 2):
             self.known.update(zip(parameters, types))
-            found = [
-                _joined_types(kind, [self.kind(arguments[i]) for arguments in turns]) for i, kind in enumerate(types)
+            wider = [
+                join_all([kind, *(without_bits(self.kind(arguments[i])) for arguments in turns)])
+                for i, kind in enumerate(types)
             ]
-            if found == types:
+            if wider == types:
                 break
-            types = found
+            types = wider
         else:
             return [ANY] * len(parameters)
         self._bound(parameters, types, starts, turns)
@@ -436,21 +429,25 @@ class LoopKinds:
     def _bound(
         self,
         parameters: Sequence[Variable],
-        types: Sequence[NumberKind],
-        starts: Sequence[NumberKind],
+        types: Sequence[Kind],
+        starts: Sequence[Kind],
         turns: list[tuple[Any, ...]],
     ) -> None:
+        """Bound the bits of Integer parameters; ``turns`` are the arguments of the continuations.
+
+        A bound of one parameter can give that of another, so each pass may find one more.
+        """
         self.known.update(zip(parameters, types))
         for _ in parameters:
             for index, variable in enumerate(parameters):
                 kind = self.known[variable]
-                if kind.type != "i" or kind.bits or not starts[index].bits:
+                if kind.tag != "Integer" or kind.bits or not starts[index].bits:
                     continue
                 steps = [self._step(arguments[index], variable) for arguments in turns]
                 if all(step > 0 for step in steps):
-                    bits = max([starts[index].bits, *steps]) + 65
+                    bits = max([starts[index].bits, *steps]) + _TURN_BITS
                     if bits <= MAX_BITS:
-                        self.known[variable] = NumberKind("i", bits)
+                        self.known[variable] = integer_of(bits)
 
     def _step(self, node: Any, variable: Variable) -> int:
         """Return a bound for the bits by which a continuation changes a variable, or 0 if there is none."""
@@ -464,19 +461,19 @@ class LoopKinds:
                 return self.kind(right).bits
             if name == "add" and type(right) is ast.Reference and right.target is variable:
                 return self.kind(left).bits
-        kind = self.kind(node)
-        return kind.bits if kind.type == "i" else 0
+        return self.kind(node).bits
 
-    def kind(self, node: Any) -> NumberKind:
+    def kind(self, node: Any) -> Kind:
+        """Return the kind of an expression in the loop; ANY unless it is a constant, variable, choice or arithmetic."""
         kind = type(node)
         if kind is ast.Constant:
-            return constant_kind(node.value)
+            return kind_of_operand(node.value)
         if kind is ast.Reference:
             if node.target in self.known:
                 return self.known[node.target]
             return self.outer(node.target) if isinstance(node.target, Variable) else ANY
         if kind is ast.If and node.otherwise is not None:
-            return joined(self.kind(node.then), self.kind(node.otherwise))
+            return join(self.kind(node.then), self.kind(node.otherwise))
         if kind is ast.Application and type(node.function) is ast.Reference and len(node.arguments) == 2:
             target = node.function.target
             name = target.intrinsic if isinstance(target, Builtin) else None
@@ -495,14 +492,7 @@ def _continuations(loop: Loop) -> list[tuple[Any, ...]]:
     ]
 
 
-def _joined_types(kind: NumberKind, others: Sequence[NumberKind]) -> NumberKind:
-    found: NumberKind = kind
-    for other in others:
-        found = joined(found, NumberKind(other.type))
-    return NumberKind(found.type)
-
-
-# Storage of variables at run time: the slots of a frame, and the closures that read and write them.
+# --- storage of variables at run time: the slots of a frame, and closures that read and write them --------------------
 
 
 class FrameLayout:
@@ -530,7 +520,10 @@ class FrameLayout:
 
 
 def enters_library(node: ast.Application) -> bool:
-    """Return whether a program calls a library function, which is never a tail call: errors show the place of it."""
+    """Return whether a program calls a library function.
+
+    Such a call is never compiled as a tail call: its frame keeps the place in the program, which errors show.
+    """
     target = node.function.target if type(node.function) is ast.Reference else None
     if not isinstance(target, Variable) or not target.is_global or target.span is None:
         return False
@@ -547,6 +540,7 @@ def undefined(rt: Runtime, name: str, span: Span) -> SceneError:
 
 
 def slot_reader(depth: int, slot: int) -> Node:
+    """Return a closure that reads a slot ``depth`` frames outward; the common depths avoid a loop."""
     if depth == 0:
         return lambda f: f[slot]
     if depth == 1:
@@ -563,6 +557,7 @@ def slot_reader(depth: int, slot: int) -> Node:
 
 
 def slot_writer(depth: int, slot: int) -> Any:
+    """Return ``write(frame, value)`` for a slot ``depth`` frames outward."""
     if depth == 0:
 
         def write_here(f: Frame, value: Any) -> None:
@@ -579,6 +574,11 @@ def slot_writer(depth: int, slot: int) -> Any:
 
 
 def cell_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
+    """Return a closure that reads a variable from the cell that ``find`` returns.
+
+    A cell that is older than the current call is recorded as read, so that the call is not shared after it changes.
+    """
+
     def read(f: Frame) -> Any:
         cell = find(f)
         if cell.birth < rt.serial:
@@ -592,6 +592,8 @@ def cell_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
 
 
 def checked_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
+    """Return a closure that reads a variable, and raises ``undefined-yet`` if it has no value yet."""
+
     def read(f: Frame) -> Any:
         value = find(f)
         if value is UNDEFINED:

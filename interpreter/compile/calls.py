@@ -1,4 +1,9 @@
-"""Compiler of calls: closures by number of arguments, tail calls, builtins, and iterations of loops."""
+"""Compiler of calls: closures by number of arguments, tail calls, builtins, and iterations of loops.
+
+Calls of global functions and builtins with few arguments have one closure for each number of arguments, because a list
+of argument nodes would cost a loop at each call. Call chains of errors omit calls in tail position, because their
+frames no longer exist when the error is raised.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +54,7 @@ if TYPE_CHECKING:
 
 
 _NUMBERS = frozenset((int, float))
-_BLOCK = 2048
+_BLOCK = 2048  # turns of a loop between two charges; one tick for each turn would cost more than a short body
 _UNNAMED = ("lambda", "do")
 
 
@@ -76,7 +81,7 @@ def locate(error: SceneError, function: Any, span: Span) -> None:
 
 
 def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span: Span) -> Any:
-    """Perform a call that has no fast path."""
+    """Perform a call without a fast path."""
     if function is UNDEFINED:
         raise undefined(rt, head.name, head.span)
     if not isinstance(function, Procedure):
@@ -110,6 +115,7 @@ def call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
 
 
 def _global_call0(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a call of a global function without arguments."""
     cell, tick = head.cell, rt.tick
 
     def node(f: Frame) -> Any:
@@ -131,6 +137,7 @@ def _global_call0(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
 
 
 def _global_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a call of a global function with one argument."""
     cell, tick = head.cell, rt.tick
     (a,) = arguments
 
@@ -154,6 +161,7 @@ def _global_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
 
 
 def _global_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a call of a global function with two arguments."""
     cell, tick = head.cell, rt.tick
     a, b = arguments
 
@@ -178,6 +186,7 @@ def _global_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
 
 
 def _global_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a call of a global function with three arguments."""
     cell, tick = head.cell, rt.tick
     a, b, c = arguments
 
@@ -228,7 +237,7 @@ def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> 
 
 
 def apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
-    """Perform a call in tail position that has no fast path, with its span for errors."""
+    """Perform a call in tail position without a fast path; ``span`` locates its errors."""
     try:
         if type(function) is Closure:
             frame = bind_arguments(rt, function, values)
@@ -260,6 +269,7 @@ def tail_apply(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: S
 
 
 def _global_tail_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a tail call of a global function with one argument."""
     cell = head.cell
     (a,) = arguments
 
@@ -276,6 +286,7 @@ def _global_tail_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
 
 
 def _global_tail_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a tail call of a global function with two arguments."""
     cell = head.cell
     a, b = arguments
 
@@ -293,6 +304,7 @@ def _global_tail_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
 
 
 def _global_tail_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a tail call of a global function with three arguments."""
     cell = head.cell
     a, b, c = arguments
 
@@ -321,17 +333,17 @@ def with_locals(body: Node, count: int) -> Node:
     """Wrap ``body`` to extend its frame by ``count`` local variables."""
     if not count:
         return body
-    room = (None,) * count
+    locals_ = (None,) * count
 
     def run(f: Frame) -> Any:
-        f.extend(room)
+        f.extend(locals_)
         return body(f)
 
     return run
 
 
 def item_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
-    """Return a function that adds the items of the value of a turn to the list of ``for/append``."""
+    """Return a function that appends the items of a turn's value to the list of ``for/append``."""
 
     def add(out: list[Any], value: Any) -> None:
         try:
@@ -345,7 +357,7 @@ def item_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
 
 
 def unpacker(rt: Runtime, count: int, span: Span) -> Callable[[Any], list[Any]]:
-    """Return a function that returns the values of several accumulators of ``for/fold``."""
+    """Return a function that takes the value of a body of ``for/fold`` apart, one item for each accumulator."""
 
     def values_of(value: Any) -> list[Any]:
         values = items_of(rt, value)
@@ -459,6 +471,8 @@ def framed_loop(
 
 
 def next_framed_iteration(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
+    """Continue a loop with separate frames: pass the next values to ``framed_loop`` and return the marker."""
+
     def node(f: Frame) -> Any:
         rt.next_frame = [argument(f) for argument in arguments]
         return mark
@@ -539,30 +553,35 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     count = len(arguments)
     keywords = bool(signature.keywords)
     if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
-        error_hint = builtin_arity_error(builtin, count)
-        return _raiser(arguments, error_hint.name, error_hint.message, error_hint.hint, span)
+        error = builtin_arity_error(builtin, count)
+        return _raiser(arguments, error.name, error.message, error.hint, span)
     if keywords or count > 3 or calls_others(builtin, count):
         slow = slow_call(rt, builtin, span)
         return lambda f: slow([argument(f) for argument in arguments])
-    given = parameters_of(builtin, count)
-    checked = [not builtin.checks_arguments and p.type.is_checked for p in given]
-    checks = tuple([p.type.checker(rt) if is_checked else None for p, is_checked in zip(given, checked)])
+    checks = tuple(
+        [
+            parameter.type.checker(rt) if parameter.type.is_checked and not builtin.checks_arguments else None
+            for parameter in parameters_of(builtin, count)
+        ]
+    )
     return _FIXED[count](rt, builtin, arguments, checks, span)
 
 
 def calls_others(builtin: Builtin, count: int) -> bool:
-    """Return whether a builtin calls functions that it is given, which take its call for their own."""
+    """Return whether a builtin calls functions that it is given; the call chain of an error in them shows its call."""
     return any(parameter.type.name == "Function" for parameter in parameters_of(builtin, count))
 
 
 def parameters_of(builtin: Builtin, count: int) -> Sequence[BuiltinParameter]:
     """Return the parameters that take ``count`` positional arguments of a builtin."""
     signature = builtin.signature
-    found = (*signature.required, *signature.optional)[:count]
-    return found if signature.rest is None else (*found, *[signature.rest] * (count - len(found)))
+    named = (*signature.required, *signature.optional)[:count]
+    return named if signature.rest is None else (*named, *[signature.rest] * (count - len(named)))
 
 
 def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None, span: Span) -> Node:
+    """Compile a call with a wrong number of arguments, which fails after it has evaluated them."""
+
     def node(f: Frame) -> Any:
         for argument in arguments:
             argument(f)
@@ -572,6 +591,7 @@ def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None
 
 
 def _builtin0(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    """Compile a call of a builtin without arguments; all functions of ``_FIXED`` have these parameters."""
     function = builtin.function
 
     def node(f: Frame) -> Any:
@@ -584,17 +604,18 @@ def _builtin0(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
 
 
 def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    """Compile a call of a builtin with one argument."""
     function = builtin.function
     (a,), (check_a,) = arguments, checks
 
     def node(f: Frame) -> Any:
-        x = given = a(f)
+        x = argument = a(f)
         try:
             if check_a is not None:
-                x = check_a(given)
+                x = check_a(argument)
             return function(rt, x)
         except Mismatch:
-            raise mismatch(builtin, checks, (given,), span) from None
+            raise mismatch(builtin, checks, (argument,), span) from None
         except (SceneError, *_ARITHMETIC) as error:
             raise _placed(builtin, error, span) from None
 
@@ -602,6 +623,7 @@ def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
 
 
 def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    """Compile a call of a builtin with two arguments."""
     function = builtin.function
     (a, b), (check_a, check_b) = arguments, checks
 
@@ -623,15 +645,16 @@ def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
 
 
 def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
+    """Compile a call of a builtin with three arguments."""
     function = builtin.function
 
     def node(f: Frame) -> Any:
-        given = [argument(f) for argument in arguments]
+        values = [argument(f) for argument in arguments]
         try:
-            x, y, z = [value if check is None else check(value) for check, value in zip(checks, given)]
+            x, y, z = [value if check is None else check(value) for check, value in zip(checks, values)]
             return function(rt, x, y, z)
         except Mismatch:
-            raise mismatch(builtin, checks, given, span) from None
+            raise mismatch(builtin, checks, values, span) from None
         except (SceneError, *_ARITHMETIC) as error:
             raise _placed(builtin, error, span) from None
 
@@ -658,6 +681,7 @@ def mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], spa
 
 
 def _placed(builtin: Builtin, error: Exception, span: Span) -> SceneError:
+    """Return the error of a failed builtin as a ``SceneError`` with a span."""
     if not isinstance(error, SceneError):
         error = python_error(builtin.name, error)
     return _located(error, span)
@@ -685,6 +709,7 @@ def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:
 
 
 def _array(rt: Runtime, values: Sequence[Any], span: Span) -> Any:
+    """Return the array of evaluated items; errors get the span of the literal."""
     try:
         return array_literal(values, rt)
     except SceneError as error:
@@ -699,18 +724,22 @@ def _array(rt: Runtime, values: Sequence[Any], span: Span) -> Any:
 
 
 def _located(error: SceneError, span: Span) -> SceneError:
+    """Return an error with ``span`` as its location, unless it has one."""
     if error.span is None:
         error.span = span
     return error
 
 
 def compile_bind(compiler: Compiler, node: ast.Bind, context: Context) -> Node:
+    """Compile ``(bind word function)``."""
     word = compiler.compile(node.word, context.inner)
     function = compiler.compile(node.function, context.inner)
     return bind_node(compiler.rt, word, function, node.span)
 
 
 def bind_node(rt: Runtime, word: Node, function: Node, span: Span) -> Node:
+    """Return a node that binds a word to a function."""
+
     def bind(f: Frame) -> None:
         name = word(f)
         value = function(f)
@@ -726,6 +755,7 @@ def bind_node(rt: Runtime, word: Node, function: Node, span: Span) -> Node:
 
 
 def compile_call(compiler: Compiler, node: ast.Call, context: Context) -> Node:
+    """Compile ``(call word argument ...)``."""
     word, *nodes = compiler.compile_all((node.word, *call_operands(node)), context.inner)
     return call_node(compiler.rt, word, nodes, node)
 
@@ -781,6 +811,8 @@ def _attributes_only(arguments: tuple[ast.Expr, ...]) -> tuple[list[str], list[a
 
 
 def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str], span: Span) -> Node:
+    """Compile a call whose attributes are literals, with one embedding for all its evaluations."""
+
     def call(f: Frame) -> Any:
         name = word(f)
         try:
@@ -794,18 +826,20 @@ def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str
 
 
 def _attribute_call(rt: Runtime, word: Node, attributes: tuple[tuple[str, Node], ...], span: Span) -> Node:
+    """Compile a call with attributes ``:name value`` only. Tables are copied and frozen, so that the call can be
+    shared; mutable lists and arrays are not, so it cannot."""
     written = frozenset(name for name, _ in attributes)
 
     def call(f: Frame) -> Any:
         name = word(f)
-        given = {}
+        values = {}
         for key, node in attributes:
             value = node(f)
-            given[key] = copy_table(rt, value) if type(value) is Table else value
+            values[key] = copy_table(rt, value) if type(value) is Table else value
         try:
             if type(name) is not str:
                 call_embeddings(rt, name, [])
-            return rt.call_word(name, Embedding(None, None, given), NIL, written, span)
+            return rt.call_word(name, Embedding(None, None, values), NIL, written, span)
         except SceneError as error:
             raise _located(error, span)
 
@@ -813,6 +847,8 @@ def _attribute_call(rt: Runtime, word: Node, attributes: tuple[tuple[str, Node],
 
 
 def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span) -> Node:
+    """Compile a call with embeddings, positional arguments or repeated names."""
+
     def call(f: Frame) -> Any:
         name = word(f)
         values = [argument(f) for argument in arguments]
@@ -829,7 +865,7 @@ def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span
 
 
 def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
-    """Convert ``value`` to parts and append them to ``out``."""
+    """Convert ``value`` to parts and append them to ``out``; entities and posed entities have a fast path."""
     if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
         out.append(value)
     elif type(value) is Entity:
@@ -842,10 +878,12 @@ def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
 
 
 def compile_union(compiler: Compiler, node: ast.Union, context: Context) -> Node:
+    """Compile ``(union member ...)``."""
     return union_node(compiler.rt, compiler.compile_all(node.members, context.inner), node)
 
 
 def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
+    """Return a node that joins the parts of its members; all are evaluated before the first is checked."""
     members = tuple(zip(nodes, [member.span for member in node.members]))
 
     def union(f: Frame) -> Any:
@@ -859,12 +897,15 @@ def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
 
 
 def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context) -> Node:
+    """Compile ``(union-loop count function)``."""
     count = compiler.compile(node.count, context.inner)
     function = compiler.compile(node.function, context.inner)
     return union_loop_node(compiler.rt, count, function, node.span)
 
 
 def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Node:
+    """Return a node that joins the parts that a function returns for 0 to count - 1; a plain closure is called without
+    ``rt.apply``."""
     tick = rt.tick
 
     def loop(f: Frame) -> Any:
@@ -901,6 +942,7 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Nod
 
 
 def _loop_count(count: Any) -> int:
+    """Return the count of a ``union-loop``; a Float without a fraction is one too."""
     if type(count) is int:
         return count
     if type(count) is float and count.is_integer():
@@ -913,12 +955,15 @@ def _loop_count(count: Any) -> int:
 
 
 def compile_transform(compiler: Compiler, node: ast.Transform, context: Context) -> Node:
+    """Compile ``(transform part matrix)``."""
     part = compiler.compile(node.part, context.inner)
     matrix = compiler.compile(node.matrix, context.inner)
     return transform_node(compiler.rt, part, matrix, node.span)
 
 
 def transform_node(rt: Runtime, part: Node, matrix: Node, span: Span) -> Node:
+    """Return a node that poses a part; a finite matrix (its sum is finite) and an entity need no conversion."""
+
     def transform(f: Frame) -> Any:
         p = part(f)
         m = matrix(f)

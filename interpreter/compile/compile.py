@@ -105,6 +105,7 @@ class Compiler:
         return lambda f: body([None, *pad])
 
     def global_cell(self, variable: Variable) -> Cell:
+        """Return the cell of a global variable, created at its first use."""
         cell = self.globals.get(variable)
         if cell is None:
             cell = self.globals[variable] = Cell(UNDEFINED, 0)
@@ -112,8 +113,8 @@ class Compiler:
 
     def global_cells_of(self, code: ClosureCode) -> list[Cell]:
         """Return the cells of the global variables whose value is a closure of ``code``."""
-        found = [(variable, cell) for variable, cell in self.globals.items() if type(cell.value) is Closure]
-        return [cell for variable, cell in found if cell.value.code is code and not variable.assigned]
+        closures = [(variable, cell) for variable, cell in self.globals.items() if type(cell.value) is Closure]
+        return [cell for variable, cell in closures if cell.value.code is code and not variable.assigned]
 
     def compile(self, node: Any, context: Context) -> Node:
         """Compile an expression to a closure."""
@@ -121,15 +122,18 @@ class Compiler:
         return compiled
 
     def compile_all(self, nodes: Sequence[Any], context: Context) -> tuple[Node, ...]:
+        """Compile expressions that are evaluated one after another."""
         return tuple([self.compile(node, context) for node in nodes])
 
     # --- values and variables ----------------------------------------------------------------------------------
 
     def constant(self, node: ast.Constant, context: Context) -> Node:
+        """Compile a literal or quoted datum."""
         value = node.value
         return lambda f: value
 
     def handle(self, node: ast.HandleLiteral, context: Context) -> Node:
+        """Compile a handle such as ``<z1>`` to its embedding."""
         value = self.rt.handle(node.name)
         return lambda f: value
 
@@ -147,6 +151,7 @@ class Compiler:
         return variable.assigned and variable.captured
 
     def reference(self, node: ast.Reference, context: Context) -> Node:
+        """Compile a variable to the cheapest reader that is safe: a slot, a checked slot, or a cell."""
         target = node.target
         if not isinstance(target, Variable):
             return lambda f: target
@@ -160,6 +165,7 @@ class Compiler:
         return slot_reader(depth, slot)
 
     def _global_reference(self, variable: Variable, span: Span) -> Node:
+        """Compile a global variable; one that the program assigns is recorded as read."""
         cell = self.global_cell(variable)
         if variable.assigned:
             return cell_reader(self.rt, lambda f: cell, variable.name, span)
@@ -174,6 +180,7 @@ class Compiler:
         return node
 
     def assignment(self, node: ast.Assignment, context: Context) -> Node:
+        """Compile ``set!``."""
         value = self.compile(node.value, context.inner)
         store = self.store(node.target, context.layout, node.span)
 
@@ -243,6 +250,7 @@ class Compiler:
         return bind_global
 
     def _pattern_binder(self, pattern: Any, layout: FrameLayout, span: Span) -> Any:
+        """Return ``bind(frame, value)`` for a destructuring pattern ``(item ... . rest)``."""
         items, rest = pattern
         binders = [self.binder(item, layout, span) for item in items]
         rest_binder = None if rest is False else self.binder(rest, layout, span)
@@ -266,6 +274,7 @@ class Compiler:
         return bind
 
     def define(self, node: ast.Define, context: Context) -> Node:
+        """Compile a definition; the common case, a variable in a slot of this frame, has a fast path."""
         value = self.compile(node.value, context.inner)
         bind = self.binder(node.target, context.layout, node.span)
         span = node.span
@@ -291,11 +300,14 @@ class Compiler:
     # --- control -----------------------------------------------------------------------------------------------
 
     def conditional(self, node: ast.If, context: Context) -> Node:
+        """Compile ``if``."""
         then = self.compile(node.then, context)
         otherwise = self.compile(node.otherwise, context) if node.otherwise is not None else _none
         return self._choice(node.test, then, otherwise, context)
 
     def _choice(self, condition: Any, then: Node, otherwise: Node, context: Context) -> Node:
+        """Compile a test and its branches. A comparison of a variable with a number, and predicates, which always
+        return a boolean, have fast paths; ``not`` exchanges the branches."""
         name, operands = self._intrinsic_use(condition)
         if name == "not" and len(operands) == 1:
             return self._choice(operands[0], otherwise, then, context)
@@ -332,6 +344,7 @@ class Compiler:
         return "", ()
 
     def conjunction(self, node: ast.And, context: Context) -> Node:
+        """Compile ``and``, whose value is that of the first false item or of the last one."""
         if not node.items:
             return lambda f: True
         *tests, last = [*self.compile_all(node.items[:-1], context.inner), self.compile(node.items[-1], context)]
@@ -348,6 +361,7 @@ class Compiler:
         return all_of
 
     def disjunction(self, node: ast.Or, context: Context) -> Node:
+        """Compile ``or``, whose value is that of the first true item or of the last one."""
         if not node.items:
             return lambda f: False
         *tests, last = [*self.compile_all(node.items[:-1], context.inner), self.compile(node.items[-1], context)]
@@ -362,6 +376,8 @@ class Compiler:
         return any_of if tests else last
 
     def body(self, node: ast.Body, context: Context) -> Node:
+        """Compile a body; local variables get their slots before the definitions are compiled, so that functions can
+        refer to later ones."""
         loop = self.analysis.loops.get(id(node))
         if loop is not None:
             return self._loop(loop, context)
@@ -400,6 +416,8 @@ class Compiler:
         return [prepare]
 
     def _loop(self, loop: Loop, context: Context) -> Node:
+        """Compile a named ``let`` in tail position to a Python loop; it becomes generated code after ``rt.hot``
+        turns."""
         function = loop.function
         region = self.analysis.regions[id(function)]
         layout = FrameLayout(context.layout) if region.has_frame else context.layout
@@ -414,10 +432,14 @@ class Compiler:
             return calls.framed_loop(self.rt, plan.mark, starts, binders, body, layout)
         if self.rt.hot is None:
             return calls.plain_loop(self.rt, plan.mark, starts, binders, body)
-        generated = lambda: loop_function(self, loop, layout, context.tail)
-        return calls.counted_loop(self.rt, plan.mark, starts, binders, body, self.rt.hot, generated)
+
+        def generate_loop() -> Callable[[Frame, int], Any] | None:
+            return loop_function(self, loop, layout, context.tail)
+
+        return calls.counted_loop(self.rt, plan.mark, starts, binders, body, self.rt.hot, generate_loop)
 
     def while_loop(self, node: ast.While, context: Context) -> Node:
+        """Compile ``while``."""
         region = self.analysis.regions[id(node)]
         layout = FrameLayout(context.layout) if region.has_frame else context.layout
         inner = Context(layout)
@@ -441,6 +463,7 @@ class Compiler:
         return run
 
     def first(self, node: ast.First, context: Context) -> Node:
+        """Compile ``begin0``: the value of the first expression, then the effects of the others."""
         head, *rest = self.compile_all(node.items, context.inner)
 
         def run(f: Frame) -> Any:
@@ -452,6 +475,7 @@ class Compiler:
         return run
 
     def let_escape(self, node: ast.LetEscape, context: Context) -> Node:
+        """Compile ``let/ec``: the escape procedure raises a signal, and is inactive after the body."""
         bind = self.binder(node.target, context.layout, node.span)
         body = self.compile(node.body, context.inner)
         name = node.name
@@ -471,6 +495,8 @@ class Compiler:
         return run
 
     def guard(self, node: ast.Guard, context: Context) -> Node:
+        """Compile ``guard``. Errors of limits pass, and a caught error is charged, because its message takes time to
+        build."""
         body = self.compile(node.body, context.inner)
         bind = self.binder(node.target, context.layout, node.span)
         handler = self.compile(node.handler, context)
@@ -492,6 +518,7 @@ class Compiler:
     # --- functions ---------------------------------------------------------------------------------------------
 
     def function(self, node: ast.Lambda, context: Context) -> Node:
+        """Compile a ``lambda``; its body is compiled at the first call."""
         layout = FrameLayout(context.layout)
         slots = [layout.add(parameter.target) for parameter in node.parameters]
         inner = Context(layout)
@@ -503,8 +530,8 @@ class Compiler:
             )
             for p, slot in zip(node.parameters, slots)
         ])  # fmt: skip
-        plain = all(p.kind == "required" and p.type is None and not p.in_cell for p in parameters)
-        code = ClosureCode(node.name, parameters, node.usage, len(parameters) if plain else -1, _none)
+        is_plain = all(p.kind == "required" and p.type is None and not p.in_cell for p in parameters)
+        code = ClosureCode(node.name, parameters, node.usage, len(parameters) if is_plain else -1, _none)
         code.body = self._at_first_call(node, code, layout)
         self.codes[id(node)] = code
         self.layouts[id(node)] = layout
@@ -513,8 +540,8 @@ class Compiler:
     def _default(self, node: Any, context: Context, parameters: int) -> Node:
         """Compile the default of a parameter; its local variables are those of a copy of the frame."""
         body = self.compile(node, context)
-        room = (None,) * (context.layout.size - 1 - parameters)
-        return (lambda f: body([*f, *room])) if room else body
+        locals_ = (None,) * (context.layout.size - 1 - parameters)
+        return (lambda f: body([*f, *locals_])) if locals_ else body
 
     def _at_first_call(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> Node:
         """Return a body that compiles the function when it is first called, and again when it becomes hot."""
@@ -529,6 +556,7 @@ class Compiler:
         return first
 
     def _counting(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout, body: Node, hot: int) -> Node:
+        """Return a body that counts its calls and is replaced by generated code at the call number ``hot``."""
         left = hot
 
         def counted(f: Frame) -> Any:
@@ -542,6 +570,7 @@ class Compiler:
         return counted
 
     def application(self, node: ast.Application, context: Context) -> Node:
+        """Compile a call: of a builtin, of a loop's continuation, or of a procedure."""
         head = node.function
         if type(head) is ast.Reference:
             target = head.target
@@ -564,6 +593,7 @@ class Compiler:
         return self.compile(head, context)
 
     def _next_iteration(self, plan: LoopPlan, node: ast.Application, context: Context) -> Node:
+        """Compile the continuation of a loop: assign its variables and return its marker."""
         arguments = self.compile_all(node.arguments, context.inner)
         if plan.own_frame:
             return calls.next_framed_iteration(self.rt, plan.mark, arguments)
@@ -597,6 +627,8 @@ class Compiler:
         return calls.builtin_call(self.rt, builtin, arguments, node.span)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application, context: Context) -> Node | None:
+        """Compile a call of a builtin with a fast path, or return None; more than two operands are nested to the
+        left."""
         operands = node.arguments
         if len(operands) == 1 and name in intrinsics.UNARY:
             slow_one = calls.slow_call(self.rt, builtin, node.span)
@@ -611,7 +643,10 @@ class Compiler:
         if len(operands) != 2:
             return None
         slow_call = calls.slow_call(self.rt, builtin, node.span)
-        slow = lambda x, y: slow_call([x, y])
+
+        def slow(x: Any, y: Any) -> Any:
+            return slow_call([x, y])
+
         left = self._local_slot(operands[0], context)
         number = operands[1].value if type(operands[1]) is ast.Constant else None
         if left is not None and type(number) in (int, float) and name in intrinsics.SLOT_CONSTANT:
@@ -631,6 +666,7 @@ class Compiler:
         return None
 
     def array(self, node: ast.ArrayLiteral, context: Context) -> Node:
+        """Compile an array literal; one of constants is computed now."""
         items = self.compile_all(node.items, context.inner)
         span = node.span
         if all(type(item) is ast.Constant for item in node.items):
@@ -643,21 +679,27 @@ class Compiler:
         return calls.array_node(self.rt, items, span)
 
     def for_loop(self, node: ast.For, context: Context) -> Node:
+        """Compile a ``for`` form."""
         return comprehension.compile_for(self, node, context)
 
     def bind(self, node: ast.Bind, context: Context) -> Node:
+        """Compile ``bind`` of a word."""
         return calls.compile_bind(self, node, context)
 
     def call(self, node: ast.Call, context: Context) -> Node:
+        """Compile ``call`` of a word."""
         return calls.compile_call(self, node, context)
 
     def union(self, node: ast.Union, context: Context) -> Node:
+        """Compile ``union``."""
         return calls.compile_union(self, node, context)
 
     def union_loop(self, node: ast.UnionLoop, context: Context) -> Node:
+        """Compile ``union-loop``."""
         return calls.compile_union_loop(self, node, context)
 
     def transform(self, node: ast.Transform, context: Context) -> Node:
+        """Compile ``transform``."""
         return calls.compile_transform(self, node, context)
 
     def embedded(self, node: Any, layout: FrameLayout) -> Node:
@@ -666,6 +708,7 @@ class Compiler:
         return self.define(node, context) if type(node) is ast.Define else self.compile(node, context)
 
     def region(self, node: Any) -> Region:
+        """Return the region of a function or loop."""
         return self.analysis.regions[id(node)]
 
 
@@ -681,6 +724,7 @@ _COMPILERS: dict[type, Any] = {
 
 
 def _none(f: Frame) -> None:
+    """Node of a missing expression, such as the ``else`` branch of an ``if`` without one."""
     return None
 
 
@@ -707,7 +751,7 @@ def _sequence(steps: list[Node]) -> Node:
 
 
 def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> None:
-    """Replace the body of a function by generated code, if possible."""
+    """Replace the body of a function by generated code, unless the generator or CPython rejects it."""
     try:
         writer = generate.FunctionWriter(compiler, layout, node.body)
         entry = writer.function(node, code)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 
 Step = Callable[[Frame, Any], Any]  # takes the frame and the accumulator; returns True to end all loops
+_MAX_SUM_BITS = 4_000  # of a sum on the fast path, as in ``intrinsics``
 
 
 def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
@@ -29,8 +30,8 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
     from scenelang.interpreter.compile.compile import Context as MakeContext
 
     rt = compiler.rt
-    framed = compiler.region(node).has_frame
-    layout = FrameLayout(context.layout) if framed else context.layout
+    has_frame = compiler.region(node).has_frame
+    layout = FrameLayout(context.layout) if has_frame else context.layout
     inner = MakeContext(layout)
     starts = [compiler.compile(accumulator.value, context.inner) for accumulator in node.accumulators]
     accumulators = [compiler.binder(a.target, layout, node.span) for a in node.accumulators]
@@ -43,14 +44,15 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
     step = kind.step(rt, body, node.span)
     if accumulators:
         step = _fold_step(rt, body, accumulators, node.span)
-    first_outside = bool(node.clauses) and not node.accumulators and framed
+    # The first sequence is evaluated in the frame around the loop, so its turns create the loop's frames.
+    creates_frames = bool(node.clauses) and not node.accumulators and has_frame
     for number, level in reversed(list(enumerate(levels))):
-        step = level(rt, step, layout if framed else None, first_outside and number == 0)
+        step = level(rt, step, layout if has_frame else None, is_new=creates_frames and number == 0)
 
     def run(f: Frame) -> Any:
         out = kind.start(rt) if not starts else [start(f) for start in starts]
         frame = f
-        if framed and not first_outside:
+        if has_frame and not creates_frames:
             frame = [f, *([None] * (layout.size - 1))]
         for bind, value in zip(accumulators, out if starts else ()):
             bind(frame, value)
@@ -66,18 +68,25 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
 
 
 def _level(compiler: Compiler, clause: ast.Clause, outer: Any, inner: Any, span: Span) -> Any:
-    """Return a function that wraps a step in the loop or test of a clause."""
-    if clause.kind == "each":
-        values = compiler.compile_all(clause.values, outer)
-        binders = [compiler.binder(target, inner.layout, span) for target in clause.targets]
-        slot = compiler.plain_slot(clause.targets[0], inner.layout) if len(binders) == 1 else None
-        return lambda rt, step, layout, fresh: (
-            _each_slot(rt, values[0], slot, step, clause.values[0].span)
-            if slot is not None and layout is None
-            else _each(rt, values, binders, step, layout, fresh, clause, span)
-        )
-    test = compiler.compile(clause.values[0], outer)
-    return lambda rt, step, layout, fresh: _TESTS[clause.kind](test, step, layout, fresh)
+    """Return a function that wraps a step in the loop or test of a clause.
+
+    It takes the runtime, the step, the layout of the loop's frames (None if it has none), and ``is_new``: whether the
+    clause creates these frames.
+    """
+    if clause.kind != "each":
+        test = compiler.compile(clause.values[0], outer)
+        return lambda rt, step, layout, is_new: _TESTS[clause.kind](test, step, layout, is_new=is_new)
+    values = compiler.compile_all(clause.values, outer)
+    spans = [value.span for value in clause.values]
+    binders = [compiler.binder(target, inner.layout, span) for target in clause.targets]
+    slot = compiler.plain_slot(clause.targets[0], inner.layout) if len(binders) == 1 else None
+
+    def wrap(rt: Runtime, step: Step, layout: Any, is_new: bool) -> Step:
+        if slot is not None and layout is None:
+            return _each_slot(rt, values[0], slot, step, spans[0])
+        return _each(rt, tuple(zip(values, spans)), binders, step, layout, is_new=is_new)
+
+    return wrap
 
 
 def _each_slot(rt: Runtime, value: Node, slot: int, step: Step, place: Span) -> Step:
@@ -103,29 +112,39 @@ def _each_slot(rt: Runtime, value: Node, slot: int, step: Step, place: Span) -> 
 
 
 def _each(
-    rt: Runtime, values: Sequence[Node], binders: Sequence[Any], step: Step, layout: Any, fresh: bool,
-    clause: ast.Clause, span: Span,
-) -> Step:  # fmt: skip
+    rt: Runtime, values: Sequence[tuple[Node, Span]], binders: Sequence[Any], step: Step, layout: Any, *, is_new: bool
+) -> Step:
+    """Loop over one sequence, or several in step.
+
+    Parameters
+    ----------
+    values
+        The compiled sequences with their spans.
+    layout
+        Layout of the frame of each turn; None if the turns share the frame around the loop.
+    is_new
+        Whether a turn creates its frame, rather than a copy of that of an outer clause.
+    """
     tick = rt.tick
-    places = [value.span for value in clause.values]
 
     def iteration_frame(f: Frame) -> Frame:
         """Return the frame of an iteration: ``f`` itself, or a new one if closures capture variables."""
         if layout is None:
             return f
-        return [f, *([None] * (layout.size - 1))] if fresh else f[:]
+        return [f, *([None] * (layout.size - 1))] if is_new else f[:]
 
     def sequences(f: Frame) -> list[Any]:
-        found = []
-        for value, place in zip(values, places):
+        """Evaluate the sequences in order."""
+        iterators = []
+        for value, span in values:
             sequence = value(f)
             try:
-                found.append(iterate(rt, sequence))
+                iterators.append(iterate(rt, sequence))
             except SceneError as error:
                 if error.span is None:
-                    error.span = place
+                    error.span = span
                 raise
-        return found
+        return iterators
 
     if len(values) == 1:
         (bind,) = binders
@@ -155,30 +174,37 @@ def _each(
     return run
 
 
-def _entered(layout: Any, fresh: bool, f: Frame) -> Frame:
-    return [f, *([None] * (layout.size - 1))] if fresh and layout is not None else f
+def _entered(layout: Any, f: Frame, *, is_new: bool) -> Frame:
+    """Return the frame of the step after a test."""
+    return [f, *([None] * (layout.size - 1))] if is_new and layout is not None else f
 
 
-def _when(test: Node, step: Step, layout: Any, fresh: bool) -> Step:
+def _when(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
+    """Take the step if the test is true."""
+
     def run(f: Frame, out: Any) -> Any:
         value = test(f)
-        return False if value is False or value is None else step(_entered(layout, fresh, f), out)
+        return False if value is False or value is None else step(_entered(layout, f, is_new=is_new), out)
 
     return run
 
 
-def _unless(test: Node, step: Step, layout: Any, fresh: bool) -> Step:
+def _unless(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
+    """Take the step if the test is false."""
+
     def run(f: Frame, out: Any) -> Any:
         value = test(f)
-        return step(_entered(layout, fresh, f), out) if value is False or value is None else False
+        return step(_entered(layout, f, is_new=is_new), out) if value is False or value is None else False
 
     return run
 
 
-def _break(test: Node, step: Step, layout: Any, fresh: bool) -> Step:
+def _break(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
+    """End all loops if the test is true, else take the step."""
+
     def run(f: Frame, out: Any) -> Any:
         value = test(f)
-        return step(_entered(layout, fresh, f), out) if value is False or value is None else True
+        return step(_entered(layout, f, is_new=is_new), out) if value is False or value is None else True
 
     return run
 
@@ -207,10 +233,13 @@ class _Kind:
 
     @staticmethod
     def start(rt: Runtime) -> Any:
+        """Return the initial accumulator, a mutable object."""
         return []
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
+        """Return the step that updates the accumulator with a value of the body."""
+
         def step(f: Frame, out: Any) -> Any:
             out.append(body(f))
 
@@ -218,10 +247,13 @@ class _Kind:
 
     @staticmethod
     def finish(rt: Runtime, out: Any) -> Any:
+        """Return the result of the form for the final accumulator."""
         return make_list(out)
 
 
 class _Each(_Kind):
+    """``for``: only the effects of the body."""
+
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
         def step(f: Frame, out: Any) -> Any:
@@ -235,10 +267,12 @@ class _Each(_Kind):
 
 
 class _List(_Kind):
-    pass
+    """``for/list``."""
 
 
 class _Union(_Kind):
+    """``for/union``: the parts of all values; entities and posed entities need no conversion."""
+
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
         def step(f: Frame, out: Any) -> Any:
@@ -259,6 +293,8 @@ class _Union(_Kind):
 
 
 class _Append(_Kind):
+    """``for/append``: the items of all values."""
+
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
         add = item_adder(rt, span)
@@ -266,6 +302,8 @@ class _Append(_Kind):
 
 
 class _Sum(_Kind):
+    """``for/sum``: numbers are added inline, arrays and long Integers by ``+``."""
+
     @staticmethod
     def start(rt: Runtime) -> Any:
         return [0]
@@ -278,9 +316,9 @@ class _Sum(_Kind):
             value = body(f)
             if type(value) is float or type(value) is int:
                 out[0] += value
-                if type(out[0]) is float or out[0].bit_length() < 4000:
+                if type(out[0]) is float or out[0].bit_length() < _MAX_SUM_BITS:
                     return
-                out[0] -= value
+                out[0] -= value  # `+` adds it again, and checks the size
             try:
                 out[0] = plus(rt, out[0], value)
             except SceneError as error:
@@ -304,6 +342,8 @@ class _Quantifier(_Kind):
 
 
 class _And(_Quantifier):
+    """``for/and``: the last value, or false at the first false one."""
+
     @staticmethod
     def start(rt: Runtime) -> Any:
         return [True]
@@ -321,6 +361,8 @@ class _And(_Quantifier):
 
 
 class _Or(_Quantifier):
+    """``for/or``: the first true value."""
+
     @staticmethod
     def start(rt: Runtime) -> Any:
         return [False]
@@ -338,6 +380,8 @@ class _Or(_Quantifier):
 
 
 class _First(_Quantifier):
+    """``for/first``: the value of the first turn."""
+
     @staticmethod
     def start(rt: Runtime) -> Any:
         return [False]
@@ -352,12 +396,16 @@ class _First(_Quantifier):
 
 
 class _Fold(_Kind):
+    """``for/fold``: the accumulators; ``_fold_step`` is the step."""
+
     @staticmethod
     def finish(rt: Runtime, out: Any) -> Any:
         return out[0] if len(out) == 1 else make_list(out)
 
 
 class _Table(_Kind):
+    """``for/table``: a table of the pairs of key and value that the body returns."""
+
     @staticmethod
     def start(rt: Runtime) -> Any:
         return {}
@@ -380,6 +428,8 @@ class _Table(_Kind):
 
 
 class _Set(_Kind):
+    """``for/set``: the distinct values."""
+
     @staticmethod
     def start(rt: Runtime) -> Any:
         return {}

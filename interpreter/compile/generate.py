@@ -1,12 +1,17 @@
 """Generator of Python functions for hot code: one function per ``lambda`` or loop of the core AST.
 
+Closures remain the tier for cold code: compiling a function to Python costs about 20 microseconds per line, as much as
+a hundred or more calls of it as closures, and most functions of a published program are called less often. Both tiers
+share frames, helpers and error messages; ``tests/differential.py`` compares them.
+
 Variables are Python's local variables; those that closures capture are also stored in the frame, with the addresses
 that the closures of ``compile`` use, so that code of both tiers shares frames. Statements are written one per line: the
 line number of a call in a traceback is the key of its *site* (see ``generated``), so that no call needs a ``try``. No
 text of a program enters the source: variables are numbered, and values are constants of the function's namespace.
 
-What has no translation here is compiled to a closure and called with the frame (``_embed``). Code that is too deep or
-too long for CPython stays with the closures.
+Forms without a translation here (``guard``, ``let/ec``, patterns, loops whose variables closures capture) are compiled
+to closures and called with the frame (``_embed``). Code that is too deep or too long for CPython stays with the
+closures.
 """
 
 from __future__ import annotations
@@ -21,16 +26,11 @@ from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls, generated, intrinsics
 from scenelang.interpreter.compile.analyse import (
-    ANY,
-    BOOLEAN,
-    TRUE,
     FrameLayout,
     Loop,
     LoopKinds,
-    NumberKind,
     children,
     enters_library,
-    joined,
     pattern_variables,
     tail_nodes,
     walk,
@@ -45,6 +45,20 @@ from scenelang.interpreter.compile.generated import (
     Text,
     Unsupported,
 )
+from scenelang.interpreter.compile.kinds import (
+    ANY,
+    BOOLEAN,
+    CONS,
+    EMBEDDING,
+    FUNCTION,
+    LIST,
+    NEVER,
+    PART,
+    VECTOR,
+    Kind,
+    join,
+    kind_of_operand,
+)
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, ClosureCode, Frame, Node
 from scenelang.interpreter.runtime.show import array_literal
@@ -53,19 +67,20 @@ from scenelang.interpreter.runtime.types import Builtin
 if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler
 
-_MAX_NODES = 3_000  # longer code stays with the closures
-_MAX_LOOPS = 50  # in a function; the inner loops of a nest are written once for every loop around them
-_MAX_ARITY = 8
-_MIN_CHARGED = 32  # builtins with more arguments are charged by their call
-MAX_BITS = 1_000  # Integers of fewer bits are added and multiplied without a check of their size
-
-
-_FRAME = re.compile(r"\bF\b")
+_MAX_NODES = 3_000  # of a function; longer code stays with the closures
+_MAX_LOOPS = 50  # of a function: the inner loops of a nest are analyzed once for every loop around them
+_MAX_ARITY = 8  # parameters of a function; ``_ADAPTERS`` of ``compile`` has one adapter for each number of them
+_MAX_UNCHARGED = 32  # arguments of a builtin; ``call_builtin`` charges for more (``_MIN_CHARGED`` of ``procedures``)
+_MAX_INLINE_LIST = 4  # items of ``(list ...)`` that are written as nested pairs
+_FRAME = re.compile(r"\bF\b")  # the frame of a generated function, in its text
 
 
 @dataclass(eq=False, slots=True)
 class LoopCode:
-    """Loop that is being written: its parameters by variable, the counter of its turns, and its parent in the tail."""
+    """Loop that is being written: its function, and the local variable that counts its turns.
+
+    ``number`` identifies the loop in the text: ``q = number`` before a ``break`` selects the outer loop that continues.
+    """
 
     variable: Variable
     function: ast.Lambda
@@ -76,9 +91,9 @@ class LoopCode:
 
 @dataclass(frozen=True, slots=True)
 class Dest:
-    """Where a value goes: a variable, the end of the function, or nowhere.
+    """Destination of a value: a variable, the result of the function, or none.
 
-    ``loops`` are those that end with the value, the innermost last.
+    ``loops`` are the loops that the value ends, the innermost last.
     """
 
     name: str | None = None
@@ -87,6 +102,7 @@ class Dest:
 
     @property
     def exits(self) -> bool:
+        """Whether control leaves the current statements with the value."""
         return self.returns or bool(self.loops)
 
 
@@ -97,7 +113,11 @@ _FOR_KINDS = frozenset({*_COLLECTING, "each", "sum", "and", "or", "first", "fold
 
 
 class FunctionWriter(Text):
-    """FunctionWriter of one function."""
+    """Writer of one generated function.
+
+    Expressions are written as statements that assign temporaries, plus a Python expression of the value (``value``);
+    statements send their value to a destination (``into``).
+    """
 
     def __init__(self, compiler: Compiler, layout: FrameLayout, root: Any) -> None:
         super().__init__(compiler, layout)
@@ -128,17 +148,19 @@ class FunctionWriter(Text):
                 stack.extend(children(node))
 
     def is_embedded(self, node: Any) -> bool:
+        """Return whether a form has no translation, so that it is called as a closure."""
         if type(node) is ast.Define:
             return isinstance(node.target, tuple)
         if type(node) is ast.For:
             targets = [a.target for a in node.accumulators] + [t for c in node.clauses for t in c.targets]
-            plain = node.kind in _FOR_KINDS and not any(isinstance(target, tuple) for target in targets)
-            return self.compiler.region(node).has_frame or not plain
+            is_plain = node.kind in _FOR_KINDS and not any(isinstance(target, tuple) for target in targets)
+            return self.compiler.region(node).has_frame or not is_plain
         if type(node) is ast.While:
             return self.compiler.region(node).has_frame
         return isinstance(node, _EMBEDDED)
 
     def _survey_embedded(self, root: Any) -> None:
+        """Record the variables that a closure for an embedded form reads, assigns or defines."""
         for node in walk(root):
             if type(node) is ast.Reference and isinstance(node.target, Variable):
                 self.embedded.add(node.target)
@@ -152,58 +174,66 @@ class FunctionWriter(Text):
     # --- whole functions -----------------------------------------------------------------------------------------
 
     def function(self, node: ast.Lambda, code: ClosureCode) -> Callable[..., Any]:
-        plain = code.arity >= 0
+        """Write and compile a function; return ``g(env, *arguments)``, or ``g(frame)`` if its parameters are not all
+        plain."""
+        is_plain = code.arity >= 0  # arguments are parameters of the generated function, not slots of a frame
         if code.arity > _MAX_ARITY:
             raise Unsupported
         names = [self.fresh("v") for _ in node.parameters]
         self._find_itself(code)
-        self.line(f"def g({', '.join(['e', *names]) if plain else 'f'}):")
+        self.line(f"def g({', '.join(['e', *names]) if is_plain else 'f'}):")
         self.indent = 1
         self.line("try:")
         self.indent = 2
-        looping = plain and self.direct is not None and self._has_self_tail(node.body)
-        if looping:
+        if is_plain and self.direct is not None and self._has_self_tail(node.body):
             self.open("while True:")
             self.self_tail = tuple(names)
-        place = self.prologue(plain)
+        frame_line = self.prologue(is_plain=is_plain)
         for parameter, name, slot in zip(node.parameters, names, range(1, len(names) + 1)):
             target = parameter.target
-            if not plain:
+            if not is_plain:
                 self.line(f"{name} = f[{slot}]")
             if target is not None and not self.in_frame_only(target):
                 self.names[target] = name
                 if target.assigned:
                     self.mutable.add(name)
         self.into(node.body, Dest(returns=True))
-        self._finish_frame(place, names, plain)
+        self._finish_frame(frame_line, names, is_plain=is_plain)
         if not self.returns_tail:
             for number in self.own_checks:
                 text = self.lines[number]
                 self.lines[number] = text[: len(text) - len(text.lstrip())] + "pass"
         return self._compiled()
 
-    def prologue(self, plain: bool) -> int:
-        """Write the creation of the frame; return its line, which is completed when its size is known."""
-        self.frames[self.base] = "F" if plain else "f"
+    def prologue(self, *, is_plain: bool) -> int:
+        """Write a line for the creation of the frame, and return its index; ``_finish_frame`` completes it."""
+        self.frames[self.base] = "F" if is_plain else "f"
         self.line("pass")
         return len(self.lines) - 1
 
-    def _finish_frame(self, place: int, names: Sequence[str], plain: bool) -> None:
-        text = self.lines[place]
+    def _finish_frame(self, index: int, names: Sequence[str], *, is_plain: bool) -> None:
+        """Write the creation of the frame, whose size is known after the body, in line ``index``, if it is needed."""
+        text = self.lines[index]
         assert text.strip() == "pass"
-        start = text[: text.index("pass")]
+        indent = text[: text.index("pass")]
         missing = self.base.size - 1 - len(names)
-        if not plain:
+        if not is_plain:
             if missing:
-                self.lines[place] = f"{start}f.extend({self.constant((None,) * missing)})"
+                self.lines[index] = f"{indent}f.extend({self.constant((None,) * missing)})"
         elif self.uses_frame:
-            self.lines[place] = f"{start}F = [{', '.join(['e', *names, *['None'] * missing])}]"
+            self.lines[index] = f"{indent}F = [{', '.join(['e', *names, *['None'] * missing])}]"
 
     @property
     def uses_frame(self) -> bool:
+        """Whether a line mentions the frame; most functions keep all variables in local ones and create none."""
         return any(_FRAME.search(line) for line in self.lines)
 
     def loop(self, loop: Loop, tail: bool) -> Callable[[Frame, int], Any]:
+        """Write and compile a loop that the closures began; return ``g(frame, done)``.
+
+        ``done`` is the number of turns that are not charged yet. In tail position of its function (``tail``) the loop
+        may return a tail call.
+        """
         self.line("def g(f, done):")
         self.indent = 1
         self.line("try:")
@@ -235,6 +265,11 @@ class FunctionWriter(Text):
             self.line(f"{self.name_of(target)} = f[{self.base.slots[target]}]")
 
     def _compiled(self) -> Callable[..., Any]:
+        """Compile the lines to a function, whose handler locates errors by the line in the traceback.
+
+        One handler per function and a table from lines to calls keep the text shorter to compile than a ``try`` per
+        call.
+        """
         self.indent = 1
         self.line("except CAUGHT as error:")
         self.indent = 2
@@ -249,11 +284,12 @@ class FunctionWriter(Text):
         return entry
 
     def _find_itself(self, code: ClosureCode) -> None:
+        """Record the global variable whose value is this function, if there is one, for direct calls of itself."""
         for cell in self.compiler.global_cells_of(code):
             self.direct = (cell.value, self.constant(cell))
 
     def _has_self_tail(self, body: Any) -> bool:
-        """Whether the function calls itself in tail position, outside of loops."""
+        """Return whether the function calls itself in tail position, outside of loops."""
         assert self.direct is not None
         itself = self.direct[0]
         for node in tail_nodes(body, self.compiler.analysis.loops):
@@ -263,14 +299,13 @@ class FunctionWriter(Text):
                     return True
         return False
 
-    # --- lines and names -----------------------------------------------------------------------------------------
-
     # --- variables -----------------------------------------------------------------------------------------------
 
     def reference(self, node: ast.Reference) -> CodeText:
+        """Return the value of a variable, checked for a definition where it may have none yet."""
         target = node.target
         if not isinstance(target, Variable):
-            return CodeText(self.constant(target), TRUE)
+            return CodeText(self.constant(target), FUNCTION)
         if target.is_global:
             return self._global_reference(target, node)
         name = self.names.get(target)
@@ -279,9 +314,9 @@ class FunctionWriter(Text):
             if self.in_cell(target):
                 return self.read_cell(text, target, node)
             if target.recursive:
-                found = self.temporary(CodeText(text))
-                self.check_defined(found.text, target, node)
-                return found
+                value = self.temporary(CodeText(text))
+                self.check_defined(value.text, target, node)
+                return value
             return self.temporary(CodeText(text)) if target.assigned else CodeText(text, ANY, True, False)
         if target.recursive and name not in self.kinds:
             self.check_defined(name, target, node)
@@ -294,15 +329,15 @@ class FunctionWriter(Text):
         name = self.constant(cell)
         if target.assigned:
             return self.read_cell(name, target, node)
-        found = self.temporary(CodeText(f"{name}.value"))
+        value = self.temporary(CodeText(f"{name}.value"))
         if cell.value is UNDEFINED:
-            self.check_defined(found.text, target, node)
-        return found
+            self.check_defined(value.text, target, node)
+        return value
 
     # --- expressions ---------------------------------------------------------------------------------------------
 
     def value(self, node: Any) -> CodeText:
-        """Write what a node needs, and return the Python expression of its value."""
+        """Write the statements that a node needs, and return the Python expression of its value."""
         kind = type(node)
         if kind is ast.Constant:
             return self.literal(node.value)
@@ -312,10 +347,10 @@ class FunctionWriter(Text):
             target = node.function.target
             if isinstance(target, Builtin):
                 return self.builtin(target, node)
-        simple = _VALUES.get(kind)
-        if simple is not None:
-            found: CodeText = simple(self, node)
-            return found
+        write = _VALUES.get(kind)
+        if write is not None:
+            code: CodeText = write(self, node)
+            return code
         if self.is_embedded(node):
             return self._embed(node)
         if kind is ast.Application:
@@ -326,23 +361,28 @@ class FunctionWriter(Text):
             return self._while(node)
         name = self.fresh("t")
         result = self.into(node, Dest(name))
-        self.kinds[name] = result or ANY
+        self.kinds[name] = ANY if result is NEVER else result
         return CodeText(name, self.kinds[name])
 
-    def operands(self, nodes: Sequence[Any], atomic: bool = True) -> list[CodeText]:
-        """Return the values of several nodes, evaluated in order, as names or constants, or pure expressions."""
-        found = []
+    def operands(self, nodes: Sequence[Any], *, atomic: bool = True) -> list[CodeText]:
+        """Return the values of several nodes, evaluated in order, as names or constants; if not ``atomic``, also as
+        pure expressions."""
+        values = []
         for node in nodes:
             code = self.value(node)
-            found.append(code if code.atomic or (code.pure and not atomic) else self.temporary(code))
-        return found
+            values.append(code if code.atomic or (code.pure and not atomic) else self.temporary(code))
+        return values
 
     def _embed(self, node: Any) -> CodeText:
+        """Write a call of a closure for a form without a translation."""
         run = self.compiler.embedded(node, self.layout)
         return self.temporary(CodeText(f"{self.constant(run)}({self.frames[self.layout]})"))
 
     def by_values(self, make: Callable[[list[Node]], Node], nodes: Sequence[Any]) -> CodeText:
-        """Evaluate nodes, and call a closure that expects them as compiled nodes with the list of their values."""
+        """Evaluate nodes, and call the closure that ``make`` compiles for them.
+
+        The closure gets the tuple of values as its frame, and its operands read their items.
+        """
         run = make([itemgetter(i) for i in range(len(nodes))])
         values = self.operands(nodes)
         return self.temporary(CodeText(f"{self.constant(run)}(({''.join(f'{v.text}, ' for v in values)}))"))
@@ -351,9 +391,10 @@ class FunctionWriter(Text):
         code = self.compiler.codes.get(id(node))
         if code is None:
             raise Unsupported
-        return self.temporary(CodeText(f"Closure({self.constant(code)}, {self.frames[self.layout]})", TRUE))
+        return self.temporary(CodeText(f"Closure({self.constant(code)}, {self.frames[self.layout]})", FUNCTION))
 
     def _assignment(self, node: ast.Assignment) -> CodeText:
+        """Write ``set!`` of a variable in a cell, a local variable or a slot."""
         value = self.atom(self.value(node.value))
         target = node.target
         if target.is_global or self.in_cell(target):
@@ -367,9 +408,11 @@ class FunctionWriter(Text):
         return CodeText("None")
 
     def _array(self, node: ast.ArrayLiteral) -> CodeText:
+        """Write an array literal; three numbers of one type become a Vector without a call."""
         if all(type(item) is ast.Constant for item in node.items):
             try:
-                return CodeText(self.constant(array_literal([item.value for item in node.items])), TRUE)  # type: ignore[union-attr]
+                value = array_literal([item.value for item in node.items])  # type: ignore[union-attr]
+                return CodeText(self.constant(value), kind_of_operand(value))
             except SceneError:
                 pass  # reported at run time
         if len(node.items) != 3:
@@ -377,8 +420,8 @@ class FunctionWriter(Text):
         values = self.operands(node.items)
         texts = [v.text for v in values]
         kinds = [self.kind_of(v) for v in values]
-        if all(k.type == "f" for k in kinds) or all(k.type == "i" for k in kinds):
-            return self.temporary(CodeText(f"Vector(({', '.join(texts)}))", TRUE))
+        if all(kind.tag == "Float" for kind in kinds) or all(kind.tag == "Integer" for kind in kinds):
+            return self.temporary(CodeText(f"Vector(({', '.join(texts)}))", VECTOR))
         run = self.constant(generated.vector_maker(self.rt, node.span))
         return self.temporary(CodeText(f"{run}({', '.join(texts)})"))
 
@@ -393,30 +436,36 @@ class FunctionWriter(Text):
         slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span))
         test = f"type({part.text}) is Entity and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
         text = f"Pair({part.text}, {matrix.text}) if {test} else {slow}(({part.text}, {matrix.text}))"
-        return self.temporary(CodeText(text, TRUE))
+        return self.temporary(CodeText(text, PART))
 
     def _union(self, node: ast.Union) -> CodeText:
         return self.by_values(lambda nodes: calls.union_node(self.rt, nodes, node), node.members)
 
     def _union_loop(self, node: ast.UnionLoop) -> CodeText:
-        make = lambda nodes: calls.union_loop_node(self.rt, nodes[0], nodes[1], node.span)
-        return self.by_values(make, (node.count, node.function))
+        def compiled(nodes: list[Node]) -> Node:
+            return calls.union_loop_node(self.rt, nodes[0], nodes[1], node.span)
+
+        return self.by_values(compiled, (node.count, node.function))
 
     def _bind(self, node: ast.Bind) -> CodeText:
-        make = lambda nodes: calls.bind_node(self.rt, nodes[0], nodes[1], node.span)
-        return self.by_values(make, (node.word, node.function))
+        def compiled(nodes: list[Node]) -> Node:
+            return calls.bind_node(self.rt, nodes[0], nodes[1], node.span)
+
+        return self.by_values(compiled, (node.word, node.function))
 
     def _entity(self, node: ast.Call) -> CodeText:
-        make = lambda nodes: calls.call_node(self.rt, nodes[0], nodes[1:], node)
-        return self.by_values(make, (node.word, *calls.call_operands(node)))
+        def compiled(nodes: list[Node]) -> Node:
+            return calls.call_node(self.rt, nodes[0], nodes[1:], node)
+
+        return self.by_values(compiled, (node.word, *calls.call_operands(node)))
 
     def _handle(self, node: ast.HandleLiteral) -> CodeText:
-        return CodeText(self.constant(self.rt.handle(node.name)), TRUE)
+        return CodeText(self.constant(self.rt.handle(node.name)), EMBEDDING)
 
     # --- tests ---------------------------------------------------------------------------------------------------
 
     def test(self, node: Any) -> str:
-        """Write what a test needs, and return its Python condition."""
+        """Write the statements that a test needs, and return its Python condition."""
         kind = type(node)
         if kind is ast.Application and type(node.function) is ast.Reference:
             target = node.function.target
@@ -445,10 +494,11 @@ class FunctionWriter(Text):
     # --- statements ----------------------------------------------------------------------------------------------
 
     def effect(self, node: Any) -> None:
+        """Write a node whose value is not used."""
         self.into(node, NOWHERE)
 
-    def into(self, node: Any, dest: Dest) -> NumberKind | None:
-        """Write a node and send its value to ``dest``; return the kind of the value, or None if there is none."""
+    def into(self, node: Any, dest: Dest) -> Kind:
+        """Write a node and send its value to ``dest``; return the kind of the value, NEVER if there is none."""
         kind = type(node)
         if kind is ast.If:
             return self._if(node, dest)
@@ -470,7 +520,7 @@ class FunctionWriter(Text):
             return self.finish(dest, code)
         return self.finish(dest, self.value(node))
 
-    def finish(self, dest: Dest, code: CodeText) -> NumberKind:
+    def finish(self, dest: Dest, code: CodeText) -> Kind:
         """Send a value to its destination, and leave the loops that end with it."""
         kind = self.kind_of(code)
         if dest.loops and not (code.atomic and code.pure):
@@ -491,11 +541,13 @@ class FunctionWriter(Text):
         return kind
 
     def _leave(self, loops: Sequence[LoopCode]) -> None:
+        """Charge for the turns of loops that are left."""
         for loop in reversed(loops):
             if loop.counter is not None:
                 self.line(f"charge({loop.counter})")
 
-    def _if(self, node: ast.If, dest: Dest) -> NumberKind | None:
+    def _if(self, node: ast.If, dest: Dest) -> Kind:
+        """Write an ``if`` statement; return the join of the kinds of its branches."""
         test = self.test(node.test)
         kinds = dict(self.kinds)
         self.line(f"if {test}:")
@@ -510,25 +562,26 @@ class FunctionWriter(Text):
             self.line("else:")
             self.indent += 1
         if node.otherwise is None:
-            other: NumberKind | None = self.finish(dest, CodeText("None"))
+            other = self.finish(dest, CodeText("None"))
         else:
             other = self.into(node.otherwise, dest)
         if not dest.exits:
             self.line("pass")
             self.indent -= 1
         self.kinds = kinds
-        return joined(then, other)
+        return join(then, other)
 
-    def _and_or(self, node: Any, dest: Dest) -> NumberKind | None:
+    def _and_or(self, node: Any, dest: Dest) -> Kind:
+        """Write ``and`` or ``or`` as nested ``if`` statements, whose values all go to ``dest``."""
         is_and = type(node) is ast.And
         if not node.items:
             return self.finish(dest, CodeText(repr(is_and), BOOLEAN))
         *tests, last = node.items
         kinds, indent = None, self.indent
-        result: NumberKind | None = None
+        result = NEVER
         for item in tests:
             code = self.value(item)
-            if self.kind_of(code).type == "b":
+            if self.kind_of(code).tag == "Boolean":
                 truth, code = code.text, CodeText(repr(not is_and), BOOLEAN)
             else:
                 code, result = self.atom(code), ANY
@@ -542,15 +595,16 @@ class FunctionWriter(Text):
             if not dest.exits:
                 self.line("else:")
                 self.indent += 1
-        found = self.into(last, dest)
+        last_kind = self.into(last, dest)
         if self.indent != indent:
             self.line("pass")
         self.indent = indent
         if kinds is not None:
             self.kinds = kinds
-        return joined(BOOLEAN if tests and result is None else result, found)
+        return join(BOOLEAN if tests and result is NEVER else result, last_kind)
 
-    def _body(self, node: ast.Body, dest: Dest) -> NumberKind | None:
+    def _body(self, node: ast.Body, dest: Dest) -> Kind:
+        """Write a body: its definitions and effects, then its value."""
         loop = self.compiler.analysis.loops.get(id(node))
         if loop is not None:
             return self._loop_body(loop, dest)
@@ -564,6 +618,7 @@ class FunctionWriter(Text):
         return self.into(last, dest)
 
     def _prepare(self, node: ast.Body) -> None:
+        """Write the undefined state of variables that code may read or capture before their definition."""
         for item in node.items:
             if type(item) is not ast.Define:
                 continue
@@ -584,6 +639,7 @@ class FunctionWriter(Text):
                         self.line(f"{self.slot_text(variable)} = U")
 
     def _define(self, node: ast.Define) -> None:
+        """Write a definition of a body."""
         if self.is_embedded(node):
             self._embed(node)
             return
@@ -595,7 +651,8 @@ class FunctionWriter(Text):
 
     # --- loops ---------------------------------------------------------------------------------------------------
 
-    def _loop_body(self, loop: Loop, dest: Dest) -> NumberKind | None:
+    def _loop_body(self, loop: Loop, dest: Dest) -> Kind:
+        """Write a loop from its start."""
         function = loop.function
         region = self.compiler.analysis.regions[id(function)]
         starts = self.operands(loop.start.arguments)
@@ -611,6 +668,7 @@ class FunctionWriter(Text):
         return self.write_loop(loop, dest, kinds)
 
     def _set_parameter(self, variable: Variable, text: str) -> None:
+        """Write the first value of a loop's parameter."""
         if self.in_frame_only(variable):
             if self.in_cell(variable):
                 raise Unsupported
@@ -621,12 +679,14 @@ class FunctionWriter(Text):
         if self.is_stored(variable):
             self.line(f"{self.slot_text(variable)} = {name}")
 
-    def write_loop(
-        self, loop: Loop, dest: Dest, kinds: Sequence[NumberKind], resumed: bool = False
-    ) -> NumberKind | None:
-        """Write a loop whose parameters have their first values; ``kinds`` are those of the values."""
+    def write_loop(self, loop: Loop, dest: Dest, kinds: Sequence[Kind], *, resumed: bool = False) -> Kind:
+        """Write a loop whose parameters have their first values, of the kinds ``kinds``.
+
+        Turns are charged in blocks: an inner ``for`` counts them without a call for each. If ``resumed``, the closures
+        ran the first ``done`` turns of the first block.
+        """
         parameters = [p.target for p in loop.function.parameters]
-        known = LoopKinds(self.kind_of_variable).loop(loop, kinds)
+        parameter_kinds = LoopKinds(self.kind_of_variable).loop(loop, kinds)
         counter = self.fresh("n")
         record = LoopCode(loop.variable, loop.function, counter, self.fresh_number())
         before = dict(self.kinds)
@@ -634,7 +694,7 @@ class FunctionWriter(Text):
             self.line(f"turns = range(done + 1, {BLOCK + 1})")
         self.open("while True:")
         self.open(f"for {counter} in turns:" if resumed else f"for {counter} in BLOCK:")
-        for variable, kind in zip(parameters, known):
+        for variable, kind in zip(parameters, parameter_kinds):
             name = self.names.get(variable)
             if name is not None and not variable.assigned:
                 self.kinds[name] = kind
@@ -655,11 +715,12 @@ class FunctionWriter(Text):
         return result
 
     def fresh_number(self) -> int:
+        """Return a new number of a loop."""
         self.count += 1
         return self.count
 
     def _after_loop(self, record: LoopCode, dest: Dest) -> None:
-        """Write what follows an inner loop in the tail of an outer one: its value leaves, or the outer continues."""
+        """Write the lines after an inner loop in tail position of an outer loop, which continues or is left."""
         if not dest.loops:
             return
         parent = dest.loops[-1]
@@ -667,7 +728,7 @@ class FunctionWriter(Text):
             self.line(f"if q == {parent.number}: continue")
         self.line("break")
 
-    def _framed_loop(self, loop: Loop, dest: Dest, starts: Sequence[CodeText]) -> NumberKind | None:
+    def _framed_loop(self, loop: Loop, dest: Dest, starts: Sequence[CodeText]) -> Kind:
         """Write a loop with a frame for each turn, because closures capture its variables."""
         function = loop.function
         layout = self.compiler.layouts.get(id(function))
@@ -684,13 +745,13 @@ class FunctionWriter(Text):
         self.line("next(ticks)")
         frame = self.frames[layout] = self.fresh("F")
         self.line("pass")
-        place = len(self.lines) - 1
+        frame_line = len(self.lines) - 1  # completed when the size of the frame is known
         self.layout = layout
         for variable, name in zip(parameters, names):
             self.bind(variable, name, ANY)
         result = self.into(function.body, Dest(dest.name, dest.returns, (*dest.loops, record)))
         self.layout = outer
-        self.lines[place] = self.lines[place].replace(
+        self.lines[frame_line] = self.lines[frame_line].replace(
             "pass", f"{frame} = [{self.frames[outer]}{', None' * (layout.size - 1)}]"
         )
         self.close()
@@ -699,7 +760,7 @@ class FunctionWriter(Text):
         return result
 
     def _next_turn(self, node: ast.Application, dest: Dest, index: int) -> None:
-        """Write the continuation of a loop that ends with ``dest``; inner loops are left."""
+        """Write the continuation of the loop ``dest.loops[index]``; the loops inside it are left."""
         record = dest.loops[index]
         values = self.operands(node.arguments, atomic=False)
         if record.counter is None:
@@ -718,6 +779,8 @@ class FunctionWriter(Text):
         self.line("break")
 
     def _assign_parameters(self, record: LoopCode, values: Sequence[CodeText]) -> None:
+        """Write the simultaneous assignment of a loop's parameters, and copies in the frame of those that are
+        stored."""
         targets, texts, slots = [], [], []
         for parameter, value in zip(record.function.parameters, values):
             variable = parameter.target
@@ -737,6 +800,7 @@ class FunctionWriter(Text):
             self.line(text)
 
     def _while(self, node: ast.While) -> CodeText:
+        """Write a ``while`` loop, which gives its span to errors inside that have none."""
         before, around = dict(self.kinds), self.around
         self.around = node.span
         self.open("while True:")
@@ -759,7 +823,7 @@ class FunctionWriter(Text):
         indent, blocks = self.indent, self.blocks
         self.line(f"{out} = {_STARTS.get(node.kind, '[]')}")
         self.line(f"{leaves} = False")
-        loops = []  # indents of the loops
+        loops = []  # indentation of each loop
         for clause in node.clauses:
             if clause.kind == "each":
                 loops.append(self.indent)
@@ -776,17 +840,18 @@ class FunctionWriter(Text):
             self._fold_step(node, results)
         else:
             self._step(node, out, leaves, loops)
-        for place in reversed(loops[1:]):
-            self.indent = place
+        for loop_indent in reversed(loops[1:]):
+            self.indent = loop_indent
             self.line(f"if {leaves}: break")
         self.indent, self.blocks, self.kinds = indent, blocks, before
         if node.kind == "fold":
             return CodeText(results[0]) if len(results) == 1 else self.list_of([CodeText(result) for result in results])
         if node.kind in _COLLECTING:
-            return self.temporary(CodeText(f"make_list({out})", TRUE))
+            return self.temporary(CodeText(f"make_list({out})", LIST))
         return CodeText("None" if node.kind == "each" else out)
 
     def _each(self, clause: ast.Clause) -> None:
+        """Write the head of a Python loop over the sequences of a clause."""
         items = []
         for value in clause.values:
             code = self.value(value)
@@ -801,9 +866,10 @@ class FunctionWriter(Text):
             kind = ANY
         self.line("next(ticks)")
         for target, name in zip(clause.targets, names):
-            self._bind_item(target, name, kind if kind.type == "i" else ANY)
+            self._bind_item(target, name, kind if kind.tag == "Integer" else ANY)
 
-    def _bind_item(self, target: Variable | None, text: str, kind: NumberKind = ANY) -> None:
+    def _bind_item(self, target: Variable | None, text: str, kind: Kind = ANY) -> None:
+        """Write the binding of a loop variable or accumulator."""
         if target is not None:
             self.layout.add(target)
             self.bind(target, text, kind)
@@ -844,20 +910,22 @@ class FunctionWriter(Text):
 
     # --- calls of procedures -------------------------------------------------------------------------------------
 
-    def _application(self, node: ast.Application, dest: Dest) -> NumberKind | None:
+    def _application(self, node: ast.Application, dest: Dest) -> Kind:
+        """Write a call of a procedure: the next turn of a loop, a tail call, or a call with a value."""
         head = node.function
         target = head.target if type(head) is ast.Reference else None
         for index, loop in enumerate(dest.loops):
             if loop.variable is target:
                 self._next_turn(node, dest, index)
-                return None
+                return NEVER
         if dest.returns and not enters_library(node):
             self._tail_call(node, dest)
             return ANY
         return self.finish(dest, self.call(node))
 
     def _head(self, node: ast.Application) -> tuple[CodeText | None, str, Any]:
-        """Return the function of a call if it is evaluated first, or the cell of a global, and its closure if known."""
+        """Return the function of a call in three parts: its code if it is evaluated before the arguments, else the
+        constant of a global variable's cell and the closure in it, if known."""
         head = node.function
         target = head.target if type(head) is ast.Reference else None
         if isinstance(target, Variable) and target.is_global and not target.assigned:
@@ -877,23 +945,24 @@ class FunctionWriter(Text):
         self.line(f"{function} = {cell}.value" if head is None else f"{function} = {head.text}")
         site = CallSite(Local(function), node.span)
         call = ", ".join([f"{function}.code.entry({function}.env", *texts])
-        test = f"type({function}) is Closure and {function}.arity == {len(values)} and next(ticks) is None"
+        is_direct = f"type({function}) is Closure and {function}.arity == {len(values)} and next(ticks) is None"
         other = self.constant(generated.caller(self.rt, self.global_head(node), node.span))
         arguments = "".join(f"{text}, " for text in texts)
-        self.line(f"{result} = {call}) if {test} else {other}({function}, ({arguments}))", site)
+        self.line(f"{result} = {call}) if {is_direct} else {other}({function}, ({arguments}))", site)
         self.line(f"if {result} is TAIL: {result} = bounce()", site)
         return CodeText(result)
 
     def _tail_call(self, node: ast.Application, dest: Dest) -> None:
+        """Write a call in tail position: a turn of this function, or a request to the caller's trampoline."""
         head, cell, known = self._head(node)
         values = self.operands(node.arguments, atomic=False)
         function = self.fresh("p")
-        found = f"{cell}.value" if head is None else head.text
-        itself = self.direct is not None and known is self.direct[0] and self.self_tail is not None
-        if itself and not dest.loops and known.arity == len(values):
-            self.line(f"if {found} is {self.constant(known)}:")
+        callee = f"{cell}.value" if head is None else head.text
+        is_itself = self.direct is not None and known is self.direct[0] and self.self_tail is not None
+        if is_itself and not dest.loops and known.arity == len(values):
+            self.line(f"if {callee} is {self.constant(known)}:")
             self.indent += 1
-            self._assign_own(values)
+            self._assign_self_tail(values)
             self.line("next(ticks)")
             self.line("continue")
             self.indent -= 1
@@ -902,7 +971,7 @@ class FunctionWriter(Text):
             self.line(f"return {self.other(cell, node)}({', '.join(v.text for v in values)})", site)
             return
         self.returns_tail = True
-        self.line(f"{function} = {found}")
+        self.line(f"{function} = {callee}")
         self.line(f"if type({function}) is Closure and {function}.arity == {len(values)}:")
         self.indent += 1
         self.line(f"rt.next_body = {function}.code.body")
@@ -916,7 +985,8 @@ class FunctionWriter(Text):
         self._leave(dest.loops)
         self.line(f"return {result}")
 
-    def _assign_own(self, values: Sequence[CodeText]) -> None:
+    def _assign_self_tail(self, values: Sequence[CodeText]) -> None:
+        """Write the new values of the parameters for a tail call of the function itself, which is a turn of a loop."""
         assert self.self_tail is not None
         pairs = [(name, v.text) for name, v in zip(self.self_tail, values) if name != v.text]
         if pairs:
@@ -925,6 +995,7 @@ class FunctionWriter(Text):
     # --- builtins ------------------------------------------------------------------------------------------------
 
     def builtin(self, builtin: Builtin, node: ast.Application) -> CodeText:
+        """Write a call of a builtin: inline, with inlined type checks, or through its closure."""
         if builtin.intrinsic is not None:
             code = self._intrinsic(builtin, builtin.intrinsic, node)
             if code is not None:
@@ -932,16 +1003,16 @@ class FunctionWriter(Text):
         signature = builtin.signature
         parameters = (*signature.required, *signature.optional)
         count = len(node.arguments)
-        few = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
-        if signature.keywords or few or count > _MIN_CHARGED or calls.calls_others(builtin, count):
-            make = lambda nodes: calls.builtin_call(self.rt, builtin, nodes, node.span)
-            return self.by_values(make, node.arguments)
+        is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
+        if signature.keywords or is_wrong or count > _MAX_UNCHARGED or calls.calls_others(builtin, count):
+            return self.by_values(lambda nodes: calls.builtin_call(self.rt, builtin, nodes, node.span), node.arguments)
         values = self.operands(node.arguments)
-        if builtin.name == "list" and signature.rest is not None and count <= 4:
+        if builtin.name == "list" and signature.rest is not None and count <= _MAX_INLINE_LIST:
             return self.list_of(values)
         return self.checked_call(builtin, node, values)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application) -> CodeText | None:
+        """Write a builtin with an inlined fast path, or return None for operands that have none."""
         operands = node.arguments
         if len(operands) == 1 and name in _UNARY:
             return self._unary(builtin, name, node)
@@ -949,7 +1020,7 @@ class FunctionWriter(Text):
             x, y = self.operands(operands)
             slow = self.constant(self.slow(builtin, node))
             text = f"Pair({x.text}, {y.text}) if type({y.text}) is not MutableList else {slow}({x.text}, {y.text})"
-            return self.temporary(CodeText(text, TRUE))
+            return self.temporary(CodeText(text, CONS))
         if name not in _BINARY:
             return None
         if len(operands) > 2 and name in ("add", "mul", "matmul"):
@@ -971,6 +1042,7 @@ class FunctionWriter(Text):
         return self.integer_division(name, x, y, other)
 
     def _unary(self, builtin: Builtin, name: str, node: ast.Application) -> CodeText:
+        """Write ``not``, ``null?``, ``car`` or ``cdr``."""
         if name == "not":
             return CodeText(f"(not {self.test(node.arguments[0])})", BOOLEAN, True, False)
         x = self.named(self.value(node.arguments[0])).text
@@ -978,10 +1050,10 @@ class FunctionWriter(Text):
         slow = self.constant(lambda value: call([value]))
         if name == "null?":
             return CodeText(f"({x} is NIL or (type({x}) is not Pair and {slow}({x})))", BOOLEAN, False, False)
-        field = name
-        return CodeText(f"({x}.{field} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
+        return CodeText(f"({x}.{name} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
 
 
+# Start value of the result of a ``for`` form; the other kinds start with an empty list.
 _STARTS = {"sum": "0", "and": "True", "or": "False", "first": "False"}
 _UNARY = frozenset({"not", "car", "cdr", "null?"})
 _BINARY = frozenset({*OPERATORS, "div", "floordiv", "mod", "matmul"})

@@ -1,7 +1,7 @@
-"""What generated functions need at run time: places of errors, arithmetic outside its fast paths, general calls.
+"""Run-time support of generated functions (locations of errors, general calls), and the text of a function in progress.
 
 A generated function has no ``try`` around its calls. One handler around its body asks ``placed`` to find, by the line
-number in the traceback, the *site* that failed, and to do what the closure of that call would have done.
+number in the traceback, the *site* that failed, and to handle the error as the closure of that call would.
 """
 
 from __future__ import annotations
@@ -18,19 +18,27 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls
 from scenelang.interpreter.compile.analyse import (
+    MAX_BITS,
+    FrameLayout,
+    arithmetic_kind,
+    undefined,
+)
+from scenelang.interpreter.compile.kinds import (
     ANY,
     BOOLEAN,
     FLOAT,
-    MAX_BITS,
-    MAX_LITERAL,
+    LIST,
+    MATRIX,
+    MAX_LITERAL_BITS,
     NUMBER,
     STRING,
-    TRUE,
-    FrameLayout,
-    NumberKind,
-    arithmetic_kind,
-    constant_kind,
-    undefined,
+    VECTOR,
+    Kind,
+    integer_of,
+    is_number,
+    is_truthy,
+    kind_of_operand,
+    may_be,
 )
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import (
@@ -62,21 +70,22 @@ if TYPE_CHECKING:
 
 BLOCK = 2048  # turns of a loop between two charges
 SITES = "SITES"  # name of the table of sites among the constants of a generated function
-_MAX_LINES = 20_000  # written, including those that are taken back
-_MAX_INDENT = 60  # CPython allows 100
-_MAX_BLOCKS = 16  # CPython allows 20 nested loops and handlers
-_SMALL = (1 << 30) - 1  # comparisons with numbers of one digit are the fast ones of CPython
+_MAX_LINES = 20_000  # of a function, including lines that are rolled back; more take long to compile
+_MAX_INDENT = 60  # levels of nested blocks; CPython's tokenizer allows 100
+_MAX_BLOCKS = 16  # nested loops and handlers; CPython allows 20
+_SMALL = (1 << 30) - 1  # largest Integer of one digit of CPython (30 bits), with which comparisons are fastest
+_COUNTER_BITS = 64  # of a number whose sums need no check: each step adds at most this much, and steps are limited
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "lt": "<", "gt": ">", "le": "<=", "ge": ">=", "eq": "=="}
 COMPARISONS = frozenset({"lt", "gt", "le", "ge", "eq"})
-_FITTING = {  # types whose conversion of fitting values does nothing
+_FITTING = {  # tests of the values that the conversion to a type returns unchanged
     "String": "type({0}) is str", "Word": "type({0}) is str", "Integer": "type({0}) is int",
     "Float": "type({0}) is float or type({0}) is int", "Number": "type({0}) is float or type({0}) is int",
     "List": "type({0}) is Pair or {0} is NIL", "Vector": "type({0}) is Vector",
     "Point": "type({0}) is Vector and len({0}) == 3", "Matrix": "type({0}) is Matrix",
 }  # fmt: skip
-_RESULTS = {"Boolean": BOOLEAN, "String": STRING, "List": TRUE, "Matrix": TRUE, "Vector": TRUE}
+# Kinds of the results of builtins, by their type in the registry. The checker knows more of them (``_BY_TYPE``).
+_RESULTS = {"Boolean": BOOLEAN, "String": STRING, "List": LIST, "Matrix": MATRIX, "Vector": VECTOR}
 CAUGHT = (SceneError, Mismatch, ArithmeticError, MemoryError)
-_LIMIT = 1 << 4000  # larger results are checked by the builtin (see ``intrinsics``)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +114,10 @@ class BuiltinSite:
 
 
 def placed(error: BaseException, sites: Mapping[int, Any]) -> BaseException:
-    """Return the error to raise for ``error``, with the span or the call of the site that failed."""
+    """Return the error to raise for ``error``, with the span or the call of the site that failed.
+
+    ``sites`` are keyed by the line numbers of the generated function.
+    """
     traceback = error.__traceback__
     assert traceback is not None
     site = sites.get(traceback.tb_lineno)
@@ -119,18 +131,20 @@ def placed(error: BaseException, sites: Mapping[int, Any]) -> BaseException:
 
 
 def _placed_builtin(error: BaseException, site: BuiltinSite, traceback: TracebackType) -> BaseException:
+    """Return the error of a failed builtin; of an argument of the wrong type, the values are read from the local
+    variables."""
     if isinstance(error, SceneError):
         if error.span is None:
             error.span = site.span
         return error
     if isinstance(error, Mismatch):
         names = traceback.tb_frame.f_locals
-        values = [names.get(a.name) if type(a) is Local else a for a in site.arguments]  # `None` is no local variable
+        values = [names.get(a.name) if type(a) is Local else a for a in site.arguments]
         return calls.mismatch(site.builtin, site.checks, values, site.span)
     assert isinstance(error, Exception)
-    found = python_error(site.builtin.name, error)
-    found.span = site.span
-    return found
+    scene_error = python_error(site.builtin.name, error)
+    scene_error.span = site.span
+    return scene_error
 
 
 def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
@@ -144,6 +158,7 @@ def site_of(traceback: TracebackType) -> tuple[Any, Span] | None:
 
 
 def _called(site: CallSite, traceback: TracebackType) -> Any:
+    """Return the function that a call site called."""
     function = site.function
     return traceback.tb_frame.f_locals.get(function.name) if isinstance(function, Local) else function.value
 
@@ -168,7 +183,7 @@ def part_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
 
 
 def forget(rt: Runtime, function: Closure) -> None:
-    """Make the generated functions call ``function`` like an unknown one, as it is traced."""
+    """Make generated functions call ``function`` like an unknown one, because it is traced now."""
     for constants in rt.units:
         for name, value in constants.items():
             if value is function:
@@ -190,7 +205,7 @@ def bouncer(rt: Runtime) -> Callable[[], Any]:
 
 
 def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]], Any]:
-    """Return a function that performs a call that is not direct; the caller's site places its errors."""
+    """Return a function that performs a call without a fast path; the site of the caller locates its errors."""
     tick = rt.tick
 
     def call(function: Any, values: Sequence[Any]) -> Any:
@@ -211,13 +226,13 @@ def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]],
 
 
 def global_caller(rt: Runtime, cell: Cell, head: Any, span: Span) -> Callable[..., Any]:
-    """Return a function that calls the value of a global variable, which was another one when code was generated."""
+    """Return a function that calls the current value of a global variable, which has changed since code generation."""
     call = caller(rt, head, span)
     return lambda *values: call(cell.value, values)
 
 
 def tail_caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]], Any]:
-    """Return a function that performs a tail call that is not direct."""
+    """Return a function that performs a tail call without a fast path."""
 
     def call(function: Any, values: Sequence[Any]) -> Any:
         return calls.apply_at(rt, function, values, head, span)
@@ -226,6 +241,8 @@ def tail_caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[A
 
 
 def undefined_raiser(rt: Runtime, name: str, span: Span) -> Callable[[], Any]:
+    """Return a function that raises the error of a variable without a value."""
+
     def fail() -> Any:
         raise undefined(rt, name, span)
 
@@ -233,7 +250,7 @@ def undefined_raiser(rt: Runtime, name: str, span: Span) -> Callable[[], Any]:
 
 
 def cell_binder(rt: Runtime) -> Callable[[list[Any], int, Any], None]:
-    """Return a function that gives a variable in a cell its value; an undefined cell may be captured already."""
+    """Return a function that defines a variable in a cell; an undefined cell may be captured already and is reused."""
 
     def bind(frame: list[Any], slot: int, value: Any) -> None:
         cell = frame[slot]
@@ -270,7 +287,7 @@ def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
     return make
 
 
-# The text of a function while it is written.
+# --- text of a function in progress -----------------------------------------------------------------------------------
 
 
 class Unsupported(Exception):
@@ -279,10 +296,14 @@ class Unsupported(Exception):
 
 @dataclass(frozen=True, slots=True)
 class CodeText:
-    """Python expression. ``pure`` is set if it cannot fail, and its value does not change before it is used."""
+    """Python expression.
+
+    ``pure`` is set if it cannot fail and its value does not change before its use, ``atomic`` if it is a name or
+    literal.
+    """
 
     text: str
-    kind: NumberKind = ANY
+    kind: Kind = ANY
     pure: bool = True
     atomic: bool = True
 
@@ -291,6 +312,7 @@ class Text:
     """Lines, constants and variables of a function that is being written."""
 
     def __init__(self, compiler: Compiler, layout: FrameLayout) -> None:
+        """Create the namespace of the generated function, in which ``lines`` will run."""
         self.compiler = compiler
         self.rt = compiler.rt
         self.base = self.layout = layout
@@ -309,7 +331,7 @@ class Text:
         self.numbered: dict[int, str] = {}  # names of constants by id
         self.count = 0
         self.names: dict[Variable, str] = {}  # local variables
-        self.kinds: dict[str, NumberKind] = {}
+        self.kinds: dict[str, Kind] = {}
         self.frames: dict[FrameLayout, str] = {}
         self.direct: tuple[Closure, str] | None = None  # this function as a global, and its cell
         self.self_tail: tuple[str, ...] | None = None  # parameters, if tail calls of itself are turns of a loop
@@ -318,12 +340,13 @@ class Text:
         self.loop_names: dict[int, list[str]] = {}  # next values of the parameters of loops with frames, by number
         self.mutable: set[str] = set()  # local variables that the program assigns
         self.literals: dict[str, Any] = {}  # values of constants in the source
-        self.written = 0
+        self.written = 0  # lines, including those that were rolled back
         self.around: Span | None = None  # place of errors without one, in a `while` loop
         self.returns_tail = False  # whether the function may request a tail call of its caller
-        self.own_checks: list[int] = []  # lines after calls of itself that look for such a request
+        self.own_checks: list[int] = []  # indices of the lines after calls of itself that test for such a request
 
     def line(self, text: str, site: Any = None) -> None:
+        """Write a line; ``site`` is the call in it, which locates errors."""
         self.written += 1
         if self.indent > _MAX_INDENT or self.written > _MAX_LINES:
             raise Unsupported
@@ -342,10 +365,12 @@ class Text:
             raise Unsupported
 
     def close(self) -> None:
+        """End the body of a loop."""
         self.indent -= 1
         self.blocks -= 1
 
     def fresh(self, letter: str) -> str:
+        """Return a new name: v of a variable, t of a temporary, p of an item or function, k of a constant."""
         self.count += 1
         return f"{letter}{self.count}"
 
@@ -358,16 +383,18 @@ class Text:
         return name
 
     def temporary(self, code: CodeText) -> CodeText:
+        """Write the assignment of an expression to a new local variable, and return it."""
         name = self.fresh("t")
         self.line(f"{name} = {code.text}")
         self.kinds[name] = code.kind
         return CodeText(name, code.kind)
 
     def named(self, code: CodeText) -> CodeText:
-        """Return a variable: CPython warns of ``is`` with a literal."""
+        """Return an expression as a variable, because CPython warns about ``is`` with a literal."""
         return self.temporary(code) if not code.atomic or code.text in self.literals else code
 
     def atom(self, code: CodeText) -> CodeText:
+        """Return an expression as a name or literal."""
         return code if code.atomic else self.temporary(code)
 
     def name_of(self, variable: Variable) -> str:
@@ -379,25 +406,29 @@ class Text:
                 self.mutable.add(name)
         return name
 
-    def kind_of_variable(self, variable: Variable) -> NumberKind:
+    def kind_of_variable(self, variable: Variable) -> Kind:
+        """Return the kind of a variable at this point of the text."""
         name = self.names.get(variable)
         return ANY if name is None else self.kinds.get(name, ANY)
 
-    def kind_of(self, code: CodeText) -> NumberKind:
+    def kind_of(self, code: CodeText) -> Kind:
+        """Return the kind of an expression; that of a variable may have been narrowed since it was written."""
         return self.kinds.get(code.text, code.kind)
 
     def in_cell(self, variable: Variable) -> bool:
+        """Return whether a variable is stored in a cell (see ``Compiler.in_cell``)."""
         return variable.assigned and variable.captured
 
     def in_frame_only(self, variable: Variable) -> bool:
+        """Return whether a variable has no local variable of Python."""
         return self.in_cell(variable) or variable in self.unshared
 
     def is_stored(self, variable: Variable) -> bool:
-        """Whether the frame has a copy of a variable for closures or embedded code."""
+        """Return whether the frame has a copy of a variable for closures or embedded code."""
         return variable.captured or variable in self.embedded
 
     def slot_text(self, variable: Variable) -> str:
-        """Return the place of a variable in the frames."""
+        """Return the Python expression of a variable's slot, such as ``f[0][2]``."""
         layout: FrameLayout | None = self.layout
         while layout is not None and variable not in layout.slots and layout is not self.base:
             layout = layout.parent
@@ -413,10 +444,12 @@ class Text:
         return f"{text}[{layout.slots[variable]}]"
 
     def check_defined(self, name: str, target: Variable, node: ast.Reference) -> None:
+        """Write a check that a variable has a value."""
         fail = self.constant(undefined_raiser(self.rt, target.name, node.span))
         self.line(f"if {name} is U: {fail}()")
 
     def read_cell(self, text: str, target: Variable, node: ast.Reference) -> CodeText:
+        """Write the read of a variable in a cell; the counterpart in closures is ``cell_reader``."""
         cell, value = self.fresh("t"), self.fresh("t")
         self.line(f"{cell} = {text}")
         self.line(f"if {cell}.birth < rt.serial: rt.read({cell})")
@@ -425,6 +458,7 @@ class Text:
         return CodeText(value)
 
     def _literal(self, value: Any) -> str:
+        """Return the Python literal of a value, and remember that its text is one."""
         text = repr(value)
         if text[0] == "-":
             text = f"({text})"
@@ -432,11 +466,12 @@ class Text:
         return text
 
     def slot_of(self, variable: Variable) -> tuple[str, int]:
+        """Return the Python expression of a variable's frame, and its slot."""
         text = self.slot_text(variable)
         frame, _, slot = text.rpartition("[")
         return frame, int(slot[:-1])
 
-    def bind(self, variable: Variable, text: str, kind: NumberKind) -> None:
+    def bind(self, variable: Variable, text: str, kind: Kind) -> None:
         """Write the definition of a local variable of this function."""
         if self.in_cell(variable):
             frame, slot = self.slot_of(variable)
@@ -454,30 +489,34 @@ class Text:
             self.line(f"{self.slot_text(variable)} = {name}")
 
     def literal(self, value: Any) -> CodeText:
+        """Return a constant as a literal if it is short, else as a constant of the function."""
         kind = type(value)
         if kind is bool or value is None:
             return CodeText(self._literal(value), BOOLEAN if kind is bool else ANY)
-        small = kind is int and -MAX_LITERAL < value < MAX_LITERAL
-        if small or (kind is float and isfinite(value)):
-            return CodeText(self._literal(value), constant_kind(value))
-        return CodeText(self.constant(value), constant_kind(value))
+        is_short = kind is int and value.bit_length() <= MAX_LITERAL_BITS
+        if is_short or (kind is float and isfinite(value)):
+            return CodeText(self._literal(value), kind_of_operand(value))
+        return CodeText(self.constant(value), kind_of_operand(value))
 
-    def roll_back(self, lines: int, kinds: dict[str, NumberKind], names: dict[Variable, str]) -> None:
+    def roll_back(self, lines: int, kinds: dict[str, Kind], names: dict[Variable, str]) -> None:
+        """Remove the lines from number ``lines`` on, and restore the knowledge about variables before them."""
         del self.lines[lines:]
         for number in [number for number in self.sites if number > lines]:
             del self.sites[number]
         self.kinds, self.names = kinds, names
 
     def list_of(self, values: Sequence[CodeText]) -> CodeText:
+        """Write a list as nested pairs."""
         text = "NIL"
         for value in reversed(values):
             text = f"Pair({value.text}, {text})"
-        return self.temporary(CodeText(text, TRUE))
+        return self.temporary(CodeText(text, LIST))
 
     def checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[CodeText]) -> CodeText:
+        """Write a call of a builtin; arguments that do not certainly fit are checked inline."""
         signature = builtin.signature
         parameters = (*signature.required, *signature.optional)
-        checks, texts, given = [], [], []
+        checks, texts, operands = [], [], []
         for index, value in enumerate(values):
             parameter = parameters[index] if index < len(parameters) else signature.rest
             assert parameter is not None
@@ -486,8 +525,8 @@ class Text:
             checks.append(check)
             needs = check is not None and not self._fits(parameter.type.name, value)
             texts.append(self._checked(parameter.type.name, check, value) if needs else value.text)
-            given.append(self._operand(value.text))
-        site = BuiltinSite(builtin, tuple(checks), tuple(given), node.span)
+            operands.append(self._operand(value.text))
+        site = BuiltinSite(builtin, tuple(checks), tuple(operands), node.span)
         name = self.fresh("t")
         self.line(f"{name} = {self.constant(builtin.function)}(rt{''.join(f', {t}' for t in texts)})", site)
         kind = _RESULTS.get(builtin.result, ANY)
@@ -502,29 +541,32 @@ class Text:
         return f"{value.text} if {test.format(value.text)} else {text}" if test is not None else text
 
     def _operand(self, text: str) -> Any:
+        """Return an atom as the operand of a site: its value if it is constant, else the local variable."""
         if text in self.literals:
             return self.literals[text]
         return self.constants[text] if text in self.constants else Local(text)
 
     def _fits(self, expected: str, value: CodeText) -> bool:
-        kind = self.kind_of(value).type
-        if kind == "s":
+        """Return whether an argument certainly has the type ``expected``, so that it needs no check."""
+        kind = self.kind_of(value)
+        if kind.tag == "String":
             return expected in ("String", "Word")
-        return (kind == "i" and expected in ("Integer", "Float", "Number")) or (
-            kind in ("f", "n") and expected in ("Float", "Number")
-        )
+        if kind.tag == "Integer" and expected == "Integer":
+            return True
+        return expected in ("Float", "Number") and is_number(kind)
 
     def _is_number(self, code: CodeText) -> str:
         """Return the Python condition for whether a value is a number; empty if it is known to be one."""
-        if self.kind_of(code).type in "ifn":
+        if is_number(self.kind_of(code)):
             return ""
         return f"(type({code.text}) is int or type({code.text}) is float)"
 
     def comparison(self, operator: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
+        """Return a comparison. Afterwards both operands are numbers, since it fails otherwise."""
         tests = [test for test in (self._is_number(x), self._is_number(y)) if test]
         text = f"{x.text} {operator} {y.text}"
         for code in (x, y):
-            if code.text[0] in "vt" and code.text not in self.mutable and self.kind_of(code).type not in "ifn":
+            if code.text[0] in "vt" and code.text not in self.mutable and not is_number(self.kind_of(code)):
                 self.kinds[code.text] = NUMBER
         if not tests:
             return CodeText(f"({text})", BOOLEAN, True, False)
@@ -532,44 +574,47 @@ class Text:
         return CodeText(f"({text} if {test} else {slow}({x.text}, {y.text}))", BOOLEAN, False, False)
 
     def arithmetic(self, name: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
+        """Return a sum, difference or product, without checks where the kinds of the operands allow it."""
         operator, left, right = OPERATORS[name], self.kind_of(x), self.kind_of(y)
         text = f"({x.text} {operator} {y.text})"
         kind = arithmetic_kind(name, left, right)
-        if kind.type == "f" and self._safe_float(left) and self._safe_float(right):
+        if kind.tag == "Float" and self._safe_float(left) and self._safe_float(right):
             return CodeText(text, FLOAT, True, False)
-        if kind.type == "i" and 0 < kind.bits <= MAX_BITS:
+        if 0 < kind.bits <= MAX_BITS:
             return CodeText(text, kind, True, False)
-        if kind.type in "in" and name != "mul" and self._is_small(left, right):
+        if kind.tag != "Float" and is_number(kind) and name != "mul" and self._is_small(left, right):
             return CodeText(text, kind, True, False)  # grows by a constant per step, so the step limit bounds it
         result = self.fresh("t")
         self._guarded_arithmetic(result, operator, x, y, slow)
         self.kinds[result] = kind
         return CodeText(result, kind)
 
-    def _safe_float(self, kind: NumberKind) -> bool:
-        """Whether the conversion of a number to a Float cannot overflow."""
-        return kind.type == "f" or (kind.type == "i" and 0 < kind.bits <= MAX_BITS)
+    def _safe_float(self, kind: Kind) -> bool:
+        """Return whether the conversion of a number to a Float cannot overflow."""
+        return kind.tag == "Float" or 0 < kind.bits <= MAX_BITS
 
-    def _is_small(self, left: NumberKind, right: NumberKind) -> bool:
-        return any(k.type == "i" and 0 < k.bits <= 64 for k in (left, right))
+    def _is_small(self, left: Kind, right: Kind) -> bool:
+        """Return whether one operand is so small that a sum needs no check of its size."""
+        return any(0 < kind.bits <= _COUNTER_BITS for kind in (left, right))
 
     def _guarded_arithmetic(self, result: str, operator: str, x: CodeText, y: CodeText, slow: str) -> None:
+        """Write arithmetic with tests of the types that the operands may have; ``slow`` handles all other values."""
         text = f"{x.text} {operator} {y.text}"
-        left, right = self.kind_of(x).type, self.kind_of(y).type
+        left, right = self.kind_of(x), self.kind_of(y)
         fallback = f"{result} = {slow}({x.text}, {y.text})"
-        ints = self._types("int", "i", x, y)
-        floats = self._types("float", "f", x, y)
+        ints = self._types("int", "Integer", x, y)
+        floats = self._types("float", "Float", x, y)
         keyword = "if"
-        if "i" in (left, right) and self._is_small(self.kind_of(x), self.kind_of(y)) and operator != "*":
+        if self._is_small(left, right) and operator != "*":
             numbers = " and ".join(test for test in (self._is_number(x), self._is_number(y)) if test)
             self.line(f"if {numbers or 'True'}: {result} = {text}")
             keyword = "elif"
-        elif left in "?ni" and right in "?ni":
+        elif may_be(left, "Integer") and may_be(right, "Integer"):
             self.line(f"if {ints}:")
             self.line(f" {result} = {text}")
             self.line(f" if {result} > {_SMALL} or {result} < -{_SMALL}: {fallback}")
             keyword = "elif"
-        if left in "?nf" and right in "?nf":
+        if may_be(left, "Float") and may_be(right, "Float"):
             self.line(f"{keyword} {floats}: {result} = {text}")
             keyword = "elif"
         if keyword == "elif":
@@ -577,11 +622,13 @@ class Text:
         else:
             self.line(fallback)
 
-    def _types(self, python: str, letter: str, *codes: CodeText) -> str:
-        tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).type != letter]
+    def _types(self, python: str, tag: str, *codes: CodeText) -> str:
+        """Return the Python condition for whether all values have a type, without those that are known to have it."""
+        tests = [f"type({c.text}) is {python}" for c in dict.fromkeys(codes) if self.kind_of(c).tag != tag]
         return " and ".join(tests) or "True"
 
     def division(self, x: CodeText, y: CodeText, slow: str) -> CodeText:
+        """Return a quotient of numbers."""
         left, right = self.kind_of(x), self.kind_of(y)
         if self._safe_float(left) and self._safe_float(right):
             text = f"({x.text} / {y.text} if {y.text} else {slow}({x.text}, {y.text}))"
@@ -591,37 +638,39 @@ class Text:
         return self.temporary(CodeText(f"{x.text} / {y.text} if {test} else {slow}({x.text}, {y.text})"))
 
     def integer_division(self, name: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
+        """Return ``//`` or ``%``, by the operation ``floordiv`` or ``mod``."""
         left, right = self.kind_of(x), self.kind_of(y)
         operator = "//" if name == "floordiv" else "%"
-        tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).type != "i"]
+        tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).tag != "Integer"]
         test = " and ".join([*tests, y.text])
         kind = ANY
-        if left.type == right.type == "i":
-            kind = NumberKind("i", left.bits if name == "floordiv" else right.bits)
-        elif left.type in "ifn" and right.type in "ifn":
+        if left.tag == right.tag == "Integer":
+            kind = integer_of(left.bits if name == "floordiv" else right.bits)
+        elif is_number(left) and is_number(right):
             kind = NUMBER
         return self.temporary(CodeText(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
 
     def known_call(self, result: str, cell: str, known: Closure, texts: Sequence[str], node: ast.Application) -> None:
         """Write a call of a global function that is known, unless it is defined again."""
         code = known.code
-        itself = self.direct is not None and known is self.direct[0]
-        callee = "g" if itself else self.constant(code.direct) if code.direct else f"{self.constant(code)}.entry"
+        is_itself = self.direct is not None and known is self.direct[0]
+        callee = "g" if is_itself else self.constant(code.direct) if code.direct else f"{self.constant(code)}.entry"
         site = CallSite(self.constants[cell], node.span)
         call = ", ".join([f"{callee}({self.constant(known.env)}", *texts])
         other = self.other(cell, node)
         test = f"{cell}.value is {self.constant(known)} and next(ticks) is None"
         self.line(f"{result} = {call}) if {test} else {other}({', '.join(texts)})", site)
-        if itself:
+        if is_itself:
             self.own_checks.append(len(self.lines))
-        if itself or code.direct is None or code.returns_tail:
+        if is_itself or code.direct is None or code.returns_tail:
             self.line(f"if {result} is TAIL: {result} = bounce()", site)
 
     def other(self, cell: str, node: ast.Application) -> str:
-        """Return the constant that calls whatever a global variable is when it is called."""
+        """Return the constant of a function that calls the current value of a global variable."""
         return self.constant(global_caller(self.rt, self.constants[cell], self.global_head(node), node.span))
 
     def global_head(self, node: ast.Application) -> Any:
+        """Return the head of a call of a global variable, for errors, or None."""
         head = node.function
         if type(head) is ast.Reference and isinstance(head.target, Variable):
             return calls.GlobalHead(None, head.target.name, head.span)  # type: ignore[arg-type]
@@ -645,6 +694,7 @@ class Text:
             raise Unsupported
 
     def choice_step(self, kind: str, code: CodeText, out: str, leaves: str, loops: Sequence[int]) -> None:
+        """Write the end of a turn of ``for/and``, ``for/or`` or ``for/first``."""
         truth = self.truth(code)
         if kind == "or":
             self.line(f"if {truth}: {out} = {code.text}")
@@ -658,17 +708,18 @@ class Text:
         self.leave_all(leaves, loops)
 
     def slow(self, builtin: Builtin, node: ast.Application) -> Callable[[Any, Any], Any]:
+        """Return a function of two operands that calls a builtin itself."""
         slow = calls.slow_call(self.rt, builtin, node.span)
         return lambda x, y: slow([x, y])
 
     def truth(self, code: CodeText) -> str:
-        """Return the Python condition for whether a value is true."""
+        """Return the Python condition for whether a value is true: all but ``#f`` and ``none`` are."""
         kind = self.kind_of(code)
-        if kind.type == "b":
+        if kind.tag == "Boolean":
             return code.text
         if code.text in self.literals:
             return repr(code.text != "None")
-        if kind.type in "ifnst":
+        if is_truthy(kind):
             if not code.pure:
                 self.temporary(code)
             return "True"

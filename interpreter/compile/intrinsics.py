@@ -1,7 +1,9 @@
 """Fast paths for arithmetic, comparison and list builtins that are not shadowed.
 
-Each factory takes compiled operands and ``slow``, which calls the builtin itself and handles all unusual cases. Integer
-results are bounded in size, so that a program cannot grow them without limit.
+Each factory takes compiled operands and ``slow``, which calls the builtin itself and handles all unusual cases. Each
+operator has its own factory, because an operator that is passed as a function would cost a Python call at every
+evaluation. The names of the operations are those of ``Builtin.intrinsic``; generated code inlines the same ones
+(``generated.OPERATORS``).
 """
 
 from __future__ import annotations
@@ -15,10 +17,11 @@ from scenelang.interpreter.values.values import NIL, Matrix, Pair, Vector
 
 Slow = Callable[[Any, Any], Any]
 _NUMBERS = frozenset((int, float))
-_LIMIT = 1 << 4000  # larger results are checked by the builtin
+_LIMIT = 1 << 4000  # of Integers on fast paths; the builtin checks larger results, so that they cannot grow forever
 
 
 def add(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(+ a b)``."""
     limit, floor = _LIMIT, -_LIMIT
 
     def node(f: Frame) -> Any:
@@ -42,6 +45,7 @@ def add(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def add_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    """Return a node for ``(+ variable number)``, such as the step of a counter."""
     kind = type(y)
 
     def node(f: Frame) -> Any:
@@ -54,6 +58,7 @@ def add_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
 
 
 def add_slots(i: int, j: int, slow: Slow) -> Node:
+    """Return a node for ``(+ variable variable)``."""
     limit, floor = _LIMIT, -_LIMIT
 
     def node(f: Frame) -> Any:
@@ -73,6 +78,8 @@ def add_slots(i: int, j: int, slow: Slow) -> Node:
 
 
 def lt_slots(i: int, j: int, slow: Slow) -> Node:
+    """Return a node for ``(< variable variable)``."""
+
     def node(f: Frame) -> Any:
         x = f[i]
         y = f[j]
@@ -84,6 +91,7 @@ def lt_slots(i: int, j: int, slow: Slow) -> Node:
 
 
 def sub(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(- a b)``."""
     limit, floor = _LIMIT, -_LIMIT
 
     def node(f: Frame) -> Any:
@@ -107,6 +115,7 @@ def sub(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def sub_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    """Return a node for ``(- variable number)``."""
     kind = type(y)
 
     def node(f: Frame) -> Any:
@@ -119,6 +128,10 @@ def sub_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
 
 
 def mul(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(* a b)``.
+
+    Operands are bounded too, because a product of unbounded ones would take long before its size is known.
+    """
     limit, floor = _LIMIT, -_LIMIT
 
     def node(f: Frame) -> Any:
@@ -150,6 +163,7 @@ def _mixed_add(x: Any, y: Any) -> Any:
 
 
 def _mixed_sub(x: Any, y: Any) -> Any:
+    """Return the difference of an Integer and a Float, or None if the Integer is too large to convert."""
     try:
         return x - y
     except OverflowError:
@@ -157,6 +171,7 @@ def _mixed_sub(x: Any, y: Any) -> Any:
 
 
 def _mixed_mul(x: Any, y: Any) -> Any:
+    """Return the product of an Integer and a Float, or None if the Integer is too large to convert."""
     try:
         return x * y
     except OverflowError:
@@ -164,6 +179,8 @@ def _mixed_mul(x: Any, y: Any) -> Any:
 
 
 def div(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(/ a b)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -178,6 +195,8 @@ def div(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def floordiv(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(// a b)`` of Integers."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -189,6 +208,8 @@ def floordiv(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def mod(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(% a b)`` of Integers."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -200,6 +221,8 @@ def mod(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def matmul(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(@ a b)`` of two poses."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -211,6 +234,8 @@ def matmul(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def lt(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(< a b)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -222,6 +247,7 @@ def lt(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def lt_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    """Return a node for ``(< variable number)``."""
     kind = type(y)
 
     def node(f: Frame) -> Any:
@@ -234,6 +260,8 @@ def lt_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
 
 
 def gt(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(> a b)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -245,6 +273,8 @@ def gt(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def le(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(<= a b)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -256,6 +286,8 @@ def le(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def ge(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(>= a b)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -267,6 +299,8 @@ def ge(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def eq(a: Node, b: Node, slow: Slow) -> Node:
+    """Return a node for ``(= a b)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         y = b(f)
@@ -278,6 +312,7 @@ def eq(a: Node, b: Node, slow: Slow) -> Node:
 
 
 def eq_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
+    """Return a node for ``(= variable number)``."""
     kind = type(y)
 
     def node(f: Frame) -> Any:
@@ -299,6 +334,8 @@ SLOT_CONSTANT: dict[str, Callable[[int, Any, Slow], Node]] = {
 
 
 def negation(a: Node, slow: Callable[[Any], Any]) -> Node:
+    """Return a node for ``(not a)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         return x is False or x is None
@@ -307,6 +344,8 @@ def negation(a: Node, slow: Callable[[Any], Any]) -> Node:
 
 
 def car(a: Node, slow: Callable[[Any], Any]) -> Node:
+    """Return a node for ``(car a)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         return x.car if type(x) is Pair else slow(x)
@@ -315,6 +354,8 @@ def car(a: Node, slow: Callable[[Any], Any]) -> Node:
 
 
 def cdr(a: Node, slow: Callable[[Any], Any]) -> Node:
+    """Return a node for ``(cdr a)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         return x.cdr if type(x) is Pair else slow(x)
@@ -323,6 +364,8 @@ def cdr(a: Node, slow: Callable[[Any], Any]) -> Node:
 
 
 def is_null(a: Node, slow: Callable[[Any], Any]) -> Node:
+    """Return a node for ``(null? a)``."""
+
     def node(f: Frame) -> Any:
         x = a(f)
         return True if x is NIL else (False if type(x) is Pair else slow(x))
@@ -347,6 +390,7 @@ def if_slot_equals(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -
 
 
 def if_slot_less(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -> Node:
+    """Combine ``(if (< variable number) then otherwise)`` into one node."""
     kind = type(y)
 
     def node(f: Frame) -> Any:
@@ -365,10 +409,12 @@ UNARY: dict[str, Callable[[Node, Callable[[Any], Any]], Node]] = {
 PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"})  # these always return a boolean
 
 
-# Arithmetic of generated code outside its inlined paths: mixed numbers, long Integers, and vectors of three Floats.
+# --- arithmetic of generated code outside its inlined paths: mixed numbers, long Integers, vectors of three Floats ---
 
 
 def adder(slow: Slow) -> Slow:
+    """Return a function that adds two values."""
+
     def add(x: Any, y: Any) -> Any:
         s, t = type(x), type(y)
         if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
@@ -389,6 +435,8 @@ def adder(slow: Slow) -> Slow:
 
 
 def subtracter(slow: Slow) -> Slow:
+    """Return a function that subtracts two values."""
+
     def subtract(x: Any, y: Any) -> Any:
         s, t = type(x), type(y)
         if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
@@ -409,6 +457,8 @@ def subtracter(slow: Slow) -> Slow:
 
 
 def multiplier(slow: Slow) -> Slow:
+    """Return a function that multiplies two values."""
+
     def multiply(x: Any, y: Any) -> Any:
         s, t = type(x), type(y)
         if s is Vector and t is float and len(x) == 3:
@@ -439,6 +489,8 @@ def multiplier(slow: Slow) -> Slow:
 
 
 def divider(slow: Slow) -> Slow:
+    """Return a function that divides two values."""
+
     def divide(x: Any, y: Any) -> Any:
         if type(x) in _NUMBERS and type(y) in _NUMBERS and y:
             try:

@@ -35,8 +35,9 @@ from scenelang.interpreter.scene.pose import to_array
 from scenelang.interpreter.values.values import NIL, Array, Embedding, Matrix, Pair, Procedure, Vector
 
 _NOWHERE = Span(Source("<expansion>", ""), 0, 0)
+# Characters that are replaced in the name of a renamed variable.
 _UNREADABLE = re.compile(r"[^A-Za-z0-9!?*<>=/_-]+")
-_PLAIN = (int, float, bool, str, type(None))  # types of atoms that always read as what they print
+_PLAIN = (int, float, bool, str, type(None))  # types of atoms whose printed text always reads as an equal atom
 
 
 def _list(*items: Datum) -> ListDatum:
@@ -78,12 +79,14 @@ def _atom(value: Any, span: Span) -> Atom:
 
 
 def _unreadable(value: Any, span: Span | None) -> SceneError:
+    """Return the error for a value that no text reads as."""
     kind = "symbol" if type(value) is Symbol else "value"
     message = f"the expansion has the {kind} `{show(value, 60)}`, and no text reads as that {kind}"
     return SceneError("unsupported", message, "let the macro insert a string, or code that makes the value", span)
 
 
 def _keywords(node: Any) -> list[ast.Parameter]:
+    """Return the keyword parameters of a function."""
     return [p for p in node.parameters if p.kind == "keyword"] if type(node) is ast.Lambda else []
 
 
@@ -93,7 +96,7 @@ def _defined(forms: Iterable[Any]) -> Iterator[Variable]:
 
 
 def _record_of(node: Any) -> ast.Application | None:
-    """Return the making of a record type whose procedures a definition names, or None."""
+    """Return the call that creates a record type, if the node defines its procedures, else None."""
     if type(node) is not ast.Define or type(node.value) is not ast.Application:
         return None
     function = node.value.function
@@ -126,11 +129,12 @@ class _Names:
     """
 
     def __init__(self, forms: list[Any], fixed: frozenset[Variable]) -> None:
+        """Name all variables of a program; those in ``fixed`` keep their names."""
         self.names: dict[Variable, str] = {}
         self._free: dict[int, set[Variable]] = {}  # free variables of each binding node, by id
         self._fixed = set(fixed)
-        self._renamed: set[Variable] = set()
-        self._spelled: set[str] = set()
+        self._renamed: set[Variable] = set()  # variables that a fixed name would capture
+        self._spelled: set[str] = set()  # names in the program, which new names avoid
         globals_ = list(_defined(forms))
         mentioned: set[Variable] = set()
         for form in forms:
@@ -145,33 +149,34 @@ class _Names:
 
     def _visit(self, node: Any) -> set[Variable]:
         """Return the free variables of ``node``."""
-        found: set[Variable] = set()
+        free: set[Variable] = set()
         target = getattr(node, "target", None)
         if type(node) in (ast.Reference, ast.Assignment) and isinstance(target, Variable):
-            found.add(target)
+            free.add(target)
         for child in children(node):
-            found |= self._visit(child)
+            free |= self._visit(child)
         bound = _bound(node)
         self._spelled.update(variable.name for variable in bound)
         if bound:
-            found.difference_update(bound)
-            self._free[id(node)] = found
-        self._fix({p.name: p.target for p in _keywords(node) if p.target is not None}, found)
+            free.difference_update(bound)
+            self._free[id(node)] = free
+        self._fix({p.name: p.target for p in _keywords(node) if p.target is not None}, free)
         record = _record_of(node)
         if record is not None:  # the names of a record's procedures stem from its name and fields
-            self._fix({v.name: v for v in pattern_variables(node.target)}, found)
+            self._fix({v.name: v for v in pattern_variables(node.target)}, free)
             for default in record.arguments[1:]:
                 if type(default) is ast.Lambda:
                     earlier = {p.name: p.target for p in default.parameters if p.target is not None}
                     self._fix(earlier, self._free.get(id(default), set()))
-        return set(found)
+        return set(free)
 
     def _fix(self, fixed: dict[str, Variable], visible: set[Variable]) -> None:
-        """Keep the names of some variables; those of outer variables that they would capture change."""
+        """Keep the names of some variables, and rename outer variables that they would capture."""
         self._fixed.update(fixed.values())
         self._renamed.update(v for v in visible if v.name in fixed and v not in fixed.values())
 
     def _descend(self, node: Any) -> None:
+        """Name the variables that a node and its descendants bind, outermost first."""
         bound = _bound(node)
         if bound:
             self._assign([v for v in bound if v not in self.names], self._free[id(node)])
@@ -179,45 +184,56 @@ class _Names:
             self._descend(child)
 
     def _assign(self, variables: list[Variable], visible: set[Variable]) -> None:
+        """Name variables that one node binds; ``visible`` are the outer variables that its subexpressions use.
+
+        Variables whose names are fixed come first. Raises ``SceneError`` if two of them collide.
+        """
         taken = {self.names[variable] for variable in visible if variable in self.names}
         for variable in sorted(variables, key=lambda v: v not in self._fixed):
             is_readable = _reads_back(Symbol(variable.name))
             stem = variable.name if is_readable else _UNREADABLE.sub("-", variable.name).strip("-")
             stem = stem if is_readable or _reads_back(Symbol(stem)) else "v"
             name, count = stem, 0
-            unfit = variable in self._renamed or (name in FORMS and name not in PAPER_FORMS) or name == "else"
+            is_unfit = variable in self._renamed or (name in FORMS and name not in PAPER_FORMS) or name == "else"
             if variable in self._fixed and not is_readable:
                 raise _unreadable(Symbol(name), variable.span)
-            if variable in self._fixed and (unfit or name in taken):
+            if variable in self._fixed and (is_unfit or name in taken):
                 message = f"`{name}` shadows another `{name}` used by a macro, and neither can be renamed"
                 raise SceneError("unsupported", message, "rename one of them", variable.span)
-            while unfit or name in taken:
+            while is_unfit or name in taken:
                 count += 1
                 name = f"{stem}.{count}"
-                unfit = name in self._spelled
+                is_unfit = name in self._spelled
             self.names[variable] = name
             self._spelled.add(name)
             taken.add(name)
 
 
 class _Unparser:
+    """Converter of core forms to datums, with one method per node, once all variables have names."""
+
     def __init__(self, forms: list[Any], fixed: frozenset[Variable]) -> None:
         self.names = _Names(forms, fixed).names
-        # the names of variables that hide the paper's forms; outside a program such a name is the form as a function
+        # A variable can hide one of the paper's forms; in a program without such a variable, the name is the form as a
+        # function.
         defined = {variable for form in walk(*forms) for variable in _bound(form)} | set(_defined(forms))
         self.defined = defined
         self.taken = {self.names[variable] for variable in defined}
 
     def name(self, variable: Variable) -> str:
+        """Return the name of a variable in the text."""
         return self.names[variable]
 
     def form(self, node: Any) -> Datum:
+        """Return an expression or definition as a datum."""
         return _UNPARSERS[type(node)](self, node)
 
     def forms(self, nodes: Iterable[Any]) -> list[Datum]:
+        """Return several expressions as datums."""
         return [self.form(node) for node in nodes]
 
     def target(self, target: Any) -> Datum:
+        """Return a variable, a pattern, ``_``, or the name of a builtin."""
         if target is None:
             return _symbol("_")
         if isinstance(target, Variable):
@@ -229,6 +245,7 @@ class _Unparser:
         return _symbol(self._procedure_name(target))
 
     def _procedure_name(self, target: Any) -> str:
+        """Return the name of a builtin, with ``std/`` if a variable of the program hides it."""
         name = target.name if isinstance(target, (Builtin, Procedure)) else str(target)
         return f"std/{name}" if name in self.taken else name
 
@@ -237,30 +254,36 @@ class _Unparser:
         return self.sequence(node.items if type(node) is ast.Body and not self._leading_locals(node) else (node,))
 
     def sequence(self, nodes: Iterable[Any]) -> list[Datum]:
-        """Return forms in which none is a sequence of forms."""
+        """Return forms with nested sequences spliced in."""
         return [self.form(item) for node in nodes for item in self._sequence(node)]
 
     def _sequence(self, node: Any) -> Iterator[Any]:
-        is_block = type(node) is ast.Body and bool(node.items) and not any(type(i) is ast.Define for i in node.items)
-        for item in node.items if is_block else ():
-            yield from self._sequence(item)
-        if not is_block:
+        """Iterate over the expressions of a body without definitions; any other node is one expression."""
+        is_sequence = type(node) is ast.Body and bool(node.items) and not any(type(i) is ast.Define for i in node.items)
+        if not is_sequence:
             yield node
+            return
+        for item in node.items:
+            yield from self._sequence(item)
 
     # --- one method per node -----------------------------------------------------------------------------------
 
     def constant(self, node: ast.Constant) -> Datum:
+        """Return a literal; lists and symbols are quoted."""
         datum = _constant_datum(node.value, node.span)
-        plain = isinstance(datum, ArrayDatum) or (isinstance(datum, Atom) and not isinstance(datum.value, Symbol))
-        return datum if plain else _list(_symbol("quote"), datum)
+        is_literal = isinstance(datum, ArrayDatum) or (isinstance(datum, Atom) and not isinstance(datum.value, Symbol))
+        return datum if is_literal else _list(_symbol("quote"), datum)
 
     def handle(self, node: ast.HandleLiteral) -> Datum:
+        """Return a handle."""
         return _atom(Handle(node.name), node.span)
 
     def reference(self, node: ast.Reference) -> Datum:
+        """Return the name of a variable or builtin."""
         return self.target(node.target)
 
     def define(self, node: ast.Define) -> Datum:
+        """Return ``define``, ``define-values`` or ``define-record``."""
         value = node.value
         record = _record_of(node)
         if record is not None:
@@ -273,6 +296,7 @@ class _Unparser:
         return _list(_symbol(name), self.target(node.target), self.form(value))
 
     def function(self, node: ast.Lambda) -> Datum:
+        """Return a ``lambda``."""
         items, tail = self._parameter_list(node)
         parameters = ListDatum(tuple(items), tail, _NOWHERE) if items or tail is None else tail
         return _list(_symbol("lambda"), parameters, *self.body(node.body))
@@ -298,6 +322,7 @@ class _Unparser:
         return items, tail
 
     def block(self, node: ast.Body) -> Datum:
+        """Return a body as an expression: ``let*``, ``let`` or ``begin``."""
         locals_ = self._leading_locals(node)
         if locals_:
             bindings = [_list(self.target(item.target), self.form(item.value)) for item in locals_]
@@ -317,13 +342,15 @@ class _Unparser:
         return leading
 
     def application(self, node: ast.Application) -> Datum:
+        """Return a call."""
         head = self.form(node.function)
-        is_own = type(node.function) is ast.Reference and node.function.target in self.defined
-        if isinstance(head, Atom) and head.value in PAPER_FORMS and not is_own:
+        is_defined = type(node.function) is ast.Reference and node.function.target in self.defined
+        if isinstance(head, Atom) and head.value in PAPER_FORMS and not is_defined:
             head = _list(_symbol("begin"), head)  # the form as a function, which checks its arguments when it is called
         return _list(head, *self.forms(node.arguments))
 
     def _record(self, node: ast.Application) -> Datum:
+        """Return ``define-record`` for the call that creates a record type."""
         facts = node.arguments[0]
         assert type(facts) is ast.Constant
         name, names, types = facts.value
@@ -334,15 +361,16 @@ class _Unparser:
         return _list(_symbol("define-record"), _symbol(name), *fields)
 
     def loop(self, node: ast.For) -> Datum:
+        """Return a ``for`` form; clauses with several targets are parallel and need ``for`` rather than ``for*``."""
         name = "for*" if node.kind == "each" else f"for*/{node.kind}"
         parts: list[Datum] = [_symbol(name)]
         if node.accumulators:
             parts.append(_list(*(_list(self.target(a.target), self.form(a.value)) for a in node.accumulators)))
-        parallel = any(len(clause.targets) > 1 for clause in node.clauses)
-        is_nested = sum(clause.kind == "each" for clause in node.clauses) > 1 and not parallel
+        is_parallel = any(len(clause.targets) > 1 for clause in node.clauses)
+        is_nested = sum(clause.kind == "each" for clause in node.clauses) > 1 and not is_parallel
         if node.accumulators:
             parts[0] = _symbol("for*/fold" if is_nested else "for/fold")
-        if parallel and not node.accumulators:
+        if is_parallel and not node.accumulators:
             parts[0] = _symbol(name.replace("for*", "for"))
         clauses: list[Datum] = []
         for clause in node.clauses:
@@ -353,6 +381,7 @@ class _Unparser:
         return _list(*parts, _list(*clauses), *self.body(node.body))
 
     def guard(self, node: ast.Guard) -> Datum:
+        """Return ``guard`` with a single ``else`` clause; the expander made others tests in the handler."""
         clause = _list(_symbol("else"), *self.body(node.handler))
         return _list(_symbol("guard"), _list(self.target(node.target), clause), *self.body(node.body))
 
@@ -378,6 +407,7 @@ def _constant_datum(value: Any, span: Span) -> Datum:
 
 
 def _nested(rows: Any) -> Datum:
+    """Return nested lists of numbers as array literals."""
     if isinstance(rows, list):
         return ArrayDatum(tuple(_nested(row) for row in rows), _NOWHERE)
     return Atom(rows, _NOWHERE)

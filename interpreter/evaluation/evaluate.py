@@ -34,9 +34,10 @@ class Globals(dict[Variable, Cell]):
         self._prelude = prelude
 
     def get(self, variable: Variable, default: Any = None) -> Any:
+        """Return the cell of a variable; a prelude function is compiled first, None for an unknown variable."""
         cell = super().get(variable)
         if cell is None and variable in self._prelude.definitions:
-            cell = self[variable] = Cell(UNDEFINED, NEVER)  # its definition is no effect of the call that needs it
+            cell = self[variable] = Cell(UNDEFINED, NEVER)  # the call that needs it must not count as a writer
             (run,) = compile_forms(self._rt, self, [self._prelude.definitions[variable]])
             run([])
             cell.birth = 0
@@ -63,11 +64,16 @@ class ProgramRun:
             raise SceneError("escape", f"`{name}` was called outside its `let/ec`", None, form.span) from None
 
     def run_forms(self, program: Program) -> None:
+        """Run all top-level forms of a program."""
         for form in program.forms:
             self.run_form(form)
 
     def run_root(self, program: Program, word: str, seed: int) -> Scene:
-        """Seed the random streams, evaluate the root ``word`` and return its scene."""
+        """Seed the random streams, evaluate the root ``word`` and return its scene.
+
+        The language defines that the streams are seeded just before the root is evaluated. Code at top level uses the
+        streams as seeded at the start of the run.
+        """
         rt = self.rt
         rt.streams.seed(seed)
         span = program.all_words.get(word) or (program.scene.span if program.scene else None)
@@ -87,19 +93,29 @@ class ProgramRun:
         if scene is None or not scene.arguments or type(scene.word) is not ast.Constant or scene.word.value != word:
             return z, gamma
         values = [self.run_form(argument) for argument in scene.arguments]
-        given, rest, written = call_embeddings(self.rt, word, values)
+        arguments, rest, written = call_embeddings(self.rt, word, values)
         self.rt.check_written(word, written)
-        joined = Embedding(given.handle or z.handle, given.text or z.text, z.attributes)
-        joined = with_attributes(self.rt, joined, given.attributes)
-        return joined, make_list(rest) if rest else gamma
+        merged = Embedding(arguments.handle or z.handle, arguments.text or z.text, z.attributes)
+        merged = with_attributes(self.rt, merged, arguments.attributes)
+        return merged, make_list(rest) if rest else gamma
 
     def evaluate_root(self, word: str, function: Any, z: Embedding, gamma: Any) -> Scene:
-        """Call the root's function and return its scene, which is static or consists of frames."""
+        """Call the root's function and return its scene, which is static or consists of frames.
+
+        Parameters
+        ----------
+        word, function
+            Root word, and the function that it is bound to.
+        z
+            Embedding of the root.
+        gamma
+            Infinite list of handles, or the positional arguments of ``(scene ...)``.
+        """
         rt = self.rt
         rt.clock += 1
         serial = rt.clock
         rt.save_streams(serial)
-        stated = tuple(rt.declarations)
+        declarations = tuple(rt.declarations)  # those at top level
         try:
             value = rt.apply_entity_function(function, word, z, gamma)
             frames = _frames(rt, function, value, word)
@@ -107,13 +123,14 @@ class ProgramRun:
             error.called(f'"{word}"', None)
             raise
         roots = [rt.make_entity(word, z, children) for children in frames]
-        own = rt.declared_since(len(stated))
+        root_declarations = rt.declared_since(len(declarations))
         for root in roots:
-            root.function, root.rest, root.serial, root.declarations = function, gamma, serial, own
-        return Scene(word, roots, _is_animated(function, value), stated)
+            root.function, root.rest, root.serial, root.declarations = function, gamma, serial, root_declarations
+        return Scene(word, roots, _is_animated(function, value), declarations)
 
 
 def _is_animated(function: Any, value: Any) -> bool:
+    """Return whether the value of the root is a 4D scene."""
     return type(value) is Frames or _is_frame_list(function, value)
 
 
@@ -128,6 +145,7 @@ def _is_frame_list(function: Any, value: Any) -> bool:
 
 
 def _is_proper(value: Any) -> bool:
+    """Return whether a value is a list that does not end in a dotted pair."""
     if isinstance(value, MutableList):
         return True
     while type(value) is Pair:
@@ -136,12 +154,14 @@ def _is_proper(value: Any) -> bool:
 
 
 def _is_frame(member: Any) -> bool:
+    """Return whether an item of the root's list may be a frame: an entity or a list, but not a posed entity."""
     if type(member) is Entity or member is NIL or isinstance(member, MutableList):
         return True
     return type(member) is Pair and not (type(member.car) is Entity and type(member.cdr) is Matrix)
 
 
 def _frames(rt: Runtime, function: Any, value: Any, word: str) -> list[tuple[Any, ...]]:
+    """Return the parts of each frame; a static scene has one."""
     if type(value) is Frames:
         return list(value.frames)
     if _is_frame_list(function, value):
@@ -183,7 +203,7 @@ def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], 
 
 @contextmanager
 def _located(word: str, span: Span | None) -> Iterator[None]:
-    """Give errors about the call of the root, which no code makes, the place of ``scene`` or of the root's ``bind``."""
+    """Locate errors about the call of the root, which is not in the text, at ``scene`` or at the root's ``bind``."""
     try:
         yield
     except SceneError as error:
@@ -193,18 +213,22 @@ def _located(word: str, span: Span | None) -> Iterator[None]:
         raise
 
 
-# Evaluation of a program under edit: only what an edit reaches is evaluated again.
+# --- evaluation of a program under edit: only the forms that an edit affects are evaluated again ----------------------
 #
-# The runtime of one version goes on with the next. A top-level form that only creates functions is skipped if neither
+# The runtime of one version continues with the next. A top-level form that only creates functions is skipped if neither
 # it nor anything that it mentions, directly or through other forms, has changed; all other forms run again, in order.
-# A memoised call is used again if the function of its word was not created again: all that it can have read is then as
-# it was. What is not certain is run from scratch: a word with two bindings, a form at top level that uses what is
-# defined behind it, a value that differs although nothing that it was computed from has changed.
+# A memoized call stays valid while the function of its word is the same object, because everything that it may have
+# read is then unchanged. This needs no record of reads at run time: recording the version of each definition that a
+# call reads would be finer, but would cost time at each read, and forms are analyzed once.
+#
+# A version is run from scratch if this is not certain: if a word has two bindings or is bound by a function, if code at
+# top level uses a later definition, or if a value differs although nothing that it was computed from has changed. The
+# limits count only what is evaluated again.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FormReach:
-    """What a top-level form defines, and what it can read.
+    """Definitions of a top-level form, and the names and words that it can read.
 
     Attributes
     ----------
@@ -233,10 +257,10 @@ _LOOKUPS = frozenset(("call", "retrieve", "bound?", "apply-entity-function"))
 
 
 def reach_of(form: Any, known: Mapping[int, FormReach]) -> FormReach:
-    """Return what a top-level form defines and can read, from what is ``known`` of forms by their ids if it holds."""
-    found = known.get(id(form))
-    if found is not None and found.form is form and found.is_static == _makes_functions(form, found.variables):
-        return found
+    """Return what a top-level form defines and can read; results in ``known``, by the ids of forms, are reused."""
+    reach = known.get(id(form))
+    if reach is not None and reach.form is form and reach.is_static == _makes_functions(form, reach.variables):
+        return reach
     mentions: set[Variable] = set()
     strings: set[str] = set()
     is_open = False
@@ -249,7 +273,7 @@ def reach_of(form: Any, known: Mapping[int, FormReach]) -> FormReach:
         elif kind is ast.Reference or kind is ast.Assignment:
             target = node.target
             if isinstance(target, (Builtin, Variable)):
-                is_open = is_open or target.name in _LOOKUPS  # `call` as a value, too
+                is_open = is_open or target.name in _LOOKUPS  # also as a value
             if isinstance(target, Variable) and target.is_global:
                 mentions.add(target)
     variables = tuple(pattern_variables(form.target)) if type(form) is ast.Define else ()
@@ -259,25 +283,28 @@ def reach_of(form: Any, known: Mapping[int, FormReach]) -> FormReach:
 
 
 def _makes_functions(form: Any, variables: tuple[Variable, ...]) -> bool:
+    """Return whether running a form only creates functions; ``set!`` may replace those of an assigned variable."""
     if type(form) is ast.Bind:
         return type(form.word) is ast.Constant and type(form.function) is ast.Lambda
     if type(form) is not ast.Define or any(variable.assigned for variable in variables):
         return False
     value = form.value
     if type(value) is ast.Application and type(value.function) is ast.Reference:
-        return value.function.target is MAKE_RECORD and all(type(each) is ast.Constant for each in value.arguments)
+        return value.function.target is MAKE_RECORD and all(
+            type(argument) is ast.Constant for argument in value.arguments
+        )
     return type(value) is ast.Lambda
 
 
 class _Restart(Exception):
-    """The version must be run from scratch."""
+    """Raised when a version must be run from scratch."""
 
 
-_MAX_KEPT = 1_000_000
+_MAX_KEPT = 1_000_000  # memoized calls of earlier versions; more are dropped by a run from scratch, for their memory
 
 
 class IncrementalRun:
-    """Run of the successive versions of one program, which share what an edit does not reach.
+    """Run of the successive versions of one program, which share the calls that an edit does not affect.
 
     Parameters
     ----------
@@ -288,24 +315,41 @@ class IncrementalRun:
     """
 
     def __init__(self, library: Library, new_runtime: Callable[[], Runtime]) -> None:
+        """Start without a version, so that the first one runs from scratch."""
         self._library = library
         self._new_runtime = new_runtime
         self._reaches: dict[int, FormReach] = {}
         self._run: ProgramRun | None = None  # None if the next version must be run from scratch
-        self._assigned: dict[Variable, bool] = {}
+        self._assigned: dict[Variable, bool] = {}  # `Variable.assigned` in the last version
         self._functions: dict[str, Any] = {}  # of the words that are bound at top level
-        self._bindings = 0
+        self._bindings = 0  # epoch of words after the last version
         self._scene: Scene | None = None  # of the last version, if it depends on the functions alone
-        self._root: tuple[str, Any] | None = None
-        self._trace: Sequence[Any] = ()
+        self._root: tuple[str, Any] | None = None  # the root's word and function
+        self._trace: Sequence[Any] = ()  # of the root's evaluation, which is replayed with its scene
         self.rt = new_runtime()
         self._place = self.rt.place
         self.evaluated = 0  # top-level forms that the last run evaluated
 
     def run(self, program: Program, word: str, seed: int, place: Callable[[Span], Span], spent: float = 0.0) -> Scene:
-        """Run the next version of the program, and return its scene. Raises like a run from scratch.
+        """Run the next version of the program and return its scene.
 
-        ``place`` returns where a span of the program is in the text.
+        Parameters
+        ----------
+        program
+            The version.
+        word
+            Word of the root.
+        seed
+            Seed of the random streams.
+        place
+            Converts a span of the program to the whole text.
+        spent
+            Seconds of the time limit that the check has used.
+
+        Raises
+        ------
+        SceneError
+            The same as in a run from scratch.
         """
         self._place = self.rt.place = place
         reaches = [reach_of(form, self._reaches) for form in program.forms]
@@ -321,6 +365,7 @@ class IncrementalRun:
     def _from_scratch(
         self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, spent: float
     ) -> Scene:
+        """Run all forms and the root in a new runtime."""
         self.rt = self._new_runtime()
         self.rt.place = self._place
         self.rt.restart(seed, spent)
@@ -340,66 +385,68 @@ class IncrementalRun:
         seed: int,
         spent: float,
     ) -> Scene:
+        """Run the next version in the runtime of the last one; raise ``_Restart`` if that is not certain to be
+        equivalent."""
         rt = self.rt
-        again = self._changed(run, reaches, previous)
-        kept = {id(reach.form) for reach in reaches if reach.is_static} - again
-        if uses_what_follows(reaches, kept):
+        changed = self._changed(run, reaches, previous)
+        unchanged = {id(reach.form) for reach in reaches if reach.is_static} - changed
+        if uses_later_definitions(reaches, unchanged):
             raise _Restart
-        values = self._clean(run, reaches, kept, seed, spent)
+        values = self._clean(run, reaches, unchanged, seed, spent)
         rt.keep_calls(self._functions, self._bindings)  # until the words of other forms are bound again
         before, binds = rt.clock, rt.binds
         for reach in reaches:
-            if id(reach.form) not in kept:
+            if id(reach.form) not in unchanged:
                 run.run_form(reach.form)
-                if id(reach.form) not in again and not all(
-                    is_same(values[each], run.globals[each].value) for each in reach.variables
+                if id(reach.form) not in changed and not all(
+                    is_same(values[variable], run.globals[variable].value) for variable in reach.variables
                 ):
                     raise _Restart
-        self.evaluated = len(reaches) - len(kept)
+        self.evaluated = len(reaches) - len(unchanged)
         binds = rt.binds - binds
-        if binds != sum(bool(reach.words) for reach in reaches if id(reach.form) not in kept):
-            raise _Restart  # a word is bound by other code
-        if rt.clock != before and any(reach.words and id(reach.form) in again for reach in reaches):
-            raise _Restart  # calls at top level, between bindings
+        if binds != sum(bool(reach.words) for reach in reaches if id(reach.form) not in unchanged):
+            raise _Restart  # other code than a form at top level binds a word
+        if rt.clock != before and any(reach.words and id(reach.form) in changed for reach in reaches):
+            raise _Restart  # code at top level calls words between the bindings
         rt.keep_calls(_functions(rt, reaches), self._bindings)
         if self._scene is not None and self._root == (word, self._function(word)) and program.scene is None:
             self._keep(run, reaches)
             rt.replay(self._trace)
             return self._scene
-        kept_words = sum(bool(reach.words) for reach in reaches if id(reach.form) in kept)
-        return self._finish(run, program, reaches, word, seed, binds + kept_words)
+        unchanged_words = sum(bool(reach.words) for reach in reaches if id(reach.form) in unchanged)
+        return self._finish(run, program, reaches, word, seed, binds + unchanged_words)
 
     def _changed(self, run: ProgramRun, reaches: Sequence[FormReach], previous: Mapping[int, FormReach]) -> set[int]:
         """Return the forms that are new, those whose values cannot be compared, and all that depend on these."""
-        now = {id(reach.form) for reach in reaches}
-        gone = [reach for key, reach in previous.items() if key not in now]
-        words = {each for reach in gone for each in reach.words}
-        variables = {each for reach in gone for each in reach.variables}
+        current = {id(reach.form) for reach in reaches}
+        removed = [reach for key, reach in previous.items() if key not in current]
+        words = {word for reach in removed for word in reach.words}
+        variables = {variable for reach in removed for variable in reach.variables}
         forms: set[int] = set()
         for reach in reaches:
             is_new = id(reach.form) not in previous
-            flags = any(self._assigned.get(v) != v.assigned for v in (*reach.variables, *reach.mentions))
+            has_new_flags = any(self._assigned.get(v) != v.assigned for v in (*reach.variables, *reach.mentions))
             values = [run.globals[v].value for v in reach.variables if v in run.globals]
             is_volatile = not reach.is_static and bool(reach.words or not all(map(is_plain, values)))
-            if is_new or flags or is_volatile:
+            if is_new or has_new_flags or is_volatile:
                 forms.add(id(reach.form))
                 words.update(reach.words)
                 variables.update(reach.variables)
         return with_dependents(reaches, forms, words, variables)
 
     def _clean(
-        self, run: ProgramRun, reaches: Sequence[FormReach], kept: set[int], seed: int, spent: float
+        self, run: ProgramRun, reaches: Sequence[FormReach], unchanged: set[int], seed: int, spent: float
     ) -> dict[Variable, Any]:
-        """Undo what the last run did, apart from the functions that are kept; return the values of the variables."""
+        """Undo the effects of the last run except for unchanged functions; return the values of the other variables."""
         rt = self.rt
         rt.restart(seed, spent)
-        bound = {each for reach in reaches if id(reach.form) in kept for each in reach.words}
-        for each in list(rt.words):
-            if each not in bound:
-                del rt.words[each]
+        bound = {word for reach in reaches if id(reach.form) in unchanged for word in reach.words}
+        for word in list(rt.words):
+            if word not in bound:
+                del rt.words[word]
         values = {}
         for reach in reaches:
-            if id(reach.form) not in kept:
+            if id(reach.form) not in unchanged:
                 for variable in reach.variables:
                     cell = run.globals.get(variable)
                     if cell is not None:
@@ -409,8 +456,10 @@ class IncrementalRun:
     def _finish(
         self, run: ProgramRun, program: Program, reaches: Sequence[FormReach], word: str, seed: int, binds: int
     ) -> Scene:
-        """Evaluate the root, and keep the state for the next version unless words were bound by other code than a
-        ``bind`` at top level; ``binds`` is how often the forms have bound words."""
+        """Evaluate the root, and keep the state for the next version if only ``bind`` forms at top level bind words.
+
+        ``binds`` is the number of times that the forms have bound words.
+        """
         rt = self.rt
         output, bindings, before = rt.output, rt.bindings, rt.binds
         functions = _functions(rt, reaches)
@@ -425,85 +474,95 @@ class IncrementalRun:
         return scene
 
     def _keep(self, run: ProgramRun, reaches: Sequence[FormReach]) -> None:
+        """Keep the state of a run for the next version."""
         self._run = run
         self._functions, self._bindings = _functions(self.rt, reaches), self.rt.bindings
         self._assigned = {v: v.assigned for reach in reaches for v in (*reach.variables, *reach.mentions)}
 
     def _function(self, word: str) -> Any:
+        """Return the function of a word, or None."""
         cell = self.rt.words.get(word)
         return cell.function if cell is not None else None
 
 
 def _functions(rt: Runtime, reaches: Sequence[FormReach]) -> dict[str, Any]:
     """Return the functions of the words that are bound at top level."""
-    words = [each for reach in reaches for each in reach.words]
-    return {each: rt.words[each].function for each in words if each in rt.words}
+    words = [word for reach in reaches for word in reach.words]
+    return {word: rt.words[word].function for word in words if word in rt.words}
 
 
 def with_dependents(
     reaches: Sequence[FormReach], forms: set[int], words: set[str], variables: set[Variable]
 ) -> set[int]:
-    """Return ``forms`` with all that mention changed words or variables, directly or through other forms."""
+    """Return the ids ``forms``, and those of all forms that mention changed words or variables, directly or through
+    other forms."""
     readers: dict[Any, list[FormReach]] = {}
     for reach in reaches:
         for name in (*reach.mentions, *reach.strings, *reach.words):
             readers.setdefault(name, []).append(reach)
-    is_open = [reach for reach in reaches if reach.is_open]
-    found, pending = set(forms), [*words, *variables]
+    open_forms = [reach for reach in reaches if reach.is_open]
+    dependents, pending = set(forms), [*words, *variables]
     while pending:
         name = pending.pop()
         affected = [*readers.pop(name, ())]
-        if type(name) is str:  # a word, which these may call without mentioning it
-            affected += is_open
-            is_open = []
+        if type(name) is str:  # a word, which open forms may call without mentioning it
+            affected += open_forms
+            open_forms = []
         for reach in affected:
-            if id(reach.form) not in found:
-                found.add(id(reach.form))
+            if id(reach.form) not in dependents:
+                dependents.add(id(reach.form))
                 pending += (*reach.words, *reach.variables)
-    return found
+    return dependents
 
 
-def uses_what_follows(reaches: Sequence[FormReach], kept: set[int]) -> bool:
-    """Return whether a form that runs code at top level can reach a function that is kept and defined behind it."""
-    places: dict[Any, int] = {}
+def uses_later_definitions(reaches: Sequence[FormReach], unchanged: set[int]) -> bool:
+    """Return whether code at top level can call a function that an unchanged form (by id) after it defines.
+
+    In a run from scratch the function would not exist yet. The search goes from definitions to their readers, from the
+    last definition on, and visits each form once.
+    """
+    homes: dict[Any, int] = {}
     for index, reach in enumerate(reaches):
-        places.update(dict.fromkeys((*reach.variables, *reach.words), index))
-    anything = len(reaches)  # stands for a form that mentions every name
+        homes.update(dict.fromkeys((*reach.variables, *reach.words), index))
+    anything = len(reaches)  # index of an imaginary form that mentions every name, for open forms
     readers: list[list[int]] = [[] for _ in range(anything + 1)]
-    for place in set(places.values()):
-        readers[place].append(anything)
+    for home in set(homes.values()):
+        readers[home].append(anything)
     for index, reach in enumerate(reaches):
-        names = (name for name in (*reach.mentions, *reach.strings) if name in places)
-        for place in [anything] if reach.is_open else {places[name] for name in names}:
-            readers[place].append(index)
-    seen = [False] * (anything + 1)
-    for last in range(anything - 1, -1, -1):  # the last form that is kept and reached
-        if id(reaches[last].form) not in kept:
+        names = (name for name in (*reach.mentions, *reach.strings) if name in homes)
+        for home in [anything] if reach.is_open else {homes[name] for name in names}:
+            readers[home].append(index)
+    visited = [False] * (anything + 1)
+    for last in range(anything - 1, -1, -1):
+        if id(reaches[last].form) not in unchanged:
             continue
         stack = readers[last]
         while stack:
             index = stack.pop()
-            if not seen[index]:
-                seen[index] = True
+            if not visited[index]:
+                visited[index] = True
                 stack += readers[index]
                 if index < last and not reaches[index].is_static:
                     return True
     return False
 
 
+_MAX_COMPARED = 1_000  # items of a list that is compared with its value in the next version
+
+
 def is_plain(value: Any) -> bool:
-    """Return whether a value is immutable data that can be compared."""
+    """Return whether a value is immutable data that can be compared, and not a long list."""
     count = 0
     while type(value) is Pair:
         count += 1
-        if count > 1000 or not is_plain(value.car):
+        if count > _MAX_COMPARED or not is_plain(value.car):
             return False
         value = value.cdr
     return value is None or value is NIL or type(value) in (int, float, bool, str, Vector, Matrix)
 
 
 def is_same(old: Any, new: Any) -> bool:
-    """Return whether nothing tells two plain values apart; 0.0 and -0.0 are two values."""
+    """Return whether two plain values are indistinguishable; 0.0 and -0.0 are not."""
     while type(old) is type(new) is Pair:
         if not is_same(old.car, new.car):
             return False
@@ -513,7 +572,7 @@ def is_same(old: Any, new: Any) -> bool:
     return repr(old) == repr(new) if type(old) in (float, Vector, Matrix) else bool(old == new)
 
 
-# Calls of a REPL session: those that a definition does not reach are used again.
+# --- calls of a REPL session: those that a definition does not affect are used again ---------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -527,7 +586,7 @@ class SessionForm:
     is_static
         Whether running it again only creates its functions again.
     is_replaced
-        Whether another form has replaced it or is about to, so that running it again would undo that.
+        Whether another form has replaced it or is about to; running it again would undo that.
     """
 
     trees: tuple[Any, ...]
@@ -536,11 +595,12 @@ class SessionForm:
 
 
 class SessionCalls:
-    """Memoised calls of a REPL session, whose functions are defined one after another.
+    """Memoized calls of a REPL session, whose functions are defined one after another.
 
-    After a definition, the functions that mention what it defines, directly or through other forms, are created again,
-    so that their calls are new ones; all other calls stay valid. Where that is not certain, all calls are forgotten: if
-    a form has changed anything but what it defines, or if a value may contain a function that should be created again.
+    After a definition, the functions that mention its names, directly or through other forms, are created again, so
+    that their calls are new ones; all other calls stay valid. All calls are invalidated if that is not certain: if a
+    form has changed anything but its own definitions, or if a value may contain a function that should be created
+    again.
 
     Parameters
     ----------
@@ -556,7 +616,7 @@ class SessionCalls:
         self._reaches: dict[int, FormReach] = {}
         self._changed: list[Any] = []  # core forms that ran since the calls were settled
         self._before: tuple[int, int] | None = None  # the epochs before the first of them; None if settled
-        self.is_tracked = True  # False once a form has changed anything but what it defines
+        self.is_tracked = True  # False after a form has changed anything but its own definitions
 
     @property
     def is_settled(self) -> bool:
@@ -569,7 +629,7 @@ class SessionCalls:
         return self._run.rt.bindings, self._run.rt.epoch
 
     def reach(self, tree: Any) -> FormReach:
-        """Return what a core form defines and can read."""
+        """Return the definitions of a core form, and the names and words that it can read."""
         return reach_of(tree, self._reaches)
 
     def note(self, trees: Sequence[Any], epochs: tuple[int, int]) -> None:
@@ -578,57 +638,58 @@ class SessionCalls:
         self._before = self._before or epochs
 
     def restore(self, variables: Iterable[Variable], epochs: tuple[int, int]) -> None:
-        """Keep all calls, after a definition that gave its variables the values that they had."""
+        """Keep all calls after a definition that did not change the values of its variables."""
         self._run.rt.epoch = epochs[1]
         self._observe(variables)
 
     def settle(self, forms: Sequence[SessionForm]) -> None:
-        """Keep the calls that the definitions since the last time do not reach, in a session of these forms."""
+        """Keep the calls that the definitions since the last settlement do not affect; ``forms`` are all forms of the
+        session."""
         rt, changed, before = self._run.rt, self._changed, self._before
         self._changed, self._before = [], None
         try:
-            again = self._reached(forms, changed) if self.is_tracked else None
-            if again is None or before is None:
+            affected = self._affected(forms, changed) if self.is_tracked else None
+            if affected is None or before is None:
                 rt.invalidate_calls()
                 return
-            for tree in again:
+            for tree in affected:
                 self._run.run_form(tree)
         except BaseException:  # such as an interruption
             rt.invalidate_calls()
             raise
         rt.keep_calls(_functions(rt, list(self._reaches.values())), *before)
-        for tree in (*changed, *again):
+        for tree in (*changed, *affected):
             reach = self.reach(tree)
             self._observe(reach.variables)
             for word in reach.words:
                 rt.word_cell(word)
 
     def _observe(self, variables: Iterable[Variable]) -> None:
-        """Mark variables as read, perhaps by a call that is kept."""
+        """Mark variables as read, because a call that is kept may have read them."""
         for cell in map(self._run.globals.get, variables):
             if cell is not None:
                 cell.observed = True
 
-    def _reached(self, forms: Sequence[SessionForm], changed: Sequence[Any]) -> list[Any] | None:
+    def _affected(self, forms: Sequence[SessionForm], changed: Sequence[Any]) -> list[Any] | None:
         """Return the core forms whose functions must be created again, or None if this is not certain."""
         self._reaches = {id(tree): reach_of(tree, self._reaches) for form in forms for tree in form.trees}
         new = list(map(self.reach, changed))
         ids = {id(tree) for tree in changed}
-        words = {each for reach in new for each in reach.words}
-        variables = {each for reach in new for each in reach.variables} | self._volatile
-        reached = with_dependents(list(self._reaches.values()), ids, words, variables)
-        again: list[Any] = []
+        words = {word for reach in new for word in reach.words}
+        variables = {variable for reach in new for variable in reach.variables} | self._volatile
+        dependents = with_dependents(list(self._reaches.values()), ids, words, variables)
+        affected: list[Any] = []
         for form in forms:
-            trees = [tree for tree in form.trees if id(tree) in reached and id(tree) not in ids]
+            trees = [tree for tree in form.trees if id(tree) in dependents and id(tree) not in ids]
             if trees and not (form.is_static or form.is_replaced):
                 return None
-            again += filter(self._is_defined, trees) if form.is_static else ()
-        return again
+            affected += filter(self._is_defined, trees) if form.is_static else ()
+        return affected
 
     def _is_defined(self, tree: Any) -> bool:
-        """Return whether what a core form defines has values at present."""
+        """Return whether all definitions of a core form have values at present."""
         reach = self.reach(tree)
-        cells = [self._run.globals.get(each) for each in reach.variables]
-        words = [self._run.rt.words.get(each) for each in reach.words]
+        cells = [self._run.globals.get(variable) for variable in reach.variables]
+        words = [self._run.rt.words.get(word) for word in reach.words]
         is_bound = all(word is not None and word.function is not None for word in words)
         return is_bound and all(cell is not None and cell.value is not UNDEFINED for cell in cells)

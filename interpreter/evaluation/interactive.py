@@ -1,9 +1,10 @@
 """Incremental evaluation for the REPL and editors: forms are read, expanded and run one after another.
 
-Names may be redefined. Each form is a transaction: if it fails, its bindings and changes are rolled back. All global
-variables count as assigned, so that a shared call that reads one is valid only until it changes. If a name changes its
-meaning other than by a new value of its variable (a macro, a record, a library name), the functions whose expansion
-looked it up are expanded and created again.
+Names may be redefined. Each form is a transaction: if it fails, its bindings and side effects are rolled back, because
+the first write to an older object saves a copy (``JournaledRuntime``). ``guard`` does not roll back, because programs
+rely on their side effects. All global variables count as assigned, so that a shared call that reads one is valid only
+until it changes. If a name gets another meaning than a new value of its variable (a macro, a record, a library name, an
+import), the functions whose expansion looked it up are expanded and created again.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ from scenelang.interpreter.evaluation.evaluate import (
     SessionForm,
     is_plain,
     is_same,
-    uses_what_follows,
+    uses_later_definitions,
 )
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
@@ -57,11 +58,12 @@ from scenelang.interpreter.runtime.types import Library
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.values.values import Mutable
 
-# Incremental analysis of a program under edit: only what an edit may have changed is analysed again.
+# --- incremental analysis of a program under edit: only the forms that an edit may affect are analyzed again ----------
 #
 # The main file is split into top-level pieces. A piece with unchanged text reuses its datums, and also its scan and
-# expansion if every name they looked up still has the same meaning (``TrackedNames``). Spans inside a piece are
-# therefore relative to it; ``Version.place`` converts them to the whole text. The result equals a full analysis.
+# expansion if every name they looked up still has the same meaning (``TrackedNames``). A top-level name keeps its
+# variable across versions, so a change inside a function does not affect its callers. Spans inside a piece are relative
+# to it; ``Version.place`` converts them to the whole text. The result equals a full analysis.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +80,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Version:
-    """Analysed version of the text. Each piece comes with the offset of its source in the whole text."""
+    """Analyzed version of the text. Each piece comes with the offset of its source in the whole text."""
 
     source: Source
     pieces: tuple[tuple[int, Piece], ...]
@@ -91,6 +93,7 @@ class Version:
         return moved_span(span, self._move)
 
     def _move(self, span: Span) -> tuple[Source, int]:
+        """Return the source and the offset to which a span moves."""
         offset = self.offsets.get(id(span.source))
         return (span.source, 0) if offset is None else (self.source, offset)
 
@@ -100,7 +103,7 @@ class Version:
 
 
 class Versions:
-    """Incremental analyser of the successive versions of one main file."""
+    """Incremental analyzer of the successive versions of one main file."""
 
     def __init__(self, prelude: Prelude) -> None:
         self._prelude = prelude
@@ -120,11 +123,11 @@ class Versions:
         run_macro: RunMacro,
         overrides: Mapping[str, Datum] | None = None,
     ) -> Version:
-        """Analyse the next version. The parameters are those of ``load_program``."""
+        """Analyze the next version. The parameters are those of ``load_program``."""
         values = overrides or {}
         texts = {name: datum.span.text for name, datum in values.items()}
         if texts != self._overrides:
-            self._pieces = tuple(each for each in self._pieces if not each[1].form.params)
+            self._pieces = tuple((start, piece) for start, piece in self._pieces if not piece.form.params)
         self._overrides = texts
         previous = self._state.files if self._state is not None else {}
         state = ProgramState(
@@ -154,20 +157,22 @@ class Versions:
         known: defaultdict[str, list[Piece]] = defaultdict(list)
         for _, piece in reversed(self._pieces):
             known[piece.text].append(piece)
-        found = []
+        pieces = []
         for chunk in chunks:
             text = " " * chunk.column + chunk.text
-            found.append((chunk.start - chunk.column, known[text].pop() if known[text] else _piece(source.name, text)))
-        return tuple(found)
+            piece = known[text].pop() if known[text] else _piece(source.name, text)
+            pieces.append((chunk.start - chunk.column, piece))
+        return tuple(pieces)
 
 
 def _piece(name: str, text: str) -> Piece:
+    """Read a new piece."""
     source = Source(name, text)
     result = read(source)
     return Piece(text, source, TopForm(result.forms, result.diagnostics))
 
 
-# REPL history variables: the last values ``*1 *2 *3`` and the last error ``*e``.
+# --- REPL history variables: the last values ``*1 *2 *3`` and the last error ``*e`` -----------------------------------
 
 
 VALUES = ("*1", "*2", "*3")
@@ -196,21 +201,22 @@ class History:
     def remember(self, value: Any) -> None:
         """Store a value in ``*1``, shifting the previous values to ``*2`` and ``*3``."""
         cells = [self._cells[name] for name in VALUES]
-        for cell, each in zip(cells, [value, *(cell.value for cell in cells[:-1])]):
-            self._assign(cell, each)
+        for cell, new_value in zip(cells, [value, *(cell.value for cell in cells[:-1])]):
+            self._assign(cell, new_value)
 
     def remember_error(self, error: SceneError) -> None:
         """Store an error in ``*e``."""
         self._assign(self._cells[ERROR], raised_value(error))
 
     def _assign(self, cell: Cell, value: Any) -> None:
+        """Set a variable, and invalidate all calls if one has read it."""
         if cell.observed:  # a cached call has read it
             self._rt.invalidate_calls()
             cell.observed = False
         cell.value = value
 
 
-# Forms of a session: which names each defines, which form replaces another, and which are evaluated together.
+# --- forms of a session: the names that each defines, the form that it replaces, and groups for evaluation ------------
 
 
 _DEFINING = frozenset(
@@ -240,8 +246,8 @@ def replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
         return True
     if new.imports or old.imports:
         return bool(new.imports and old.imports) and _text(new) == _text(old)
-    made = names_of(old)
-    return bool(made) and made <= defined
+    old_names = names_of(old)
+    return bool(old_names) and old_names <= defined
 
 
 def is_assignment(form: TopForm) -> bool:
@@ -276,8 +282,9 @@ def _variables(form: TopForm) -> Iterator[Variable]:
             yield from pattern_variables(tree.target)
 
 
-class _NotKept(Exception):
-    """Forms of a file must be evaluated again: a name that they use has another meaning, or is defined twice."""
+class _StaleForms(Exception):
+    """Raised when forms of a file must be evaluated again, because a name that they use has another meaning, or is
+    defined twice."""
 
     def __init__(self, forms: Sequence[TopForm]) -> None:
         super().__init__()
@@ -286,7 +293,7 @@ class _NotKept(Exception):
 
 @dataclass(frozen=True, slots=True)
 class _Move:
-    """Where a form of an earlier version of a file, from ``start`` to ``end``, is in the present one."""
+    """Move of a form of an earlier version of a file, from ``start`` to ``end``, to its position in the current one."""
 
     start: int
     end: int
@@ -295,6 +302,7 @@ class _Move:
 
 
 def _text(form: TopForm) -> str:
+    """Return the source text of a form."""
     return " ".join(datum.span.text for datum in form.datums)
 
 
@@ -308,6 +316,7 @@ def _collected(files: Sequence[SourceFile]) -> tuple[list[Any], set[int]]:
 
 
 def makes_function(tree: Any) -> bool:
+    """Return whether a core form defines a function or binds a word to one."""
     value = tree.value if type(tree) is ast.Define else tree.function if type(tree) is ast.Bind else None
     return type(value) is ast.Lambda
 
@@ -346,8 +355,8 @@ def _defined_name(datum: Datum) -> str | None:
 def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
     """Insert a new form into the forms of a session, so that running them in order reproduces its state.
 
-    A function, macro or record takes the place of the form that it replaces. The definition of a value is appended; if
-    anything was computed after the old definition, which may have used the old value, the old definition is preserved.
+    A function, macro or record takes the position of the form that it replaces. The definition of a value is appended;
+    if code ran after the old definition, which may have used the old value, the old definition is preserved.
     """
     defined = names_of(form)
     replaced = [i for i, old in enumerate(forms) if replaces(form, old, defined)]
@@ -359,7 +368,7 @@ def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
 
 
 _NONE: Mapping[str, TopForm] = MappingProxyType({})
-_MAX_ROUNDS = 10  # of updating dependents, whose new definitions may have dependents themselves
+_MAX_ROUNDS = 10  # updates of dependents after a definition, since their new definitions may have dependents too
 
 
 @dataclass(frozen=True, slots=True)
@@ -401,6 +410,7 @@ class TopLevel:
         new_macros: Callable[[], RunMacro],
         overrides: dict[str, Datum],
     ) -> None:
+        """Start an empty session."""
         self.rt = runtime
         self.run = ProgramRun(library, runtime)
         self.main = main
@@ -410,7 +420,7 @@ class TopLevel:
         self.file = SourceFile(main, prelude.scope, self.state, is_main=True)
         self.history = History(self.run, self.file.scope)
         self.forms: list[TopForm] = []
-        self._random_only: set[int] = set()  # ids of forms whose only lasting effect was to draw random numbers
+        self._random_only: set[int] = set()  # ids of forms whose only lasting effect was a random draw
         self._ran: set[int] = set()  # ids of imported files that have been run
         self._imported_files: list[SourceFile] = []  # keeps the files alive, so that their ids are not reused
         self._moves: dict[int, list[_Move]] = {}  # of forms kept by ``reload``, by the id of their source
@@ -457,7 +467,7 @@ class TopLevel:
         self.state.run_macro = self.file.expander.run_macro = self._new_macros()
         self.file.expander.searches = 0
         if whole:
-            self._evaluate_group(*self._keep_forms(parsed_forms, source, reused), on_result, warn)
+            self._evaluate_group(*self._split_forms(parsed_forms, source, reused), on_result, warn)
             return
         for group in groups(parsed_forms):
             if len(group) == 1 or self._expands(group):
@@ -469,8 +479,11 @@ class TopLevel:
     def reload(
         self, source: Source, on_result: Callable[[FormResult], None], warn: Callable[[Diagnostic], None]
     ) -> None:
-        """Evaluate the next version of a file like ``evaluate``, except for definitions of functions and macros that
-        are unchanged; then remove the definitions of its previous version that it no longer contains."""
+        """Evaluate the next version of a file, except for unchanged definitions of functions and macros.
+
+        The definitions of its previous version that it no longer contains are removed. The parameters are those of
+        ``evaluate``.
+        """
         self.rt.forget_output()
         reused = self._unchanged(source) if self._calls.is_tracked else {}
         if not self._calls.is_tracked:
@@ -479,13 +492,12 @@ class TopLevel:
             try:
                 self.evaluate(source, on_result, warn, whole=True, reused=reused)
                 break
-            except _NotKept as signal:
+            except _StaleForms as signal:
                 reused = {text: form for text, form in reused.items() if form not in signal.forms}
         self._forget(self._replace_forms(source))
 
     def _unchanged(self, source: Source) -> Mapping[str, TopForm]:
-        """Return the forms of the previous version of a file that need not be evaluated again if they are in the next
-        one, by their text."""
+        """Return the forms of the previous version of a file that the next version can reuse, by their text."""
         return {
             _text(form): form
             for form in self._latest_forms()
@@ -494,8 +506,8 @@ class TopLevel:
 
     def _imported(self, name: str) -> set[int]:
         """Return the identities of the files that a file imports, directly or through others."""
-        _, found = _collected([file for form in self.forms if source_of(form).name == name for file in form.imports])
-        return found
+        imports = [file for form in self.forms if source_of(form).name == name for file in form.imports]
+        return _collected(imports)[1]
 
     def _latest_forms(self) -> list[TopForm]:
         """Return the forms whose definitions are all in effect."""
@@ -515,50 +527,52 @@ class TopLevel:
     def _evaluate_group(
         self,
         group: Sequence[TopForm],
-        kept: Sequence[TopForm] | None,
+        unchanged: Sequence[TopForm] | None,
         on_result: Callable[[FormResult], None],
         warn: Callable[[Diagnostic], None],
     ) -> None:
-        """Evaluate forms that are mutually visible. They are those of a whole file, except ``kept``, unless that is
-        None."""
+        """Evaluate forms that are mutually visible.
+
+        For a whole file, ``unchanged`` are its other forms, which are not evaluated; for an input, it is None.
+        """
         before = self._snapshot()
         try:
-            if kept is not None:
-                self._remove_names(group, kept)
+            if unchanged is not None:
+                self._remove_names(group, unchanged)
             problems = self._add_forms(group)
         except BaseException:  # such as RecursionError: roll back completely
             self._roll_back(before)
             raise
         defined = {name for form in group for name in names_of(form)}
-        wrong = [form for form in kept or () if self._is_stale(form) or not names_of(form).isdisjoint(defined)]
-        if kept and not wrong and not any(d.is_error for d in problems):
-            wrong = list(kept) if self._uses_what_follows(group, kept) else []
-        if wrong:
+        stale = [form for form in unchanged or () if self._is_stale(form) or not names_of(form).isdisjoint(defined)]
+        if unchanged and not stale and not any(d.is_error for d in problems):
+            stale = list(unchanged) if self._uses_later_definitions(group, unchanged) else []
+        if stale:
             self._roll_back(before)
-            raise _NotKept(wrong)
+            raise _StaleForms(stale)
         errors = [d for d in problems if d.is_error]
         if errors:
             self._roll_back(before)
             for diagnostic in errors[:-1]:
                 warn(diagnostic)
             raise error_of(errors[-1])
-        for diagnostic in self._warnings(group, problems, kept):
+        for diagnostic in self._warnings(group, problems, unchanged):
             warn(diagnostic)
         try:
-            with self._undefined([*group, *self._late_imports(group)] if kept is not None else ()) as values:
-                self._run_group(group, before, on_result, kept or (), values)
+            with self._undefined([*group, *self._late_imports(group)] if unchanged is not None else ()) as values:
+                self._run_group(group, before, on_result, unchanged or (), values)
         finally:
             self._settle(())
-        if kept is None and any(form.imports for form in group):
+        if unchanged is None and any(form.imports for form in group):
             self._forget((), has_imported=True)
 
-    def _uses_what_follows(self, group: Sequence[TopForm], kept: Sequence[TopForm]) -> bool:
-        """Return whether code of a file uses what a kept form below it defines."""
-        trees = _trees(sorted((*group, *kept), key=self._start))
-        return uses_what_follows(list(map(self._calls.reach, trees)), set(map(id, _trees(kept))))
+    def _uses_later_definitions(self, group: Sequence[TopForm], unchanged: Sequence[TopForm]) -> bool:
+        """Return whether code of a file uses a definition in an unchanged form below it."""
+        trees = _trees(sorted((*group, *unchanged), key=self._start))
+        return uses_later_definitions(list(map(self._calls.reach, trees)), set(map(id, _trees(unchanged))))
 
     def _late_imports(self, group: Sequence[TopForm]) -> list[TopForm]:
-        """Return the forms of files that are imported below code, and have them run again."""
+        """Return the forms of files that are imported below code, and mark these files to be run again."""
         code = next((number for number, form in enumerate(group) if runs_code(form) and not form.imports), len(group))
         _, late = _collected([file for form in group[code:] for file in form.imports])
         self._ran -= late
@@ -566,22 +580,25 @@ class TopLevel:
 
     @contextmanager
     def _undefined(self, group: Sequence[TopForm]) -> Iterator[Mapping[Variable, Any]]:
-        """Take the values and functions that forms are about to define, so that no form above them uses those of an
-        earlier version; yield the values. What is not defined then has them back."""
-        cells = {each: self.run.globals.get(each) for form in group for each in _variables(form)}
-        values = {each: cell.value for each, cell in cells.items() if cell is not None}
+        """Context in which names that forms are about to define have no values; yields their earlier values.
+
+        No form above the definitions can then use values of an earlier version. Names that are still undefined at the
+        end get their values back.
+        """
+        cells = {variable: self.run.globals.get(variable) for form in group for variable in _variables(form)}
+        values = {variable: cell.value for variable, cell in cells.items() if cell is not None}
         words = [self.rt.words[word] for form in group for word, _ in form.words if word in self.rt.words]
         functions = [(cell, cell.function) for cell in words]
         try:
-            for each in values:
-                self.run.globals[each].value = UNDEFINED
+            for variable in values:
+                self.run.globals[variable].value = UNDEFINED
             for cell in words:
                 cell.function = None
             yield values
         finally:
-            for each, value in values.items():
-                if self.run.globals[each].value is UNDEFINED:
-                    self.run.globals[each].value = value
+            for variable, value in values.items():
+                if self.run.globals[variable].value is UNDEFINED:
+                    self.run.globals[variable].value = value
             for cell, function in functions:
                 cell.function = function if cell.function is None else cell.function
 
@@ -590,10 +607,13 @@ class TopLevel:
         group: Sequence[TopForm],
         before: Snapshot,
         on_result: Callable[[FormResult], None],
-        kept: Sequence[TopForm],
+        unchanged: Sequence[TopForm],
         old: Mapping[Variable, Any],
     ) -> None:
-        """Evaluate forms that have been expanded; ``old`` are values that their variables had before."""
+        """Evaluate forms that have been expanded; ``old`` are the values that their variables had before.
+
+        A form that changes anything but its own definitions may affect ``unchanged`` forms below it, so these run too.
+        """
         forms, is_tracked = list(group), self._calls.is_tracked
         for number, form in enumerate(forms):
             if runs_code(form):
@@ -608,55 +628,59 @@ class TopLevel:
                 self._ran = ran
                 self._roll_back_rest(before, forms[:number])
                 raise
-            new = [form, *(each for file in self._imported_files if id(file) in self._ran - ran for each in file.forms)]
-            self._calls.is_tracked &= not self.rt.has_written_other(self._own_cells(new))
+            imported = [file for file in self._imported_files if id(file) in self._ran - ran]
+            new = [form, *(file_form for file in imported for file_form in file.forms)]
+            self._calls.is_tracked &= not self.rt.has_written_other(self._defined_cells(new))
             if names_of(form) or form.imports:
                 self._note(new, epochs, values)
             self._accept(form)
-            for each in results:
-                on_result(each)
-            if is_tracked and not self._calls.is_tracked:  # it may have changed what a kept form below it defines
+            for result in results:
+                on_result(result)
+            if is_tracked and not self._calls.is_tracked:
                 is_tracked = False
                 start = self._start(form)
-                below = [*forms[number + 1 :], *(each for each in kept if self._start(each) > start)]
+                below = [*forms[number + 1 :], *(other for other in unchanged if self._start(other) > start)]
                 forms[number + 1 :] = sorted(below, key=self._start)
 
     def _start(self, form: TopForm) -> int:
+        """Return the offset of a form in the current version of its file."""
         return self.place(form.datums[0].span).start
 
     def _settle(self, coming: Sequence[TopForm]) -> None:
-        """Update what depends on the definitions since the last time; ``coming`` are about to be run."""
+        """Update the dependents of the definitions since the last settlement; ``coming`` forms are about to run."""
         if self._calls.is_settled:
             return
-        again = self._update_dependents()
-        self._calls.note(_trees(again), self._calls.epochs)
+        updated = self._update_dependents()
+        self._calls.note(_trees(updated), self._calls.epochs)
         self._calls.settle(list(self._session_forms(coming)))
 
     def _note(self, forms: Sequence[TopForm], epochs: tuple[int, int], values: Mapping[Variable, Any]) -> None:
         """Record that definitions ran; ``epochs`` and ``values`` are those before."""
         cells = self.run.globals
-        if values and all(is_same(value, cells[each].value) for each, value in values.items()):
+        if values and all(is_same(value, cells[variable].value) for variable, value in values.items()):
             self._calls.restore(values, epochs)
         else:
             self._calls.note(_trees(forms), epochs)
 
-    def _own_cells(self, forms: Sequence[TopForm]) -> list[Mutable]:
-        """Return the cells that definitions write."""
-        cells = [self.run.globals.get(variable) for each in forms for variable in _variables(each)]
-        words = [self.rt.words[word] for each in forms for word, _ in each.words if word in self.rt.words]
+    def _defined_cells(self, forms: Sequence[TopForm]) -> list[Mutable]:
+        """Return the cells of the variables and words that forms define."""
+        cells = [self.run.globals.get(variable) for form in forms for variable in _variables(form)]
+        words = [self.rt.words[word] for form in forms for word, _ in form.words if word in self.rt.words]
         return [cell for cell in cells if cell is not None] + words
 
     def _plain_values(self, form: TopForm, old: Mapping[Variable, Any]) -> Mapping[Variable, Any]:
-        """Return the values of the variables that a definition sets, if all are data that can be compared."""
+        """Return the values before a definition of its variables, if all are data that can be compared."""
         if not runs_code(form):
             return {}
-        cells = {each: self.run.globals.get(each) for each in _variables(form)}
-        values = {each: cell.value if cell is not None else UNDEFINED for each, cell in cells.items()}
-        values = {each: old.get(each, UNDEFINED) if value is UNDEFINED else value for each, value in values.items()}
+        values = {}
+        for variable in _variables(form):
+            cell = self.run.globals.get(variable)
+            value = cell.value if cell is not None else UNDEFINED
+            values[variable] = old.get(variable, UNDEFINED) if value is UNDEFINED else value
         return values if all(map(is_plain, values.values())) else {}
 
     def _session_forms(self, coming: Sequence[TopForm]) -> Iterator[SessionForm]:
-        """Iterate over the forms in effect; ``coming`` are about to be run and replace others."""
+        """Iterate over the forms in effect; ``coming`` forms are about to run and replace others."""
         names = {name for form in coming for name in names_of(form)}
         latest = set(map(id, self._latest_forms()))
         for form in self.forms:
@@ -668,6 +692,7 @@ class TopLevel:
                 yield SessionForm((tree,), type(tree) is ast.Define and makes_function(tree))
 
     def _run_form(self, form: TopForm) -> list[FormResult]:
+        """Run a form, and the files that it imports."""
         results = []
         for tree in form.asts:
             if isinstance(tree, Import):
@@ -697,17 +722,18 @@ class TopLevel:
         file.add_forms(group)
         state.loading = []
         file.scene = file.scene or scene
-        found = [d for form in group for step in (form.scan, form.expansion) if step for d in step.problems]
-        for each in state.files.values():
-            if each is not file:
-                each.finish()
-                found += each.diagnostics()
+        problems = [d for form in group for step in (form.scan, form.expansion) if step for d in step.problems]
+        for other in state.files.values():
+            if other is not file:
+                other.finish()
+                problems += other.diagnostics()
         self._count_as_assigned(group)
         self._mark_changed_files()
-        found += [d for d in file.problems if d.name != "bound-twice"]
-        return [d for d in found if not (file.is_incomplete and d.name == "unbound")]
+        problems += [d for d in file.problems if d.name != "bound-twice"]
+        return [d for d in problems if not (file.is_incomplete and d.name == "unbound")]
 
     def _scene(self) -> ListDatum | None:
+        """Return the last ``(scene ...)`` form, or None."""
         return next((form.scene for form in reversed(self.forms) if form.scene is not None), None)
 
     def _count_as_assigned(self, group: Sequence[TopForm]) -> None:
@@ -727,7 +753,7 @@ class TopLevel:
         while changed:
             changed = False
             for file in self._imported_files:
-                if id(file) in self._ran and any(id(each) not in self._ran for each in file.imports):
+                if id(file) in self._ran and any(id(imported) not in self._ran for imported in file.imports):
                     self._ran.discard(id(file))
                     changed = True
 
@@ -746,49 +772,53 @@ class TopLevel:
 
     def _update_dependents(self) -> list[TopForm]:
         """Expand and run again the functions that looked up a name whose meaning has changed; return their forms."""
-        found: list[TopForm] = []
+        updated: list[TopForm] = []
         for _ in range(_MAX_ROUNDS):
             stale = [form for form in self.forms if self._is_stale(form)]
             if not stale:
                 break
-            found += map(self._reevaluate, stale)
-        return found
+            updated += map(self._reevaluate, stale)
+        return updated
 
     def _is_stale(self, form: TopForm) -> bool:
+        """Return whether a name that the analysis of a form looked up has another meaning now."""
         find = dict.get
         records: list[LookupRecord] = [step.record for step in (form.scan, form.expansion) if step is not None]
-        own = {symbol for record in records for symbol in record.bound}
+        defined = {symbol for record in records for symbol in record.bound}
         return not form.imports and any(
-            find(self.file.names, symbol) is not found
+            find(self.file.names, symbol) is not binding
             for record in records
-            for symbol, found in record.seen.items()
-            if symbol not in own
+            for symbol, binding in record.lookups.items()
+            if symbol not in defined
         )
 
     def _reevaluate(self, form: TopForm) -> TopForm:
         """Expand and run a stale form again; if it no longer expands, its old definitions remain."""
-        again = fresh(form)
+        new_form = fresh(form)
         snapshot = self._snapshot()
-        problems = self._add_forms([again])
+        problems = self._add_forms([new_form])
         if any(d.is_error for d in problems):
             self._roll_back(snapshot)
             for step in (form.scan, form.expansion):
                 if step is not None:
-                    step.record.seen = {s: dict.get(self.file.names, s) for s in step.record.seen}
+                    step.record.lookups = {s: dict.get(self.file.names, s) for s in step.record.lookups}
             return form
-        self.forms[self.forms.index(form)] = again
-        for tree in _trees((again,)):
-            if makes_function(tree) and self._is_latest(again):
+        self.forms[self.forms.index(form)] = new_form
+        for tree in _trees((new_form,)):
+            if makes_function(tree) and self._is_latest(new_form):
                 self.run.run_form(tree)
-        return again
+        return new_form
 
     def _is_latest(self, form: TopForm) -> bool:
+        """Return whether all definitions of a form are in effect."""
         return all(self.definition_of(name) is form for name in names_of(form))
 
     def _snapshot(self) -> Snapshot:
+        """Return a snapshot of the session's names."""
         return snapshot_of(self.file, self._ran)
 
     def _roll_back(self, snapshot: Snapshot) -> None:
+        """Restore the session's names."""
         roll_back(self.file, snapshot)
         self._ran = set(snapshot.ran)
 
@@ -804,40 +834,40 @@ class TopLevel:
         self._ran = ran
         if done:
             self.file.words = words
-            self.state.params = [param for each in self.forms for param in each.params]
+            self.state.params = [param for form in self.forms for param in form.params]
 
     # --- reloading ---------------------------------------------------------------------------------------------
 
-    def _keep_forms(
+    def _split_forms(
         self, forms: Sequence[TopForm], source: Source, reused: Mapping[str, TopForm]
     ) -> tuple[list[TopForm], list[TopForm]]:
-        """Separate the forms of a file into those to evaluate, and those ``reused``, whose places are updated.
+        """Separate the forms of a file into those to evaluate and those of ``reused``, whose positions are updated.
 
         A form is evaluated if another one defines the same name, since the last definition of a name counts.
         """
         names = Counter(_defined_name(form.datums[0]) for form in forms if form.datums[0].span.text[1:6] != "scene")
-        rest, kept = [], []
+        new, unchanged = [], []
         self._moves = {key: moves for key, moves in self._moves.items() if moves[0].source.name != source.name}
         for form in forms:
             name, old = _defined_name(form.datums[0]), reused.get(_text(form))
             if old is None or name is None or names[name] > 1:
-                rest.append(form)
+                new.append(form)
                 continue
-            kept.append(old)
+            unchanged.append(old)
             span = old.datums[0].span
             move = _Move(span.start, span.end, source, form.datums[0].span.start - span.start)
             self._moves.setdefault(id(source_of(old)), []).append(move)
         for moves in self._moves.values():
             moves.sort(key=lambda move: move.start)
-        return rest, kept
+        return new, unchanged
 
-    def _remove_names(self, group: Sequence[TopForm], kept: Sequence[TopForm]) -> None:
-        """Remove the names that the last version of a file defined, unless its next one apparently does."""
-        name, are_kept = self.file.source.name, set(map(id, kept))
+    def _remove_names(self, group: Sequence[TopForm], unchanged: Sequence[TopForm]) -> None:
+        """Remove the names that the last version of a file defined, unless its next version apparently does."""
+        file_name, unchanged_ids = self.file.source.name, set(map(id, unchanged))
         remaining = {_defined_name(form.datums[0]) for form in group}
-        remaining |= {each for form in kept for each in names_of(form)}
+        remaining |= {name for form in unchanged for name in names_of(form)}
         for form in self.forms:
-            if source_of(form).name == name and form.scan is not None and id(form) not in are_kept:
+            if source_of(form).name == file_name and form.scan is not None and id(form) not in unchanged_ids:
                 for symbol in form.scan.record.bound:
                     if base_name(symbol) not in remaining:
                         dict.pop(self.file.names, symbol, None)
@@ -857,6 +887,7 @@ class TopLevel:
         return comment_above(span.source, span.start)
 
     def _move(self, span: Span) -> tuple[Source, int]:
+        """Return the source and the offset to which a span of an unchanged form moves."""
         moves = self._moves.get(id(span.source), [])
         index = bisect_right(moves, span.start, key=lambda move: move.start) - 1
         if index < 0 or span.end > moves[index].end:
@@ -864,28 +895,32 @@ class TopLevel:
         return moves[index].source, moves[index].offset
 
     def _replace_forms(self, source: Source) -> list[TopForm]:
-        """Bring the forms of a file into the order of its text, and remove those of its earlier versions, which are
-        returned."""
-        own: dict[int, TopForm] = {}  # by their places in the text
+        """Sort the forms of a file by their order in its text; remove and return those of its earlier versions."""
+        current: dict[int, TopForm] = {}  # by their offsets in the text
         old: list[TopForm] = []
         others: list[TopForm] = []
-        at = 0  # how many of the others are before them
+        position = 0  # number of the other forms that come before those of the file
         for form in self.forms:
             span = self.place(form.datums[0].span)
             if span.source.name != source.name:
                 others.append(form)
             elif span.source is source:
-                at = at if own else len(others)
-                own[span.start] = form
+                position = position if current else len(others)
+                current[span.start] = form
             else:
                 old.append(form)
-        self.forms = [*others[:at], *(own[start] for start in sorted(own)), *others[at:]]
+        sorted_forms = [current[start] for start in sorted(current)]
+        self.forms = [*others[:position], *sorted_forms, *others[position:]]
         self._list_forms()
         return old
 
-    def _forget(self, old: Sequence[TopForm], has_imported: bool = False) -> None:
-        """Remove the definitions of forms that were removed, unless others define the same, and words of imports that
-        are gone. If files were imported again, their words are bound anew, as another file may bind them now."""
+    def _forget(self, old: Sequence[TopForm], *, has_imported: bool = False) -> None:
+        """Remove the definitions of removed forms, unless other forms define the same names, and words of removed
+        imports.
+
+        If files were imported again (``has_imported``), their words are bound again, because another file may bind
+        them now.
+        """
         remaining = {name for form in self.forms for name in names_of(form)}
         for form in old:
             for symbol in list(form.scan.record.bound if form.scan is not None else ()):
@@ -894,42 +929,42 @@ class TopLevel:
         trees, current = _collected(self.file.imports)
         imported = {bound_word(tree): tree for tree in trees}
         earlier = {word for file in self._imported_files if id(file) not in current for word in file.words}
-        own = {word for form in old for word, _ in form.words}
-        gone = own.union(*(file.words for file in self._imported_files)) - self.file.words.keys()
-        for word in gone & self.rt.words.keys():
+        old_words = {word for form in old for word, _ in form.words}
+        unbound = old_words.union(*(file.words for file in self._imported_files)) - self.file.words.keys()
+        for word in unbound & self.rt.words.keys():
             if word not in imported:
                 self.rt.words[word].function = None
-            elif word in own or (has_imported and word in earlier):
+            elif word in old_words or (has_imported and word in earlier):
                 self.run.run_form(imported[word])
-        if any(form.imports or not names_of(form) <= remaining for form in old) or gone - imported.keys():
+        if any(form.imports or not names_of(form) <= remaining for form in old) or unbound - imported.keys():
             self.rt.invalidate_calls()
 
     def _list_forms(self) -> None:
-        """Update what the file knows of the forms of the session."""
+        """Update the file's lists of words, imports and params from the forms of the session."""
         file = self.file
         file.forms = self.forms
         file.words = {word: span for form in self.forms for word, span in form.words}
-        file.imports = [each for form in self.forms for each in form.imports]
+        file.imports = [imported for form in self.forms for imported in form.imports]
         self.state.params = [param for form in self.forms for param in form.params]
 
     # --- queries -----------------------------------------------------------------------------------------------
 
     def persistent_forms(self) -> list[TopForm]:
         """Return ``forms`` without those that only drew random numbers that had no effect on later forms."""
-        found: list[TopForm] = []
+        persistent: list[TopForm] = []
         is_followed_by_code = False
         for form in reversed(self.forms):
             if id(form) not in self._random_only or is_followed_by_code:
-                found.append(form)
+                persistent.append(form)
                 is_followed_by_code = is_followed_by_code or runs_code(form)
-        return found[::-1]
+        return persistent[::-1]
 
     def program(self) -> Program:
         """Return the session as a program."""
         file = self.file
         file.scene = self._scene()
         file.problems = []
-        self.state.files = {each.source.name: each for each in [file, *file.imports]}
+        self.state.files = {part.source.name: part for part in [file, *file.imports]}
         return assemble_program(file, file.finish_scene())
 
     def run_root(self, program: Program, word: str, seed: int) -> Scene:
@@ -982,14 +1017,14 @@ class TopLevel:
         return None
 
     def _warnings(
-        self, group: Sequence[TopForm], problems: Sequence[Diagnostic], kept: Sequence[TopForm] | None
+        self, group: Sequence[TopForm], problems: Sequence[Diagnostic], unchanged: Sequence[TopForm] | None
     ) -> list[Diagnostic]:
-        """Return the warnings of new forms; those of a whole file unless ``kept`` is None."""
-        forms = [*(kept or ()), *group]
-        steps = [step for form in kept or () for step in (form.scan, form.expansion) if step is not None]
+        """Return the warnings about new forms; for a whole file, those about ``unchanged`` forms too."""
+        forms = [*(unchanged or ()), *group]
+        steps = [step for form in unchanged or () for step in (form.scan, form.expansion) if step is not None]
         problems = [*(problem for step in steps for problem in step.problems), *problems]
-        trees, cache = _trees(forms), LintCache() if kept is None else self._lint
+        trees, cache = _trees(forms), LintCache() if unchanged is None else self._lint
         words = {**{word: span for form in self.forms for word, span in form.words}, **self.file.words}
         imported = {word: span for file in self.state.files.values() for word, span in file.words.items()}
-        found = [*problems, *new_form_warnings(self.main, trees, words, {**imported, **words}, cache)]
-        return [d for d in found if kept is not None or d.name not in WHOLE_FILE]
+        warnings = [*problems, *new_form_warnings(self.main, trees, words, {**imported, **words}, cache)]
+        return [d for d in warnings if unchanged is not None or d.name not in WHOLE_FILE]

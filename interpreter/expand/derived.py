@@ -1,4 +1,8 @@
-"""Special forms in expressions: checking their syntax and lowering them to core forms."""
+"""Special forms in expressions: checking their syntax and lowering them to core forms.
+
+The derived forms follow R7RS, section 4.2, unless a docstring says otherwise. A handler takes the expander, the form
+and the scope, and returns a core datum.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +18,16 @@ from scenelang.interpreter.expand.macros import check_proper, quoted_value
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
 from scenelang.interpreter.scene.declarations import FLAGS, RELATIONS, Relation
 
+_MAX_SHOWN = 40  # characters of source text in a hint
+_MAX_ASSERTION = 200  # characters of a failed test in its message
+
 Handler = Callable[[Expander, ListDatum, Scope], Datum]
 HANDLERS: dict[str, Handler] = {}
 
 
 def handles(*names: str) -> Callable[[Handler], Handler]:
+    """Register a handler of forms."""
+
     def register(handler: Handler) -> Handler:
         HANDLERS.update(dict.fromkeys(names, handler))
         return handler
@@ -27,6 +36,7 @@ def handles(*names: str) -> Callable[[Handler], Handler]:
 
 
 def _misplaced(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Report a definition or a top-level form in place of an expression."""
     name = base_name(datum.items[0].value)
     where = {"scene": "at the top level of the main file", "param": "at top level", "import": "at top level"}
     hint = f"`{name}` is only allowed {where.get(name, 'in a body or at top level')}"
@@ -46,27 +56,30 @@ HANDLERS.update(
 
 @handles("let-syntax", "letrec-syntax")
 def expand_let_syntax(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand local macros and their body (``scan_let_syntax``)."""
     return expander.expand_body([datum], scope, datum.span)
 
 
 def _count(datum: ListDatum, minimum: int, maximum: int | None = None) -> None:
     """Raise a syntax error if the number of operands of a form is not between ``minimum`` and ``maximum``."""
-    given = len(datum.items) - 1
+    count = len(datum.items) - 1
     name = base_name(datum.items[0].value)
-    if given < minimum:
+    if count < minimum:
         raise syntax_error(name, f"incomplete `{name}` form", datum.span)
-    if maximum is not None and given > maximum:
+    if maximum is not None and count > maximum:
         raise syntax_error(name, f"unexpected operand of `{name}`", datum.items[maximum + 1].span)
 
 
 @handles("quote")
 def expand_quote(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``quote``. A quoted handle has no data of file Z, because constants are created before Z is loaded."""
     _count(datum, 1, 1)
     return core("QUOTE", [opaque("DATUM", quoted_value(datum.items[1]), datum.span)], datum.span)
 
 
 @handles("quasiquote")
 def expand_quasiquote(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``quasiquote``."""
     _count(datum, 1, 1)
     return expand.expand_template(expander, datum.items[1], scope)
 
@@ -83,6 +96,7 @@ def expand_plain(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 
 def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
+    """Check that the target of ``set!`` is a variable, and mark it as assigned."""
     _count(datum, 2, 2)
     target = operands[0]
     variable = target.value if isinstance(target, Atom) else None
@@ -102,12 +116,14 @@ def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
 
 @handles("lambda")
 def expand_lambda(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``lambda``."""
     _count(datum, 2)
     return expander.expand_lambda(datum.items[1], datum.items[2:], scope, datum.span)
 
 
 @handles("begin")
 def expand_begin(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``begin``."""
     _count(datum, 1)
     items = [expander.expand(item, scope) for item in datum.items[1:]]
     return items[0] if len(items) == 1 else core("BODY", items, datum.span)
@@ -115,12 +131,14 @@ def expand_begin(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 @handles("begin0")
 def expand_begin0(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``begin0``, whose value is that of its first expression (Racket)."""
     _count(datum, 1)
     return core("FIRST", [expander.expand(item, scope) for item in datum.items[1:]], datum.span)
 
 
 @handles("bind")
 def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``bind``; a function gets the word in quotes as its name for messages."""
     _count(datum, 2, 2)
     literal = datum.items[1]
     if is_identifier(literal) and scope.lookup(literal.value) is None:
@@ -156,27 +174,30 @@ def _with_parentheses(error: SceneError, operand: ListDatum) -> SceneError:
     """Add the fix for a single binding or clause ``(name value)`` without the parentheses around all of them."""
     if len(operand.items) == 2 and is_identifier(operand.items[0]) and operand.span.expansion is None:
         text = f"({operand.span.text})"
-        error.hint = f"write `{text}`" if len(text) < 40 else error.hint
+        error.hint = f"write `{text}`" if len(text) < _MAX_SHOWN else error.hint
         error.fixes = (Fix("Add parentheses", (Edit(operand.span, text),), safe=True),)
     return error
 
 
 def _check_distinct(pairs: Sequence[tuple[Datum, Datum]]) -> None:
-    seen = set()
+    """Raise an error if two bindings have the same name."""
+    names = set()
     for target, _ in pairs:
         if is_identifier(target) and base_name(target.value) != "_":
-            if target.value in seen:
+            if target.value in names:
                 raise SceneError("duplicate", f"duplicate binding of `{base_name(target.value)}`", None, target.span)
-            seen.add(target.value)
+            names.add(target.value)
 
 
 def _named_value(expander: Expander, target: Datum, value: Datum, scope: Scope) -> Datum:
+    """Expand the value of a binding; a function gets the name of the target."""
     name = base_name(target.value) if is_identifier(target) else "lambda"
     return expand.expand_named(expander, value, scope, name)
 
 
 @handles("let", "let-values")
 def expand_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``let``: all values are evaluated before the variables are bound."""
     _count(datum, 2)
     if is_identifier(datum.items[1]):
         return _named_let(expander, datum, scope)
@@ -193,6 +214,7 @@ def expand_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 @handles("let*", "let*-values")
 def expand_let_star(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``let*``: each value sees the variables before it."""
     _count(datum, 2)
     items = []
     for target, value in _bindings(datum, datum.items[1], base_name(datum.items[0].value)):
@@ -205,6 +227,7 @@ def expand_let_star(expander: Expander, datum: ListDatum, scope: Scope) -> Datum
 
 @handles("letrec", "letrec*")
 def expand_letrec(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``letrec`` and ``letrec*``: all variables are visible in all values."""
     _count(datum, 2)
     pairs = _bindings(datum, datum.items[1], base_name(datum.items[0].value))
     _check_distinct(pairs)
@@ -219,6 +242,7 @@ def expand_letrec(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 
 def _named_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``(let loop ((name value) ...) body ...)`` to a local function and its first call."""
     _count(datum, 3)
     name = datum.items[1]
     pairs = _bindings(datum, datum.items[2], "let")
@@ -231,7 +255,7 @@ def _named_let(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 
 def _loop_variables(form: str, variables: Sequence[Datum], specs: Datum) -> ListDatum:
-    """Return the parameters of a loop's function, each of which is a name with or without a type."""
+    """Return the parameters of a loop's function, after a check that each is a name with or without a type."""
     for variable in variables:
         is_list = isinstance(variable, ListDatum)
         if is_list or (isinstance(variable, Atom) and isinstance(variable.value, Keyword)):
@@ -241,6 +265,7 @@ def _loop_variables(form: str, variables: Sequence[Datum], specs: Datum) -> List
 
 
 def _loop(loop: Variable, function: Datum, values: Sequence[Datum], span: Span) -> Datum:
+    """Return a local function and its first call; ``analyse`` recognizes it as a loop."""
     definition = core("DEFINE", [Atom(loop, span), function], span)
     start = ListDatum((Atom(loop, span), *values), None, span)
     return core("BODY", [definition, start], span)
@@ -248,6 +273,7 @@ def _loop(loop: Variable, function: Datum, values: Sequence[Datum], span: Span) 
 
 @handles("do")
 def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``do`` (R7RS, section 4.2.4) to a loop."""
     _count(datum, 2)
     specs, ending = datum.items[1], datum.items[2]
     if not isinstance(specs, ListDatum) or not isinstance(ending, ListDatum) or not ending.items:
@@ -268,11 +294,11 @@ def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
         expander.expand(spec.items[2], inner) if len(spec.items) == 3 else expander.value_of(spec.items[0], inner)
         for spec in specs.items
     ]
-    again: Datum = ListDatum((Atom(loop, span), *steps), None, span)
+    turn: Datum = ListDatum((Atom(loop, span), *steps), None, span)
     if len(datum.items) > 3:
-        again = core("BODY", [expander.expand_body(datum.items[3:], inner, span), again], span)
+        turn = core("BODY", [expander.expand_body(datum.items[3:], inner, span), turn], span)
     head = opaque("PARAMETERS", ("do", tuple(parameters), "the variables of the loop"), specs.span)
-    function = core("LAMBDA", [head, ListDatum((), None, span), core("IF", [test, result, again], span)], span)
+    function = core("LAMBDA", [head, ListDatum((), None, span), core("IF", [test, result, turn], span)], span)
     return _loop(loop, function, inits, span)
 
 
@@ -281,6 +307,7 @@ def expand_do(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 @handles("when", "unless")
 def expand_when(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``when`` and ``unless``, whose value is ``none`` if the body does not run."""
     _count(datum, 2)
     test = expander.expand(datum.items[1], scope)
     body = expander.expand_body(datum.items[2:], scope, datum.span)
@@ -291,6 +318,7 @@ def expand_when(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 @handles("cond")
 def expand_cond(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``cond``, whose value is ``none`` if no clause applies."""
     _count(datum, 1)
     return _cond_clauses(expander, datum.items[1:], scope, datum.span, none(datum.span))
 
@@ -315,6 +343,7 @@ def _cond_clauses(expander: Expander, clauses: Sequence[Datum], scope: Scope, sp
 
 
 def _cond_clause(expander: Expander, clause: ListDatum, scope: Scope, otherwise: Datum) -> Datum:
+    """Return the conditional of a ``cond`` clause: ``(test)``, ``(test => function)`` or ``(test body ...)``."""
     span = clause.span
     test = expander.expand(clause.items[0], scope)
     if len(clause.items) == 1:
@@ -332,6 +361,11 @@ def _cond_clause(expander: Expander, clause: ListDatum, scope: Scope, otherwise:
 
 @handles("case")
 def expand_case(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``case``, which compares by ``equal?``.
+
+    R7RS specifies ``eqv?``, which never matches lists; constants that are lists are useful. Both distinguish 1 from
+    1.0.
+    """
     _count(datum, 2)
     span = datum.span
     key = Variable("key", span)
@@ -355,6 +389,7 @@ def expand_case(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 
 def _case_body(expander: Expander, clause: ListDatum, scope: Scope, key: Variable) -> Datum:
+    """Expand the body of a ``case`` clause; ``=> function`` calls the function with the key."""
     if expander.is_literal(clause.items[1], "=>", scope) and len(clause.items) == 3:
         return ListDatum((expander.expand(clause.items[2], scope), Atom(key, clause.span)), None, clause.span)
     return expander.expand_body(clause.items[1:], scope, clause.span)
@@ -365,6 +400,7 @@ def _case_body(expander: Expander, clause: ListDatum, scope: Scope, key: Variabl
 
 @handles("while")
 def expand_while(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``while``."""
     _count(datum, 1)
     test = expander.expand(datum.items[1], scope)
     body = expander.expand_body(datum.items[2:], scope, datum.span) if len(datum.items) > 2 else none(datum.span)
@@ -373,6 +409,7 @@ def expand_while(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 @handles("let/ec")
 def expand_let_escape(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``let/ec``, an escape procedure that is valid in its body only (Racket)."""
     _count(datum, 2)
     inner = Scope(scope)
     variable = expander.declare(datum.items[1], inner)
@@ -382,6 +419,7 @@ def expand_let_escape(expander: Expander, datum: ListDatum, scope: Scope) -> Dat
 
 @handles("guard")
 def expand_guard(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``guard`` (R7RS, section 4.2.7): an error that no clause handles is raised again."""
     _count(datum, 2)
     clauses = datum.items[1]
     if not isinstance(clauses, ListDatum) or not clauses.items or not is_identifier(clauses.items[0]):
@@ -389,18 +427,19 @@ def expand_guard(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     inner = Scope(scope)
     variable = expander.declare(clauses.items[0], inner)
     span = datum.span
-    again = ListDatum((expander.builtin("raise", span, scope), Atom(variable, span)), None, span)
-    handler = _cond_clauses(expander, clauses.items[1:], inner, span, again)
+    reraise = ListDatum((expander.builtin("raise", span, scope), Atom(variable, span)), None, span)
+    handler = _cond_clauses(expander, clauses.items[1:], inner, span, reraise)
     body = expander.expand_body(datum.items[2:], scope, span)
     return core("GUARD", [Atom(variable, clauses.items[0].span), body, handler], span)
 
 
 def _is_text(datum: Datum) -> bool:
+    """Return whether a datum is a string."""
     return isinstance(datum, Atom) and type(datum.value) is str
 
 
 def _swapped_assert(datum: ListDatum) -> SceneError:
-    """Return the error for a message before the test, which would be a test that is always true."""
+    """Return the error for a message before the test: the message would be a test that is always true."""
     error = syntax_error("assert", "the test comes before the message", datum.items[1].span)
     first, second = datum.items[1].span, datum.items[2].span
     if first.expansion is None and second.expansion is None:
@@ -411,6 +450,7 @@ def _swapped_assert(datum: ListDatum) -> SceneError:
 
 @handles("assert")
 def expand_assert(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``assert`` to a test and a call of ``assertion-failed``; the default message is the text of the test."""
     _count(datum, 1, 2)
     span = datum.span
     if len(datum.items) > 2 and _is_text(datum.items[1]) and not _is_text(datum.items[2]):
@@ -419,21 +459,24 @@ def expand_assert(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     if len(datum.items) > 2:
         message = expander.expand(datum.items[2], scope)
     else:
-        message = Atom(f"assertion failed: {' '.join(datum.items[1].span.text.split())[:200]}", span)
+        message = Atom(f"assertion failed: {' '.join(datum.items[1].span.text.split())[:_MAX_ASSERTION]}", span)
     failed = ListDatum((expander.builtin("assertion-failed", span, scope), message), None, span)
     return core("IF", [test, none(span), failed], span)
 
 
 @handles("assert-that")
 def expand_assert_that(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
+    """Expand ``assert-that`` to one call of ``declare-that`` for each relation."""
     _count(datum, 1)
     statements = list(datum.items[1:])
     message = statements.pop() if len(statements) > 1 and _is_text(statements[-1]) else None
-    calls = [_declaration(expander, each, scope, message) for each in statements]
+    calls = [_declaration(expander, statement, scope, message) for statement in statements]
     return calls[0] if len(calls) == 1 else core("BODY", calls, datum.span)
 
 
-def _declaration(expander: Expander, datum: Datum, scope: Scope, message: Datum | None, negated: bool = False) -> Datum:
+def _declaration(
+    expander: Expander, datum: Datum, scope: Scope, message: Datum | None, *, is_negated: bool = False
+) -> Datum:
     """Return the call of ``declare-that`` for one relation; operands and values of options are expressions."""
     head = datum.items[0] if isinstance(datum, ListDatum) and datum.items else None
     if not isinstance(datum, ListDatum) or head is None or not is_identifier(head):
@@ -442,7 +485,7 @@ def _declaration(expander: Expander, datum: Datum, scope: Scope, message: Datum 
     check_proper(datum)
     name = base_name(head.value)
     if name == "not" and len(datum.items) == 2:
-        return _declaration(expander, datum.items[1], scope, message, not negated)
+        return _declaration(expander, datum.items[1], scope, message, is_negated=not is_negated)
     if name == "not":
         problem = f"`not` expects one relation, got {len(datum.items) - 1} operands"
         raise syntax_error("assert-that", problem, datum.span, 'write `(not (on "cup" "table"))`')
@@ -453,17 +496,17 @@ def _declaration(expander: Expander, datum: Datum, scope: Scope, message: Datum 
     operands, options = _relation_operands(relation, datum)
     most, least = len(relation.operands), len(relation.operands) - relation.optional
     if not least <= len(operands) <= most:
-        many = f"{least}" if least == most else f"{least} or {most}"
-        problem = f"`{name}` expects {many} operands, got {len(operands)}"
+        expected = f"{least}" if least == most else f"{least} or {most}"
+        problem = f"`{name}` expects {expected} operands, got {len(operands)}"
         raise syntax_error("assert-that", problem, datum.span, f"write `{relation.usage}`")
     span = datum.span
     if message is not None:
         options.append(("message", message))
-    if negated:
+    if is_negated:
         options.append(("negated", Atom(True, span)))
-    things = ListDatum((expander.builtin("list", span, scope), *expander.expand_all(operands, scope)), None, span)
+    objects = ListDatum((expander.builtin("list", span, scope), *expander.expand_all(operands, scope)), None, span)
     named = [part for key, value in options for part in (Atom(Keyword(key), span), expander.expand(value, scope))]
-    return ListDatum((expander.builtin("declare-that", span, scope), Atom(name, span), things, *named), None, span)
+    return ListDatum((expander.builtin("declare-that", span, scope), Atom(name, span), objects, *named), None, span)
 
 
 def _relation_operands(relation: Relation, datum: ListDatum) -> tuple[list[Datum], list[tuple[str, Datum]]]:
@@ -478,7 +521,7 @@ def _relation_operands(relation: Relation, datum: ListDatum) -> tuple[list[Datum
             continue
         key = str(item.value)
         if key not in relation.options:
-            takes = ", ".join(f"`:{each}`" for each in relation.options)
+            takes = ", ".join(f"`:{option}`" for option in relation.options)
             hint = suggest(key, relation.options) or f"it takes {takes}"
             raise syntax_error("assert-that", f"`{relation.name}` has no option `:{key}`", item.span, hint)
         if any(key == other for other, _ in options):
@@ -496,11 +539,12 @@ def _relation_operands(relation: Relation, datum: ListDatum) -> tuple[list[Datum
 
 
 def _for_handler(name: str) -> Handler:
-    nested = name.startswith("for*")
+    """Return the handler of a ``for`` form, such as ``for*/list``."""
+    is_nested = name.startswith("for*")
     kind = name.partition("/")[2] or "each"
 
     def handler(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
-        return _expand_for(expander, datum, scope, kind, nested)
+        return _expand_for(expander, datum, scope, kind, is_nested=is_nested)
 
     return handler
 
@@ -508,7 +552,8 @@ def _for_handler(name: str) -> Handler:
 HANDLERS.update({name: _for_handler(name) for name in FORMS if name == "for" or name.startswith(("for/", "for*"))})
 
 
-def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, nested: bool) -> Datum:
+def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, *, is_nested: bool) -> Datum:
+    """Expand a comprehension, as in Racket; ``is_nested`` is set for ``for*``, whose sequences are nested."""
     form = base_name(datum.items[0].value)
     first = 2 if kind == "fold" else 1
     _count(datum, first + 1)
@@ -522,14 +567,19 @@ def _expand_for(expander: Expander, datum: ListDatum, scope: Scope, kind: str, n
             core("DEFINE", [Atom(expander.declare(target, inner), target.span), value], target.span)
             for (target, _), value in zip(pairs, values)
         ]
-    clauses, inner = _clauses(expander, datum.items[first], inner, form, nested)
+    clauses, inner = _clauses(expander, datum.items[first], inner, form, is_nested=is_nested)
     body = expander.expand_body(datum.items[first + 1 :], inner, span)
     lists = [ListDatum(tuple(items), None, span) for items in (accumulators, clauses)]
     return core("FOR", [opaque("KIND", kind, span), *lists, body], span)
 
 
-def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested: bool) -> tuple[list[Datum], Scope]:
-    """Return the core clauses of a loop, and the scope in which all their variables are visible."""
+def _clauses(
+    expander: Expander, operand: Datum, scope: Scope, form: str, *, is_nested: bool
+) -> tuple[list[Datum], Scope]:
+    """Return the core clauses of a loop, and the scope in which all their variables are visible.
+
+    Adjacent sequences form a group that is iterated in parallel, unless ``is_nested``.
+    """
     if isinstance(operand, ArrayDatum):
         raise bracket_error(f"the clauses of `{form}`", operand)
     if not isinstance(operand, ListDatum) or operand.tail is not None:
@@ -540,7 +590,7 @@ def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested
     while items or group:
         item = items[0] if items else None
         is_test = isinstance(item, Atom) and isinstance(item.value, Keyword)
-        if group and (item is None or is_test or nested):
+        if group and (item is None or is_test or is_nested):
             scope = _close_group(expander, group, clauses, scope)
             group = []
             continue
@@ -554,6 +604,7 @@ def _clauses(expander: Expander, operand: Datum, scope: Scope, form: str, nested
 
 
 def _sequence_clause(item: Datum, form: str, operand: ListDatum) -> tuple[Datum, Datum]:
+    """Parse a clause ``(target sequence)``."""
     if isinstance(item, ArrayDatum):
         raise bracket_error("a clause", item)
     if not isinstance(item, ListDatum) or len(item.items) != 2 or item.tail is not None:
@@ -563,6 +614,7 @@ def _sequence_clause(item: Datum, form: str, operand: ListDatum) -> tuple[Datum,
 
 
 def _close_group(expander: Expander, group: list[tuple[Datum, Datum]], clauses: list[Datum], scope: Scope) -> Scope:
+    """Add the clause of a group of sequences, and return the scope of its variables."""
     _check_distinct(group)
     values = [expander.expand(value, scope) for _, value in group]
     scope = Scope(scope)
@@ -574,6 +626,7 @@ def _close_group(expander: Expander, group: list[tuple[Datum, Datum]], clauses: 
 
 
 def _test_clause(expander: Expander, items: list[Datum], scope: Scope, form: str) -> Datum:
+    """Expand a clause ``:when test``, ``:unless test`` or ``:break test``."""
     keyword = items.pop(0)
     assert isinstance(keyword, Atom)
     kind = str(keyword.value)

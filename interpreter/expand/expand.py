@@ -46,9 +46,10 @@ from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, Type, parse
 # Runs a macro's function on operands as data; returns the value, and whether it is deterministic.
 RunMacro = Callable[[Datum, list[Any]], tuple[Any, bool]]
 
-MAX_EXPANSIONS = 100_000  # macro uses per file
-MAX_EXPANDED = 200_000  # forms produced by macros
-MAX_MACRO_DEPTH = 1_000  # nesting of expansions
+# Limits of macros, which stop an infinite expansion; the bodies of procedural macros have limits of their own.
+MAX_EXPANSIONS = 100_000  # macro uses in a file
+MAX_EXPANDED = 200_000  # forms of a file that macros produced
+MAX_MACRO_DEPTH = 1_000  # nested expansions
 
 _PLACEMENT_HINTS = {
     "else": "use `else` to start the last clause of `cond` or `case`",
@@ -70,10 +71,12 @@ def opaque(terminal: str, value: Any, span: Span) -> Atom:
 
 
 def is_identifier(datum: Any) -> TypeGuard[Atom]:
+    """Return whether a datum is a symbol."""
     return isinstance(datum, Atom) and isinstance(datum.value, Symbol)
 
 
 _MAX_SHOWN = 40  # characters of source text in a hint
+_MAX_USAGE = 200  # characters of a parameter list in messages
 
 
 def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -> SceneError:
@@ -83,15 +86,16 @@ def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -
 
 
 def none(span: Span) -> Datum:
+    """Return the constant ``none``."""
     return Atom(None, span)
 
 
 def bracket_error(what: str, array: ArrayDatum, *others: ArrayDatum) -> SceneError:
-    """Return the error for ``[...]`` in a place of ``(...)``; the fix corrects ``others`` too."""
+    """Return the error for ``[...]`` in place of ``(...)``; the fix corrects ``others`` too."""
     text = array.span.text
     is_short = len(text) <= _MAX_SHOWN and "\n" not in text and text.startswith("[")
     hint = f"write `({text[1:-1]})`" if is_short else "replace `[` and `]` with parentheses"
-    spans = [each.span for each in (array, *others)]
+    spans = [item.span for item in (array, *others)]
     fixes: tuple[Fix, ...] = ()
     if all(span.expansion is None and span.text.startswith("[") and span.text.endswith("]") for span in spans):
         edits = tuple(Edit(span, f"({span.text[1:-1]})") for span in spans)
@@ -118,8 +122,10 @@ class Pending:
     datum: Datum
 
 
+# Searches for similar names in a file: each takes a millisecond or more, as it compares all names. After this number of
+# unknown names there are no more "did you mean" hints.
 _MAX_SEARCHES = 100
-UNKNOWN = Variable("?", None)  # takes the place of an expression that has an error
+UNKNOWN = Variable("?", None)  # placeholder of an expression with an error
 
 
 class Expander:
@@ -154,6 +160,7 @@ class Expander:
             self.uses.append(Use(atom.span, binding, defines))
 
     def unbound(self, atom: Atom, scope: Scope) -> SceneError:
+        """Return the error for an undefined name, with the fix or hint that its spelling suggests."""
         name = base_name(atom.value)
         if name in ABSENT:
             return SceneError("absent", f"`{name}` is not supported", ABSENT[name], atom.span)
@@ -181,7 +188,7 @@ class Expander:
     def _near(self, name: str, scope: Scope) -> list[str]:
         """Return names that ``name`` may be a misspelling of.
 
-        A search takes a millisecond or more, so the number of searches is limited for texts with many unknown names.
+        The number of searches is limited for texts with many unknown names.
         """
         if name.startswith("make-") and name[5:] in self.record_names:  # the constructor's name in Scheme
             return [name[5:]]
@@ -235,8 +242,8 @@ class Expander:
         assert isinstance(atom, Atom)
         name = base_name(atom.value)
         existing = scope.lookup(atom.value)
-        local = not is_global and name in ("scene", "param")  # these are forms at top level only
-        if isinstance(existing, Special) and name in FORMS and not local:
+        is_local_name = not is_global and name in ("scene", "param")  # these are forms at top level only
+        if isinstance(existing, Special) and name in FORMS and not is_local_name:
             raise SceneError("reserved", f"`{name}` is reserved and cannot be bound", None, atom.span)
         if "::" in name:
             raise SceneError("lambda-list", "only parameters can have type annotations", None, atom.span)
@@ -245,8 +252,8 @@ class Expander:
                 f"this definition shadows the paper's macro `{name}`; `({name} ...)` is now an ordinary function call"
             )
             self.diagnostics.append(Diagnostic("shadowed-macro", message, atom.span))
-        hidden = isinstance(atom.value, Alias) and not atom.value.soft
-        if is_global and not hidden:
+        is_hidden = isinstance(atom.value, Alias) and not atom.value.soft  # introduced by a hygienic macro
+        if is_global and not is_hidden:
             variable = self.global_variable(name, atom.span)
         else:
             variable = Variable(name, atom.span, is_global, recursive)
@@ -261,6 +268,7 @@ class Expander:
         return Variable(name, span, is_global=True, recursive=True)
 
     def not_a_name(self, datum: Datum) -> SceneError:
+        """Return the error for a datum in place of a name."""
         if isinstance(datum, ArrayDatum):
             return SceneError(
                 "bracket",
@@ -287,9 +295,10 @@ class Expander:
                 return opaque("PATTERN", None, datum.span)
             variable = self.declare(datum, scope, recursive=recursive, is_global=is_global)
             return Atom(variable, datum.span)
-        return opaque("PATTERN", self._pattern(datum, scope, recursive, is_global), datum.span)
+        pattern = self._pattern(datum, scope, recursive=recursive, is_global=is_global)
+        return opaque("PATTERN", pattern, datum.span)
 
-    def _pattern(self, datum: Datum, scope: Scope, recursive: bool, is_global: bool) -> Any:
+    def _pattern(self, datum: Datum, scope: Scope, *, recursive: bool, is_global: bool) -> Any:
         """Return a destructuring pattern as data: None for ``_``, a Variable, or ``(items, rest)``."""
         if is_identifier(datum):
             if base_name(datum.value) == "_":
@@ -297,15 +306,19 @@ class Expander:
             return self.declare(datum, scope, recursive=recursive, is_global=is_global)
         if not isinstance(datum, ListDatum):
             raise self.not_a_name(datum)
-        items = tuple(self._pattern(item, scope, recursive, is_global) for item in datum.items)
-        rest = self._pattern(datum.tail, scope, recursive, is_global) if datum.tail is not None else False
-        return items, rest
+
+        def inner(item: Datum) -> Any:
+            return self._pattern(item, scope, recursive=recursive, is_global=is_global)
+
+        return tuple(map(inner, datum.items)), inner(datum.tail) if datum.tail is not None else False
 
     # --- expressions -------------------------------------------------------------------------------------------
 
     def expand(self, datum: Datum, scope: Scope) -> Datum:
-        """Expand an expression into a core datum. An error is recorded, and a value that nothing is known of takes the
-        expression's place, so that everything else is still checked."""
+        """Expand an expression into a core datum.
+
+        An error is recorded, and a placeholder replaces the expression, so that everything else is still checked.
+        """
         try:
             return self._expand(datum, scope)
         except LimitError:
@@ -314,16 +327,15 @@ class Expander:
             return self.recover(error, datum.span)
 
     def recover(self, error: SceneError, span: Span | None) -> Datum:
-        """Record an error and return a placeholder; raise it where the expansion is going to be run at once."""
-        if not self.recovers:
-            raise error
-        place = error.span or span
-        if place is None:
+        """Record an error and return a placeholder; raise it if the expansion will run immediately, as in a macro."""
+        location = error.span or span
+        if not self.recovers or location is None:
             raise error
         self.diagnostics.append(error.diagnostic)
-        return Atom(UNKNOWN, place)
+        return Atom(UNKNOWN, location)
 
     def _expand(self, datum: Datum, scope: Scope) -> Datum:
+        """Expand one expression: macros are expanded until the head is a special form or a function."""
         while True:
             if isinstance(datum, Atom):
                 return self._expand_atom(datum, scope)
@@ -372,21 +384,22 @@ class Expander:
 
     def expand_all(self, datums: Sequence[Datum], scope: Scope) -> list[Datum]:
         """Expand several expressions, reporting the errors of all of them."""
-        return self._each([lambda datum=datum: self.expand(datum, scope) for datum in datums])  # type: ignore[misc]
+        return self._recovered([lambda datum=datum: self.expand(datum, scope) for datum in datums])  # type: ignore[misc]
 
-    def _each(self, steps: Sequence[Callable[[], Datum]]) -> list[Datum]:
+    def _recovered(self, steps: Sequence[Callable[[], Datum]]) -> list[Datum]:
         """Run independent steps and return their values, with placeholders for those that fail."""
-        found: list[Datum] = []
+        values: list[Datum] = []
         for step in steps:
             try:
-                found.append(step())
+                values.append(step())
             except LimitError:
                 raise
             except SceneError as error:
-                found.append(self.recover(error, error.span))
-        return found
+                values.append(self.recover(error, error.span))
+        return values
 
     def _expand_atom(self, atom: Atom, scope: Scope) -> Datum:
+        """Expand an atom: a name is replaced by its binding, other atoms stay."""
         value = atom.value
         if not isinstance(value, Symbol):
             if isinstance(value, Annotated):
@@ -429,14 +442,18 @@ class Expander:
     # --- bodies ------------------------------------------------------------------------------------------------
 
     def expand_body(self, datums: Sequence[Datum], scope: Scope, span: Span, new_scope: bool = True) -> Datum:
-        """Expand a body: definitions and expressions in any order, with all definitions visible throughout."""
+        """Expand a body: definitions and expressions in any order, with all definitions visible throughout.
+
+        A body that ends in a definition returns ``none``. R7RS makes that an error, which gets in the way while a
+        program is being written.
+        """
         inner = Scope(scope) if new_scope else scope
         pending: list[Pending] = []
         for datum in datums:
             self.scan(datum, inner, pending)
         if not pending:
             raise SceneError("syntax", "empty body", None, span)
-        items = self._each([item.finish for item in pending])
+        items = self._recovered([item.finish for item in pending])
         if pending[-1].defines:
             items.append(Atom(None, span))
         return items[0] if len(items) == 1 else core("BODY", items, span)
@@ -477,6 +494,10 @@ class Expander:
         return core("LAMBDA", [opaque_parameters, default_list, body_datum], span)
 
     def _lambda_list(self, datum: Datum, scope: Scope) -> tuple[list[ast.Parameter], list[Datum]]:
+        """Return the parameters of a function and the defaults of its optional and keyword parameters, in order.
+
+        An invalid parameter is reported and its names are declared, so that the body is still checked.
+        """
         if is_identifier(datum):
             items: tuple[Datum, ...] = ()
             tail: Datum | None = datum
@@ -507,20 +528,20 @@ class Expander:
                 raise
             except SceneError as error:
                 self.recover(_default_outside(error, items, start), item.span)
-                for each in items[start : position + 1]:
-                    self._declare_names(each, scope)
+                for invalid in items[start : position + 1]:
+                    self._declare_names(invalid, scope)
                 if plain and plain[-1].kind == "keyword":
                     plain.pop()  # the item may be its default
                 is_broken = True
             position += 1
         if tail is not None:
             self._add(plain, self._parameter(tail, scope, "rest"), tail.span)
-        elif is_broken:  # what the other parameters are is unknown, so calls of the function are not checked
+        elif is_broken:  # the other parameters are unknown, so calls of the function are not checked
             plain += (ast.Parameter(None, "_", "keys"), ast.Parameter(None, "_", "rest"))
         return plain, defaults
 
     def _declare_names(self, item: Datum, scope: Scope) -> None:
-        """Declare what an invalid parameter may be meant to name, so that uses of it are not reported too."""
+        """Declare the names in an invalid parameter, so that their uses are not reported too."""
         for datum in item.items if isinstance(item, ListDatum) else (item,):
             if is_identifier(datum) or (isinstance(datum, Atom) and isinstance(datum.value, Annotated)):
                 name, _ = self._annotation(datum)
@@ -528,6 +549,7 @@ class Expander:
                     self.declare(Atom(name, datum.span), scope)
 
     def _one_parameter(self, item: Datum, scope: Scope, plain: list[ast.Parameter], defaults: list[Datum]) -> None:
+        """Add one parameter: ``name``, ``:name``, ``(name default)`` or ``(:name default)``."""
         if isinstance(item, ListDatum):
             if len(item.items) != 2 or item.tail is not None:
                 hint = "write an optional parameter as `(name default)` or `(:name default)`"
@@ -542,6 +564,7 @@ class Expander:
         self._add(plain, self._parameter(item, scope, kind), item.span)
 
     def _add(self, plain: list[ast.Parameter], parameter: ast.Parameter, span: Span) -> None:
+        """Add a parameter, after a check of its order and name."""
         if parameter.kind == "required" and any(p.kind == "optional" for p in plain):
             hint = "move optional parameters after the required ones"
             raise SceneError("lambda-list", f"required parameter `{parameter.name}` after an optional one", hint, span)
@@ -550,6 +573,7 @@ class Expander:
         plain.append(parameter)
 
     def _parameter(self, datum: Datum, scope: Scope, kind: str) -> ast.Parameter:
+        """Declare a parameter and return it with its type."""
         name, annotation = self._annotation(datum)
         spelled = base_name(name)
         kind_type = None
@@ -571,6 +595,7 @@ class Expander:
         return none(parameter.span) if base_name(name) == "_" else self.expand(Atom(name, parameter.span), scope)
 
     def _annotation(self, datum: Datum) -> tuple[Symbol, str | None]:
+        """Return the name and the type annotation of a parameter ``name::Type``."""
         value = datum.value if isinstance(datum, Atom) else None
         if isinstance(value, Annotated):
             return value.name, value.type
@@ -606,12 +631,12 @@ class Expander:
             raise SceneError("type-name", f"unknown type `{name}`", hint, span) from None
 
 
-# Markers in the parameter lists of Common Lisp and Clojure, and how what follows them is written here.
+# Markers in parameter lists of Common Lisp and Clojure, with the notation here of the parameters after them.
 _MARKERS = {"&optional": "({} none)", "&key": "(:{} none)", "&rest": ". {}", "&body": ". {}", "&": ". {}"}
 
 
 def _marker_error(items: Sequence[Datum], position: int) -> SceneError:
-    """Return the error for ``&optional`` and its like, with the parameters behind it as they are written here."""
+    """Return the error for ``&optional`` and other markers, with a fix that rewrites the parameters after it."""
     marker = items[position]
     assert is_identifier(marker)
     name = base_name(marker.value)
@@ -631,7 +656,7 @@ def _marker_error(items: Sequence[Datum], position: int) -> SceneError:
         end = item.span.end
     template = _MARKERS[name]
     names = names[:1] if template.startswith(".") else names
-    written = " ".join(template.format(each) for each in names or ("name",))
+    written = " ".join(template.format(parameter) for parameter in names or ("name",))
     fixes: tuple[Fix, ...] = ()
     if names and marker.span.expansion is None and len(names) == len(items) - position - 1:
         edit = Edit(Span(marker.span.source, marker.span.start, end), written)
@@ -654,20 +679,23 @@ def _default_outside(error: SceneError, items: Sequence[Datum], position: int) -
 
 
 def _is_keyword(datum: Datum) -> bool:
+    """Return whether a datum is a keyword parameter, with or without a type."""
     value = datum.value if isinstance(datum, Atom) else None
     return isinstance(value, Keyword) or (isinstance(value, Annotated) and value.keyword)
 
 
 def _usage(parameters: Datum) -> str:
+    """Return a parameter list for messages, if it is in the source text and short."""
     text = " ".join(parameters.span.text.split())
-    return text if parameters.span.expansion is None and len(text) < 200 else "see its definition"
+    return text if parameters.span.expansion is None and len(text) < _MAX_USAGE else "see its definition"
 
 
 def _outermost(span: Span) -> Span:
+    """Return the span of the outermost macro use, without its expansion."""
     return Span(span.source, span.start, span.end)
 
 
-# Scanners of the forms that define names in a body or at top level; they run before anything is expanded.
+# --- scanners of the forms that define names in a body or at top level; they run before anything is expanded ---------
 
 
 Scanner = Callable[[Expander, ListDatum, Scope, list[Pending]], None]
@@ -675,6 +703,8 @@ SCANNERS: dict[str, Scanner] = {}
 
 
 def scans(name: str) -> Callable[[Scanner], Scanner]:
+    """Register a scanner of a form."""
+
     def register(scanner: Scanner) -> Scanner:
         SCANNERS[name] = scanner
         return scanner
@@ -683,6 +713,7 @@ def scans(name: str) -> Callable[[Scanner], Scanner]:
 
 
 def _definition(target: Datum, value: Callable[[], Datum], datum: Datum) -> Pending:
+    """Return the pending definition of a declared target."""
     return Pending(lambda: core("DEFINE", [target, value()], datum.span), True, datum)
 
 
@@ -693,6 +724,7 @@ def _is_global(scope: Scope) -> bool:
 
 @scans("define")
 def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    """Scan ``define`` of a variable or a function."""
     items = datum.items
     if len(items) < 2:
         raise syntax_error("define", "`define` expects a name and a value", datum.span)
@@ -710,21 +742,27 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
         else:
             parameters = head.tail
         spelled = base_name(name.value)
-        value = lambda: expander.expand_lambda(parameters, items[2:], scope, datum.span, spelled)
+
+        def value() -> Datum:
+            return expander.expand_lambda(parameters, items[2:], scope, datum.span, spelled)
+
     else:
         if len(items) != 3:
-            what = "missing value of `define`" if len(items) == 2 else "`define` has more than one value"
-            raise syntax_error("define", what, datum.span)
+            problem = "missing value of `define`" if len(items) == 2 else "`define` has more than one value"
+            raise syntax_error("define", problem, datum.span)
         if not is_identifier(head):
             raise syntax_error("define", "`define` expects a name", head.span)
         target = _target(expander, head, scope)
         spelled = base_name(head.value)
-        value = lambda: expand_named(expander, items[2], scope, spelled)
+
+        def value() -> Datum:
+            return expand_named(expander, items[2], scope, spelled)
+
     pending.append(_definition(target, value, datum))
 
 
 def expand_named(expander: Expander, datum: Datum, scope: Scope, name: str) -> Datum:
-    """Expand a value; a ``lambda`` written here is given ``name``."""
+    """Expand a value; a literal ``lambda`` gets ``name`` for messages."""
     if isinstance(datum, ListDatum) and len(datum.items) > 2 and datum.tail is None:
         binding = expander.binding_of(datum.items[0], scope)
         if getattr(binding, "name", None) == "lambda":
@@ -733,11 +771,13 @@ def expand_named(expander: Expander, datum: Datum, scope: Scope, name: str) -> D
 
 
 def _target(expander: Expander, name: Datum, scope: Scope) -> Datum:
+    """Declare the name or pattern of a definition, which is visible in the whole body."""
     return expander.declare_target(name, scope, recursive=True, is_global=_is_global(scope))
 
 
 @scans("define-values")
 def scan_define_values(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    """Scan ``define-values``."""
     if len(datum.items) != 3:
         raise syntax_error("define-values", "`define-values` expects names and one value", datum.span)
     target = _target(expander, datum.items[1], scope)
@@ -746,6 +786,7 @@ def scan_define_values(expander: Expander, datum: ListDatum, scope: Scope, pendi
 
 @scans("define-syntax")
 def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    """Scan ``define-syntax``; an invalid macro is bound to a placeholder, so that its uses are not reported too."""
     if len(datum.items) != 3 or not is_identifier(datum.items[1]):
         raise syntax_error("define-syntax", "`define-syntax` expects a name and `syntax-rules`", datum.span)
     name = datum.items[1]
@@ -761,6 +802,7 @@ def scan_define_syntax(expander: Expander, datum: ListDatum, scope: Scope, pendi
 
 @scans("define-macro")
 def scan_define_macro(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    """Scan ``define-macro``; an invalid macro is bound to a placeholder, so that its uses are not reported too."""
     head = datum.items[1] if len(datum.items) > 2 else None
     if not isinstance(head, ListDatum) or not head.items or not is_identifier(head.items[0]):
         raise syntax_error("define-macro", "`define-macro` expects (name parameter ...) and a body", datum.span)
@@ -787,6 +829,10 @@ def _check_not_reserved(expander: Expander, name: Datum, scope: Scope) -> None:
 
 @scans("define-record")
 def scan_define_record(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    """Scan ``define-record``, which defines the procedures of a record type.
+
+    The default of a field is a function of the fields before it.
+    """
     if len(datum.items) < 2 or not is_identifier(datum.items[1]):
         raise syntax_error("define-record", "`define-record` expects a name and fields", datum.span)
     name = datum.items[1]
@@ -816,6 +862,7 @@ def scan_define_record(expander: Expander, datum: ListDatum, scope: Scope, pendi
 
 
 def _fields(datum: ListDatum) -> tuple[list[str], list[str], list[Datum | None]]:
+    """Return the names, type annotations and defaults of the fields of a record."""
     fields: list[str] = []
     types: list[str] = []
     defaults: list[Datum | None] = []
@@ -840,6 +887,7 @@ def _fields(datum: ListDatum) -> tuple[list[str], list[str], list[Datum | None]]
 @scans("let-syntax")
 @scans("letrec-syntax")
 def scan_let_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
+    """Scan ``let-syntax`` and ``letrec-syntax``, whose macros are visible in their body only."""
     if len(datum.items) < 3 or not isinstance(datum.items[1], ListDatum):
         raise syntax_error("let-syntax", "`let-syntax` expects ((name (syntax-rules ...)) ...) and a body", datum.span)
     inner = Scope(scope)
@@ -851,7 +899,9 @@ def scan_let_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending:
     pending.append(Pending(lambda: expander.expand_body(datum.items[2:], inner, datum.span), False, datum))
 
 
-# Quasiquote: a template is lowered to calls of ``cons`` and ``append``; constant parts become constants.
+# --- quasiquote (R7RS, section 4.2.8) ---------------------------------------------------------------------------------
+#
+# A template is lowered to calls of ``cons`` and ``append``; constant parts become constants.
 #
 # Inside a ``define-macro`` body, the symbols of a template become aliases, one set per expansion, so that they refer to
 # the bindings where the macro is defined (see ``scope.Alias``).
@@ -866,7 +916,7 @@ def expand_template(expander: Expander, datum: Datum, scope: Scope) -> Datum:
 
 
 def _written_as(text: str, function: Atom) -> Atom:
-    """Return a builtin that a template calls, with messages that name what the program says instead."""
+    """Return a builtin that a template calls, whose messages name the syntax of the template instead of the builtin."""
     builtin = function.value
     assert isinstance(builtin, Builtin)
 
@@ -881,11 +931,14 @@ def _written_as(text: str, function: Atom) -> Atom:
 
 
 class _Template:
+    """Builder of the code of one template."""
+
     def __init__(self, expander: Expander, scope: Scope) -> None:
         self.expander = expander
         self.scope = scope
 
     def build(self, datum: Datum, level: int) -> Datum:
+        """Return the code of a template at a nesting level of quasiquotes; at level 1, unquoted parts are expanded."""
         if self._is_constant(datum):
             return core("QUOTE", [opaque("DATUM", quoted_value(datum), datum.span)], datum.span)
         if isinstance(datum, Atom):
@@ -902,6 +955,7 @@ class _Template:
         return self._list(datum.items, datum.tail, datum.span, level)
 
     def _list(self, items: tuple[Datum, ...], tail: Datum | None, span: Span, level: int) -> Datum:
+        """Return the code of a list, built from its end by ``cons``, and by ``append`` for spliced parts."""
         ending = items[-2] if tail is None and len(items) > 2 else None
         name = base_name(ending.value) if ending is not None and is_identifier(ending) else ""
         if name == "unquote-splicing" and level == 1:  # (a . ,@b) reads as (a unquote-splicing b)
@@ -922,6 +976,7 @@ class _Template:
         return result
 
     def _array(self, datum: ArrayDatum, level: int) -> Datum:
+        """Return the code of an array; in a macro, code that returns it as data."""
         if self.expander.template_scope is not None:
             mark = core("QUOTE", [opaque("DATUM", BRACKETS, datum.span)], datum.span)
             return self._call("cons", datum.span, mark, self._list(datum.items, None, datum.span, level))
@@ -932,6 +987,7 @@ class _Template:
         return ArrayDatum(tuple([self.build(item, level) for item in datum.items]), datum.span)
 
     def _call(self, name: str, span: Span, *operands: Datum) -> Datum:
+        """Return a call of a builtin."""
         return ListDatum((self.expander.builtin(name, span, self.scope), *operands), None, span)
 
     def _alias(self, atom: Atom) -> Datum:

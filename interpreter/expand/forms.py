@@ -31,6 +31,7 @@ _CLAUSES = "((x xs) ... :when test :unless test :break test)"
 
 
 def _comprehensions() -> list[Form]:
+    """Return the ``for`` forms: one of each kind, with parallel and with nested sequences."""
     kinds = {
         "": ("the value is `none`", "Evaluate the body for its side effects"),
         "/list": ("a list of the body's values", "Build a list"),
@@ -540,5 +541,5 @@ def _rule_name(head: str) -> str:
     return f"{spelled}_form"
 
 
-# The functions of the paper, of which the compiler knows the forms.
+# Procedures of the paper whose direct calls the compiler knows, with the terminals of ``core.lark``.
 PAPER_FORMS = {"call": "CALL", "union": "UNION", "union-loop": "UNION_LOOP", "transform": "TRANSFORM"}

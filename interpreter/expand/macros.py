@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     from scenelang.interpreter.expand.expand import Expander
 
 
-# Conversion between datums and values: quoted constants, and code as data for macros.
+# --- conversion between datums and values: quoted constants, and code as data for macros ------------------------------
 
 
 # Head of the list that represents an array literal in the operands of a procedural macro.
 BRACKETS = Symbol("[ ]")
-MAX_ITEMS = 1_000_000  # output of macros may share structure, so its size as a tree can be exponential
+MAX_ITEMS = 1_000_000  # of a constant or a macro's output: shared structure can make a tree of exponential size
 
 
 class _Budget:
@@ -58,6 +58,7 @@ class _Budget:
         self.left = MAX_ITEMS
 
     def spend(self) -> None:
+        """Count one item; raise ``LimitError`` after too many."""
         self.left -= 1
         if self.left < 0:
             raise LimitError("expansion", f"macro output exceeds the limit of {MAX_ITEMS:,} items")
@@ -78,6 +79,7 @@ def syntax_value(datum: Datum, origins: dict[int, Datum]) -> Any:
 
 
 def _constant(value: Any) -> Any:
+    """Return the value of a quoted atom."""
     if isinstance(value, Alias):
         return Symbol(base_name(value))
     if type(value) is Annotated:
@@ -88,6 +90,7 @@ def _constant(value: Any) -> Any:
 
 
 def _operand(value: Any) -> Any:
+    """Return the value of an atom in the operands of a macro, where aliases are kept."""
     return Keyword(value) if type(value) is TemplateKeyword else value
 
 
@@ -98,6 +101,10 @@ def _value(
     budget: _Budget,
     origins: dict[int, Datum] | None = None,
 ) -> Any:
+    """Convert a datum to data.
+
+    ``atom`` converts atoms, ``array`` array literals; ``origins`` records the datum of each pair, by identity.
+    """
     budget.spend()
     if isinstance(datum, Atom):
         return atom(datum.value)
@@ -118,6 +125,7 @@ def datum_of(value: Any, span: Span, origins: dict[int, Datum]) -> Datum:
 
 
 def _datum_of(value: Any, span: Span, origins: dict[int, Datum], budget: _Budget) -> Datum:
+    """Convert data to a datum; raise ``SceneError`` for a value that is not code."""
     budget.spend()
     if type(value) is Pair:
         if id(value) in origins:
@@ -137,6 +145,7 @@ def _datum_of(value: Any, span: Span, origins: dict[int, Datum], budget: _Budget
 
 
 def _list_datum(value: Pair, span: Span, origins: dict[int, Datum], budget: _Budget) -> Datum:
+    """Convert a list to a datum; the unchanged rest of an operand keeps its span."""
     items: list[Datum] = []
     rest: Any = value
     while type(rest) is Pair:
@@ -151,7 +160,7 @@ def _list_datum(value: Pair, span: Span, origins: dict[int, Datum], budget: _Bud
     return ListDatum(tuple(items), tail, span)
 
 
-MAX_EXPANDED_ITEMS = 200_000
+MAX_EXPANDED_ITEMS = 200_000  # of one expansion of a template; nested ellipses can multiply its size
 
 
 def use_span(use: Datum, name: str, definition: Span | None) -> Span:
@@ -168,11 +177,13 @@ def procedural(
 ) -> Macro:
     """Create the macro of ``(define-macro (name . parameters) body ...)``.
 
-    Its body can use builtins and macros defined earlier, but no variables of the program.
+    Its body can use builtins and macros defined earlier, but no variables of the program. It may use the program's
+    memory limit and one second more than its time limit, so that the program's limit is reported first (E507); the
+    limits of macros (10 seconds, 2,000,000 steps) remain.
     """
     visible = _macro_scope(scope)
     outer, expander.template_scope = expander.template_scope, scope
-    recovers, expander.recovers = expander.recovers, False  # the function is run at once
+    recovers, expander.recovers = expander.recovers, False  # the function runs at expansion time
     try:
         function = expander.expand_lambda(parameters, body, visible, span, name)
     finally:
@@ -228,7 +239,7 @@ def broken(name: str, span: Span) -> Macro:
     return Macro(name, lambda use, scope: Atom(None, use.span), span)
 
 
-# --- syntax-rules --------------------------------------------------------------------------------------------------
+# --- syntax-rules (R7RS, section 4.3.2) ------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -304,10 +315,12 @@ def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span
 
 
 def _name(datum: Datum) -> str | None:
+    """Return the name of a symbol, None for other datums."""
     return base_name(datum.value) if isinstance(datum, Atom) and isinstance(datum.value, Symbol) else None
 
 
 def _check_pattern(ruleset: _Rules, pattern: Datum) -> None:
+    """Raise an error for a list in a pattern with more than one ellipsis or a leading one."""
     if isinstance(pattern, Atom):
         return
     dots = [index for index, item in enumerate(pattern.items) if ruleset.is_ellipsis(item)]
@@ -320,6 +333,7 @@ def _check_pattern(ruleset: _Rules, pattern: Datum) -> None:
 
 
 def _apply_rules(ruleset: _Rules, use: Datum, scope: Scope) -> Datum:
+    """Expand a macro use by the first rule whose pattern matches; the name of the macro itself is not matched."""
     assert isinstance(use, ListDatum)
     for pattern, template in ruleset.rules:
         bound: dict[Any, Any] = {}
@@ -343,53 +357,58 @@ def _usage(name: str, pattern: Datum) -> str:
 
 
 def _match(ruleset: _Rules, pattern: Datum, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+    """Return whether a datum matches a pattern, and enter the captures of pattern variables into ``bound``.
+
+    A variable under an ellipsis captures a list with one item for each repetition.
+    """
     if isinstance(pattern, Atom):
         return _match_atom(ruleset, pattern, datum, scope, bound)
     if type(pattern) is not type(datum):
         return False
     assert not isinstance(datum, Atom)
     items, tail = list(pattern.items), getattr(pattern, "tail", None)
-    given, rest = list(datum.items), getattr(datum, "tail", None)
+    operands, rest = list(datum.items), getattr(datum, "tail", None)
     dots = next((i for i, item in enumerate(items) if ruleset.is_ellipsis(item)), None)
     if dots is None:
-        return _match_fixed(ruleset, items, tail, given, rest, datum, scope, bound)
+        return _match_fixed(ruleset, pattern, datum, scope, bound)
     before, repeated, after = items[: dots - 1], items[dots - 1], items[dots + 1 :]
-    repeats = len(given) - len(before) - len(after)
+    repeats = len(operands) - len(before) - len(after)
     if repeats < 0 or (tail is None and rest is not None):
         return False
     captures = []
-    for item in given[len(before) : len(before) + repeats]:
+    for item in operands[len(before) : len(before) + repeats]:
         match: dict[Any, Any] = {}
         if not _match(ruleset, repeated, item, scope, match):
             return False
         captures.append(match)
     for variable in _pattern_variables(ruleset, repeated):
         bound[variable] = [match[variable] for match in captures]
-    pairs = [*zip(before, given), *zip(after, given[len(before) + repeats :])]
-    for each_pattern, each_datum in pairs:
-        if not _match(ruleset, each_pattern, each_datum, scope, bound):
-            return False
+    pairs = [*zip(before, operands), *zip(after, operands[len(before) + repeats :])]
+    if not all(_match(ruleset, item_pattern, operand, scope, bound) for item_pattern, operand in pairs):
+        return False
     return tail is None or _match(ruleset, tail, rest or ListDatum((), None, datum.span), scope, bound)
 
 
 def _match_fixed(
-    ruleset: _Rules, items: list[Datum], tail: Datum | None, given: list[Datum], rest: Datum | None, datum: Datum,
-    scope: Scope, bound: dict[Any, Any],
-) -> bool:  # fmt: skip
-    if len(given) < len(items) or (tail is None and (len(given) > len(items) or rest is not None)):
+    ruleset: _Rules, pattern: ListDatum | ArrayDatum, datum: ListDatum | ArrayDatum, scope: Scope, bound: dict[Any, Any]
+) -> bool:
+    """Match a list or array pattern without an ellipsis; its tail matches the rest of a longer list."""
+    items, tail = pattern.items, getattr(pattern, "tail", None)
+    operands, rest = datum.items, getattr(datum, "tail", None)
+    if len(operands) < len(items) or (tail is None and (len(operands) > len(items) or rest is not None)):
         return False
-    for position, item in enumerate(items):
-        if not _match(ruleset, item, given[position], scope, bound):
-            return False
+    if not all(_match(ruleset, item, operand, scope, bound) for item, operand in zip(items, operands)):
+        return False
     if tail is None:
         return True
-    remaining = given[len(items) :]
+    remaining = operands[len(items) :]
     if not remaining and rest is not None:
         return _match(ruleset, tail, rest, scope, bound)
     return _match(ruleset, tail, ListDatum(tuple(remaining), rest, datum.span), scope, bound)
 
 
 def _match_atom(ruleset: _Rules, pattern: Atom, datum: Datum, scope: Scope, bound: dict[Any, Any]) -> bool:
+    """Match a constant, a literal, which must have the same binding in both scopes, or a variable."""
     value = pattern.value
     if not isinstance(value, Symbol):
         return isinstance(datum, Atom) and type(datum.value) is type(value) and bool(datum.value == value)
@@ -404,7 +423,8 @@ def _match_atom(ruleset: _Rules, pattern: Atom, datum: Datum, scope: Scope, boun
 
 
 def _pattern_variables(ruleset: _Rules, pattern: Datum) -> list[Any]:
-    found: list[Any] = []
+    """Return the variables of a pattern."""
+    variables: list[Any] = []
     stack = [pattern]
     while stack:
         item = stack.pop()
@@ -412,12 +432,12 @@ def _pattern_variables(ruleset: _Rules, pattern: Datum) -> list[Any]:
             if not isinstance(item.value, Symbol) or item.value in ruleset.literals or ruleset.is_ellipsis(item):
                 continue
             if base_name(item.value) != "_":
-                found.append(item.value)
+                variables.append(item.value)
         else:
             stack.extend(item.items)
             if isinstance(item, ListDatum) and item.tail is not None:
                 stack.append(item.tail)
-    return found
+    return variables
 
 
 class _Instance:
@@ -429,7 +449,8 @@ class _Instance:
         self.aliases: dict[Symbol, Alias] = {}
         self.size = 0
 
-    def build(self, template: Datum, bound: dict[Any, Any], escaped: bool = False) -> Datum:
+    def build(self, template: Datum, bound: dict[Any, Any], *, escaped: bool = False) -> Datum:
+        """Return the expansion of a template; ``escaped`` is set inside ``(... template)``."""
         self.size += 1
         if self.size > MAX_EXPANDED_ITEMS:
             raise LimitError("expansion", f"the expansion of `{self.ruleset.name}` is too large", None, self.span)
@@ -437,31 +458,36 @@ class _Instance:
             return self._atom(template, bound)
         items = template.items
         if not escaped and len(items) == 2 and self.ruleset.is_ellipsis(items[0]):
-            return self.build(items[1], bound, True)  # (... template) escapes the ellipsis
+            return self.build(items[1], bound, escaped=True)  # (... template) escapes the ellipsis
         built: list[Datum] = []
         position = 0
         while position < len(items):
             item, depth = items[position], 0
             while not escaped and position + 1 < len(items) and self.ruleset.is_ellipsis(items[position + 1]):
                 depth, position = depth + 1, position + 1
-            built += self._repeat(item, bound, depth) if depth else [self.build(item, bound, escaped)]
+            built += self._repeat(item, bound, depth) if depth else [self.build(item, bound, escaped=escaped)]
             position += 1
         if isinstance(template, ArrayDatum):
             return ArrayDatum(tuple(built), self.span)
         if template.tail is None:
             return ListDatum(tuple(built), None, self.span)
-        tail = self.build(template.tail, bound, escaped)
+        tail = self.build(template.tail, bound, escaped=escaped)
         if isinstance(tail, ListDatum):
             return ListDatum((*built, *tail.items), tail.tail, self.span)
         return ListDatum(tuple(built), tail, self.span)
 
     def _atom(self, atom: Atom, bound: dict[Any, Any]) -> Datum:
+        """Return the capture of a pattern variable, an alias of another symbol, or the atom.
+
+        A keyword parameter in a template is hygienic, like other parameters: ``(lambda ((:height 1)) height)`` binds
+        the ``height`` of the template. The keyword itself is not renamed.
+        """
         value = atom.value
         if not isinstance(value, (Symbol, Keyword)):
             return Atom(value, self.span)
         if isinstance(value, Symbol) and value in bound:
-            found = bound[value]
-            if isinstance(found, list):
+            capture = bound[value]
+            if isinstance(capture, list):
                 name = base_name(value)
                 raise SceneError(
                     "macro",
@@ -469,12 +495,13 @@ class _Instance:
                     None,
                     atom.span,
                 )
-            return found  # type: ignore[no-any-return]
+            return capture  # type: ignore[no-any-return]
         if isinstance(value, Keyword) and "::" not in value:
             return Atom(TemplateKeyword(value, self._fresh(Symbol(value))), self.span)
         return Atom(self._alias(value), self.span)
 
     def _alias(self, value: Symbol | Keyword) -> Any:
+        """Return the alias of a template symbol, with its type annotation if it has one."""
         text = str(value) if isinstance(value, Keyword) else base_name(value)
         name, sign, annotation = text.partition("::")
         if sign and name and annotation:
@@ -482,12 +509,15 @@ class _Instance:
         return self._fresh(value)  # type: ignore[arg-type]
 
     def _fresh(self, symbol: Symbol) -> Alias:
+        """Return the alias of a symbol in this expansion."""
         alias = self.aliases.get(symbol)
         if alias is None:
             alias = self.aliases[symbol] = make_alias(symbol, self.ruleset.scope, soft=False)
         return alias
 
     def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
+        """Return the expansions of a template under ``depth`` ellipses, one for each item that its variables
+        captured."""
         variables = [v for v in _pattern_variables(self.ruleset, item) if isinstance(bound.get(v), list)]
         if not variables:
             message = f"no repeated pattern variable before `{self.ruleset.dots}` in this template"

@@ -37,6 +37,7 @@ class Alias(Symbol):
 
 
 def make_alias(base: Symbol, scope: Scope, soft: bool) -> Alias:
+    """Return a new alias of a symbol in a template that was defined in ``scope``."""
     alias = Alias(base)
     alias.base, alias.scope, alias.soft = base, scope, soft
     return alias
@@ -136,6 +137,7 @@ class Scope:
         self.fallback = fallback
 
     def bind(self, symbol: Symbol, binding: Binding) -> None:
+        """Bind a symbol in this scope."""
         self.bindings[symbol] = binding
         if isinstance(symbol, Alias) and symbol.soft:
             self.bindings[Symbol(base_name(symbol))] = binding
@@ -145,9 +147,9 @@ class Scope:
         use: Scope = self
         scope: Scope = self
         while True:
-            found = scope._find(symbol)
-            if found is not None:
-                return found
+            binding = scope._find(symbol)
+            if binding is not None:
+                return binding
             if not isinstance(symbol, Alias):
                 return None
             if symbol.soft:
@@ -156,15 +158,16 @@ class Scope:
             scope, symbol = symbol.scope, symbol.base
 
     def _find(self, symbol: Symbol) -> Binding | None:
+        """Return the innermost binding of a symbol itself; predefined names have no aliases."""
         scope: Scope | None = self
         while scope is not None:
-            found = scope.bindings.get(symbol)
-            if found is not None:
-                return found
+            binding = scope.bindings.get(symbol)
+            if binding is not None:
+                return binding
             if scope.fallback is not None and not isinstance(symbol, Alias):
-                found = scope.fallback(str(symbol))
-                if found is not None:
-                    return found
+                binding = scope.fallback(str(symbol))
+                if binding is not None:
+                    return binding
             scope = scope.parent
         return None
 

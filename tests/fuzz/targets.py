@@ -456,10 +456,10 @@ def make_z(rng: making.Rng) -> bytes:
 
 def z_file(data: bytes) -> None:
     from scenelang.files import zfile
-from scenelang.learning import stored_words
+    from scenelang.learning import stored_words
 
     path = written("a.z.safetensors", data)
-    for read in (zfile.read_z, stored.read_wording, zfile.read_made, stored.read_encodings):
+    for read in (zfile.read_z, stored_words.read_wording, zfile.read_made, stored_words.read_encodings):
         with refusing():
             read(path)
     with refusing():

@@ -9,9 +9,9 @@ from scenelang import Session, Source
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.checker.book import findings, misuses, needs_of
-from scenelang.interpreter.checker.kinds import Kind, describe
 from scenelang.interpreter.checker.program import Program
 from scenelang.interpreter.compile.compile import Compiler
+from scenelang.interpreter.compile.kinds import Kind, describe
 from scenelang.interpreter.runtime.procedures import TAIL, UNDEFINED
 from scenelang.interpreter.scene.entity import Entity, Frames
 from scenelang.interpreter.values.values import (

@@ -1,8 +1,6 @@
-"""Kinds of values: what the text of a program says about a value, such as "an Integer" or "a Vector of 3 numbers".
+"""Kinds in checks: which kinds a type of the registry accepts, and hints and fixes that several checks share.
 
-Kinds form a lattice. ``ANY`` is the top: nothing is known. ``NEVER`` is the bottom: there is no value, because the
-expression always raises or escapes. In between are kinds with one tag, which is the type that the runtime reports, and
-unions of kinds with different tags. A kind over-approximates: a value can only have a tag that its kind has.
+The lattice of kinds itself is ``interpreter/compile/kinds``.
 """
 
 from __future__ import annotations
@@ -10,256 +8,42 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import ListDatum, Source, Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError, near_names
 from scenelang.grammar.reader import piece_at, read
+from scenelang.interpreter.compile.kinds import (
+    ANY,
+    ARRAYS,
+    BOOLEAN,
+    EMBEDDING,
+    ENTITY,
+    FUNCTION,
+    INTEGER,
+    KEYWORD,
+    MATRIX,
+    MUTABLE_ARRAY,
+    MUTABLE_LIST,
+    NEVER,
+    NUMBER,
+    SET,
+    STREAM,
+    STRING,
+    SYMBOL,
+    TABLE,
+    VECTOR,
+    Kind,
+    describe,
+    item_of,
+    length_of,
+    vector_of,
+)
 from scenelang.interpreter.runtime.types import Builtin, Mismatch, Type
-from scenelang.interpreter.values.values import NIL, Array, Embedding, Keyword, Matrix, Pair, Symbol, Vector
+from scenelang.interpreter.values.values import Keyword, Symbol
 
-MAX_ITEMS = 64  # longer sequences only have a common kind of item
-_MAX_TAGS = 8  # unions of more kinds are ANY
-_MAX_DEPTH = 6  # of nested items; what is deeper is ANY
-
-
-class Kind:
-    """One kind, or a union of several.
-
-    Attributes
-    ----------
-    tag
-        ``Any``, ``Never``, ``Union``, or the name of one type of value.
-    items
-        Kinds of the items of a list or array, one by one, if their number is known.
-    item
-        Common kind of the items; of a function, the kind of its result.
-    code
-        Of a function, what it is: an ``ast.Lambda``, a ``Builtin`` or a ``RecordCode``; of a record, its name.
-    options
-        Members of a union, with distinct tags.
-    """
-
-    __slots__ = ("code", "item", "items", "options", "tag")
-
-    def __init__(
-        self,
-        tag: str,
-        items: tuple[Kind, ...] | None = None,
-        item: Kind | None = None,
-        code: Any = None,
-        options: tuple[Kind, ...] = (),
-    ) -> None:
-        self.tag = tag
-        self.items = items
-        self.item = item
-        self.code = code
-        self.options = options or (self,)
-
-    def __eq__(self, other: object) -> bool:
-        if self is other:
-            return True
-        if not isinstance(other, Kind) or self.tag != other.tag or self.code is not other.code:
-            return False
-        if self.tag == "Union":
-            return self.options == other.options
-        return self.items == other.items and self.item == other.item
-
-    def __hash__(self) -> int:
-        return hash((self.tag, self.items and len(self.items)))
-
-    def __repr__(self) -> str:
-        return f"<Kind {describe(self)}>"
-
-
-ANY = Kind("Any")
-NEVER = Kind("Never")
-INTEGER = Kind("Integer")
-FLOAT = Kind("Float")
-BOOLEAN = Kind("Boolean")
-NONE = Kind("None")
-STRING = Kind("String")
-SYMBOL = Kind("Symbol")
-KEYWORD = Kind("Keyword")
-MATRIX = Kind("Matrix")
-ENTITY = Kind("Entity")
-EMBEDDING = Kind("Embedding")
-PART = Kind("Part")
-TABLE = Kind("Table")
-SET = Kind("Set")
-STREAM = Kind("Stream")
-FRAMES = Kind("Frames")
-ERROR = Kind("Error")
-HANDLES = Kind("Handles")
-FUNCTION = Kind("Function")
-LIST = Kind("List")
-EMPTY = Kind("List", ())
-PAIR = Kind("Pair")
-VECTOR = Kind("Vector")
-ARRAY = Kind("Array")
-MUTABLE_LIST = Kind("MutableList")
-MUTABLE_ARRAY = Kind("MutableArray")
-RECORD = Kind("Record")
-
-
-def union_of(options: Iterable[Kind]) -> Kind:
-    """Return the union of kinds with distinct tags, in the order of the tags."""
-    members = sorted(options, key=lambda kind: kind.tag)
-    if not members:
-        return NEVER
-    if len(members) == 1:
-        return members[0]
-    return ANY if len(members) > _MAX_TAGS else Kind("Union", options=tuple(members))
-
-
-NUMBER = union_of((INTEGER, FLOAT))
-ARRAYS = union_of((VECTOR, MATRIX, ARRAY, MUTABLE_ARRAY))
-NUMERIC = union_of((*NUMBER.options, *ARRAYS.options))
-MAYBE_LIST = union_of((LIST, BOOLEAN))
-CONS = union_of((LIST, PAIR, PART))
-PARTS = Kind("List", None, PART)
-
-
-def is_number(kind: Kind) -> bool:
-    """Return whether a value is certainly a number."""
-    return kind.tag in ("Integer", "Float") or kind is NUMBER
-
-
-def join(a: Kind, b: Kind) -> Kind:
-    """Return the least kind that contains both."""
-    if a is b or b is NEVER:
-        return a
-    if a is NEVER:
-        return b
-    if a is ANY or b is ANY:
-        return ANY
-    if a.tag == b.tag != "Union":
-        return _merged(a, b)
-    found = {kind.tag: kind for kind in a.options}
-    for kind in b.options:
-        known = found.get(kind.tag)
-        found[kind.tag] = kind if known is None else _merged(known, kind)
-    return union_of(found.values())
-
-
-def join_all(kinds: Iterable[Kind]) -> Kind:
-    """Return the least kind that contains all of ``kinds``; NEVER for none."""
-    found = NEVER
-    for kind in kinds:
-        found = join(found, kind)
-        if found is ANY:
-            break
-    return found
-
-
-def _merged(a: Kind, b: Kind) -> Kind:
-    """Join two kinds with the same tag."""
-    if a is b or a == b:
-        return a
-    items = None
-    if a.items is not None and b.items is not None and len(a.items) == len(b.items):
-        items = tuple(map(join, a.items, b.items))
-    code = a.code if a.code is b.code else None
-    if a.tag == "Function":
-        known = a.item is not None and b.item is not None
-        return Kind(a.tag, None, join(a.item, b.item) if known else None, code)  # type: ignore[arg-type]
-    return Kind(a.tag, items, None if items is not None else join(item_of(a), item_of(b)), code)
-
-
-def item_of(kind: Kind) -> Kind:
-    """Return the common kind of the items of one kind of sequence; NEVER if it has none."""
-    if kind.items is not None:
-        return join_all(kind.items)
-    return kind.item if kind.item is not None else _ITEMS.get(kind.tag, ANY)
-
-
-_ITEMS = {"Vector": NUMBER, "String": STRING, "Matrix": VECTOR}
-
-
-def list_of(items: Sequence[Kind]) -> Kind:
-    """Return the kind of a list with these items."""
-    if len(items) > MAX_ITEMS:
-        return Kind("List", None, join_all(items))
-    return _shallow(Kind("List", tuple(items)))
-
-
-def list_with(item: Kind) -> Kind:
-    """Return the kind of a list of unknown length; ``item`` is NEVER if it is empty."""
-    return EMPTY if item is NEVER else _shallow(Kind("List", None, item))
-
-
-def pair_of(first: Kind, rest: Kind) -> Kind:
-    """Return the kind of a pair whose rest is no list."""
-    return _shallow(Kind("Pair", (first, rest)))
-
-
-def _shallow(kind: Kind, depth: int = 0) -> Kind:
-    """Cut what is nested deeper than ``_MAX_DEPTH``, so that kinds of recursive data are finite."""
-    if (kind.items is None and kind.item is None) or kind.tag == "Function":
-        return kind
-    if depth == _MAX_DEPTH:
-        return Kind(kind.tag)
-    if kind.items is not None:
-        items = tuple(_shallow(item, depth + 1) for item in kind.items)
-        return kind if all(map(_is, items, kind.items)) else Kind(kind.tag, items, None, kind.code)
-    item = _shallow(item_of(kind), depth + 1)
-    return kind if item is kind.item else Kind(kind.tag, None, item, kind.code)
-
-
-def _is(a: Any, b: Any) -> bool:
-    return a is b
-
-
-_CONSTANTS: dict[type, Kind] = {
-    int: INTEGER, float: FLOAT, bool: BOOLEAN, str: STRING, type(None): NONE, Symbol: SYMBOL, Keyword: KEYWORD,
-    Embedding: EMBEDDING, Matrix: MATRIX, Array: ARRAY,
-}  # fmt: skip
-
-
-def kind_of_value(value: Any, depth: int = 0) -> Kind:
-    """Return the kind of a constant, such as a quoted list."""
-    known = _CONSTANTS.get(type(value))
-    if known is not None:
-        return known
-    if type(value) is Vector:
-        return vector_of(len(value), all(type(item) is int for item in value))
-    if value is NIL:
-        return EMPTY
-    if type(value) is Pair:
-        if depth == _MAX_DEPTH:
-            return LIST if _is_proper(value) else PAIR
-        items: list[Kind] = []
-        while type(value) is Pair and len(items) <= MAX_ITEMS:
-            items.append(kind_of_value(value.car, depth + 1))
-            value = value.cdr
-        if type(value) is Pair:
-            return Kind("List") if _is_proper(value) else PAIR
-        return list_of(items) if value is NIL else PAIR
-    return ANY
-
-
-def _is_proper(value: Any) -> bool:
-    while type(value) is Pair:
-        value = value.cdr
-    return value is NIL
-
-
-def vector_of(length: int, integers: bool = False) -> Kind:
-    """Return the kind of a Vector of ``length`` numbers."""
-    if length > MAX_ITEMS:
-        return VECTOR
-    return Kind("Vector", (INTEGER if integers else NUMBER,) * length)
-
-
-def length_of(kind: Kind) -> int | None:
-    """Return the number of items of a list or vector, if it is known."""
-    return len(kind.items) if kind.items is not None else None
-
-
-# Which kinds a type of the registry accepts.
-
+# --- types of the registry --------------------------------------------------------------------------------------------
 
 _VECTORS = frozenset(("Vector", "List", "MutableList", "MutableArray"))
 _SEQUENCES = frozenset((
@@ -372,66 +156,6 @@ _HELD: dict[str, Kind] = {
 }  # fmt: skip
 
 
-def is_truthy(kind: Kind) -> bool | None:
-    """Return the truth of a value in a test, or None if it may vary: only ``#f`` and ``none`` are false."""
-    if kind is ANY or kind is NEVER:
-        return None
-    tags = {option.tag for option in kind.options}
-    if tags == {"None"}:
-        return False
-    return None if tags & {"Boolean", "None"} else True
-
-
-def without_falsy(kind: Kind) -> Kind:
-    """Return the kind of a value that passed a test."""
-    if kind is ANY:
-        return ANY
-    return union_of(option for option in kind.options if option.tag != "None")
-
-
-# How kinds read in messages.
-
-
-_NAMES = {
-    "Integer": "an Integer", "Float": "a Float", "Boolean": "a Boolean", "None": "`none`", "String": "a String",
-    "Symbol": "a symbol", "Keyword": "a keyword", "List": "a List", "Pair": "a pair", "Part": "a posed entity",
-    "Vector": "a Vector", "Matrix": "a Matrix", "Array": "an Array", "MutableArray": "a mutable array",
-    "MutableList": "a mutable list", "Table": "a table", "Set": "a set", "Stream": "a random stream",
-    "Embedding": "an Embedding", "Entity": "an Entity", "Frames": "frames", "Error": "an error",
-    "Handles": "the root's list of handles", "Function": "a Function", "Record": "a record", "Any": "any value",
-    "Never": "no value",
-}  # fmt: skip
-
-
-def describe(kind: Kind) -> str:
-    """Return a kind with its article, for messages: ``a Vector of 2 numbers``, ``an Integer or a String``."""
-    return " or ".join(_described(kind))
-
-
-def _described(kind: Kind) -> Iterator[str]:
-    tags = {option.tag for option in kind.options}
-    left_out: set[str] = set()
-    if tags >= {"Integer", "Float"}:
-        left_out |= {"Integer", "Float"}
-        yield "a number"
-    if tags >= {"Vector", "Array"}:
-        left_out |= {"Vector", "Array", "Matrix", "MutableArray"}
-        yield "an array"
-    for option in kind.options:
-        if option.tag in left_out:
-            continue
-        if option.tag == "Record" and option.code:
-            yield f"a {option.code}"
-        elif option.tag == "Vector" and option.items is not None:
-            yield f"a Vector of {len(option.items)} number{'s' * (len(option.items) != 1)}"
-        elif option.tag == "List" and option.items == ():
-            yield "the empty list"
-        elif option.tag == "List" and item_of(option) is PART:
-            yield "a List of parts"
-        else:
-            yield _NAMES[option.tag]
-
-
 def may_be_parts(kind: Kind) -> bool:
     """Return whether a value may be parts: an entity, a posed entity, or a list of these."""
     if kind is ANY or kind is NEVER:
@@ -440,6 +164,7 @@ def may_be_parts(kind: Kind) -> bool:
 
 
 def _may_be_parts(kind: Kind) -> bool:
+    """Return whether a value of one tag may be parts."""
     if kind.tag == "List":
         return kind.items is None or all(map(may_be_parts, kind.items))  # a list of unknown length may be empty
     if kind.tag == "Pair" and kind.items is not None:
@@ -449,13 +174,13 @@ def _may_be_parts(kind: Kind) -> bool:
 
 # --- messages ---------------------------------------------------------------------------------------------------------
 
-A_PART = "an Entity, a posed entity or a list of these"  # what is expected where parts are
+A_PART = "an Entity, a posed entity or a list of these"  # expected value of parts, for messages
 
 MAX_SHOWN = 40  # characters of source text in a message
 
 
 def shown(node: Any, kind: Kind) -> str:
-    """Return what was found, for messages: the kind, and the source text where it is short."""
+    """Return a value for messages: its kind, and its source text if that is short."""
     text = node.span.text
     if node.span.expansion is None and len(text) <= MAX_SHOWN and "\n" not in text:
         return f"{describe(kind)}: {text}"
@@ -463,22 +188,24 @@ def shown(node: Any, kind: Kind) -> str:
 
 
 def plural(count: int, noun: str) -> str:
+    """Return ``1 item`` or ``2 items``."""
     return f"{count} {noun}{'s' * (count != 1)}"
 
 
 def is_keyword(node: Any) -> bool:
-    """Return whether an expression is a keyword, as written."""
+    """Return whether an expression is a literal keyword."""
     return type(node) is ast.Constant and type(node.value) is Keyword
 
 
 def number_of(node: Any) -> float | None:
-    """Return the value of a literal number, None for one that no float holds."""
+    """Return the value of a literal number as a float, or None if it is none or too large."""
     if type(node) is ast.Constant and type(node.value) in (int, float) and abs(node.value) <= sys.float_info.max:
         return float(node.value)
     return None
 
 
 def wrap_fix(node: Any, head: str) -> Fix:
+    """Return the fix that makes an expression the argument of a call: ``(head node)``."""
     return Fix(f"Write `({head} ...)`", (Edit(node.span, f"({head} {node.span.text})"),), safe=True)
 
 
@@ -486,10 +213,10 @@ _OPERATORS = frozenset("+-*/%") | {"//", "expt", "<", ">", "<=", ">=", "="}
 
 
 def infix_fix(span: Span) -> Fix | None:
-    """Return the fix for a call whose operator stands between its operands, as in ``(height * 2)``."""
+    """Return the fix for a call in infix notation, such as ``(height * 2)``."""
     text = span.source.text
     if span.expansion is None and text[span.start - 1 : span.start] == "(" and not span.text.startswith("("):
-        span = Span(span.source, *piece_at(text, span.start - 1))  # the call of what was given
+        span = Span(span.source, *piece_at(text, span.start - 1))  # the call around the head
     if span.expansion is not None or not span.text.startswith("("):
         return None
     try:
@@ -506,15 +233,17 @@ def infix_fix(span: Span) -> Fix | None:
 def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
     """Return the hint and fix that exchange two arguments of a call."""
     hint = "the arguments are in the wrong order"
-    if any(each.span.expansion is not None for each in (node, first, second)):
+    if any(part.span.expansion is not None for part in (node, first, second)):
         return hint, ()
     edits = (Edit(first.span, second.span.text), Edit(second.span, first.span.text))
     return hint, (Fix("Swap the arguments", edits, safe=True),)
 
 
 def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for a point of two components, or with a fourth that is 0 or 1, as in a homogeneous point
-    or a colour with opacity."""
+    """Return the hint and fix for a point with two components, or with a fourth one that is 0 or 1.
+
+    A fourth component is common in homogeneous points and in colors with opacity.
+    """
     if type(node) is not ast.ArrayLiteral or node.span.expansion is not None or not node.span.text.startswith("["):
         return None, ()
     items = node.items
@@ -551,7 +280,7 @@ def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
 
 
 def name_of(code: ast.Lambda) -> str:
-    """Return the name of a function for messages; that of a word has quotes already."""
+    """Return the name of a function for messages; the name of a word's function has quotes already."""
     if code.name in ("lambda", "do"):
         return "this function"
     return code.name if code.name.startswith('"') else f"`{code.name}`"
@@ -572,7 +301,7 @@ def arity_of(code: Any) -> tuple[int | None, float, str, str]:
     return None, 0, "", ""
 
 
-# What the values of a type are called elsewhere.
+# Names in other languages of the keywords for axes and alignments.
 _MEANT = {
     "left": "min", "right": "max", "bottom": "min", "top": "max", "back": "min", "front": "max", "start": "min",
     "end": "max", "centre": "center", "middle": "center", "mid": "center", "low": "min", "high": "max",
@@ -584,7 +313,7 @@ _VALUES_OF = {"Alignment": ("min", "center", "max", "before", "after"), "Axis": 
 
 
 def meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for an axis or alignment that is written as a string, or by another name."""
+    """Return the hint and fix for an axis or alignment that is written as a string or with another name."""
     if (
         type(value) is not ast.Constant
         or type(value.value) not in (str, Keyword, Symbol)
@@ -605,7 +334,7 @@ def meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]
 
 
 def literal_fits(type_: Type, value: Any) -> bool:
-    """Return whether a literal has the type of a parameter, so far as that can be told without a run."""
+    """Return whether a literal has the type of a parameter; True for types that need a run to decide."""
     if type(value) is not ast.Constant or value.value is None or type_.walk is not None:
         return True
     try:
