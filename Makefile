@@ -43,7 +43,7 @@ $(VENV)/.editable: $(VENV)/.dev
 	rm -rf build *.egg-info $(VENV)/.package
 	touch $@
 
-dev: $(VENV)/.editable
+dev: $(VENV)/.editable $(VENV)/live
 
 # The packages as mypy finds them without an installation: links into the repository.
 $(VENV)/live: $(VENV)/.dev $(wildcard scenelang/*)

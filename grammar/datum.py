@@ -269,6 +269,7 @@ def _set_state(self: Any, state: list[Any]) -> None:
 
 
 if TYPE_CHECKING:
+    from dataclasses import asdict as asdict
     from dataclasses import fields as fields
     from dataclasses import replace as replace
 else:
@@ -278,6 +279,11 @@ else:
         return (
             kind.__record__ if _is_ours(kind if isinstance(kind, type) else type(kind)) else _standard("fields")(kind)
         )
+
+    def asdict(record):
+        """Return the fields of a data class by name, with those of data classes in them, as ``dataclasses.asdict``
+        does."""
+        return _standard("asdict")(record)
 
     def replace(record, /, **changes):
         """Return a copy of a data class with changes, as ``dataclasses.replace`` does."""

@@ -90,6 +90,8 @@ def run(checkout: Path, line: str) -> None:
     site = checkout / "site"
     if words[0] == "scenelang":
         words = [sys.executable, "-P", "-c", _START, *words[1:]]
+    elif words[0] == "python":
+        words[0] = sys.executable
     elif words[:2] == ["pip", "install"]:
         words = [
             sys.executable,
@@ -142,6 +144,8 @@ def test_every_recipe_is_tried() -> None:
         "A builtin",
         "A lint",
         "A primitive",
+        "A label",
+        "A command",
         "A plug-in: primitive, backend, provider, quality",
     ]
     assert "### A diagnostic" in TEXT, "tests/test_bad.py holds every row of the table to what it says"

@@ -223,3 +223,15 @@ def test_every_package_says_what_it_must_not_know() -> None:
     for path in packages:
         doc = ast.get_docstring(parsed(path)[0]) or ""
         assert len(doc.splitlines()) >= 3, path
+
+
+def test_no_module_mixes_two_kinds_of_data_classes() -> None:
+    """Fields of ``grammar.datum`` and of ``dataclasses`` do not mix in one class."""
+    names = {"dataclass", "field", "fields", "replace", "asdict"}
+    mixed = []
+    for path in MODULES:
+        nodes = [node for node in parsed(path)[1] if isinstance(node, ast.ImportFrom)]
+        sources = {node.module for node in nodes if names & {alias.name for alias in node.names}}
+        if {"dataclasses", "scenelang.grammar.datum"} <= sources and path.name != "datum.py":
+            mixed.append(str(path.relative_to(ROOT)))
+    assert mixed == []

@@ -9,7 +9,6 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +30,7 @@ from scenelang.backends.neural.descriptions import has_meaning, noun_of
 from scenelang.backends.neural.diffusion import DiffusionModel, PromptEncoder, translate_out_of_memory
 from scenelang.backends.neural.prompts import prompt_text
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.grammar.datum import dataclass
+from scenelang.grammar.datum import asdict, dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.settings import setting, whole, within
 from scenelang.interpreter.inspection.numbering import (

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scenelang.backends.files import atomic_write, lock_folder, read_regular
-from scenelang.grammar.datum import dataclass
+from scenelang.grammar.datum import asdict, dataclass
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
@@ -149,8 +149,6 @@ def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> Non
     """Add or replace learned vectors atomically, creating the file if necessary."""
     with lock_folder(path.parent):
         header, old = _old(path)
-        from dataclasses import asdict
-
         provenance = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
         _write(path, {**header, _MADE: json.dumps(provenance)}, {**old, **vectors})
 

@@ -15,7 +15,6 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from datetime import datetime
 from ipaddress import ip_address
 from math import isfinite
@@ -38,7 +37,7 @@ from scenelang.backends.language_models.client import (
 )
 from scenelang.backends.language_models.provider import Provider, connect, find_family
 from scenelang.console.reports import table
-from scenelang.grammar.datum import dataclass
+from scenelang.grammar.datum import asdict, dataclass
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, suggest, to_json
 from scenelang.grammar.settings import dollars, seconds, setting, settings_in, whole
 from scenelang.inference.brief import Notation

@@ -11,13 +11,12 @@ in both terms.)
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from scenelang.backends.neural.splats.gaussians import Gaussians, Splats, apply_pose, concatenate_splats, rotations
-from scenelang.grammar.datum import dataclass
+from scenelang.grammar.datum import dataclass, fields
 from scenelang.grammar.settings import setting, within
 
 if TYPE_CHECKING:
