@@ -39,7 +39,7 @@ def _run(handles_sigint: bool) -> NoReturn:
         complete(build_parser)
     if not sys.warnoptions:  # library warnings are for developers
         warnings.simplefilter("ignore")
-    from scenelang.cli.commands import prints_help
+    from scenelang.cli.command_table import prints_help
 
     if prints_help(sys.argv[1:]):
         os._exit(0)

@@ -119,14 +119,14 @@ def test_a_command_imports_the_domains_that_it_uses(name: str, tmp_path: Path) -
 
 
 def test_the_help_imports_nothing_but_the_table_of_commands() -> None:
-    code = "import sys; from scenelang.cli.commands import prints_help; prints_help([])\n"
+    code = "import sys; from scenelang.cli.command_table import prints_help; prints_help([])\n"
     code += "print('MODULES', *[name for name in sys.modules if name.startswith('scenelang')])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.splitlines()[-1] == "MODULES scenelang scenelang.cli scenelang.cli.commands"
+    assert run.stdout.splitlines()[-1] == "MODULES scenelang scenelang.cli scenelang.cli.command_table"
 
 
 def test_the_help_is_that_of_the_parser(capsys: pytest.CaptureFixture[str]) -> None:
-    from scenelang.cli.commands import prints_help
+    from scenelang.cli.command_table import prints_help
     from scenelang.cli.main import build_parser
 
     assert prints_help(["--help"])

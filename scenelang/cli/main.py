@@ -1,4 +1,4 @@
-"""Command-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
+"""CommandRow-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
 
 Exit codes: 0 success, 1 a wrong program or file, 2 wrong usage, 130 interrupted (Ctrl-C), 141 nothing reads the output
 any more, 143 ended (SIGTERM).
@@ -11,8 +11,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from scenelang.cli.commands import COMMANDS as COMMANDS
-from scenelang.cli.commands import Command, top_parser
+from scenelang.cli.command_table import COMMANDS as COMMANDS
+from scenelang.cli.command_table import CommandRow, top_parser
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
 from scenelang.console.reports import Parser
 from scenelang.grammar.diagnostics import SceneError, UsageError, printable, render_text, suggest
@@ -76,7 +76,7 @@ def _is_bounded(arguments: argparse.Namespace) -> bool:
 
 def _run_confined(arguments: argparse.Namespace) -> int:
     """Run a command in its own process, without the keys in the environment unless it needs them after evaluation."""
-    if COMMANDS[arguments.command].module not in ("models", "describing", "neural", "bench"):
+    if COMMANDS[arguments.command].module not in ("models", "embed_eval", "neural", "bench"):
         keep_named_variables()
     return _run(arguments)
 
@@ -177,7 +177,7 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     return parser
 
 
-def _add_arguments(parser: argparse.ArgumentParser, name: str, command: Command) -> None:
+def _add_arguments(parser: argparse.ArgumentParser, name: str, command: CommandRow) -> None:
     if command.kind.takes_file:
         add_file(parser)
     own = command.part(name, "add")

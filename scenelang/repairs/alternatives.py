@@ -29,7 +29,7 @@ from scenelang.grammar.datum import (
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.checker.idioms import NAMES
-from scenelang.repairs.trials import Trials, edited
+from scenelang.repairs.edit_trials import Trials, edited
 
 if TYPE_CHECKING:
     from scenelang.session.session import Evaluated

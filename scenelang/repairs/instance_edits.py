@@ -22,8 +22,8 @@ from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.values.values import IDENTITY
-from scenelang.repairs import trials
-from scenelang.repairs.trials import Trials
+from scenelang.repairs import edit_trials as trials
+from scenelang.repairs.edit_trials import Trials
 
 if TYPE_CHECKING:
     from scenelang.session.session import Session

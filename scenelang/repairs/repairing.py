@@ -30,8 +30,8 @@ from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs.alternatives import loop_counts
+from scenelang.repairs.edit_trials import Trials, cheapest, edited
 from scenelang.repairs.rearranging import Aim, Rearranged, aims_of, is_deeper_motion, is_sound_motion, rows_of
-from scenelang.repairs.trials import Trials, cheapest, edited
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress

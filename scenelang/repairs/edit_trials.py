@@ -30,21 +30,21 @@ _EXAMINED = 300  # one primitive
 _UNIT = 1_000_000
 
 
-class Candidate(Protocol):
+class EditCandidate(Protocol):
     """What may be tried: edits of a text that do not overlap."""
 
     @property
     def edits(self) -> tuple[Edit, ...]: ...
 
 
-class Priced(Candidate, Protocol):
+class Priced(EditCandidate, Protocol):
     """A candidate with the cost that its search expects."""
 
     @property
     def cost(self) -> float: ...
 
 
-AnyCandidate = TypeVar("AnyCandidate", bound=Candidate)
+AnyCandidate = TypeVar("AnyCandidate", bound=EditCandidate)
 AnyPriced = TypeVar("AnyPriced", bound=Priced)
 Result = TypeVar("Result")
 
