@@ -23,7 +23,7 @@ from scenelang.backends.neural.inversion import InversionSettings, InversionTrai
 from scenelang.backends.neural.prompts import Granularity, PromptContext, leaves_of
 from scenelang.cli.main import main
 from scenelang.files.zfile import Made, read_made, read_z, write_vectors
-from scenelang.scenes.scene import Scene
+from scenelang.scene import Scene
 
 torch = later("torch")
 pytestmark = pytest.mark.usefixtures("loaded_once")

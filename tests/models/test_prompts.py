@@ -17,6 +17,7 @@ import pytest
 from models.conftest import WRONG, cubes, python, recorded
 from scenelang.backends.language_models.catalogue import ImageContent, TextContent
 from scenelang.grammar.datum import Source
+from scenelang.grammar.python_helpers import HELPERS
 from scenelang.inference.brief import (
     Ablation,
     Brief,
@@ -32,7 +33,6 @@ from scenelang.inference.brief import (
 from scenelang.inference.steps import AnswerReader, Verdict
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
-from scenelang.interpreter.transpile.analysis.python_text import HELPERS
 from scenelang.reference.primer import taught
 from scenelang.session.scene_changes import changes_between, compared_frames
 from scenelang.session.session import Options, Session

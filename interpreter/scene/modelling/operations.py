@@ -7,7 +7,6 @@ of the language, or operations without operands such as ``extrude``.
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
@@ -64,6 +63,8 @@ class Expression:
     @cached_property
     def digest(self) -> str:
         """Hash of everything that the surface, its colors and its words depend on."""
+        import hashlib  # 3 ms, which a check of a program does not need
+
         total = hashlib.sha256()
         for piece in (self.operation, self.word, repr(self.color), _shape_text(self.shape)):
             total.update(piece.encode("utf-8", "surrogatepass") + b"\0")
@@ -143,6 +144,8 @@ def _shape_text(shape: Primitive | None) -> str:
         return ""
     if shape.is_file:
         mesh = shape.triangulate(0.0)
+        import hashlib
+
         return hashlib.sha256(mesh.vertices.tobytes() + mesh.faces.tobytes()).hexdigest()
     return f"{type(shape).__qualname__} {sorted(shape.key.defining_attributes().items())}"
 

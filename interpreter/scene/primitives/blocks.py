@@ -6,9 +6,9 @@ Their geometry is that of the cells they fill; the Minecraft backend computes th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Attribute, Placed, Point, Primitive, Symmetry
 from scenelang.interpreter.scene.primitives.cube import placed_block
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.primitives import forms
 from scenelang.interpreter.scene.primitives.base import ORIGIN, P0, P1, RADIUS, Placed, Point, Primitive, Symmetry

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.primitives import forms
 from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Placed, Point, Primitive, Symmetry

@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.primitives.mesh import Mesh, joined
 

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.loading import np
 
 if TYPE_CHECKING:

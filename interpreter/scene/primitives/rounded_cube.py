@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
+from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.primitives import forms
 from scenelang.interpreter.scene.primitives.base import (
