@@ -235,3 +235,25 @@ def test_no_module_mixes_two_kinds_of_data_classes() -> None:
         if {"dataclasses", "scenelang.grammar.datum"} <= sources and path.name != "datum.py":
             mixed.append(str(path.relative_to(ROOT)))
     assert mixed == []
+
+
+REGISTRIES = {  # what imports modules by names in tables: plug-ins and services, primitives, commands, the public names
+    "backends/base.py",  # packages of others
+    "interpreter/plugins.py",
+    "interpreter/scene/primitives/__init__.py",
+    "scenelang/__init__.py",
+    "scenelang/cli/command_table.py",
+}
+
+
+def test_only_registries_import_by_computed_names() -> None:
+    importers = set()
+    for path in FILES:
+        for node in parsed(path)[1]:
+            if isinstance(node, ast.Call) and node.args and ast.unparse(node.func).endswith("import_module"):
+                if not any(isinstance(part, ast.Constant) and isinstance(node.args[0], ast.Constant | ast.IfExp)
+                           for part in ast.walk(node.args[0])):  # fmt: skip
+                    importers.add(path.relative_to(ROOT).as_posix())
+            elif isinstance(node, ast.Call) and ast.unparse(node.func) == "point.load":
+                importers.add(path.relative_to(ROOT).as_posix())
+    assert importers == REGISTRIES
