@@ -12,8 +12,8 @@ from scenelang.interpreter.loading import entry_points_of
 def current_descriptions() -> dict[str, dict[str, object]]:
     """Return the descriptions of our own backends, which are imported, by the values of their entry points."""
     points = entry_points_of(BACKENDS.group).items()
-    own = {name: point for name, point in points if point.value.startswith("scenelang.")}
-    return {point.value: description_of(BACKENDS.find(name)) for name, point in sorted(own.items())}
+    ours = {name: point for name, point in points if point.value.startswith("scenelang.")}
+    return {point.value: description_of(BACKENDS.find(name)) for name, point in sorted(ours.items())}
 
 
 if __name__ == "__main__":

@@ -67,13 +67,13 @@ def new_folder(path: Path) -> Iterator[Path]:
 
     Raises SceneError("file").
     """
-    created = [each for each in (path, *path.parents) if not os.path.lexists(each)]
+    created = [folder for folder in (path, *path.parents) if not os.path.lexists(folder)]
     try:
         yield make_folder(path)
     finally:
         with suppress(OSError):  # of the first that is not empty
-            for each in created:
-                each.rmdir()
+            for folder in created:
+                folder.rmdir()
 
 
 def read_regular(path: Path | str, max_bytes: int | None = None) -> bytes:
@@ -180,6 +180,7 @@ def _sweep(folder: Path) -> None:
 
 
 def _is_running(process: int) -> bool:
+    """Return whether a process runs; True if that cannot be known."""
     if sys.platform == "win32":
         return True  # os.kill would terminate it
     try:
@@ -188,7 +189,7 @@ def _is_running(process: int) -> bool:
         return False
     except OSError:
         return True
-    try:  # a process that has ended, but that nothing has waited for, answers signals
+    try:  # a zombie, which has ended but was not waited for, accepts signals
         return Path(f"/proc/{process}/stat").read_text("ascii", "replace").rpartition(")")[2].split()[0] != "Z"
     except (OSError, IndexError):
         return True
@@ -235,9 +236,9 @@ def atomic_write_all(folder: Path, main: Path | None = None) -> Iterator[Path]:
     the file that errors name if nothing can be written to ``folder``. Raises
     SceneError("file") if the directory or a file cannot be written.
     """
-    with _temporary_folder(folder, main) as (made, replaced):
-        yield made
-        _move_all(made, folder, replaced)
+    with _temporary_folder(folder, main) as (staged, replaced):
+        yield staged
+        _move_all(staged, folder, replaced)
 
 
 @contextmanager
@@ -247,12 +248,12 @@ def replaced_folder(path: Path) -> Iterator[Path]:
     On any error, Ctrl-C included, ``path`` is unchanged. Raises SceneError("file") if it cannot be written.
     """
     make_folder(path.parent)
-    with _temporary_folder(path.parent, path) as (made, replaced):
-        yield made
+    with _temporary_folder(path.parent, path) as (staged, replaced):
+        yield staged
         try:
             if path.exists():
                 path.rename(replaced)
-            made.rename(path)
+            staged.rename(path)
         except BaseException as error:
             if replaced.exists() and not path.exists():
                 replaced.rename(path)
@@ -273,28 +274,28 @@ def _temporary_folder(folder: Path, main: Path | None = None) -> Iterator[tuple[
     except OSError as error:
         raise _not_written(main or folder, error) from error
     try:
-        made = temporary / "made"
-        made.mkdir()
-        yield made, temporary / "replaced"
+        staged = temporary / "made"
+        staged.mkdir()
+        yield staged, temporary / "replaced"
     except OSError as error:
-        raise _not_written(_meant(error, made, folder), error) from error
+        raise _not_written(_meant(error, staged, folder), error) from error
     except SceneError as error:
-        error.message = error.message.replace(str(made), str(folder))
+        error.message = error.message.replace(str(staged), str(folder))
         raise
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def _meant(error: OSError, made: Path, folder: Path) -> Path:
-    """Return the path in ``folder`` of the file in ``made`` that could not be written: the last, unless it is named."""
-    written = sorted((path for path in made.rglob("*") if path.is_file()), key=lambda each: each.stat().st_mtime_ns)
-    path = Path(error.filename) if error.filename else [made, *written][-1]
-    return folder / path.relative_to(made) if path.is_relative_to(made) else path
+def _meant(error: OSError, staged: Path, folder: Path) -> Path:
+    """Return the path in ``folder`` of the file in ``staged`` that an error is about: the last, unless it is named."""
+    written = sorted((path for path in staged.rglob("*") if path.is_file()), key=lambda file: file.stat().st_mtime_ns)
+    path = Path(error.filename) if error.filename else [staged, *written][-1]
+    return folder / path.relative_to(staged) if path.is_relative_to(staged) else path
 
 
-def _move_all(made: Path, folder: Path, backup: Path) -> None:
+def _move_all(staged: Path, folder: Path, backup: Path) -> None:
     """Move every file to ``folder``; if one fails, restore the files that were replaced."""
-    files = sorted(made.iterdir())
+    files = sorted(staged.iterdir())
     targets = {file: Path(os.path.realpath(folder / file.name)) for file in files}  # links stay
     for target in targets.values():
         check_replaceable(target)
@@ -345,16 +346,17 @@ def _back_up(target: Path, copy: Path) -> None:
 
 def program_files(names: Iterable[str]) -> list[str]:
     """Return the program files that are named or located in a named folder (.scene, not hidden), without duplicates."""
-    found: dict[str, str] = {}
+    by_real_path: dict[str, str] = {}
     for name in names:
         programs = [name]
         if name != "-" and os.path.isdir(name):
             programs = [str(path) for path in _programs(Path(name))] or [name]
-        for each in programs:
-            found.setdefault(each if each == "-" else os.path.realpath(each), each)
-    return list(found.values())
+        for program in programs:
+            by_real_path.setdefault(program if program == "-" else os.path.realpath(program), program)
+    return list(by_real_path.values())
 
 
 def _programs(folder: Path) -> list[Path]:
-    found = [path for path in folder.rglob("*.scene") if path.is_file()]
-    return sorted(p for p in found if not any(part.startswith(".") for part in p.relative_to(folder).parts))
+    """Return the programs in a folder that are not hidden, sorted."""
+    files = [path for path in folder.rglob("*.scene") if path.is_file()]
+    return sorted(p for p in files if not any(part.startswith(".") for part in p.relative_to(folder).parts))

@@ -21,10 +21,11 @@ def entry() -> NoReturn:
     handles_sigint = getsignal(SIGINT) is default_int_handler  # SIGINT is ignored in background jobs of a script
     if handles_sigint:
         signal(SIGINT, _leave)
-    _run(handles_sigint)
+    _run(handles_sigint=handles_sigint)
 
 
-def _run(handles_sigint: bool) -> NoReturn:
+def _run(*, handles_sigint: bool) -> NoReturn:
+    """Complete a command line for the shell, print help, or run a command; importing as little as each needs."""
     import gc
     import warnings
     from signal import SIG_IGN, SIGINT, default_int_handler, signal
@@ -56,9 +57,12 @@ def _run(handles_sigint: bool) -> NoReturn:
     _end(status, waits=status != INTERRUPTED)
 
 
-def _end(status: int, waits: bool) -> NoReturn:
-    """Exit the process without freeing its memory object by object: that takes a second after deep recursion, and
-    the interpreter's finalization can crash while threads of native libraries still run."""
+def _end(status: int, *, waits: bool) -> NoReturn:
+    """Exit the process without freeing its memory object by object.
+
+    That takes a second after deep recursion, and the interpreter's finalization can crash while threads of native
+    libraries still run.
+    """
     import atexit
     import threading
 
@@ -76,6 +80,7 @@ def _end(status: int, waits: bool) -> NoReturn:
 
 
 def _leave(*_: object) -> NoReturn:
+    """Exit at Ctrl-C before the command has its own handler."""
     os.write(2, b"interrupted\n")
     os._exit(130)
 

@@ -101,7 +101,7 @@ def load(
     20
     """
     entries = _entries(Path(path), embeddings)
-    options = _options(seed, defines, root, entries, limits, project, allow_outside, strict)
+    options = _options(seed, defines, root, entries, limits, project, allow_outside=allow_outside, strict=strict)
     return scene_of(Scene, Session(options).source(str(path)), options)
 
 
@@ -127,7 +127,7 @@ def evaluate(
     >>> evaluate('(bind "dot" (lambda () (call "sphere" :radius 2)))')
     <Scene "dot": 1 primitive>
     """
-    options = _options(seed, defines, root, {}, limits, project, allow_outside, strict)
+    options = _options(seed, defines, root, {}, limits, project, allow_outside=allow_outside, strict=strict)
     return scene_of(Scene, Source(name, text), options)
 
 
@@ -243,7 +243,7 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
     from scenelang.session.declarations import declarations_of
 
     session = Session()
-    stated = [each for declaration in declarations for each in declarations_of(session, declaration)]
+    stated = [declaration for stated_text in declarations for declaration in declarations_of(session, stated_text)]
     return repaired(session, Source(name, text), stated, effort=effort, geometry=geometry)
 
 
@@ -595,9 +595,11 @@ def _options(
     entries: Mapping[str, ZEntry],
     limits: Limits | None,
     project: str | Path | None,
+    *,
     allow_outside: bool,
     strict: bool,
 ) -> Options:
+    """Return the options of the API's arguments; values of params become literals."""
     return Options(
         root=root,
         seed=int(seed),
@@ -611,11 +613,13 @@ def _options(
 
 
 def _entries(path: Path, embeddings: str | Path | None) -> Mapping[str, ZEntry]:
+    """Return the entries of an embeddings file; "auto" is the one beside the program, if it exists."""
     from scenelang.files import zfile
 
     if embeddings is None:
         return {}
     if embeddings != "auto":
         return zfile.read_entries(Path(embeddings))
-    own = zfile.beside(str(path))
-    return zfile.read_entries(own) if os.path.exists(own) else {}  # unlike Path.exists, false for a name too long
+    beside_program = zfile.beside(str(path))
+    exists = os.path.exists(beside_program)  # unlike Path.exists, false for a name that is too long
+    return zfile.read_entries(beside_program) if exists else {}

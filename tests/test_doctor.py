@@ -90,7 +90,7 @@ def test_time_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     start = doctor._start
     sleeper = [sys.executable, "-c", "import time; time.sleep(3600)"]
     monkeypatch.setattr(doctor, "_start", lambda asked: start(sleeper))
-    monkeypatch.setattr(doctor, "_SECONDS", 0.1)
+    monkeypatch.setattr(doctor, "_TEST_SECONDS", 0.1)
     found = list(doctor.work_checks())
     assert {check.state for check in found} <= {CheckState.NOTE, CheckState.MISSING}
     assert any("not tested" in check.detail for check in found)

@@ -1,6 +1,6 @@
 """Computation graph of a scene as SVG: which entity calls which, how often, under which handles (paper, Figure 2).
 
-Entities with the same word and the same kinds of parts share a node, so that sixty-four squares of two colours are one
+Entities with the same word and the same kinds of parts share a node, so that sixty-four squares of two colors are one
 node, while each level of a recursion has a separate node.
 """
 
@@ -24,8 +24,8 @@ from scenelang.interpreter.inspection.numbering import first_handles
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts
 
-MAX_NODES = 400
-_MAX_HANDLES = 2
+MAX_NODES = 400  # that are drawn
+_MAX_HANDLES = 2  # that are named in a node
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +44,7 @@ class Node:
 
     @property
     def is_primitive(self) -> bool:
+        """Whether its entities are primitives."""
         return self.sample.is_primitive
 
 
@@ -86,7 +87,7 @@ def call_graph(scene: Scene, frame: int = 0, depth: int | None = None) -> CallGr
     for entity in order:
         members[kind[id(entity)]].append(entity)
     shown, hidden = _shown(kind[id(root)], members, kind, depth)
-    number = {one: i for i, one in enumerate(shown)}
+    number = {kind_number: i for i, kind_number in enumerate(shown)}
     handles = first_handles(scene, frame)
     nodes = [_node(members[one], instances, handles) for one in shown]
     edges = [edge for one in shown for edge in _edges(one, members[one], kind, number)]
@@ -118,6 +119,7 @@ def _shown(
 
 
 def _node(entities: list[Entity], instances: dict[int, int], handles: dict[int, str]) -> Node:
+    """Return the node of equivalent entities."""
     first = tuple(dict.fromkeys(handles[id(entity)] for entity in entities))
     shown = first[:_MAX_HANDLES] + (("…",) if len(first) > _MAX_HANDLES else ())
     total = sum(instances[id(entity)] for entity in entities)
@@ -125,6 +127,7 @@ def _node(entities: list[Entity], instances: dict[int, int], handles: dict[int, 
 
 
 def _edges(start: int, entities: list[Entity], kind: dict[int, int], number: dict[int, int]) -> list[Edge]:
+    """Return the edges from a kind of entities to the kinds of their parts that are drawn."""
     counts = [Counter(kind[id(part.car)] for part in entity.children) for entity in entities]
     ends = dict.fromkeys(end for count in counts for end in count if end in number)
     return [
@@ -136,14 +139,14 @@ def _edges(start: int, entities: list[Entity], kind: dict[int, int], number: dic
 # Layered graph layout (Sugiyama et al., 1981): rows by distance from the root, ordered to reduce crossings.
 
 
-GAP_X, GAP_Y = 26.0, 64.0
-_PASSAGE = 4.0  # width reserved for an edge that passes between nodes
-_SWEEPS = 12
+GAP_X, GAP_Y = 26.0, 64.0  # between nodes and rows, in SVG units
+_PASSAGE_WIDTH = 4.0  # reserved for an edge that passes between nodes
+_SWEEPS = 12  # down and up, alternately
 
 
 @dataclass(frozen=True, slots=True)
 class NodePosition:
-    """Centre and size of a node."""
+    """Center and size of a node."""
 
     x: float
     y: float
@@ -170,7 +173,7 @@ def laid_out(sizes: Sequence[tuple[float, float]], edges: Sequence[tuple[int, in
         between = []
         for row in range(row_of[start] + 1, row_of[end]):
             between.append(len(all_sizes))
-            all_sizes.append((_PASSAGE, 0.0))
+            all_sizes.append((_PASSAGE_WIDTH, 0.0))
             row_of.append(row)
         chain = [start, *between, end]
         short += list(pairwise(chain))
@@ -183,6 +186,11 @@ def laid_out(sizes: Sequence[tuple[float, float]], edges: Sequence[tuple[int, in
 def _placed(
     sizes: Sequence[tuple[float, float]], edges: Sequence[tuple[int, int]], row_of: Sequence[int]
 ) -> list[NodePosition]:
+    """Return the positions of nodes, given their rows.
+
+    Each row is sorted by the mean position of its neighbors in the row before, down and up alternately (the barycenter
+    heuristic).
+    """
     rows: list[list[int]] = [[] for _ in range(max(row_of) + 1)]
     for node, row in enumerate(row_of):
         rows[row].append(node)
@@ -194,7 +202,7 @@ def _placed(
     for sweep in range(_SWEEPS):
         down = sweep % 2 == 0
         for row in range(len(rows)) if down else range(len(rows) - 1, -1, -1):
-            rows[row] = _sorted_by_neighbours(rows[row], above if down else below, _positions(rows))
+            rows[row] = _sorted_by_neighbors(rows[row], above if down else below, _positions(rows))
     x = _abscissae(rows, sizes, above, below)
     heights = [max(sizes[node][1] for node in row) for row in rows]
     tops = [sum(heights[:row]) + GAP_Y * row for row in range(len(rows))]
@@ -228,11 +236,14 @@ def _positions(rows: Sequence[Sequence[int]]) -> dict[int, float]:
     return {node: (i + 0.5) / len(row) for row in rows for i, node in enumerate(row)}
 
 
-def _sorted_by_neighbours(
-    row: Sequence[int], neighbours: Mapping[int, Sequence[int]], positions: Mapping[int, float]
+def _sorted_by_neighbors(
+    row: Sequence[int], neighbors: Mapping[int, Sequence[int]], positions: Mapping[int, float]
 ) -> list[int]:
+    """Sort the nodes of a row by the mean positions of their neighbors."""
+
     def mean(node: int) -> float:
-        known = [positions[other] for other in neighbours[node]]
+        """Return the mean position of the neighbors of a node, its own if it has none."""
+        known = [positions[other] for other in neighbors[node]]
         return sum(known) / len(known) if known else positions[node]
 
     return sorted(row, key=mean)
@@ -244,7 +255,7 @@ def _abscissae(
     above: Mapping[int, Sequence[int]],
     below: Mapping[int, Sequence[int]],
 ) -> dict[int, float]:
-    """Return the x coordinates of the nodes: near the mean of their neighbours, in row order, without overlap."""
+    """Return the x coordinates of the nodes: near the mean of their neighbors, in row order, without overlap."""
     x: dict[int, float] = {}
     for row in rows:
         at = 0.0
@@ -263,9 +274,9 @@ def _abscissae(
 
 
 def _apart(targets: Sequence[float], widths: Sequence[float]) -> list[float]:
-    """Return non-overlapping positions in order that minimise the squared distance to ``targets``.
+    """Return non-overlapping positions in order that minimize the squared distance to ``targets``.
 
-    Pool adjacent violators: overlapping nodes are merged into blocks, each centred on its mean.
+    Pool adjacent violators: overlapping nodes are merged into blocks, each centered on its mean.
     """
     blocks: list[list[float]] = []  # [sum of target starts, number of nodes]
     offsets: list[float] = []
@@ -285,14 +296,14 @@ def _apart(targets: Sequence[float], widths: Sequence[float]) -> list[float]:
 # SVG output: words in boxes, handles below them, arrows with counts.
 
 
-_FONT = 14.0
-_SMALL = 11.0
-_THUMBNAIL = 72
+_FONT_SIZE = 14.0  # in SVG units, as all sizes here
+_SMALL_FONT_SIZE = 11.0
+_THUMBNAIL_SIZE = 72
 _MARGIN = 18.0
-_MAX_LABEL = 36
-_HEIGHTS = (0.42, 0.58, 0.74)  # positions of labels along their arrows
+_MAX_LABEL_LENGTH = 36  # characters
+_LABEL_POSITIONS = (0.42, 0.58, 0.74)  # along arrows, in turn, so that labels of neighboring arrows do not overlap
 _FAMILY = "ui-sans-serif, system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif"
-_WIDE = 0.6  # width of a letter relative to its height
+_LETTER_WIDTH = 0.6  # relative to the font size
 
 
 def write_graph(
@@ -332,26 +343,31 @@ def drawing(graph: CallGraph, pictures: Sequence[str | None]) -> str:
     for node, place, picture in zip(graph.nodes, places, pictures, strict=True):
         lines += _box(node, place, picture)
     if graph.hidden:
-        lines.append(_text(left + _MARGIN, bottom - 8.0, f"{graph.hidden} more not shown", _SMALL, "#6b7280", "start"))
+        note = f"{graph.hidden} more not shown"
+        lines.append(_text(left + _MARGIN, bottom - 8.0, note, _SMALL_FONT_SIZE, "#6b7280", "start"))
     return "\n".join([*lines, "</svg>", ""])
 
 
 def _size(node: Node, picture: str | None) -> tuple[float, float]:
-    letters = max(len(_label(node.word)) * _FONT, len(_handles(node)) * _SMALL) * _WIDE
-    height = 34.0 + (15.0 if node.handles else 0.0) + (_THUMBNAIL + 4.0 if picture else 0.0)
-    return max(letters + 26.0, 58.0, _THUMBNAIL + 16.0 if picture else 0.0), height
+    """Return width and height of a node's box."""
+    letters = max(len(_label(node.word)) * _FONT_SIZE, len(_handles(node)) * _SMALL_FONT_SIZE) * _LETTER_WIDTH
+    height = 34.0 + (15.0 if node.handles else 0.0) + (_THUMBNAIL_SIZE + 4.0 if picture else 0.0)
+    return max(letters + 26.0, 58.0, _THUMBNAIL_SIZE + 16.0 if picture else 0.0), height
 
 
 def _label(word: str) -> str:
+    """Return a word as printable text of limited length."""
     plain = "".join(c if c.isprintable() else " " for c in word)
-    return plain if len(plain) <= _MAX_LABEL else plain[: _MAX_LABEL - 1] + "…"
+    return plain if len(plain) <= _MAX_LABEL_LENGTH else plain[: _MAX_LABEL_LENGTH - 1] + "…"
 
 
 def _handles(node: Node) -> str:
+    """Return the text of a node's handles."""
     return " ".join(handle if handle == "…" else f"<{handle}>" for handle in node.handles)
 
 
 def _box(node: Node, place: NodePosition, picture: str | None) -> list[str]:
+    """Return the SVG elements of a node: box, thumbnail, word and handles."""
     x, y = place.x - place.width / 2.0, place.y - place.height / 2.0
     red, green, blue = word_color(node.word)
     fill = "#f8fafc" if node.is_primitive else f"rgba({red},{green},{blue},0.22)"
@@ -368,20 +384,21 @@ def _box(node: Node, place: NodePosition, picture: str | None) -> list[str]:
     at = y + 22.0
     if picture:
         lines.append(
-            f'<image x="{place.x - _THUMBNAIL / 2:.1f}" y="{y + 6:.1f}" width="{_THUMBNAIL}" height="{_THUMBNAIL}" '
+            f'<image x="{place.x - _THUMBNAIL_SIZE / 2:.1f}" y="{y + 6:.1f}" '
+            f'width="{_THUMBNAIL_SIZE}" height="{_THUMBNAIL_SIZE}" '
             f'href="data:image/png;base64,{picture}"/>'
         )
-        at += _THUMBNAIL + 2.0
-    lines.append(_text(place.x, at, _label(node.word), _FONT, "#111827", "middle"))
+        at += _THUMBNAIL_SIZE + 2.0
+    lines.append(_text(place.x, at, _label(node.word), _FONT_SIZE, "#111827", "middle"))
     if node.handles:
-        lines.append(_text(place.x, at + 16.0, _handles(node), _SMALL, "#6b7280", "middle"))
+        lines.append(_text(place.x, at + 16.0, _handles(node), _SMALL_FONT_SIZE, "#6b7280", "middle"))
     return [*lines, "</g>"]
 
 
 def _arrow(start: NodePosition, end: NodePosition, way: Sequence[NodePosition], label: str, number: int) -> str:
     """Draw a curve from the bottom of one box to the top of another, vertical at the waypoints ``way``.
 
-    The label is on the last segment, at a height that varies with ``number`` so that neighbouring labels do not
+    The label is on the last segment, at a height that varies with ``number`` so that neighboring labels do not
     overlap.
     """
     points = [(start.x, start.y + start.height / 2.0), *((p.x, p.y) for p in way), (end.x, end.y - end.height / 2.0)]
@@ -393,14 +410,15 @@ def _arrow(start: NodePosition, end: NodePosition, way: Sequence[NodePosition], 
     if not label:
         return line
     (x0, y0), (x1, y1) = points[-2:]
-    t = _HEIGHTS[number % len(_HEIGHTS)]
+    t = _LABEL_POSITIONS[number % len(_LABEL_POSITIONS)]
     share = 3.0 * t * t - 2.0 * t**3
     x, y = x0 + (x1 - x0) * share, y0 + (y1 - y0) * (1.5 * t * (1.0 - t) + t**3)
-    shown = _text(x, y + 4.0, label, _SMALL, "#374151", "middle")
+    shown = _text(x, y + 4.0, label, _SMALL_FONT_SIZE, "#374151", "middle")
     return line + shown.replace("<text ", '<text stroke="#fff" stroke-width="4" paint-order="stroke" ', 1)
 
 
 def _text(x: float, y: float, text: str, size: float, color: str, anchor: str) -> str:
+    """Return an SVG text element."""
     shown = escape(printable(text))
     return f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size:g}" fill="{color}" text-anchor="{anchor}">{shown}</text>'
 
@@ -409,7 +427,7 @@ def _thumbnail(node: Node) -> str | None:
     """Return a small draft picture of a node's entity as base64 PNG, or None if the entity has no geometry."""
     if entity_box(node.sample) is None:
         return None
-    side = 2 * _THUMBNAIL
+    side = 2 * _THUMBNAIL_SIZE
     picture = render(Scene(node.word, [node.sample], False), PictureOptions(width=side, height=side, labels=False))
     out = io.BytesIO()
     require("PIL.Image", "pillow").fromarray(picture).quantize(128).save(out, "PNG", optimize=True)

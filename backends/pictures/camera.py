@@ -1,8 +1,8 @@
 """Cameras: pinhole or parallel projection, placed in the world, with a JSON form.
 
 World frame: right-handed, +x right, +y up, +z towards the viewer. Camera frame: +x right, +y down, +z forward, as in
-OpenCV. A world point p has the camera coordinates ``q = R p + t`` and the picture position ``K q / q_z`` (``K (q_x,
-q_y, 1)`` for a parallel projection) in pixels from the top left corner; pixel centres are at half-integers.
+OpenCV. A world point p has the camera coordinates ``q = R p + t`` and the image position ``K q / q_z`` (``K (q_x,
+q_y, 1)`` for a parallel projection) in pixels from the top left corner; pixel centers are at half-integers.
 """
 
 from __future__ import annotations
@@ -24,17 +24,26 @@ Projection = Literal["perspective", "orthographic"]
 
 FORMAT, VERSION = "scenelang-camera", 1
 AXES = "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centres at halves"
-LARGEST = 8192
+LARGEST = 8192  # pixels of a side
 _MAX_FILE_BYTES = 100_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Camera:
-    """A placed camera for pictures of ``width`` x ``height`` pixels.
+    """A placed camera for images of ``width`` x ``height`` pixels.
 
-    ``intrinsics`` K (3, 3) is in pixels: the focal lengths (pixels per scene unit for "orthographic") and the principal
-    point. ``world_to_camera`` (4, 4) is rigid. ``aperture`` is the radius of the lens and ``focus`` the focus distance,
-    in scene units; an aperture of 0 is a pinhole.
+    Attributes
+    ----------
+    intrinsics : (3, 3)
+        K in pixels: the focal lengths (pixels per scene unit for "orthographic") and the principal point.
+    world_to_camera : (4, 4)
+        Rigid transform, in scene units.
+    projection
+        "perspective" or "orthographic".
+    aperture
+        Radius of the lens in scene units; 0 is a pinhole.
+    focus
+        Focus distance in scene units.
     """
 
     width: int
@@ -51,19 +60,22 @@ class Camera:
 
     @property
     def is_parallel(self) -> bool:
+        """Whether the projection is parallel."""
         return self.projection == "orthographic"
 
     @property
     def right(self) -> FloatArray:
-        """Unit vector (3,) in world coordinates, like ``up`` and ``forward``."""
+        """Unit vector (3,) to the right in the image, in the world."""
         return np.asarray(self.world_to_camera[0, :3], np.float64)
 
     @property
     def up(self) -> FloatArray:
+        """Unit vector (3,) upwards in the image, in the world."""
         return -np.asarray(self.world_to_camera[1, :3], np.float64)
 
     @property
     def forward(self) -> FloatArray:
+        """Unit vector (3,) of the view direction, in the world."""
         return np.asarray(self.world_to_camera[2, :3], np.float64)
 
     @property
@@ -97,8 +109,7 @@ class Camera:
         return local[:, :2] / safe[:, None] * np.array(self.focal) + np.array(self.principal), depth
 
     def rescaled(self, center: FloatArray, scale: float) -> Camera:
-        """Return the camera that sees the same picture after the world is transformed by ``p -> scale (p -
-        center)``."""
+        """Return the camera that sees the same image after the world is transformed by ``p -> scale (p - center)``."""
         pose = self.world_to_camera.copy()
         pose[:3, 3] = -pose[:3, :3] @ ((self.eye - center) * scale)
         intrinsics = self.intrinsics.copy()
@@ -119,7 +130,7 @@ class Camera:
 def camera_at(
     eye: FloatArray, axes: tuple[FloatArray, FloatArray, FloatArray], focal: float, width: int, height: int, **more: Any
 ) -> Camera:
-    """Return a camera at ``eye`` (3,) with orthonormal (right, up, forward) ``axes`` and a centred principal point.
+    """Return a camera at ``eye`` (3,) with orthonormal (right, up, forward) ``axes`` and a centered principal point.
 
     ``focal`` is the focal length in pixels; ``more`` is passed to ``Camera``.
     """
@@ -185,6 +196,7 @@ def camera_from_json(data: Any) -> Camera:
 
 
 def _matrix(data: dict[str, Any], name: str, size: int) -> FloatArray:
+    """Return a square matrix of a JSON camera; raises SceneError."""
     try:
         matrix = np.array(data.get(name), np.float64)
     except (TypeError, ValueError):
@@ -195,6 +207,7 @@ def _matrix(data: dict[str, Any], name: str, size: int) -> FloatArray:
 
 
 def _length(data: dict[str, Any], name: str, default: float) -> float:
+    """Return a nonnegative number of a JSON camera; raises SceneError."""
     value = data.get(name, default)
     if type(value) not in (int, float) or not math.isfinite(value) or value < 0.0:
         raise SceneError("value", f"a camera's {name} must be a number, 0 or more")
@@ -208,19 +221,34 @@ def _length(data: dict[str, Any], name: str, default: float) -> float:
 
 Point = tuple[float, float, float]
 
-MARGIN = 0.06  # fraction of half the picture, on each side
+MARGIN = 0.06  # on each side, relative to half the image
 
 
 @dataclass(frozen=True, slots=True)
 class Viewpoint:
     """A camera as described by the user, before it is placed.
 
-    ``fov`` is the vertical field of view; ``distance`` is from the eye to ``target``; if either is None it is chosen so
-    that the whole scene is in view.
-
-    ``orthographic`` selects parallel projection. ``follow`` aims at the centre of each frame. ``orbit`` is the angle
-    that a film's camera travels around the scene (None: one full turn around a static scene). ``aperture`` is the
-    radius of the lens, 0 for a pinhole, and ``focus`` the focus distance (None: the target's).
+    Attributes
+    ----------
+    azimuth, elevation
+        Direction from the target, in degrees.
+    distance
+        From the eye to the target, in scene units; None if the whole scene must be in view.
+    fov
+        Vertical field of view in degrees.
+    target
+        Point at the center of the image; None for the scene's.
+    orthographic
+        Use parallel projection.
+    follow
+        Aim at the center of each frame.
+    orbit
+        Angle in degrees that the camera of a video travels around the scene; None for one full turn around a static
+        one.
+    aperture
+        Radius of the lens in scene units; 0 is a pinhole.
+    focus
+        Focus distance in scene units; None for the target's.
     """
 
     azimuth: float = 30.0
@@ -246,10 +274,17 @@ USAGE = f"{', '.join(PRESETS)}, azimuth=40,elevation=20,distance=5,fov=35,target
 
 
 def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, height: int) -> Camera:
-    """Place a camera in front of the box from ``low`` to ``high`` (3,), for pictures of ``width`` x ``height`` pixels.
+    """Place a camera in front of a box.
 
-    Without a target the box is centred in the picture; without a distance the eye is as near as the eight corners of
-    the box allow, with a margin of 6 % of the half picture on every side.
+    Without a target the box is centered in the image. Without a distance the eye is as near as the eight corners of the
+    box allow, with a margin of 6 % of half the image on every side.
+
+    Parameters
+    ----------
+    low, high : (3,)
+        Corners of the box, in scene units.
+    width, height
+        Of the image, in pixels.
     """
     axes = axes_of(viewpoint.azimuth, viewpoint.elevation)
     right, up, forward = axes
@@ -258,7 +293,7 @@ def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, h
     x, y, z = ((corners - center) @ axis for axis in axes)
     extent = float(np.max(high - low))
     if viewpoint.orthographic:
-        return _parallel(viewpoint, center, axes, x, y, z, extent, (width, height))
+        return _parallel(viewpoint, center, axes, (x, y, z), extent, (width, height))
     tangent = math.tan(math.radians(viewpoint.fov) / 2.0)
     kx, ky = tangent * width / height * (1.0 - MARGIN), tangent * (1.0 - MARGIN)
     if viewpoint.target is None:
@@ -277,14 +312,15 @@ def _parallel(
     viewpoint: Viewpoint,
     center: FloatArray,
     axes: tuple[FloatArray, FloatArray, FloatArray],
-    x: FloatArray,
-    y: FloatArray,
-    z: FloatArray,
+    corners: tuple[FloatArray, FloatArray, FloatArray],
     extent: float,
     size: tuple[int, int],
 ) -> Camera:
-    """Place a camera with parallel projection; ``distance`` determines the visible height via ``fov``."""
-    width, height = size
+    """Place a camera with parallel projection; ``distance`` determines the visible height via ``fov``.
+
+    ``corners`` are the coordinates of the box's corners along the axes, relative to ``center``.
+    """
+    (x, y, z), (width, height) = corners, size
     if viewpoint.target is None:
         center = center + (x.max() + x.min()) / 2.0 * axes[0] + (y.max() + y.min()) / 2.0 * axes[1]
         half_x, half_y = (x.max() - x.min()) / 2.0, (y.max() - y.min()) / 2.0
@@ -300,12 +336,12 @@ def _parallel(
 
 
 def _lens(viewpoint: Viewpoint, distance: float) -> dict[str, float]:
+    """Return aperture and focus distance of a camera at a distance from its target."""
     return {"aperture": viewpoint.aperture, "focus": viewpoint.focus if viewpoint.focus is not None else distance}
 
 
 def axes_of(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the camera's right, up and forward vectors, each (3,), for angles in degrees; also defined at the
-    poles."""
+    """Return the right, up and forward vectors (3,) of a camera for angles in degrees, also at the poles."""
     a, e = math.radians(azimuth), math.radians(elevation)
     right = np.array([math.cos(a), 0.0, -math.sin(a)])
     forward = -np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
@@ -318,7 +354,7 @@ def _nearest(x: FloatArray, z: FloatArray, k: float) -> float:
 
 
 def _middle(x: FloatArray, depth: FloatArray) -> float:
-    """Return the c that minimises the maximum of |x - c| / depth: the projection extends equally far on both sides.
+    """Return the c that minimizes the maximum of |x - c| / depth: the projection extends equally far on both sides.
 
     The minimum is the largest of (x_i - x_j) / (depth_i + depth_j) over all pairs of corners.
     """
@@ -383,6 +419,7 @@ def checked(viewpoint: Viewpoint) -> Viewpoint:
 
 
 def _number(key: str, text: str) -> float:
+    """Parse a number of a viewpoint; raises SceneError."""
     try:
         return float(text)
     except ValueError:

@@ -1,7 +1,10 @@
 """Draft backend: an analytic ray caster with soft shadows and ambient occlusion, in numpy alone.
 
-Four samples per pixel; a sample sees the nearest opaque solid, the ground, or the backdrop, behind at most six
-transparent layers. Lighting, ground and tone curve are those of final pictures (``appearance``).
+There are four samples per pixel. A sample sees the nearest opaque solid, the ground, or the backdrop, behind at most
+six transparent layers. Lighting, ground and tone curve are those of final images (``appearance``, ``mitsuba``).
+
+Datasets shade by pixel: inside a surface once, with ambient light at every fourth pixel and shadow maps of the image's
+size. Such drafts differ from those by sample by one of 255 levels on average and take half the time.
 """
 
 from __future__ import annotations
@@ -52,19 +55,31 @@ IntArray = npt.NDArray[np.int64]
 T = TypeVar("T")
 
 _SAMPLES = 2  # per pixel and axis
-_BAND = 1 << 17  # samples shaded per batch
-_LAYERS = 6
-_SMOOTH = 0.95  # least cosine between the normals of neighbours on one smooth surface
+_BATCH_SAMPLES = 1 << 17  # shaded at once, which bounds the memory
+_MAX_LAYERS = 6  # transparent surfaces that a sample sees
+_MIN_SMOOTH_COSINE = 0.95  # between normals of neighboring pixels on one smooth surface; below it is a crease
+_LAYER_AMBIENT = 0.9  # ambient light on transparent layers, for which no occlusion is computed
+_HORIZON_SAMPLES = 64  # per pixel row: the horizon is a long straight edge, on which steps are conspicuous
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draft:
-    """A draft picture of H x W pixels.
+    """A draft image of H x W pixels.
 
-    ``linear`` (H, W, 3) is linear sRGB in [0, 1] after tone mapping, ``radiance`` (H, W, 3) before it. ``depth`` (H, W)
-    is the distance to opaque surfaces along the view direction, infinity on the backdrop; ``ids`` (H, W) are the
-    indices of the nearest solids, GROUND or SKY. ``albedo`` and ``normal`` (H, W, 3) are averaged over each pixel, for
-    denoisers; ``sky`` (H, W) is the fraction of the pixel covered by the backdrop.
+    Attributes
+    ----------
+    linear : (H, W, 3)
+        Linear sRGB in [0, 1], after tone mapping.
+    radiance : (H, W, 3)
+        Linear sRGB before tone mapping.
+    depth : (H, W)
+        Distance to opaque surfaces along the view direction; infinite on the backdrop.
+    ids : (H, W)
+        Indices of the nearest solids, ``GROUND`` or ``SKY``.
+    albedo, normal : (H, W, 3)
+        Means over each pixel, for denoisers.
+    sky : (H, W)
+        Fraction of the pixel covered by the backdrop.
     """
 
     linear: Float32Array
@@ -77,17 +92,17 @@ class Draft:
 
 
 class DraftCache:
-    """Values shared by the shots of a film, recomputed only when their dependencies change."""
+    """Values shared by the shots of a video, recomputed only when their dependencies change."""
 
     def __init__(self) -> None:
         self._values: dict[str, tuple[Hashable, Any]] = {}
 
     def get(self, name: str, depends_on: Hashable, make: Callable[[], T]) -> T:
         """Return the cached value ``name`` for ``depends_on``, calling ``make`` if it is absent or stale."""
-        found = self._values.get(name)
-        if found is None or found[0] != depends_on:
-            found = self._values[name] = (depends_on, make())
-        value: T = found[1]
+        entry = self._values.get(name)
+        if entry is None or entry[0] != depends_on:
+            entry = self._values[name] = (depends_on, make())
+        value: T = entry[1]
         return value
 
 
@@ -98,10 +113,18 @@ def draw(
     cache: DraftCache | None = None,
     by_pixel: bool = False,
 ) -> Draft:
-    """Draw ``stage``; without ``shaded`` only geometry is computed (depth, ids, albedo, normal) and colours are black.
+    """Draw a stage.
 
-    ``cache`` stores the image and the light of static solids between the shots of a film. With ``by_pixel``, pixels
-    inside a surface are shaded once, and ambient light is computed at every fourth pixel; this takes half the time.
+    Parameters
+    ----------
+    progress
+        Called with a fraction from 0 to 1.
+    shaded
+        Whether to compute colors; without, only depth, ids, albedo and normal are computed, and colors are black.
+    cache
+        Stores the image and the light of static solids between the shots of a video.
+    by_pixel
+        Shade pixels inside a surface once, and compute ambient light at every fourth pixel; this takes half the time.
     """
     report = progress or (lambda _: None)
     cache = cache or DraftCache()
@@ -111,7 +134,7 @@ def draw(
     keys = _opaque_keys(stage, caster, opaque, cache, lambda share: report(0.4 * share))
     layers = _layers(caster, ~opaque, keys) if not opaque.all() else []
     shaded = shaded and not stage.studio.environment.unlit
-    shadows = _shadows(stage, cache, by_pixel) if shaded else []
+    shadows = _shadows(stage, cache, is_coarse=by_pixel) if shaded else []
     report(0.55)
     size = (stage.height, stage.width)
     row, column = _grid(*size, _SAMPLES)
@@ -138,7 +161,7 @@ def _grid(height: int, width: int, step: int) -> tuple[IntArray, IntArray]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Light:
-    """Light of a picture: shadow maps, and ambient light at samples ``step`` apart with the depths there."""
+    """Light of an image: shadow maps, and ambient light at samples ``step`` apart with the depths at these samples."""
 
     shadows: list[Shadow]
     ambient: Float32Array
@@ -148,7 +171,7 @@ class _Light:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shading:
-    """What the shading of samples needs: ``keys`` of the opaque solids and of each transparent layer."""
+    """Input of the shading of samples: the stage, its rays, and the keys of opaque solids and transparent layers."""
 
     stage: Stage
     caster: Caster
@@ -157,52 +180,56 @@ class _Shading:
     layers: list[Keys]
     light: _Light
 
-    def shade(self, seen: Surface, row: IntArray, column: IntArray) -> tuple[Float32Array, ...]:
-        """Return colour, radiance, albedo, normal (N, 3) and sky coverage (N, 1) of samples that see ``seen``."""
+    def shade(self, visible: Surface, row: IntArray, column: IntArray) -> tuple[Float32Array, ...]:
+        """Return color, radiance, albedo, normal (N, 3) and sky coverage (N, 1) of samples at ``row`` and ``column``.
+
+        ``visible`` is the opaque surface that they see.
+        """
         over = []
         for layer in self.layers:
             at = np.flatnonzero(layer[row, column] != NOTHING)
             over.append((at, _surface(self.stage, self.caster, self.rays, layer, row[at], column[at])))
-        return _shaded(self.stage, seen, over, row, column, self.light)
+        return _shaded(self.stage, visible, over, row, column, self.light)
 
 
 def _outputs(stage: Stage) -> list[Float32Array]:
+    """Return empty images for color, radiance, albedo, normal and sky coverage."""
     return [np.zeros((stage.height, stage.width, channels), np.float32) for channels in (3, 3, 3, 3, 1)]
 
 
 def _shade_by_sample(scene: _Shading, first: Surface, report: Callable[[float], None]) -> list[Float32Array]:
     """Return the outputs of a picture, shaded at every sample."""
     stage, outputs = scene.stage, _outputs(scene.stage)
-    rows = max(1, _BAND // (stage.width * _SAMPLES * _SAMPLES))
+    rows = max(1, _BATCH_SAMPLES // (stage.width * _SAMPLES * _SAMPLES))
     for top in range(0, stage.height, rows):
         bottom = min(stage.height, top + rows)
         row, column = _grid((bottom - top) * _SAMPLES, stage.width * _SAMPLES, 1)
         row = row + top * _SAMPLES
-        seen = _surface(stage, scene.caster, scene.rays, scene.keys, row, column)
-        for output, part in zip(outputs, scene.shade(seen, row, column), strict=True):
+        visible = _surface(stage, scene.caster, scene.rays, scene.keys, row, column)
+        for output, part in zip(outputs, scene.shade(visible, row, column), strict=True):
             output[top:bottom] = _averaged(part, bottom - top, stage.width)
         report(bottom / stage.height)
     return outputs
 
 
 def _shade_by_pixel(scene: _Shading, first: Surface, report: Callable[[float], None]) -> list[Float32Array]:
-    """Return the outputs of a picture: pixels inside a surface are shaded at their first sample, others at all."""
+    """Return the outputs of an image: pixels inside a surface are shaded at one sample, others at all."""
     stage, outputs = scene.stage, _outputs(scene.stage)
     flat = [output.reshape(-1, output.shape[2]) for output in outputs]
     inside = _is_inside(scene, first)
     pixels = np.flatnonzero(inside)
-    for start in range(0, len(pixels), _BAND):
-        part = pixels[start : start + _BAND]
+    for start in range(0, len(pixels), _BATCH_SAMPLES):
+        part = pixels[start : start + _BATCH_SAMPLES]
         row, column = np.divmod(part, stage.width)
         for output, values in zip(flat, scene.shade(first.take(part), row * _SAMPLES, column * _SAMPLES), strict=True):
             output[part] = values
     report(0.5)
     pixels = np.flatnonzero(~inside)
-    for start in range(0, len(pixels), _BAND // _SAMPLES**2):
-        part = pixels[start : start + _BAND // _SAMPLES**2]
+    for start in range(0, len(pixels), _BATCH_SAMPLES // _SAMPLES**2):
+        part = pixels[start : start + _BATCH_SAMPLES // _SAMPLES**2]
         row, column, owner, weight = _distinct(scene, part)
-        seen = _surface(stage, scene.caster, scene.rays, scene.keys, row, column)
-        for output, values in zip(flat, scene.shade(seen, row, column), strict=True):
+        visible = _surface(stage, scene.caster, scene.rays, scene.keys, row, column)
+        for output, values in zip(flat, scene.shade(visible, row, column), strict=True):
             for channel in range(values.shape[1]):
                 output[part, channel] = np.bincount(owner, values[:, channel] * weight, len(part))
     report(1.0)
@@ -210,47 +237,48 @@ def _shade_by_pixel(scene: _Shading, first: Surface, report: Callable[[float], N
 
 
 def _distinct(scene: _Shading, pixels: IntArray) -> tuple[IntArray, IntArray, IntArray, Float32Array]:
-    """Return the samples (N,) to shade of ``pixels`` that show several surfaces: row, column, pixel and share of it.
+    """Return the samples (N,) to shade of pixels that show several surfaces: row, column, pixel and weight.
 
-    Samples of a pixel that see different solids stand for those that see the same; in other pixels all are shaded.
+    In a pixel of several solids, the first sample of each stands for all of that solid. In other pixels, at a crease or
+    the horizon, all samples are shaded.
     """
-    each = _SAMPLES * _SAMPLES
-    down, right = np.divmod(np.arange(each), _SAMPLES)
+    per_pixel = _SAMPLES * _SAMPLES
+    down, right = np.divmod(np.arange(per_pixel), _SAMPLES)
     row = (pixels // scene.stage.width * _SAMPLES)[:, None] + down
     column = (pixels % scene.stage.width * _SAMPLES)[:, None] + right
     number = scene.keys[row, column].astype(np.uint32)
     same = number[:, :, None] == number[:, None, :]
-    is_first = np.argmax(same, axis=2) == np.arange(each)
-    weight = same.sum(axis=2, dtype=np.float32) / np.float32(each)
+    is_first = np.argmax(same, axis=2) == np.arange(per_pixel)
+    weight = same.sum(axis=2, dtype=np.float32) / np.float32(per_pixel)
     every = same.all(axis=(1, 2))  # a crease or the horizon
     for layer in scene.layers:
         every |= (layer[row, column] != NOTHING).any(axis=1)
-    is_first[every], weight[every] = True, np.float32(1.0 / each)
+    is_first[every], weight[every] = True, np.float32(1.0 / per_pixel)
     owner, place = np.nonzero(is_first)
     return row[owner, place], column[owner, place], owner, weight[owner, place]
 
 
 def _is_inside(scene: _Shading, first: Surface) -> npt.NDArray[np.bool_]:
-    """Return the pixels (H * W,) all of whose samples see one smooth surface, and no transparent one."""
+    """Return the pixels (H * W,) whose samples all see one smooth opaque surface, directly."""
     stage = scene.stage
     shape = (stage.height, _SAMPLES, stage.width, _SAMPLES)
     number = scene.keys.astype(np.uint32)  # the solid, or all ones
     corner = number[::_SAMPLES, ::_SAMPLES]
-    found = (number.reshape(shape) == corner[:, None, :, None]).all(axis=(1, 3))
+    is_inside = (number.reshape(shape) == corner[:, None, :, None]).all(axis=(1, 3))
     for layer in scene.layers:
-        found &= (layer.reshape(shape) == NOTHING).all(axis=(1, 3))
+        is_inside &= (layer.reshape(shape) == NOTHING).all(axis=(1, 3))
     ids = first.ids.reshape(corner.shape)
     normal = first.normals.astype(np.float32).reshape(*corner.shape, 3)
     for axis in (0, 1):  # the ground's edge, and creases of a solid
         ahead = np.concatenate([np.arange(1, ids.shape[axis]), [ids.shape[axis] - 1]])
         other, turned = ids.take(ahead, axis), normal.take(ahead, axis)
         bend = normal[:, :, 0] * turned[:, :, 0] + normal[:, :, 1] * turned[:, :, 1] + normal[:, :, 2] * turned[:, :, 2]
-        found &= (ids >= 0) | (other >= 0) | (ids == other)
-        found &= (ids != other) | (bend > _SMOOTH)
+        is_inside &= (ids >= 0) | (other >= 0) | (ids == other)
+        is_inside &= (ids != other) | (bend > _MIN_SMOOTH_COSINE)
     ground = stage.studio.ground
     if ground is not None and not (ground[0] == ground[1]).all():
-        found &= ids != GROUND
-    return np.asarray(found.reshape(-1), bool)
+        is_inside &= ids != GROUND
+    return np.asarray(is_inside.reshape(-1), bool)
 
 
 def _opaque_keys(
@@ -266,6 +294,7 @@ def _opaque_keys(
 
 
 def _has_level_horizon(stage: Stage) -> bool:
+    """Return whether the horizon is a row of the image: a ground seen by a perspective camera that is not rolled."""
     return stage.ground is not None and not stage.camera.is_parallel and abs(float(stage.camera.right[1])) < 1e-9
 
 
@@ -273,19 +302,20 @@ def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
     """Return the fraction (H, 1) of each pixel row above a level horizon, at a higher resolution than the samples."""
     if not _has_level_horizon(stage):
         return np.ones((stage.height, 1), np.float32)
-    y = (np.arange(stage.height * 64, dtype=np.float64) + 0.5) * (_SAMPLES / 64)
+    y = (np.arange(stage.height * _HORIZON_SAMPLES, dtype=np.float64) + 0.5) * (_SAMPLES / _HORIZON_SAMPLES)
     _, direction = rays.at(np.full(len(y), rays.width / 2.0), y)
-    share: Float32Array = (direction[:, 1] >= 0.0).reshape(-1, 64).mean(axis=1, dtype=np.float32)[:, None]
+    share: Float32Array = (direction[:, 1] >= 0.0).reshape(-1, _HORIZON_SAMPLES).mean(axis=1, dtype=np.float32)[:, None]
     return share
 
 
-def _shadows(stage: Stage, cache: DraftCache, is_coarse: bool) -> list[Shadow]:
+def _shadows(stage: Stage, cache: DraftCache, *, is_coarse: bool) -> list[Shadow]:
     """Return the shadow maps of opaque and of transparent solids."""
     side = max(stage.width, stage.height)
     size = min(1024, max(192, side * 3 // 2)) if is_coarse else 1024 if side <= 640 else 2048
     direction, opaque = stage.studio.key_direction, stage.solids.opacity >= 1.0
 
     def cast(solids: Solids) -> ShadowMap:
+        """Return the shadow map of the key light."""
         return shadow_map(solids, direction, size)
 
     (opaque_shadow,) = _cached_maps(stage, cache, "key", direction.tobytes(), lambda solids: [cast(solids)])
@@ -315,7 +345,7 @@ def _layers(caster: Caster, which: npt.NDArray[np.bool_], opaque: Keys) -> list[
     """Return the keys of transparent solids in front of ``opaque`` by depth peeling (Everitt, 2001), nearest first."""
     layers: list[Keys] = []
     beyond = None
-    for _ in range(_LAYERS):
+    for _ in range(_MAX_LAYERS):
         keys = caster.cast(which, beyond)
         beyond = keys.copy()
         keys = np.where(keys < opaque, keys, NOTHING)
@@ -328,9 +358,9 @@ def _layers(caster: Caster, which: npt.NDArray[np.bool_], opaque: Keys) -> list[
 def _surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, row: IntArray, column: IntArray) -> Surface:
     """Return the surface points that the samples (``row``, ``column``) (N,) of a picture with ``keys`` see."""
     origin, direction = rays.at(column.astype(np.float64) + 0.5, row.astype(np.float64) + 0.5)
-    own = keys[row, column]
-    ids = ids_of(own)
-    depth = depths_of(own).astype(np.float64)
+    sample_keys = keys[row, column]
+    ids = ids_of(sample_keys)
+    depth = depths_of(sample_keys).astype(np.float64)
     ids[ids < 0] = SKY
     if stage.ground is not None:
         fall = ground_depths(stage.ground, origin, direction)
@@ -370,49 +400,56 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCach
 
 def _shaded(
     stage: Stage,
-    seen: Surface,
+    visible: Surface,
     layers: list[tuple[IntArray, Surface]],
     row: IntArray,
     column: IntArray,
     light: _Light,
 ) -> tuple[Float32Array, ...]:
-    """Return colour, radiance, albedo, normal (N, 3) and sky coverage (N, 1) of samples behind ``layers``."""
+    """Return color, radiance, albedo, normal (N, 3) and sky coverage (N, 1) of samples behind transparent layers.
+
+    ``layers`` are surfaces, the nearest first, each with the indices of the samples that see it.
+    """
     environment = stage.studio.environment
-    albedo = albedo_of(stage, seen)
-    normals = seen.normals.astype(np.float32)
-    empty = (seen.ids < 0 if _has_level_horizon(stage) else seen.ids == SKY).astype(np.float32)[:, None]
+    albedo = albedo_of(stage, visible)
+    normals = visible.normals.astype(np.float32)
+    empty = (visible.ids < 0 if _has_level_horizon(stage) else visible.ids == SKY).astype(np.float32)[:, None]
     shadows = light.shadows
     radiance = radiance_of(
-        stage, seen, albedo, Reach(shadows, _interpolated(light, seen.depth, row, column), row, column)
+        stage, visible, albedo, Reach(shadows, _interpolated(light, visible.depth, row, column), row, column)
     )
     color = tone_map(radiance, environment).astype(np.float32)
     hidden = hidden_share(stage.solids).astype(np.float32) if layers else np.zeros(0, np.float32)
     for at, part in reversed(layers):
-        own, share = albedo_of(stage, part), hidden[part.ids][:, None]
-        shade = radiance_of(stage, part, own, Reach(shadows, np.full(len(at), 0.9, np.float32), row[at], column[at]))
+        layer_albedo, share = albedo_of(stage, part), hidden[part.ids][:, None]
+        ambient = np.full(len(at), _LAYER_AMBIENT, np.float32)
+        shade = radiance_of(stage, part, layer_albedo, Reach(shadows, ambient, row[at], column[at]))
         for under, over in (
             (color, tone_map(shade, environment).astype(np.float32)),
             (radiance, shade),
-            (albedo, own),
+            (albedo, layer_albedo),
             (normals, part.normals.astype(np.float32)),
         ):
             under[at] += (over - under[at]) * share
     return color, radiance, albedo, normals, empty
 
 
-def _interpolated(light: _Light, own: npt.NDArray[np.float64], row: IntArray, column: IntArray) -> Float32Array:
-    """Interpolate ambient light at samples (N,) of depths ``own`` from the four around them, by similarity in depth."""
+def _interpolated(light: _Light, depth: npt.NDArray[np.float64], row: IntArray, column: IntArray) -> Float32Array:
+    """Interpolate ambient light at samples (N,) from the four around them, weighted by similarity in depth.
+
+    This is a joint bilateral upsampling (Kopf et al., 2007): light does not leak across edges.
+    """
     height, width = light.ambient.shape
     r, c = row // light.step, column // light.step
     down, right = row % light.step, column % light.step
     total = np.zeros(len(row), np.float32)
     weight = np.zeros(len(row), np.float32)
-    near = np.where(np.isfinite(own), own, 1e9).astype(np.float32)
+    near = np.where(np.isfinite(depth), depth, 1e9).astype(np.float32)
     depths, ambient = np.where(np.isfinite(light.depth), light.depth, np.float32(1e9)).reshape(-1), light.ambient
     for dr in (0, 1):
         for dc in (0, 1):
             if light.step == _SAMPLES:
-                # pixels store the values of their first samples, so the second sample is between two pixels
+                # Pixels store the values of their first samples, so the second sample is between two pixels.
                 lower, further, area = r + dr * down, c + dc * right, np.ones(1, np.float32)
             else:
                 lower, further = r + dr, c + dc
@@ -428,6 +465,7 @@ def _interpolated(light: _Light, own: npt.NDArray[np.float64], row: IntArray, co
 
 
 def _averaged(samples: Float32Array, height: int, width: int) -> Float32Array:
+    """Return the means of the samples of each pixel."""
     grid = samples.reshape(height, _SAMPLES, width, _SAMPLES, -1)
     average: Float32Array = grid.mean(axis=(1, 3))
     return average
@@ -446,6 +484,7 @@ class DraftPainter:
         self._cache = DraftCache()
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
+        """Draw one shot; see ``Painter``."""
         stage = self._staging.stage(shot)
         if len(self._staging.moving) == 1:  # one frame, perhaps seen by several cameras
             stage = replace(stage, fixed=len(stage.solids))
@@ -455,6 +494,7 @@ class DraftPainter:
 
 
 def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
+    """Create the painter of a staging; see ``PictureBackend``."""
     return DraftPainter(staging, options)
 
 

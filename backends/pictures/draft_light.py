@@ -1,7 +1,7 @@
-"""Lighting of draft pictures: a soft key light by shadow mapping, and ambient light with occlusion.
+"""Lighting of draft images: a soft key light by shadow mapping, and ambient light with occlusion.
 
 Ambient occlusion is the product of two terms: a large-scale term, from coarse shadow maps for a dozen directions of the
-sky, and a small-scale term in screen space, from neighbouring pixels.
+sky, and a small-scale term in screen space, from neighboring pixels.
 """
 
 from __future__ import annotations
@@ -23,35 +23,51 @@ Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
 Rotation = tuple[Float32Array, Float32Array]  # cosine and sine of the per-point rotation of the taps
 
+# Numbers of samples per point. A rotation per pixel turns their pattern into noise, which ``smoothed`` removes.
 _SEARCH_TAPS = 14
 _SHADOW_TAPS = 16
 _NEAR_TAPS = 16
-_NEAR_REACH = 0.16  # in units of the scene's half diagonal
-_CHUNK = 1 << 16
-_LIGHT_DISTANCE = 3.0
-_HALF = 1.02  # half the width of a shadow map; the scene is inside the unit ball
-_SKY_SIZE = 128
-_SKY_PLACES, _FEW_SKY_PLACES, _MANY_SOLIDS = 18, 6, 40_000
+_BATCH_POINTS = 1 << 16  # lit at once, which bounds the memory
+# Lengths in units of the scene's half diagonal; the scene is inside the unit ball.
+_NEAR_REACH = 0.16  # of occlusion in screen space
+_LIGHT_DISTANCE = 3.0  # of the plane from which shadow maps are seen
+_MAP_HALF_WIDTH = 1.02
+_BIAS = 1e-4  # a blocker must be so far above a point's tangent plane
+# The penumbra's radius, in texels, or relative to the map's size.
+_MIN_SEARCH_TEXELS, _MIN_PENUMBRA_TEXELS, _MAX_PENUMBRA_SHARE = 2.0, 0.9, 0.11
+_KEY_LIFT_TEXELS, _SKY_LIFT_TEXELS = 0.6, 0.8  # offset of points along their normals, against self-shadowing
+_SKY_SIZE = 128  # texels of a sky map
+_SKY_DIRECTIONS, _FEW_SKY_DIRECTIONS, _MANY_SOLIDS = 18, 6, 40_000
+_FAR_DEPTH = 1e9  # stands for the infinite depth of the backdrop where depths are subtracted
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShadowMap:
     """Shadow map: depths seen from a light.
 
-    ``depth`` (size, size) is infinity without a blocker. The rows of ``axes`` are right, up and forward (away
-    from the light). The map covers the square of half width ``_HALF`` around ``center``.
+    Attributes
+    ----------
+    depth : (S, S)
+        Infinite without a blocker.
+    axes : (3, 3)
+        Rows right, up and forward (away from the light).
+    center : (3,)
+        Center of the square of half width ``_MAP_HALF_WIDTH`` that the map covers.
+    framed
+        The depths within a frame of infinity, ((S + 2)^2,): taps outside the map need no test.
     """
 
     depth: Float32Array
     axes: FloatArray
     center: FloatArray
-    framed: Float32Array = field(init=False, repr=False)  # the depths (size + 2)^2 within a frame of infinity
+    framed: Float32Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "framed", np.pad(self.depth, 1, constant_values=np.float32(np.inf)).reshape(-1))
 
     @property
     def size(self) -> int:
+        """Number of texels per side."""
         return int(self.depth.shape[0])
 
     def before(self, other: ShadowMap) -> ShadowMap:
@@ -61,15 +77,25 @@ class ShadowMap:
     @property
     def texel(self) -> float:
         """Width of a texel in scene units."""
-        return 2.0 * _HALF / self.size
+        return 2.0 * _MAP_HALF_WIDTH / self.size
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Receivers:
-    """Points that may be in shadow, in the coordinates of a map.
+    """Points that may be in shadow, in the coordinates of a map; all (N,).
 
-    Texel (``u``, ``v``), ``depth``, and the change of depth per texel along each point's tangent plane; all (N,).
-    ``radius`` is the radius of the taps in texels, ``turn`` their rotation.
+    Attributes
+    ----------
+    u, v
+        Texel.
+    depth
+        Distance from the light's plane.
+    slope_u, slope_v
+        Change of depth per texel along the tangent plane of the point.
+    turn
+        Rotation of the taps.
+    radius
+        Radius of the taps, in texels.
     """
 
     u: Float32Array
@@ -81,6 +107,7 @@ class _Receivers:
     radius: Float32Array
 
     def take(self, rows: IntArray, radius: Float32Array) -> _Receivers:
+        """Return some of the points, with other radii of the taps."""
         cosine, sine = self.turn
         return _Receivers(
             self.u[rows],
@@ -93,8 +120,7 @@ class _Receivers:
         )
 
     def above(self, shadow: ShadowMap, dx: float, dy: float) -> Float32Array:
-        """Return the height (N,) of the map's blockers above the points' planes, at the tap (dx, dy) of the
-        unit disk."""
+        """Return the heights (N,) of blockers above the points' planes, at the tap (dx, dy) of the unit disk."""
         cosine, sine = self.turn
         du, dv = self.radius * (dx * cosine - dy * sine), self.radius * (dx * sine + dy * cosine)
         plane = self.depth + du * self.slope_u + dv * self.slope_v
@@ -103,14 +129,25 @@ class _Receivers:
 
 
 def shadow_map(solids: Solids, direction: FloatArray, size: int, inverse: FloatArray | None = None) -> ShadowMap:
-    """Return the shadow map of ``solids``, all inside the unit ball, for light from the unit vector
-    ``direction`` (3,); ``inverse`` (N, 3, 3) are the inverses of their poses."""
+    """Return the shadow map of solids for parallel light.
+
+    Parameters
+    ----------
+    solids
+        All inside the unit ball.
+    direction : (3,)
+        Unit vector towards the light.
+    size
+        Texels per side.
+    inverse : (N, 3, 3), optional
+        Inverses of the poses, if they are known.
+    """
     forward = -direction
     right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(right, forward), forward])
     center = direction * _LIGHT_DISTANCE
-    caster = caster_for(solids, parallel_rays(center, axes, _HALF, size), inverse)
+    caster = caster_for(solids, parallel_rays(center, axes, _MAP_HALF_WIDTH, size), inverse)
     return ShadowMap(depths_of(caster.cast()), axes, center)
 
 
@@ -123,13 +160,16 @@ class Samples:
     turn: Rotation
 
     def part(self, which: slice) -> Samples:
+        """Return some of the samples."""
         cosine, sine = self.turn
         return Samples(self.points[:, which], self.normals[:, which], (cosine[which], sine[which]))
 
 
 def samples_at(points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray) -> Samples:
-    """Return samples at ``points`` (N, 3); neighbouring pixels (``column``, ``row``) (N,) get different tap
-    rotations."""
+    """Return samples at ``points`` (N, 3) with ``normals`` (N, 3).
+
+    ``column`` and ``row`` (N,) are their pixels; neighboring ones get different rotations of the taps.
+    """
     angle = (2.0 * math.pi) * _noise(column, row)
     columns = [np.ascontiguousarray(values.T, np.float32) for values in (points, normals)]
     return Samples(columns[0], columns[1], (np.cos(angle), np.sin(angle)))
@@ -142,24 +182,29 @@ def key_light(shadow: ShadowMap, radius: float, samples: Samples) -> Float32Arra
     """
     spread = math.tan(math.radians(radius))  # growth of the penumbra's radius per distance of the blocker
     out = np.ones(samples.points.shape[1], np.float32)
-    for start in range(0, len(out), _CHUNK):
-        part = slice(start, start + _CHUNK)
+    for start in range(0, len(out), _BATCH_POINTS):
+        part = slice(start, start + _BATCH_POINTS)
         out[part] = _key_light(shadow, spread, samples.part(part))
     return out
 
 
 def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Array:
+    """Return the visible fraction (N,) of the key light at a batch of samples.
+
+    ``spread`` is the growth of the penumbra's radius per distance of the blocker.
+    """
     lit = np.ones(samples.points.shape[1], np.float32)
-    at, receivers = _receivers(shadow, samples, 0.6)
+    at, receivers = _receivers(shadow, samples, _KEY_LIFT_TEXELS)
     if not len(at):
         return lit
     per_distance = np.float32(spread / shadow.texel)
-    widest = np.float32(0.11 * shadow.size)
-    reach = np.clip((receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)) * per_distance, np.float32(2.0), widest)
+    widest = np.float32(_MAX_PENUMBRA_SHARE * shadow.size)
+    farthest = receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)  # distance of a blocker at the edge of the scene
+    reach = np.clip(farthest * per_distance, np.float32(_MIN_SEARCH_TEXELS), widest)
     receivers = replace(receivers, radius=reach)
     distance = _blocker_distance(shadow, receivers)
     some = np.flatnonzero(distance > 0.0)
-    radius = np.clip(distance[some] * per_distance, np.float32(0.9), widest)
+    radius = np.clip(distance[some] * per_distance, np.float32(_MIN_PENUMBRA_TEXELS), widest)
     lit[at[some]] = _lit_share(shadow, receivers.take(some, radius))
     return lit
 
@@ -176,8 +221,8 @@ def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArr
     local = _rotated(axes, samples.points) - (axes @ shadow.center.astype(np.float32))[:, None]
     local += tilt * (texel * np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(1.0 - facing * facing)))
     half = np.float32(0.5 * size)
-    u = (local[0] * np.float32(1.0 / _HALF) + np.float32(1.0)) * half - np.float32(0.5)
-    v = (np.float32(1.0) - local[1] * np.float32(1.0 / _HALF)) * half - np.float32(0.5)
+    u = (local[0] * np.float32(1.0 / _MAP_HALF_WIDTH) + np.float32(1.0)) * half - np.float32(0.5)
+    v = (np.float32(1.0) - local[1] * np.float32(1.0 / _MAP_HALF_WIDTH)) * half - np.float32(0.5)
     reach = 0.15 * size
     at = np.flatnonzero((u > -reach) & (u < size + reach) & (v > -reach) & (v < size + reach) & (facing > 0.0))
     steep = np.minimum(tilt[2, at], np.float32(-0.2))
@@ -208,7 +253,7 @@ def _disk(count: int, power: float = 0.5) -> list[tuple[float, float]]:
 
 
 def _noise(column: IntArray, row: IntArray) -> Float32Array:
-    """Interleaved gradient noise in [0, 1) (Jimenez, 2014): neighbours differ, and a small average removes it."""
+    """Return interleaved gradient noise in [0, 1) (Jimenez, 2014): neighbors differ, and a small average removes it."""
     inner = 0.06711056 * column + 0.00583715 * row
     return np.asarray(np.modf(52.9829189 * np.modf(inner)[0])[0], np.float32)
 
@@ -225,18 +270,19 @@ def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     """Return the mean distance (N,) from the receivers to potential blockers, 0 if there are none."""
     total = np.zeros(len(receivers.u), np.float32)
     count = np.zeros(len(receivers.u), np.float32)
-    for dx, dy in _disk(_SEARCH_TAPS, 1.6):  # denser in the middle, so that thin blockers near the receiver are found
+    for dx, dy in _disk(_SEARCH_TAPS, 1.6):  # denser in the middle, to find thin blockers near the receiver
         above = receivers.above(shadow, dx, dy)
-        blocks = above > 1e-4
+        blocks = above > _BIAS
         total += np.where(blocks, above, np.float32(0.0))
         count += blocks
     return np.asarray(total / np.maximum(count, np.float32(1.0)), np.float32)
 
 
 def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
+    """Return the fraction (N,) of taps without a blocker."""
     lit = np.zeros(len(receivers.u), np.float32)
     for dx, dy in _disk(_SHADOW_TAPS):
-        lit += receivers.above(shadow, dx, dy) <= 1e-4
+        lit += receivers.above(shadow, dx, dy) <= _BIAS
     return np.asarray(lit / np.float32(_SHADOW_TAPS), np.float32)
 
 
@@ -258,7 +304,7 @@ def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
 
 def sky_direction_count(solids: Solids) -> int:
     """Return the number of sky directions to sample, fewer for scenes with many solids."""
-    return _SKY_PLACES if len(solids) < _MANY_SOLIDS else _FEW_SKY_PLACES
+    return _SKY_DIRECTIONS if len(solids) < _MANY_SOLIDS else _FEW_SKY_DIRECTIONS
 
 
 def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
@@ -266,13 +312,13 @@ def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
     count = samples.points.shape[1]
     total = np.full(count, 0.1, np.float32)
     open_ = np.full(count, 0.1, np.float32)
-    for start in range(0, count, _CHUNK):
-        part = slice(start, start + _CHUNK)
+    for start in range(0, count, _BATCH_POINTS):
+        part = slice(start, start + _BATCH_POINTS)
         chunk = samples.part(part)
         for shadow in maps:
             weight = np.maximum(-_rotated(shadow.axes[2:].astype(np.float32), chunk.normals)[0], np.float32(0.0))
             lit = np.ones(len(weight), np.float32)
-            at, receivers = _receivers(shadow, chunk, 0.8)
+            at, receivers = _receivers(shadow, chunk, _SKY_LIFT_TEXELS)
             receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
             for dx, dy in ((0.3, 0.0), (-0.9, 0.3)):
                 lit[at] -= np.float32(0.5) * (receivers.above(shadow, dx, dy) > shadow.texel)
@@ -298,19 +344,19 @@ def occlusion(
         Focal length in pixels.
     """
     height, width = depth.shape
-    seen = np.flatnonzero(np.isfinite(depth).reshape(-1))
+    visible = np.flatnonzero(np.isfinite(depth).reshape(-1))
     out = np.ones(height * width, np.float32)
     flat_points, flat_normals = points.reshape(-1, 3), normals.reshape(-1, 3)
     flat_depth, flat_solid = depth.reshape(-1), solid.reshape(-1)
-    for start in range(0, len(seen), _CHUNK):
-        part = seen[start : start + _CHUNK]
+    for start in range(0, len(visible), _BATCH_POINTS):
+        part = visible[start : start + _BATCH_POINTS]
         row, column = np.divmod(part, width)
         p, n = flat_points[part], flat_normals[part]
         reach = np.minimum(_NEAR_REACH * focal / flat_depth[part], 0.35 * width).astype(np.float32)
         angle = 2.0 * math.pi * _noise(column, row)
         cosine, sine = reach * np.cos(angle), reach * np.sin(angle)
         blocked = np.zeros(len(part), np.float32)
-        for dx, dy in _disk(_NEAR_TAPS, 1.2):  # denser in the middle, where things touch
+        for dx, dy in _disk(_NEAR_TAPS, 1.2):  # denser in the middle, at contacts
             c = np.rint(column + dx * cosine - dy * sine).astype(np.int64)
             r = np.rint(row + dx * sine + dy * cosine).astype(np.int64)
             inside = (c >= 0) & (c < width) & (r >= 0) & (r < height)
@@ -326,8 +372,8 @@ def occlusion(
 
 
 def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
-    """Return the 5 x 5 average of ``values`` (H, W) over pixels of similar ``depth`` (a separable bilateral filter)."""
-    near = np.where(np.isfinite(depth), depth, np.float32(1e9))
+    """Return the 5 x 5 mean of ``values`` (H, W) over pixels of similar ``depth``, by a separable bilateral filter."""
+    near = np.where(np.isfinite(depth), depth, np.float32(_FAR_DEPTH))
     for axis in (0, 1):
         total = values.copy()
         weight = np.ones_like(values)
@@ -339,19 +385,37 @@ def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
     return values
 
 
-# Shading: radiance that surfaces emit towards the eye, by diffuse reflection, highlights and reflections.
+# Shading: radiance of surfaces towards the eye, by diffuse reflection, highlights and reflections.
 
 
-Shadow = tuple[ShadowMap, float]  # and the fraction of light that its casters block
+Shadow = tuple[ShadowMap, float]  # and the fraction of the light that its solids block
 
 GROUND = -1
 SKY = -2
 _MIN_ROUGHNESS = 0.06  # below this the highlight would be as large as the light itself
+# Light on occluders, which are assumed to be lit in turn: shares of the ambient and the key light, and how much of it
+# remains where a point is fully occluded.
+_BOUNCED_AMBIENT, _BOUNCED_KEY, _MIN_BOUNCED = 0.5, 0.28, 0.3
+_GROUND_ALBEDO = 0.4  # of occluders of the ground, whose color is unknown
+# Shadow of a solid on the ground below it: its strength, and the height at which it fades, in half diagonals.
+_GROUND_SHADOW, _GROUND_SHADOW_HEIGHT = 0.7, 0.35
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Surfaces seen by N samples: indices, depths, points, unit normals facing the viewer, unit view directions."""
+    """Surfaces seen by N samples.
+
+    Attributes
+    ----------
+    ids : (N,)
+        Indices of solids, ``GROUND`` or ``SKY``.
+    depth : (N,)
+        Distance along the view direction of the camera.
+    points : (N, 3)
+        In the frame of the stage.
+    normals, view : (N, 3)
+        Unit normals that face the viewer, and unit directions of the rays.
+    """
 
     ids: IntArray
     depth: FloatArray
@@ -360,6 +424,7 @@ class Surface:
     view: FloatArray
 
     def take(self, rows: IntArray) -> Surface:
+        """Return some of the samples."""
         return Surface(self.ids[rows], self.depth[rows], self.points[rows], self.normals[rows], self.view[rows])
 
 
@@ -386,57 +451,62 @@ def hidden_share(solids: Solids) -> FloatArray:
     )
 
 
-def albedo_of(stage: Stage, seen: Surface) -> Float32Array:
-    """Return the reflectance (N, 3) of the seen surfaces; that of the ground on the backdrop, to hide the horizon from
-    denoisers."""
-    out = np.zeros((len(seen.ids), 3), np.float32)
+def albedo_of(stage: Stage, visible: Surface) -> Float32Array:
+    """Return the reflectance (N, 3) of visible surfaces.
+
+    The backdrop has that of the ground, so that denoisers, which are guided by it, do not sharpen the horizon.
+    """
+    out = np.zeros((len(visible.ids), 3), np.float32)
     ground = stage.studio.ground
     if ground is not None:
         out[:] = ground.mean(axis=0)
-        at = np.flatnonzero(seen.ids == GROUND)
-        out[at] = ground_colors(ground, seen.points[at, 0], seen.points[at, 2])
-    solid = np.flatnonzero(seen.ids >= 0)
+        at = np.flatnonzero(visible.ids == GROUND)
+        out[at] = ground_colors(ground, visible.points[at, 0], visible.points[at, 2])
+    solid = np.flatnonzero(visible.ids >= 0)
     brightest = 1.0 if stage.studio.environment.unlit else BRIGHTEST
-    out[solid] = stage.solids.colors[seen.ids[solid]] * brightest
+    out[solid] = stage.solids.colors[visible.ids[solid]] * brightest
     return out
 
 
-def radiance_of(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
+def radiance_of(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
     """Return the radiance (N, 3) that the samples see."""
     environment = stage.studio.environment
-    solid = np.flatnonzero(seen.ids >= 0)
+    solid = np.flatnonzero(visible.ids >= 0)
     if environment.unlit:
         color = albedo.copy()
     else:
-        color = _lit(stage, seen, albedo, reach)
-    color[solid] += stage.solids.emission[seen.ids[solid]].astype(np.float32)
-    color[seen.ids == SKY] = environment.backdrop
+        color = _lit(stage, visible, albedo, reach)
+    color[solid] += stage.solids.emission[visible.ids[solid]].astype(np.float32)
+    color[visible.ids == SKY] = environment.backdrop
     return color
 
 
-def _lit(stage: Stage, seen: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
+def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
+    """Return the radiance (N, 3) that visible surfaces reflect: of ambient light, occluders, and the key light."""
     environment = stage.studio.environment
     key, sky = np.array(environment.key, np.float32), np.array(environment.ambient, np.float32)
-    facing = np.maximum(seen.normals @ stage.studio.key_direction, 0.0).astype(np.float32)
+    facing = np.maximum(visible.normals @ stage.studio.key_direction, 0.0).astype(np.float32)
     reached = (facing > 0.0).astype(np.float32)
-    at = np.flatnonzero((seen.ids != SKY) & (facing > 0.0))
-    samples = samples_at(seen.points[at], seen.normals[at], reach.column[at], reach.row[at])
+    at = np.flatnonzero((visible.ids != SKY) & (facing > 0.0))
+    samples = samples_at(visible.points[at], visible.normals[at], reach.column[at], reach.row[at])
     for shadow, hidden in reach.shadows:
         part = key_light(shadow, environment.radius, samples)
         reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
     facing *= reached
-    solid = seen.ids >= 0
-    around = _surroundings(stage, seen, solid)
-    # occluders are assumed to have the same colour and to be lit in turn, less so the deeper the point is occluded
+    solid = visible.ids >= 0
+    around = _surroundings(stage, visible, solid)
+    # Occluders are assumed to have the same color and to be lit in turn, less where the point is more occluded.
     share = reach.ambient[:, None]
-    lit = (np.float32(0.5) * sky + np.float32(0.28) * key) * (np.float32(0.3) + np.float32(0.7) * share)
-    bounced = np.where(solid[:, None], albedo, np.float32(0.4)) * lit
+    lit = (np.float32(_BOUNCED_AMBIENT) * sky + np.float32(_BOUNCED_KEY) * key) * (
+        np.float32(_MIN_BOUNCED) + np.float32(1.0 - _MIN_BOUNCED) * share
+    )
+    bounced = np.where(solid[:, None], albedo, np.float32(_GROUND_ALBEDO)) * lit
     color = np.asarray(albedo * (around * share + bounced * (1.0 - share) + key * facing[:, None]), np.float32)
-    _add_gloss(stage, seen, color, albedo, reached, reach.ambient)
+    _add_gloss(stage, visible, color, albedo, reached, reach.ambient)
     return color
 
 
-def _surroundings(stage: Stage, seen: Surface, solid: npt.NDArray[np.bool_]) -> Float32Array:
+def _surroundings(stage: Stage, visible: Surface, solid: npt.NDArray[np.bool_]) -> Float32Array:
     """Return the ambient light (N, 3) around each sample.
 
     Light from below is reflected by the ground, which is darkened near the solid by the solid's shadow.
@@ -444,11 +514,11 @@ def _surroundings(stage: Stage, seen: Surface, solid: npt.NDArray[np.bool_]) -> 
     environment = stage.studio.environment
     sky = np.array(environment.ambient, np.float32)
     if stage.ground is None:
-        return np.broadcast_to(sky, (len(seen.ids), 3))
-    height = np.clip(seen.points[:, 1] - stage.ground, 0.0, 10.0).astype(np.float32)
-    below = np.where(solid, 0.5 - 0.5 * seen.normals[:, 1], 0.0).astype(np.float32)
-    turned_away = (0.5 - 0.5 * seen.normals @ stage.studio.key_direction).astype(np.float32)
-    shaded = np.float32(0.7) * turned_away * np.exp(-height / np.float32(0.35))
+        return np.broadcast_to(sky, (len(visible.ids), 3))
+    height = np.clip(visible.points[:, 1] - stage.ground, 0.0, 10.0).astype(np.float32)
+    below = np.where(solid, 0.5 - 0.5 * visible.normals[:, 1], 0.0).astype(np.float32)
+    turned_away = (0.5 - 0.5 * visible.normals @ stage.studio.key_direction).astype(np.float32)
+    shaded = np.float32(_GROUND_SHADOW) * turned_away * np.exp(-height / np.float32(_GROUND_SHADOW_HEIGHT))
     ground = ground_radiance(stage).astype(np.float32)
     return np.asarray(sky + below[:, None] * (ground * (1.0 - shaded)[:, None] - sky), np.float32)
 
@@ -475,7 +545,12 @@ def ground_radiance(stage: Stage) -> FloatArray:
 
 
 def _add_gloss(
-    stage: Stage, seen: Surface, color: Float32Array, albedo: Float32Array, reached: Float32Array, ambient: Float32Array
+    stage: Stage,
+    visible: Surface,
+    color: Float32Array,
+    albedo: Float32Array,
+    reached: Float32Array,
+    ambient: Float32Array,
 ) -> None:
     """Replace part of the diffuse reflection in ``color`` of glossy surfaces with specular reflection.
 
@@ -485,11 +560,11 @@ def _add_gloss(
     looks = stage.solids.looks
     if bool(looks.matte.all()):
         return
-    solid = np.flatnonzero(seen.ids >= 0)
-    rows = solid[~looks.matte[stage.solids.look[seen.ids[solid]]]]
+    solid = np.flatnonzero(visible.ids >= 0)
+    rows = solid[~looks.matte[stage.solids.look[visible.ids[solid]]]]
     if not len(rows):
         return
-    part = seen.take(rows)
+    part = visible.take(rows)
     look = stage.solids.look[part.ids]
     tint, metallic = albedo[rows].astype(np.float64), looks.metallic[look][:, None]
     base = ((looks.ior[look] - 1.0) / (looks.ior[look] + 1.0)) ** 2
@@ -504,8 +579,7 @@ def _add_gloss(
 
 
 def _schlick(reflectance: FloatArray, cosine: FloatArray, rough: FloatArray) -> FloatArray:
-    """Return the Fresnel reflectance (N, 3) by Schlick's approximation, attenuated at grazing angles for rough
-    surfaces."""
+    """Return the Fresnel reflectance (N, 3) by Schlick's approximation (1994), weaker at grazing angles if rough."""
     limit = np.maximum((1.0 - rough)[:, None], reflectance)
     return np.asarray(reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None], np.float64)
 
@@ -537,6 +611,6 @@ def _highlight(
         1e-4,
     )
     fresnel = _schlick(reflectance, np.clip(half @ light, 0.0, 1.0), rough)
-    # a white matte surface has the radiance `key`, so the irradiance is pi times that
+    # A white matte surface has the radiance `key`, so the irradiance is pi times that.
     strength = np.pi * np.array(stage.studio.environment.key)
     return np.asarray(fresnel * (spread * masked * facing)[:, None] * strength, np.float64)

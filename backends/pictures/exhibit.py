@@ -1,4 +1,4 @@
-"""Images of the subject of an error or a finding (640 x 480, PNG); ``surfaces/exhibit`` makes the scenes."""
+"""Images of the subject of an error or a finding (640 x 480, PNG); ``surfaces/marks`` makes the scenes."""
 
 from __future__ import annotations
 
@@ -16,31 +16,34 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.mesh import Mesh
 from scenelang.interpreter.values.values import Matrix
 
+_WIDTH, _HEIGHT = 640, 480  # pixels
+_DISTANCE = 2.4  # of the camera, in diagonals of the marked objects
+
 
 def check_picture(output: Path) -> None:
-    """Check before the work starts that ``output`` can be a picture; raises UsageError, and SceneError("file")."""
+    """Check before the work starts that ``output`` can be an image; raises UsageError, and SceneError("file")."""
     if output.suffix.lower() != ".png":
         raise UsageError("value", f"--picture writes PNG files, not `{output}`")
     check_folder(output)
 
 
 def save_exhibit(subject: Entity | Mesh, path: Path) -> None:
-    """Write a picture (640 x 480, PNG) of what an error is about; raises SceneError if it has nothing to show."""
-    save_image(draw(exhibit(subject), PictureOptions(width=640, height=480), picture_backend("draft")), path)
+    """Write an image of the subject of an error; raises SceneError if it has nothing to show."""
+    save_image(draw(exhibit(subject), PictureOptions(width=_WIDTH, height=_HEIGHT), picture_backend("draft")), path)
 
 
 def save_marked(root: Entity, marks: Marks, path: Path) -> None:
-    """Write a picture (640 x 480, PNG) of what a finding is about, seen from near."""
+    """Write a close-up image of a finding."""
 
     frame = flatten_entity(root)
-    found = [marks.points, marks.centers, marks.lines.reshape(-1, 3)]
+    marked = [marks.points, marks.centers, marks.lines.reshape(-1, 3)]
     for row in sorted(marks.subject):
         shape = frame.primitives[int(frame.index[row])].shape
         if shape is not None and shape.has_geometry:
-            found.append(np.array(shape.box_under(Matrix(frame.matrices[row].ravel().tolist()))).reshape(2, 3))
-    points = np.concatenate(found)
+            marked.append(np.array(shape.box_under(Matrix(frame.matrices[row].ravel().tolist()))).reshape(2, 3))
+    points = np.concatenate(marked)
     low, high = points.min(axis=0), points.max(axis=0)
     x, y, z = ((low + high) / 2.0).tolist()
-    view = Viewpoint(35.0, 18.0, distance=2.4 * max(float(np.linalg.norm(high - low)), 1e-6), target=(x, y, z))
-    options = PictureOptions(width=640, height=480, camera=view, settings={"shading": "pixel"})
+    view = Viewpoint(35.0, 18.0, distance=_DISTANCE * max(float(np.linalg.norm(high - low)), 1e-6), target=(x, y, z))
+    options = PictureOptions(width=_WIDTH, height=_HEIGHT, camera=view, settings={"shading": "pixel"})
     save_image(draw(marked_scene(root, marks), options, picture_backend("draft")), path)

@@ -1,4 +1,7 @@
-"""Pictures and films: the functionality shared by all picture backends."""
+"""Images and videos: what all picture backends share, from options to files.
+
+``draft`` and ``mitsuba`` draw the shots of a ``stage``; this module chooses a backend, joins images, and writes files.
+"""
 
 from __future__ import annotations
 
@@ -39,9 +42,10 @@ from scenelang.interpreter.scene.entity import Scene
 
 Picture = npt.NDArray[np.uint8]
 
-SOFTWARE = "scenelang"  # what the metadata of images says
+SOFTWARE = "scenelang"  # in the metadata of images, by which `wrote_picture` recognizes them
 STILL_ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".exr")
-_MAX_PIXELS = 4096 * 4096
+_MAX_PIXELS = 4096 * 4096  # of one image
+_STILL_QUALITY, _WEBP_VIDEO_QUALITY = 92, 88  # percent
 _MAX_INPUT_PIXELS = 64_000_000  # of an image that is read: a 64-megapixel photo, 200 MB as RGB
 
 
@@ -49,9 +53,18 @@ _MAX_INPUT_PIXELS = 64_000_000  # of an image that is read: a 64-megapixel photo
 class PictureOptions(BackendOptions):
     """Options of picture backends.
 
-    ``width`` and ``height`` are in pixels. ``camera`` is a placed camera or a viewpoint to be placed. ``environment``
-    and ``ground`` (None: the environment's default) are names of ``studio``. Pictures are reproducible for a given
-    ``seed``. ``labels`` writes the words of semantic primitives on the picture.
+    Attributes
+    ----------
+    width, height
+        In pixels.
+    camera
+        A placed camera, or a viewpoint to be placed.
+    environment, ground
+        Names in ``ENVIRONMENTS`` and ``GROUNDS``; the ground is by default that of the environment.
+    seed
+        Images are reproducible for a given seed.
+    labels
+        Write the words of semantic primitives on the image.
     """
 
     width: int = 512
@@ -104,7 +117,7 @@ def picture_backend(name: str) -> PictureBackend:
     """Return the picture backend for a backend name or a quality preset; raises SceneError("backend")."""
     quality = QUALITIES.get(name) or Quality(name, "", name)
     if QUALITIES.get(name) is None and name not in names():
-        known = list(dict.fromkeys((*QUALITIES.names(), *(each.name for each in all_backends(Work.PICTURE)))))
+        known = list(dict.fromkeys((*QUALITIES.names(), *(backend.name for backend in all_backends(Work.PICTURE)))))
         hint = suggest(name.lower(), known)
         raise SceneError("backend", f"unknown quality or backend `{name}` (available: {', '.join(known)})", hint=hint)
     backend = find(quality.backend)
@@ -121,6 +134,7 @@ def _with_settings(backend: PictureBackend, settings: Mapping[str, Any]) -> Pict
     assert paint is not None
 
     def painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
+        """Create a painter; settings that the options give explicitly come first."""
         given = {name: value for name, value in options.settings.items() if value is not None}
         return paint(staging, replace(options, settings={**settings, **given}), shots)
 
@@ -192,6 +206,7 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
 
 
 def _check_name(what: str, name: str, known: Sequence[str]) -> None:
+    """Raise SceneError if a name is not one of ``known``."""
     if name not in known:
         hint = suggest(name, known) or f"expected one of {', '.join(known)}"
         raise SceneError("value", f"unknown {what} `{name}`", hint=hint)
@@ -201,6 +216,7 @@ def write_still(backend_name: str) -> Callable[[Scene, Path, BackendOptions], No
     """Return the ``Backend.run`` of a picture backend, which draws one picture and writes it."""
 
     def run(scene: Scene, path: Path, options: BackendOptions) -> None:
+        """Draw one image and write it."""
         if not isinstance(options, PictureOptions):
             options = PictureOptions(options.frame, options.limit, options.progress, options.settings, options.warn)
         save_image(draw(scene, options, picture_backend(backend_name)), path)
@@ -244,7 +260,7 @@ def save_picture(picture: Picture, path: Path | str) -> None:
     image = require("PIL.Image", "pillow").fromarray(picture)
     named = {"pnginfo": png_text({"Software": SOFTWARE})} if target.suffix.lower() == ".png" else {}
     with atomic_write(target) as temporary:
-        image.save(temporary, quality=92, **named)
+        image.save(temporary, quality=_STILL_QUALITY, **named)
 
 
 def png_text(chunks: Mapping[str, str]) -> Any:
@@ -260,10 +276,10 @@ def wrote_picture(path: Path) -> bool:
     module = require("PIL.Image", "pillow")
     try:
         with module.open(path) as image:
-            found = image.info.get("Software") or image.info.get("comment", b"").decode("latin-1")
+            software = image.info.get("Software") or image.info.get("comment", b"").decode("latin-1")
     except (OSError, ValueError, SyntaxError):  # not an image, or a broken one
         return False
-    return str(found).startswith(SOFTWARE)
+    return str(software).startswith(SOFTWARE)
 
 
 def png_of(picture: Picture) -> bytes:
@@ -279,17 +295,17 @@ def save_radiance(radiance: npt.NDArray[np.float32], path: Path | str) -> None:
     write_exr({"": radiance}, Path(path))
 
 
-# Films: turntables of static scenes and the frames of 4D scenes; GIF, animated PNG and WebP by Pillow, MP4 by PyAV.
+# Videos: turntables of static scenes and the frames of 4D scenes; GIF, animated PNG and WebP by Pillow, MP4 by PyAV.
 
 
 ENDINGS = (".gif", ".mp4", ".apng", ".webp")
 FPS = 24
-_MAX_BYTES = 4_000_000_000  # memory limit for the pictures of one film
-_GIF_COLORS = 255
+_MAX_BYTES = 4_000_000_000  # of all images of a video: Pillow writes files from all images at once
+_GIF_COLORS = 255  # of each image; one of the 256 is left for transparency
 
 
 def is_film(path: Path | str, film_requested: bool) -> bool:
-    """Whether ``path`` is a film, by its extension; WebP and PNG may be either, which ``film_requested`` decides."""
+    """Return whether a path is a video, by its extension; WebP and PNG may be either: ``film_requested`` decides."""
     ending = Path(path).suffix.lower()
     return ending in (".gif", ".mp4", ".apng") or (film_requested and ending in (".webp", ".png"))
 
@@ -301,11 +317,22 @@ def save_film(
     fps: float = FPS,
     progress: Progress | None = None,
 ) -> None:
-    """Draw ``shots`` and write them atomically as one film in the format of ``path``'s extension.
+    """Draw shots and write them atomically as one video in the format of the path's extension.
 
-    Several painters draw side by side. Raises SceneError: "value" for an invalid frame rate, "backend" for another
-    extension or a missing package, "unsupported" if the film would exceed the memory limit, "file" if the file cannot
-    be written.
+    Parameters
+    ----------
+    painters
+        Several draw side by side.
+    fps
+        Frames per second.
+    progress
+        Called with a fraction from 0 to 1.
+
+    Raises
+    ------
+    SceneError
+        "value" for an invalid frame rate, "backend" for another extension or a missing package, "unsupported" if the
+        video would exceed the memory limit, "file" if the file cannot be written.
     """
     target = Path(path)
     check_film(target, fps)
@@ -339,10 +366,16 @@ def check_film(path: Path, fps: float) -> None:
 
 @dataclass(frozen=True, slots=True)
 class FilmOptions:
-    """Options of a film.
+    """Options of a video.
 
-    ``frames`` is the number of pictures (None: the scene's, or 48), ``fps`` the frame rate (None: 24), ``orbit`` the
-    angle in degrees that the camera travels around the scene (None: one full turn around a static scene).
+    Attributes
+    ----------
+    frames
+        Number of images; None for those of the scene, or 48.
+    fps
+        Frames per second; None for 24.
+    orbit
+        Angle in degrees that the camera travels around the scene; None for one full turn around a static scene.
     """
 
     frames: int | None = setting(
@@ -360,7 +393,7 @@ class FilmOptions:
 
 
 def check_output(path: Path, frame: int | None, film: FilmOptions, backends: int) -> None:
-    """Raise SceneError if ``path`` cannot be a picture or film with these options."""
+    """Raise SceneError if ``path`` cannot be an image or video with these options."""
     ending = path.suffix.lower()
     known = sorted({*STILL_ENDINGS, *ENDINGS})
     if ending not in known:
@@ -380,10 +413,9 @@ def check_output(path: Path, frame: int | None, film: FilmOptions, backends: int
 def write_drawing(
     scene: Scene, path: Path, options: PictureOptions, film: FilmOptions, backends: Sequence[PictureBackend]
 ) -> None:
-    """Draw the scene with one backend, or several side by side, and write a picture or film by the extension of
-    ``path``.
+    """Draw a scene with one backend, or with several side by side, and write an image or a video.
 
-    A WebP file of a 4D scene is a film. Raises SceneError.
+    The extension of ``path`` decides which; a WebP file of a 4D scene is a video. Raises SceneError.
     """
     film_requested = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
     if is_film(path, film_requested):
@@ -396,12 +428,14 @@ def write_drawing(
 
 
 def _draw_all(painters: Sequence[Painter], shots: Sequence[Shot], progress: Progress | None) -> Iterator[Picture]:
+    """Yield the images of shots; the last 2 % of the progress are for writing the file."""
     step = 0.98 / len(shots)
     for i, shot in enumerate(shots):
         yield paint_shot(painters, shot, sub_progress(progress, step * i, step * (i + 1))).picture
 
 
 def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:
+    """Write a GIF, animated PNG or animated WebP."""
     module = require("PIL.Image", "pillow")
     images = [module.fromarray(picture) for picture in pictures]
     ending = path.suffix.lower()
@@ -409,7 +443,7 @@ def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:
         images = [image.quantize(_GIF_COLORS, module.Quantize.FASTOCTREE) for image in images]
     first, rest = images[0], images[1:]
     kind = {".gif": "GIF", ".webp": "WEBP"}.get(ending, "PNG")
-    more: dict[str, Any] = {"quality": 88, "method": 4} if kind == "WEBP" else {}
+    more: dict[str, Any] = {"quality": _WEBP_VIDEO_QUALITY, "method": 4} if kind == "WEBP" else {}
     if kind == "GIF":
         more = {"optimize": False, "comment": SOFTWARE.encode()}
     first.save(
@@ -425,7 +459,7 @@ def _durations(count: int, fps: float, kind: str) -> list[int]:
 
 
 def _write_mp4(pictures: Iterator[Picture], path: Path, fps: float) -> None:
-    """Write H.264 video in the most widely supported form: even sizes, 4:2:0 chroma subsampling."""
+    """Write H.264 video in the most widely supported form: even sizes, 4:2:0 chroma subsampling, index first."""
     av = require("av", "'scenelang[video]'")
     with av.open(str(path), "w", format="mp4", options={"movflags": "faststart"}) as container:
         stream = container.add_stream("libx264", rate=Fraction(fps).limit_denominator(1001))
@@ -441,15 +475,17 @@ def _write_mp4(pictures: Iterator[Picture], path: Path, fps: float) -> None:
             container.mux(packet)
 
 
-# Labels: the words of semantic primitives, written on a picture where their boxes are visible (Pillow).
+# Labels: the words of semantic primitives, written on an image where their boxes are visible (Pillow).
 
 
 Rectangle = tuple[float, float, float, float]
 
 _MAX_LABELS = 40
 _MAX_PER_WORD = 6
-_MAX_LENGTH = 32
-_MIN_SHARE = 1.5e-4  # minimum visible fraction of the picture for a box to be labelled
+_MAX_LENGTH = 32  # characters
+_MIN_SHARE = 1.5e-4  # of the image that a box must cover to be labeled: 39 pixels of 512 x 512
+_MIN_LABEL_PIXELS = 4.0
+_FONT_PIXELS = (10, 32)  # smallest and largest font size; a thirtieth of the shorter side between them
 _INK = (28, 30, 36)
 _PAPER = (255, 255, 255)
 _SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0)  # vertical shifts, in lines, to try for a word's first label
@@ -457,7 +493,7 @@ _SHIFTS = (0.0, -1.0, 1.0, -2.0, 2.0)  # vertical shifts, in lines, to try for a
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """``text`` centred at pixel (``x``, ``y``); ``first`` marks the largest box of the word."""
+    """``text`` centered at pixel (``x``, ``y``); ``first`` marks the largest box of the word."""
 
     text: str
     x: float
@@ -476,19 +512,19 @@ def labels_of(solids: Solids, ids: npt.NDArray[np.int64]) -> list[Label]:
     A label is at the centroid of the visible part of its box.
     """
     rows, columns = np.nonzero(ids >= 0)
-    seen = ids[rows, columns]
-    semantic = solids.semantic[seen]
-    rows, columns, seen = rows[semantic], columns[semantic], seen[semantic]
-    if not len(seen):
+    visible = ids[rows, columns]
+    semantic = solids.semantic[visible]
+    rows, columns, visible = rows[semantic], columns[semantic], visible[semantic]
+    if not len(visible):
         return []
-    numbers, inverse = np.unique(seen, return_inverse=True)
+    numbers, inverse = np.unique(visible, return_inverse=True)
     area = np.bincount(inverse)
     x, y = np.bincount(inverse, columns + 0.5) / area, np.bincount(inverse, rows + 0.5) / area
     labels: list[Label] = []
     used: Counter[str] = Counter()
     for k in np.argsort(-area, kind="stable"):
         word = solids.words[int(solids.word[numbers[k]])]
-        if area[k] < max(4.0, _MIN_SHARE * ids.size) or used[word] >= _MAX_PER_WORD:
+        if area[k] < max(_MIN_LABEL_PIXELS, _MIN_SHARE * ids.size) or used[word] >= _MAX_PER_WORD:
             continue
         labels.append(Label(_shorten(word), float(x[k]), float(y[k]), used[word] == 0))
         used[word] += 1
@@ -504,7 +540,7 @@ def write_labels(picture: Picture, labels: list[Label]) -> Picture:
     image = image_module.fromarray(picture)
     pen = draw_module.Draw(image)
     height, width = picture.shape[:2]
-    size = int(min(32, max(10, round(min(height, width) / 30))))
+    size = int(min(_FONT_PIXELS[1], max(_FONT_PIXELS[0], round(min(height, width) / 30))))
     stroke = max(1, round(size / 9))
     taken: list[Rectangle] = []
     for label in labels:
@@ -523,6 +559,7 @@ def write_labels(picture: Picture, labels: list[Label]) -> Picture:
 
 
 def _places(label: Label, line: float) -> Iterator[tuple[float, float]]:
+    """Yield positions to try for a label; only the first of a word is worth moving."""
     for shift in _SHIFTS if label.first else (0.0,):
         yield label.x, label.y + shift * line
 
@@ -533,6 +570,7 @@ def _inward(low: float, high: float, size: int) -> float:
 
 
 def _overlap(a: Rectangle, b: Rectangle) -> bool:
+    """Return whether two rectangles share an area."""
     return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
@@ -576,7 +614,7 @@ def write_exr(layers: Mapping[str, npt.NDArray[np.float32]], path: Path, xyz: fr
         columns.append(grid)
     joined = np.ascontiguousarray(np.concatenate(columns, axis=2))
     bitmap = mi.Bitmap(joined, pixel_format=mi.Bitmap.PixelFormat.MultiChannel, channel_names=names)
-    stream = mi.MemoryStream()  # Mitsuba takes no names that are not UTF-8
+    stream = mi.MemoryStream()  # because Mitsuba accepts only file names in UTF-8
     bitmap.write(stream, mi.Bitmap.FileFormat.OpenEXR)
     with atomic_write(path) as temporary:
         temporary.write_bytes(stream.raw_buffer())

@@ -201,6 +201,7 @@ class Film:
 
     @property
     def cameras(self) -> tuple[PlacedCamera, ...]:
+        """Camera of each frame."""
         return tuple(shot.camera for shot in self._shots)
 
     def __iter__(self) -> Iterator[Image]:
@@ -269,6 +270,7 @@ def video_of(
 
 
 def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
+    """Return the backends of one quality or several; raises SceneError."""
     names = [quality] if isinstance(quality, str) else list(quality)
     if not names:
         raise SceneError("value", "`quality`: expected a quality or several, got none")
@@ -276,5 +278,7 @@ def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
 
 
 def _image(painted: drawing.Image, camera: PlacedCamera) -> Image:
+    """Return a drawn shot as an image of the API, with the alpha channel that viewers expect: it is opaque, because
+    every image has a ground and a sky."""
     opaque = np.full((*painted.picture.shape[:2], 1), 255, np.uint8)
     return Image(np.concatenate([painted.picture, opaque], axis=2), painted.radiance, camera)

@@ -1,7 +1,12 @@
-"""Final pictures: path tracing with Mitsuba 3, denoised with Open Image Denoise if it is installed.
+"""Final images: path tracing with Mitsuba 3, denoised with Open Image Denoise if it is installed.
 
-Camera, lighting, ground and tone curve are those of draft pictures (``studio``), so that both agree. Repeated parts are
-drawn as instances; shapes that the frames of a film share are built once.
+Camera, lighting, ground and tone curve are those of draft images (``appearance``), so that both agree. Repeated parts
+are drawn as instances; shapes that the frames of a video share are built once.
+
+Up to 20,000 solids are instances of exact unit shapes. Larger scenes are cut once on every path from the root into
+shared prototypes and instances, because Mitsuba has one level of instancing (``mitsuba_scene``). Emissive solids, and
+kinds beyond the 512 most frequent, become merged meshes with per-face materials. The ``llvm`` and ``cuda`` variants
+always use merged meshes, because their compile time grows too fast with the number of instances.
 """
 
 from __future__ import annotations
@@ -50,8 +55,8 @@ from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 NAMES = {"scalar": "scalar_rgb", "llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 CHOICES = ("auto", *NAMES)
-MANY_SAMPLES = 64 * 1024 * 1024  # samples per picture above which compilation pays off
-_TIMEOUT = 120.0  # seconds
+MANY_SAMPLES = 64 * 1024 * 1024  # samples per image above which compilation pays off
+_TRIAL_SECONDS = 120.0
 
 _TEST_PROGRAM = """
 import sys, mitsuba as mi
@@ -88,10 +93,10 @@ def use(choice: str, samples: int, has_instances: bool) -> Any:
 
 @cache
 def works(name: str) -> bool:
-    """Whether the variant ``name`` renders a small picture, tried in a subprocess."""
+    """Return whether a variant renders a small image, tried in a subprocess."""
     try:
-        # an argument list, no shell: this interpreter with a fixed program
-        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_TIMEOUT)  # noqa: S603  # nosec B603
+        # An argument list, no shell: this interpreter with a fixed program.
+        done = subprocess.run(trial_command(name), capture_output=True, text=True, timeout=_TRIAL_SECONDS)  # noqa: S603  # nosec B603
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0 and done.stdout.strip() == "True"
@@ -113,6 +118,7 @@ class MitsubaPainter:
     """Path traces the shots of one staging. ``mitsuba`` is the module with the selected variant."""
 
     def __init__(self, staging: Staging, options: PictureOptions, shots: int) -> None:
+        """Select the variant by the number of samples of all ``shots``."""
         self._staging = staging
         self._options = options
         self._samples = int(MITSUBA.setting(options, "samples"))
@@ -126,6 +132,7 @@ class MitsubaPainter:
         self._shapes = _Shapes(self.mitsuba, staging, instances=str(self.mitsuba.variant()).startswith("scalar"))
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
+        """Draw one shot; a draft of its geometry guides the denoiser and gives the ids of labels."""
         stage = self._staging.stage(shot)
         unlit = stage.studio.environment.unlit  # without lighting there is nothing to trace
         guide = draw(stage, sub_progress(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
@@ -152,7 +159,7 @@ class MitsubaPainter:
             total += share * np.array(image, np.float64).reshape(stage.height, stage.width, -1)[:, :, :3]
             report(0.1 + 0.85 * (k + 1) / passes)
         radiance = np.nan_to_num(total / self._samples, nan=0.0, posinf=1e4, neginf=0.0)
-        # the camera sees the backdrop, not the ambient light, behind the scene
+        # Behind the scene the camera sees the backdrop, not the ambient light.
         environment = stage.studio.environment
         radiance += guide.sky[:, :, None] * (np.array(environment.backdrop) - np.array(environment.ambient))
         noisy = np.maximum(radiance, 0.0).astype(np.float32)
@@ -178,7 +185,7 @@ def _denoised(radiance: Float32Array, guide: Draft) -> Float32Array:
 class _Shapes:
     """Mitsuba's shapes of the frames of a staging; shapes shared by frames are built once."""
 
-    def __init__(self, mi: Any, staging: Staging, instances: bool) -> None:
+    def __init__(self, mi: Any, staging: Staging, *, instances: bool) -> None:
         self._mi = mi
         self._staging = staging
         self._instances = instances
@@ -195,7 +202,8 @@ class _Shapes:
         return self._frames[frame]
 
     def _build(self, frame: int, stage: Stage) -> dict[str, Any]:
-        # small scenes need no prototypes: each solid is an instance of its exact shape
+        """Return the shapes of a frame: prototypes with instances, or all solids, of which the static ones are kept."""
+        # Small scenes need no prototypes: each solid is an instance of its exact shape.
         parts = parts_of(self._staging, frame) if self._instances and len(stage.solids) > FEW else None
         if parts is not None:
             shapes = dict(self._alone(parts.loose, stage, "loose"))
@@ -210,20 +218,19 @@ class _Shapes:
 
     def _group(self, prototype: Prototype, stage: Stage) -> Any:
         """Return the shape group of a prototype; frames whose graphs share its entity share the group."""
-        found = self._groups.get(id(prototype.entity))
-        if found is None:
+        entry = self._groups.get(id(prototype.entity))
+        if entry is None:
             largest = float((sizes_of(prototype.matrices) * _pixels_per_unit(prototype.matrices, stage)).max())
             segments = segments_for(prototype.solids, sizes_of(prototype.solids.matrices) * largest)
             meshes = {f"m{k}": mesh for k, mesh in enumerate(merged_meshes(self._mi, prototype.solids, segments))}
-            found = self._groups[id(prototype.entity)] = (
+            entry = self._groups[id(prototype.entity)] = (
                 prototype,
                 self._mi.load_dict({"type": "shapegroup", **meshes}),
             )
-        return found[1]
+        return entry[1]
 
     def _alone(self, solids: Solids, stage: Stage, name: str) -> Iterator[tuple[str, Any]]:
-        """Yield shapes of solids in the stage's frame: instances of the most frequent exact shapes, merged meshes
-        for the rest."""
+        """Yield shapes of solids: instances of the most frequent exact shapes, and merged meshes for the rest."""
         exact = self._exact(solids) if self._instances else np.zeros(len(solids), bool)
         rows = np.flatnonzero(exact)
         used, first, kind = np.unique(_kinds(solids)[rows], axis=0, return_index=True, return_inverse=True)
@@ -249,6 +256,7 @@ class _Shapes:
         return np.asarray(able, bool)
 
     def _unit(self, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> Any:
+        """Return the shape group of a form with one look, built once."""
         key = (form, ratios, look)
         if key not in self._units:
             self._units[key] = unit_group(self._mi, form, ratios, look)
@@ -280,6 +288,7 @@ def _pixels_per_unit(matrices: FloatArray, stage: Stage) -> FloatArray:
 
 
 def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
+    """Create the painter of a staging; see ``PictureBackend``."""
     return MitsubaPainter(staging, options, shots)
 
 

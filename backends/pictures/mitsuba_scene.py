@@ -35,15 +35,21 @@ from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed
 
 FloatArray = npt.NDArray[np.float64]
 
-FEW = 20_000
+FEW = 20_000  # solids that can all be instances of exact unit shapes; larger scenes are cut into prototypes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prototype:
     """A shared entity drawn as instances.
 
-    ``solids`` are in the entity's frame, scaled to unit size; ``matrices`` (N, 3, 4) place them in the stage's frame.
-    ``entity`` is the source.
+    Attributes
+    ----------
+    entity
+        The source.
+    solids
+        In the entity's frame, scaled to unit size.
+    matrices : (N, 3, 4)
+        Poses of the instances in the frame of the stage.
     """
 
     entity: Entity
@@ -61,10 +67,19 @@ class Parts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Counts:
-    """For every distinct entity by ``id``: its number of solids, its number of instances, whether it may be a
-    prototype."""
+    """Numbers of every distinct entity, by ``id``.
 
-    order: tuple[Entity, ...]  # children before parents
+    Attributes
+    ----------
+    order
+        Entities, children before parents.
+    solids, instances
+        Its number of solids, and of instances in the scene.
+    allowed
+        Whether it may be a prototype.
+    """
+
+    order: tuple[Entity, ...]
     solids: dict[int, int]
     instances: dict[int, int]
     allowed: dict[int, bool]
@@ -81,9 +96,9 @@ def parts_of(staging: Staging, frame: int) -> Parts | None:
     prototypes = []
     index = np.asarray(flat.index)
     for number in np.flatnonzero(is_cut):
-        found = _prototype(staging, flat.primitives[number], flat.matrices[index == number])
-        if found is not None:
-            prototypes.append(found)
+        prototype = _prototype(staging, flat.primitives[number], flat.matrices[index == number])
+        if prototype is not None:
+            prototypes.append(prototype)
     loose = flat.select(~is_cut[index])
     return Parts(tuple(prototypes), normalized(solids_of(loose), staging.center, staging.scale))
 
@@ -97,23 +112,24 @@ def _prototype(staging: Staging, entity: Entity, matrices: FloatArray) -> Protot
     low, high = (solids.matrices[:, :, 3] - reach).min(axis=0), (solids.matrices[:, :, 3] + reach).max(axis=0)
     middle, half = (low + high) / 2.0, 0.5 * float(np.linalg.norm(high - low))
     size = half if half > 1e-300 else 1.0
-    own = normalized(solids, middle, 1.0 / size)
+    unit_solids = normalized(solids, middle, 1.0 / size)
     outward = np.concatenate([np.eye(3) * size, middle[:, None]], axis=1)
     to_stage = np.concatenate([np.eye(3) * staging.scale, (-staging.center * staging.scale)[:, None]], axis=1)
     placed = composed(composed(to_stage[None], matrices), outward[None])
-    sound = np.isfinite(placed).all(axis=(1, 2)) & (np.abs(np.linalg.det(placed[:, :, :3])) > 1e-30)
-    return Prototype(entity, own, placed[sound]) if len(own) and sound.any() else None
+    is_valid = np.isfinite(placed).all(axis=(1, 2)) & (np.abs(np.linalg.det(placed[:, :, :3])) > 1e-30)
+    return Prototype(entity, unit_solids, placed[is_valid]) if len(unit_solids) and is_valid.any() else None
 
 
 def _count(root: Entity) -> _Counts:
+    """Count the solids and instances of every entity."""
     order = tuple(descendants(root))
     solids: dict[int, int] = {}
     allowed: dict[int, bool] = {}
     for entity in order:
         below = [id(part.car) for part in entity.children]
         solids[id(entity)] = _solids_in(entity) + sum(solids[child] for child in below)
-        own = not (entity.is_primitive and any(look_of(entity).emission))  # emitters cannot be instanced
-        allowed[id(entity)] = own and all(allowed[child] for child in below)
+        can_be_instanced = not (entity.is_primitive and any(look_of(entity).emission))  # emitters cannot be instanced
+        allowed[id(entity)] = can_be_instanced and all(allowed[child] for child in below)
     return _Counts(order, solids, instance_counts(order), allowed)
 
 
@@ -124,7 +140,10 @@ def _solids_in(entity: Entity) -> int:
 
 
 def _best_cut(root: Entity, counts: _Counts) -> frozenset[int]:
-    """Return the ids of the prototypes: shared entities up to a size chosen to minimise the number of stored shapes."""
+    """Return the ids of the prototypes: shared entities up to the size that minimizes the number of stored shapes.
+
+    There are none if half of all solids are distinct, because little would be shared.
+    """
     largest = counts.solids[id(root)]
     distinct = sum(counts.solids[id(entity)] for entity in counts.order if entity.is_primitive)
     if 2 * distinct > largest:
@@ -139,6 +158,7 @@ def _best_cut(root: Entity, counts: _Counts) -> frozenset[int]:
 
 
 def _sample(values: Sequence[int]) -> Sequence[int]:
+    """Return some 32 of many values, evenly spread."""
     return values[:: max(1, len(values) // 32)]
 
 
@@ -168,19 +188,21 @@ def _cut_below(root: Entity, counts: _Counts, size: int) -> tuple[frozenset[int]
     return frozenset(cut), stored
 
 
-# Materials of final pictures: Mitsuba BSDFs for a single look or for the per-face looks of a merged mesh.
+# Materials of final images: Mitsuba BSDFs for a single look or for the per-face looks of a merged mesh.
 
 
 FACE_COLOR, FACE_OPACITY, FACE_GLOSS, FACE_METAL = "face_color", "face_opacity", "face_gloss", "face_metal"
+_MIN_ROUGHNESS = 0.03  # below, highlights of the key light are noise that few samples do not average
 _MIN_IOR = 1.001  # Mitsuba rejects an index of 1, which does not refract
 
 
 def rgb(color: Any) -> dict[str, Any]:
+    """Return a color for Mitsuba, linear sRGB."""
     return {"type": "rgb", "value": [float(channel) for channel in color]}
 
 
 def is_glass(look: Look) -> bool:
-    """Whether light transmitted by the surface is refracted."""
+    """Return whether light transmitted by the surface is refracted."""
     return look.ior is not None and look.opacity < 1.0
 
 
@@ -192,7 +214,7 @@ def surface(look: Look) -> dict[str, Any]:
     glossy = {
         "type": "principled",
         "base_color": color,
-        "roughness": max(look.gloss, 0.03),
+        "roughness": max(look.gloss, _MIN_ROUGHNESS),
         "metallic": look.metallic,
         "eta": max(look.ior or GLASS, _MIN_IOR),
     }
@@ -202,7 +224,15 @@ def surface(look: Look) -> dict[str, Any]:
 
 
 def face_surface(matte: bool, clear: bool) -> dict[str, Any]:
-    """Return the BSDF of a merged mesh with per-face material attributes (not for glass)."""
+    """Return the BSDF of a merged mesh with per-face material attributes (not for glass).
+
+    Parameters
+    ----------
+    matte
+        Whether all faces are Lambertian.
+    clear
+        Whether some faces are transparent.
+    """
     color = _of_face(FACE_COLOR)
     if matte:
         base: dict[str, Any] = {"type": "diffuse", "reflectance": color}
@@ -219,14 +249,17 @@ def face_surface(matte: bool, clear: bool) -> dict[str, Any]:
 
 
 def _of_face(name: str) -> dict[str, Any]:
+    """Return the texture of a per-face attribute."""
     return {"type": "mesh_attribute", "name": name}
 
 
 def _both_sides(bsdf: dict[str, Any]) -> dict[str, Any]:
+    """Return a BSDF for both sides of a surface; Mitsuba's opaque ones are black at the back."""
     return {"type": "twosided", "bsdf": bsdf}
 
 
 def _covering(bsdf: dict[str, Any], opacity: float) -> dict[str, Any]:
+    """Return a BSDF that covers only part of the surface."""
     return {"type": "mask", "opacity": float(opacity), "bsdf": bsdf} if opacity < 1.0 else bsdf
 
 
@@ -255,7 +288,7 @@ def sensor(mi: Any, camera: Camera) -> dict[str, Any]:
     matrix = np.eye(4)
     matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = -camera.right, camera.up, camera.forward, camera.eye
     (focal, _), (cx, cy) = camera.focal, camera.principal
-    found: dict[str, Any] = {
+    plugin: dict[str, Any] = {
         "type": "perspective",
         "near_clip": 1e-4,
         "far_clip": 1e5,
@@ -275,8 +308,8 @@ def sensor(mi: Any, camera: Camera) -> dict[str, Any]:
             camera.height / 2.0 - cy
         ) / focal * camera.up
         to_world = mi.ScalarTransform4f(matrix).scale([half, half, 1.0])
-        return found | {"type": "orthographic", "to_world": to_world}
-    found |= {
+        return plugin | {"type": "orthographic", "to_world": to_world}
+    plugin |= {
         "to_world": mi.ScalarTransform4f(matrix),
         "fov": 2.0 * math.degrees(math.atan(camera.width / (2.0 * focal))),
         "fov_axis": "x",
@@ -284,15 +317,15 @@ def sensor(mi: Any, camera: Camera) -> dict[str, Any]:
         "principal_point_offset_y": cy / camera.height - 0.5,
     }
     if camera.aperture > 0.0:
-        found |= {"type": "thinlens", "aperture_radius": camera.aperture, "focus_distance": camera.focus}
-        del found["principal_point_offset_x"], found["principal_point_offset_y"]
-    return found
+        plugin |= {"type": "thinlens", "aperture_radius": camera.aperture, "focus_distance": camera.focus}
+        del plugin["principal_point_offset_x"], plugin["principal_point_offset_y"]
+    return plugin
 
 
 def _key_light(mi: Any, studio: Studio) -> dict[str, Any]:
     """Return a disk emitter so far away that its light is nearly parallel, with the environment's angular radius."""
     angle = math.radians(studio.environment.radius)
-    # a white surface facing the lamp has the radiance KEY = irradiance / pi = radiance (radius / distance)^2
+    # A white surface facing the lamp has the radiance KEY = irradiance / pi = radiance (radius / distance)^2.
     radiance = np.array(studio.environment.key) / math.sin(angle) ** 2
     frame = mi.ScalarTransform4f().look_at(
         origin=[float(x) for x in studio.key_direction * _LIGHT_DISTANCE], target=[0.0, 0.0, 0.0], up=[0.0, 1.0, 0.0]
@@ -306,10 +339,11 @@ def _key_light(mi: Any, studio: Studio) -> dict[str, Any]:
 
 
 def _ground(mi: Any, height: float, colors: Any) -> dict[str, Any]:
-    """Return a large disk, below a checkerboard if the ground has two colours."""
+    """Return a large disk, below a checkerboard if the ground has two colors."""
     is_plain = bool((colors[0] == colors[1]).all())
 
     def lying(at: float) -> Any:
+        """Return the transform that lays a shape of the xy plane on the height ``at``."""
         return mi.ScalarTransform4f().translate([0.0, at, 0.0]).rotate([1, 0, 0], -90.0)
 
     disk = lying(height if is_plain else height - _GROUND_OFFSET).scale(GROUND_EDGE)
@@ -328,21 +362,22 @@ def _ground(mi: Any, height: float, colors: Any) -> dict[str, Any]:
 
 
 def _diffuse(reflectance: dict[str, Any]) -> dict[str, Any]:
+    """Return a two-sided Lambertian BSDF."""
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": reflectance}}
 
 
-# Solids as Mitsuba shapes: exact unit shapes for instancing, and merged meshes with per-face colours. A form provides
+# Solids as Mitsuba shapes: exact unit shapes for instancing, and merged meshes with per-face colors. A form provides
 # its exact shapes (``Form.mitsuba``). Mitsuba's spheres do not support non-uniform scales, so unit shapes are placed as
 # instances, which are correct under any invertible affine pose. Merged meshes load in linear time.
 
 
 IntArray = npt.NDArray[np.int64]
 
-SEGMENTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192)
-UNIT_SEGMENTS = 256  # for unit shapes that are meshes
-_DEVIATION = 0.15  # maximum deviation of a polygon from its circle, in pixels
-_MAX_FACES = 24_000_000
-_EMISSION_STEPS = 16  # quantisation steps of the radiance of emitters, per channel and unit
+SEGMENTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192)  # numbers of sides of round solids
+UNIT_SEGMENTS = 256  # of unit shapes that are meshes
+_MAX_DEVIATION = 0.15  # of a polygon from its circle, in pixels
+_MAX_FACES = 24_000_000  # of all merged meshes; beyond, tessellation is coarser
+_EMISSION_STEPS = 16  # quantization steps of the radiance of emitters, per channel and unit: few distinct meshes
 
 
 def unit_parts(form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
@@ -369,6 +404,7 @@ def unit_group(mi: Any, form: CanonicalForm, ratios: tuple[float, ...], look: Lo
 
 
 def _plain_mesh(mi: Any, bsdf: Any, vertices: FloatArray, normals: FloatArray | None, faces: IntArray) -> Any:
+    """Return a mesh of one material."""
     props = mi.Properties()
     props["bsdf"] = bsdf
     props["face_normals"] = normals is None
@@ -378,6 +414,7 @@ def _plain_mesh(mi: Any, bsdf: Any, vertices: FloatArray, normals: FloatArray | 
 
 
 def _fill(mi: Any, mesh: Any, vertices: FloatArray, normals: FloatArray | None, faces: IntArray) -> None:
+    """Write vertices and faces into a mesh of Mitsuba."""
     params = mi.traverse(mesh)
     params["vertex_positions"] = vertices.astype(np.float32).ravel()
     params["faces"] = faces.astype(np.uint32).ravel()
@@ -390,28 +427,33 @@ def _fill(mi: Any, mesh: Any, vertices: FloatArray, normals: FloatArray | None, 
 
 
 def merged_meshes(mi: Any, solids: Solids, segments: IntArray) -> Iterator[Any]:
-    """Yield merged meshes of all ``solids``, grouped by what must be uniform within a mesh.
+    """Yield merged meshes of all solids, grouped by what must be uniform within a mesh.
 
-    A mesh has one radiance, one kind of material, and either flat or smooth shading. ``segments`` (N,) are the numbers
-    of sides of round solids.
+    That is the radiance, the kind of material, and flat or smooth shading.
+
+    Parameters
+    ----------
+    segments : (N,)
+        Numbers of sides of round solids.
     """
     flat = ~solids.that_are("is_curved")
     emission = np.rint(solids.emission * _EMISSION_STEPS) / _EMISSION_STEPS
     matte, clear = solids.looks.matte[solids.look], solids.opacity < 1.0
     glass = np.array([is_glass(look) for look in solids.looks.rows], bool)[solids.look]
-    own = np.where(glass, solids.look, -1)  # refractive materials cannot vary within a mesh
-    keys = np.column_stack([emission, own, flat, matte, clear])
+    own_look = np.where(glass, solids.look, -1)  # refractive materials cannot vary within a mesh
+    keys = np.column_stack([emission, own_look, flat, matte, clear])
     kinds, kind = np.unique(keys, axis=0, return_inverse=True)
     for k, key in enumerate(kinds):
         rows = np.flatnonzero(kind.reshape(-1) == k)
         part = solids.take(rows)
         bsdf = surface(solids.looks.rows[int(key[3])]) if key[3] >= 0 else face_surface(bool(key[5]), bool(key[6]))
-        yield _merged_mesh(mi, part, segments[rows], bool(key[4]), bsdf, key[:3])
+        yield _merged_mesh(mi, part, segments[rows], bsdf, key[:3], is_flat=bool(key[4]))
 
 
 def _merged_mesh(
-    mi: Any, solids: Solids, segments: IntArray, is_flat: bool, bsdf: dict[str, Any], emission: FloatArray
+    mi: Any, solids: Solids, segments: IntArray, bsdf: dict[str, Any], emission: FloatArray, *, is_flat: bool
 ) -> Any:
+    """Return one mesh of solids with per-face material attributes."""
     vertices, normals, faces, owner = _merged(solids, segments)
     props = mi.Properties()
     props["bsdf"] = mi.load_dict(bsdf)
@@ -423,7 +465,7 @@ def _merged_mesh(
     mesh.add_attribute(FACE_COLOR, 3, (solids.looks.color[look] * BRIGHTEST).astype(np.float32).ravel())
     for name, values in (
         (FACE_OPACITY, solids.looks.opacity),
-        (FACE_GLOSS, np.maximum(solids.looks.gloss, 0.03)),
+        (FACE_GLOSS, np.maximum(solids.looks.gloss, _MIN_ROUGHNESS)),
         (FACE_METAL, solids.looks.metallic),
     ):
         mesh.add_attribute(name, 1, values[look].astype(np.float32))
@@ -436,7 +478,7 @@ def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:
 
     The tessellation is coarser if the meshes would exceed the memory limit.
     """
-    target_segments = math.pi * np.sqrt(pixels / (2.0 * _DEVIATION))
+    target_segments = math.pi * np.sqrt(pixels / (2.0 * _MAX_DEVIATION))
     choices = np.array(SEGMENTS)
     for coarser in range(len(choices)):
         sides = choices[np.clip(np.searchsorted(choices, target_segments) - coarser, 0, len(choices) - 1)]
@@ -455,7 +497,7 @@ def is_too_flat(solids: Solids) -> npt.NDArray[np.bool_]:
 
 
 def dissolves(form: CanonicalForm, matrix: FloatArray) -> bool:
-    """Whether the pose (3, 4) is too flat for the exact shapes of a form in single precision."""
+    """Return whether a pose (3, 4) is too flat for the exact shapes of a form in single precision."""
     return bool(thinness(matrix[None])[0] < form.min_aspect_ratio * sizes_of(matrix[None])[0])
 
 

@@ -1,4 +1,4 @@
-"""Shots and stages: the frames of a picture or film with their cameras, prepared for rendering."""
+"""Shots and stages: the frames of an image or video with their cameras, prepared for rendering."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 
 FloatArray = npt.NDArray[np.float64]
 
-FILM_FRAMES = 48  # length of a turntable by default
-MOST_FRAMES = 10_000
+FILM_FRAMES = 48  # of a turntable by default
+MOST_FRAMES = 10_000  # of a video
 _MAX_COORDINATE = 1e152  # coordinates beyond this overflow when squared
 MOST_ORBIT = 360_000.0  # degrees, a thousand turns
-_ANGLES = 24  # positions on a full circle from which a turntable must show the whole scene
+_CHECKED_ANGLES = 24  # positions on a full circle from which a turntable must show the whole scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +77,10 @@ def film(
     count = frames if frames is not None else len(scene.frames) if scene.animated else FILM_FRAMES
     if not 1 <= count <= MOST_FRAMES:
         raise SceneError("value", f"a film must have 1 to {MOST_FRAMES:,} frames, not {count}")
-    own = view.orbit if isinstance(view, Viewpoint) else None
-    angle = orbit if orbit is not None else own if own is not None else 0.0 if scene.animated else 360.0
+    orbit_of_view = view.orbit if isinstance(view, Viewpoint) else None
+    angle = orbit if orbit is not None else orbit_of_view
+    if angle is None:
+        angle = 0.0 if scene.animated else 360.0
     if not -MOST_ORBIT <= angle <= MOST_ORBIT:
         raise SceneError("value", f"the camera's orbit must be at most {MOST_ORBIT:,.0f} degrees, not {angle:,g}")
     numbers = [i * len(scene.frames) // count for i in range(count)]
@@ -91,6 +93,7 @@ def film(
 
 
 def _camera(scene: Scene, view: Viewpoint | Camera, frame: int, width: int, height: int) -> Camera:
+    """Return the camera of a frame: placed, or resized; one that follows aims at the center of the frame."""
     if isinstance(view, Camera):
         return view if (view.width, view.height) == (width, height) else view.resized(width, height)
     low, high = box_of(scene)
@@ -114,9 +117,9 @@ def _orbit_start(
     center = view.target if view.target is not None else tuple(((low + high) / 2.0).tolist())
     if view.distance is not None:
         return place(replace(view, target=center), low, high, width, height)
-    steps = max(1, math.ceil(abs(angle) / 360.0 * _ANGLES))
+    steps = max(1, math.ceil(abs(angle) / 360.0 * _CHECKED_ANGLES))
     around = [replace(view, target=center, azimuth=view.azimuth + angle * i / steps) for i in range(steps + 1)]
-    cameras = [place(one, low, high, width, height) for one in around]
+    cameras = [place(position, low, high, width, height) for position in around]
     if view.orthographic:
         widest = min(cameras, key=lambda camera: camera.focal[0])
         return replace(cameras[0], intrinsics=widest.intrinsics)
@@ -143,11 +146,16 @@ BELOW = 1e-4  # distance of the ground below the lowest point, so that flat floo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """Input of a renderer, in the frame where the scene's box is centred and has half diagonal 1.
+    """Input of a renderer, in the frame where the scene's box is centered and has half diagonal 1.
 
-    The first ``fixed`` solids are the same in all stages of one film. ``ground`` is the height of the ground, None
-    without a ground or if the camera is below it and would see nothing else. ``center`` (3,) and ``scale`` define that
-    frame: ``p_stage = scale (p_world - center)``.
+    Attributes
+    ----------
+    solids
+        The first ``fixed`` of them are the same in all stages of one video.
+    ground
+        Height of the ground; None without a ground, or if the camera is below it and would see nothing else.
+    center : (3,)
+        With ``scale``, defines the frame: ``p_stage = scale (p_world - center)``.
     """
 
     solids: Solids
@@ -160,19 +168,35 @@ class Stage:
 
     @property
     def width(self) -> int:
+        """Width of the image in pixels."""
         return self.camera.width
 
     @property
     def height(self) -> int:
+        """Height of the image in pixels."""
         return self.camera.height
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Staging:
-    """The frames of a scene that a picture or film shows, prepared for any camera.
+    """The frames of a scene that an image or video shows, prepared for any camera.
 
-    ``fixed`` are the solids that are equal in all frames, ``moving`` the others. ``roots`` are the entities by frame
-    number, with blocks converted to cubes; ``asked`` are the entities before that conversion.
+    Attributes
+    ----------
+    asked
+        Entities by frame number.
+    roots
+        The same with blocks converted to cubes.
+    fixed
+        Solids that are equal in all frames; None for a single one.
+    moving
+        Other solids, by frame number.
+    lowest
+        Lowest height of the scene in the world.
+    center, scale
+        As of ``Stage``.
+    environment, ground
+        Names in ``ENVIRONMENTS`` and ``GROUNDS``.
     """
 
     asked: dict[int, Entity]
@@ -206,10 +230,27 @@ def staging_of(
     ground: str | None = None,
     warn: Callable[[Diagnostic], None] | None = None,
 ) -> Staging:
-    """Prepare the ``frames`` of ``scene``; ``warn`` receives diagnostics for content that cannot be drawn faithfully.
+    """Prepare frames of a scene for rendering.
 
-    Unit size and ground height are computed from all frames of the scene, so that a film does not jump. Raises
-    SceneError, and LimitError if a frame expands to more than ``limit`` primitives.
+    Unit size and ground height are computed from all frames of the scene, so that a video does not jump.
+
+    Parameters
+    ----------
+    frames
+        Frame numbers.
+    limit
+        Maximum number of primitives of a frame.
+    environment, ground
+        Names in ``ENVIRONMENTS`` and ``GROUNDS``.
+    warn
+        Receives diagnostics for content that cannot be drawn faithfully.
+
+    Raises
+    ------
+    SceneError
+        If the scene is empty or cannot be drawn.
+    LimitError
+        If a frame expands to more than ``limit`` primitives.
     """
     low, _ = box_of(scene)
     center, scale = unit_size(scene)
@@ -224,13 +265,14 @@ def staging_of(
 
 
 def unit_size(scene: Scene) -> tuple[FloatArray, float]:
-    """Return the centre (3,) and the scale that give the box of all frames half diagonal 1; raises SceneError."""
+    """Return the center (3,) and the scale that give the box of all frames half diagonal 1; raises SceneError."""
     low, high = box_of(scene)
     half = 0.5 * float(np.linalg.norm(high - low))
     return (low + high) / 2.0, 1.0 / half if half > 1e-300 else 1.0
 
 
 def _solids(root: Entity, limit: int, center: FloatArray, scale: float) -> Solids:
+    """Return the solids of a frame at unit size."""
     check_size(root, limit)
     return normalized(solids_of(flatten_entity(root)), center, scale)
 

@@ -13,12 +13,13 @@ from scenelang.grammar.diagnostics import SceneError
 
 FloatArray = npt.NDArray[np.float64]
 View = Viewpoint | Camera
-MAX_VIEWS = 10_000  # a folder of so many images is what one run makes; `dataset` makes more
+_ELEVATIONS = (5.0, 65.0)  # degrees above the horizon of random viewpoints
+MAX_VIEWS = 10_000  # images in one folder; `dataset` makes more, in shards
 
 
 def hemisphere_views(count: int, random: np.random.Generator, like: Viewpoint) -> tuple[Viewpoint, ...]:
     """Return ``count`` random viewpoints around and above a scene, which share the other settings of ``like``."""
-    azimuths, elevations = random.uniform(-180.0, 180.0, count), random.uniform(5.0, 65.0, count)
+    azimuths, elevations = random.uniform(-180.0, 180.0, count), random.uniform(*_ELEVATIONS, count)
     pairs = zip(azimuths.tolist(), elevations.tolist(), strict=True)
     return tuple(replace(like, azimuth=azimuth, elevation=elevation) for azimuth, elevation in pairs)
 

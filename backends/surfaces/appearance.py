@@ -2,7 +2,7 @@
 
 ``:color`` is the reflectance in linear sRGB; ``:roughness`` from 0 (polished) to 1, matte if absent; ``:metallic`` from
 0 to 1; ``:opacity`` from 0 (transparent) to 1; ``:emission`` the emitted radiance, one number (multiplied by the
-colour) or three; ``:ior`` the index of refraction: the surface is glossy, and light transmitted by its ``:opacity`` is
+color) or three; ``:ior`` the index of refraction: the surface is glossy, and light transmitted by its ``:opacity`` is
 refracted, as by glass.
 """
 
@@ -30,7 +30,9 @@ Color = tuple[float, float, float]
 Point = tuple[float, float, float]
 
 GLASS = 1.5  # index of refraction of a glossy surface without `:ior`
-_HIGHEST_IOR = 4.0
+_MAX_IOR = 4.0  # highest accepted index of refraction
+# Gloss of surfaces without `:roughness`: glass is polished, metal satin.
+_GLASS_ROUGHNESS, _METAL_ROUGHNESS = 0.05, 0.35
 
 # One-line descriptions of the material attributes; `:color` belongs to the shape.
 MATERIALS: Mapping[str, str] = MappingProxyType({attribute.name: attribute.doc for attribute in primitives.MATERIALS})
@@ -62,7 +64,7 @@ class Look:
         """Roughness of the reflecting layer; if not given, a default for glass, metal or diffuse surfaces."""
         if self.roughness is not None:
             return self.roughness
-        return 0.05 if self.ior is not None else 0.35 if self.metallic > 0.0 else 1.0
+        return _GLASS_ROUGHNESS if self.ior is not None else _METAL_ROUGHNESS if self.metallic > 0.0 else 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,27 +107,27 @@ def look_of(entity: Entity) -> Look:
     if attributes.get("color") is None and shape is not None:
         chosen = shape.color_seed(entity.word, attributes)
         color = color if chosen is None else tint(*chosen)
-    given = {name: value for name in READ if (value := attributes.get(name)) is not None}
-    if not given:
+    values = {name: value for name in READ if (value := attributes.get(name)) is not None}
+    if not values:
         return Look(color)
-    emission = _numbers_in(entity.word, "emission", given.get("emission"), (1, 3), (0.0, 0.0, 0.0))
+    emission = _numbers_in(entity.word, "emission", values.get("emission"), (1, 3), (0.0, 0.0, 0.0))
     if len(emission) == 1:
         emission = tuple(emission[0] * channel for channel in color)
     red, green, blue = (max(0.0, channel) for channel in emission)
-    opacity = _share(entity.word, "opacity", given.get("opacity"))
-    metallic = _share(entity.word, "metallic", given.get("metallic"))
+    opacity = _share(entity.word, "opacity", values.get("opacity"))
+    metallic = _share(entity.word, "metallic", values.get("metallic"))
     return Look(
         color,
         (red, green, blue),
         1.0 if opacity is None else opacity,
-        _share(entity.word, "roughness", given.get("roughness")),
+        _share(entity.word, "roughness", values.get("roughness")),
         metallic or 0.0,
-        _ior(entity.word, given.get("ior")),
+        _ior(entity.word, values.get("ior")),
     )
 
 
 def check_seen(scene: Scene) -> None:
-    """Raise SceneError("empty-scene") if all geometry of the scene has ``:opacity 0``."""
+    """Raise SceneError("empty-scene") if all geometry of a scene has ``:opacity 0``."""
     solid = (e for e in descendants(*scene.frames) if e.shape is not None and e.shape.has_geometry)
     if not any(look_of(entity).opacity > 0.0 for entity in solid):
         message = f'the scene "{scene.word}" is invisible: all of it has `:opacity 0`'
@@ -138,16 +140,17 @@ def _share(word: str, name: str, value: Any) -> float | None:
 
 
 def _ior(word: str, value: Any) -> float | None:
+    """Validate an index of refraction; None if it is not given."""
     if value is None:
         return None
     (ior,) = _numbers_in(word, "ior", value, (1,), (GLASS,))
-    if not 1.0 <= ior <= _HIGHEST_IOR:
-        raise SceneError("attribute", f'the attribute `:ior` of "{word}" must be from 1 to {_HIGHEST_IOR:g}')
+    if not 1.0 <= ior <= _MAX_IOR:
+        raise SceneError("attribute", f'the attribute `:ior` of "{word}" must be from 1 to {_MAX_IOR:g}')
     return ior
 
 
 def tint(text: str, saturation: float, value: float) -> Point:
-    """Return a stable colour (linear sRGB) for ``text``: a hashed hue with the given HSV saturation and value."""
+    """Return a stable color (linear sRGB) for ``text``: a hashed hue with the given HSV saturation and value."""
     hue = int.from_bytes(hashlib.blake2s(text.encode("utf-8", "surrogatepass"), digest_size=4).digest(), "big") / 2**32
     red, green, blue = from_srgb(np.array(colorsys.hsv_to_rgb(hue, saturation, value))).tolist()
     return (red, green, blue)
@@ -175,17 +178,32 @@ def _numbers_in(
 
 BRIGHTEST = 0.92  # maximum reflectance; no surface reflects all light
 GROUND_EDGE = 5e4  # extent of the ground, in units of the scene's half diagonal
-SHOULDER = 0.7
+SHOULDER = 0.7  # radiance above which the tone curve bends: diffuse colors below it are shown as they are
 
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """A lighting environment; ``doc`` is a one-line description.
+    """A lighting environment.
 
-    ``ambient`` is the surrounding radiance; ``key`` the radiance of a white surface that faces the key light, from that
-    light alone. The key light is ``turn`` degrees beside the camera, ``height`` degrees above the horizon, with an
-    angular radius of ``radius`` degrees. ``toned`` pictures have a soft shoulder instead of clipping. In an ``unlit``
-    environment surfaces show their colours unshaded.
+    Attributes
+    ----------
+    doc
+        One-line description.
+    backdrop
+        Radiance behind the scene, linear sRGB.
+    ambient
+        Radiance from all directions.
+    key
+        Radiance of a white surface that faces the key light, from that light alone.
+    turn, height, radius
+        Direction of the key light relative to the camera's azimuth and above the horizon, and its angular radius, in
+        degrees. It turns with the camera, so that a turntable looks like an object that rotates before a fixed camera.
+    toned
+        Whether images have a soft shoulder instead of clipping.
+    unlit
+        Whether surfaces show their colors unshaded. Both qualities then draw the same image, without ray tracing.
+    ground
+        Name of the default ground.
     """
 
     doc: str
@@ -228,8 +246,10 @@ ENVIRONMENTS = {
 
 @dataclass(frozen=True, slots=True)
 class Ground:
-    """A ground; ``color`` is its reflectance, None for the seamless one. With ``other`` it is a checkerboard of
-    both."""
+    """A ground.
+
+    ``color`` is its reflectance, None for the seamless one. With ``other`` it is a checkerboard of both.
+    """
 
     doc: str
     color: Color | None
@@ -246,15 +266,19 @@ GROUNDS = {
     "checker": Ground("a checkerboard, each square a quarter of the scene's half diagonal", (0.62,) * 3, (0.24,) * 3),
 }
 CHECKER = 0.25  # side of a square, in units of the scene's half diagonal
-CHECKER_EDGE = 1000.0  # extent of the squares; the mean colour continues beyond
+CHECKER_EDGE = 1000.0  # extent of the squares; the mean color continues beyond
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Studio:
-    """Lighting of one picture.
+    """Lighting of one image.
 
-    ``key_direction`` (3,) is the unit vector from the scene to the key light. ``ground`` (2, 3) are the reflectances of
-    the ground's squares, equal for a plain ground; None without a ground.
+    Attributes
+    ----------
+    key_direction : (3,)
+        Unit vector from the scene to the key light.
+    ground : (2, 3) or None
+        Reflectances of the two kinds of squares of the ground, equal for a plain one; None without a ground.
     """
 
     environment: Environment
@@ -263,9 +287,14 @@ class Studio:
 
 
 def studio_for(right: FloatArray, environment: str = "studio", ground: str | None = None) -> Studio:
-    """Return the studio with the named parts whose key light is beside a camera and above the scene.
+    """Return the lighting of an image, with the key light beside the camera.
 
-    ``right`` (3,) is the direction to the right of the camera's picture. ``ground`` None is that of the environment.
+    Parameters
+    ----------
+    right : (3,)
+        Direction to the right in the camera's image.
+    environment, ground
+        Names in ``ENVIRONMENTS`` and ``GROUNDS``; the ground is by default that of the environment.
     """
     chosen = ENVIRONMENTS[environment]
     turn = math.atan2(-right[2], right[0]) + math.radians(chosen.turn)
@@ -277,6 +306,7 @@ def studio_for(right: FloatArray, environment: str = "studio", ground: str | Non
 
 
 def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> FloatArray:
+    """Return the reflectances (2, 3) of a ground; a seamless one is lit as bright as the backdrop."""
     if ground.color is None:
         light = np.array(environment.ambient) + np.array(environment.key) * direction[1]
         return np.tile(np.minimum(np.array(environment.backdrop) / light, 1.0), (2, 1))
@@ -299,7 +329,7 @@ def tone_map(radiance: AnyFloats, environment: Environment) -> AnyFloats:
 
 
 def tone(linear: AnyFloats) -> AnyFloats:
-    """Map linear radiance to [0, 1): the identity up to 0.7, then a soft shoulder instead of clipping."""
+    """Map linear radiance to [0, 1): the identity up to ``SHOULDER``, then an exponential curve, without clipping."""
     room = 1.0 - SHOULDER
     over = np.maximum(linear - SHOULDER, 0.0)
     return np.where(linear <= SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
@@ -342,7 +372,7 @@ def oklab(linear: npt.ArrayLike) -> FloatArray:
 
 
 def word_color(word: str) -> tuple[int, int, int]:
-    """Return a bright colour for a word, stable across machines."""
+    """Return a bright 8-bit color for a word, stable across machines."""
     level = hashlib.blake2s(word.encode("utf-8", "surrogatepass"), digest_size=2).digest()
     saturation, value = (0.40, 0.65, 0.90)[level[0] % 3], (0.60, 0.80, 1.0)[level[1] % 3]
     red, green, blue = encode(np.array(tint(word, saturation, value))).tolist()

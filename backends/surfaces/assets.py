@@ -35,8 +35,8 @@ from scenelang.interpreter.scene.primitives.mesh import Mesh
 
 FloatArray = npt.NDArray[np.float64]
 
-_CELLS = 1023  # grid cells per axis for sorting points
-_MIN_BLOCK = 64  # minimum points of a block
+_CELLS = 1023  # grid cells per axis for sorting points: 10 bits, three of which fit a Morton code of 30 bits
+_MIN_BLOCK = 64  # points of a block; smaller ones cost more to choose than to search
 
 
 class PointSupport:
@@ -45,6 +45,7 @@ class PointSupport:
     __slots__ = ("_count", "_half", "_middle", "_points")
 
     def __init__(self, points: FloatArray) -> None:
+        """Sort the points along a Morton curve into blocks of about the square root of their number."""
         low, high = points.min(axis=0), points.max(axis=0)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             cell = np.nan_to_num((points - low) / (high - low) * _CELLS, nan=0.0)
@@ -69,6 +70,7 @@ class PointSupport:
             return self._interval(np.array((a, b, c)))
 
     def _interval(self, direction: FloatArray) -> tuple[float, float]:
+        """Return the minimum and maximum along a direction (3,)."""
         reach = self._half @ np.abs(direction)
         middle = self._middle @ direction
         slack = 1e-14 * (np.abs(self._middle) @ np.abs(direction) + reach)  # bound of the rounding error
@@ -81,6 +83,7 @@ class PointSupport:
         return max(best, self._block_maximum(others, direction)) if len(others) else best
 
     def _block_maximum(self, blocks: int | npt.NDArray[np.int64], direction: FloatArray) -> float:
+        """Return the maximum of some blocks along a direction (3,)."""
         chosen = self._points[blocks]
         x, y, z = chosen[..., 0, :], chosen[..., 1, :], chosen[..., 2, :]
         return float((direction[0] * x + direction[1] * y + direction[2] * z).max())
@@ -117,13 +120,13 @@ class AssetFiles:
         target = located(file, "asset", self._folder, self._project, self._allow_outside)
         is_inside = target.is_relative_to(self._project)
         state = target.stat()
-        charge(_CHECKED + (state.st_size >> 5))
+        charge(_CLOCK_STEPS + (state.st_size >> 5))
         asset = _measured(str(target), str(self._project if is_inside else target.parent), state.st_mtime_ns)
-        charge(_CHECKED + (len(asset.support) >> 3))
+        charge(_CLOCK_STEPS + (len(asset.support) >> 3))
         return asset
 
 
-_CHECKED = 4096  # steps, after which a meter checks the clock
+_CLOCK_STEPS = 4096  # steps after which a meter checks the clock
 
 
 @lru_cache(maxsize=64)
@@ -137,14 +140,15 @@ def _measured(path: str, root: str, version: int) -> Asset:
     return Asset(path, root, (x0, y0, z0, x1, y1, z1), PointSupport(points))
 
 
-# Files that a mesh file refers to: they must be inside the project folder, and images must not be too large. The mesh
-# library gets these files only from here, so that security does not depend on its version or its rules.
+# Files that a mesh file refers to: they must be inside the project folder (``..`` inside it is allowed), and images
+# must not be too large. The mesh library gets these files only from here, so that security does not depend on its
+# version or its rules. A mesh file outside the project (``--allow-outside``) may refer to its own folder.
 
 
 MAX_FILE_BYTES = 128_000_000  # bytes, of a mesh file and separately of all files that it refers to
 _MAX_VIEW_BYTES = 2 * MAX_FILE_BYTES  # bytes of all buffer views of a glTF file, which may overlap
 MAX_PIXELS = 1 << 25  # of all images of a mesh file together: 8192 x 4096
-_PICTURES = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TGA", "TIFF", "PPM")  # formats whose decoder starts no other program
+_IMAGE_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TGA", "TIFF", "PPM")  # whose decoders start no other program
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")
 
 
@@ -201,6 +205,7 @@ class References:
             raise SceneError("file", f"{message} together may have at most {MAX_PIXELS:,}")
 
     def _bytes(self, name: str) -> bytes:
+        """Read a file within the limits of path, size and pixels."""
         target = self._target(name)
         if not target.is_file():  # never read a device or a pipe, which may have no end
             raise SceneError("file", f"the asset {self.file_name} refers to `{name[:80]}`, which does not exist")
@@ -247,8 +252,9 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
             raise SceneError("file", f"an image of an asset may have at most {MAX_PIXELS:,} pixels") from None
         except Exception:  # decoding an untrusted file may raise any exception
             return None
-    if kind not in _PICTURES:
-        raise SceneError("file", f"unsupported image format {kind} in an asset; expected one of {', '.join(_PICTURES)}")
+    if kind not in _IMAGE_FORMATS:
+        expected = ", ".join(_IMAGE_FORMATS)
+        raise SceneError("file", f"unsupported image format {kind} in an asset; expected one of {expected}")
     return width, height
 
 
@@ -256,10 +262,10 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
 # sizes stay within limits.
 
 
-MAX_NODES = 20_000  # of nodes, placed primitives, and any other list of the file
+MAX_NODES = 20_000  # nodes, placed primitives, or items of any other list of the file
 MAX_TRIANGLES = 2_000_000
 _MAX_DEPTH = 100  # maximum nesting of nodes
-_MAX_VALUES = 2_000_000  # in its JSON
+_MAX_VALUES = 2_000_000  # of its JSON
 _MAGIC, _JSON, _BINARY = b"glTF", 0x4E4F534A, 0x004E4942
 
 # Locations of indices, and the list that each refers to.
@@ -291,8 +297,10 @@ _INDICES = (
     ("skins", "joints.*", "nodes"),
 )
 _LISTS = tuple(dict.fromkeys([*(name for name, _, _ in _INDICES[1:]), *(target for _, _, target in _INDICES)]))
+# Values of the glTF 2.0 specification (3.6.2.2, 5.24.4): bytes of component types, components of types, and modes.
 _COMPONENTS = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_TRIANGLES, _STRIPS_AND_FANS = 4, (5, 6)
 
 
 def checked_gltf(data: bytes, is_binary: bool, references: References) -> dict[str, Any]:
@@ -308,6 +316,7 @@ def checked_gltf(data: bytes, is_binary: bool, references: References) -> dict[s
 
 
 def _broken(name: str, what: str) -> SceneError:
+    """Return the error of an invalid file."""
     return SceneError("file", f"the asset {name} is invalid: {what}")
 
 
@@ -315,20 +324,21 @@ def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
     """Return the JSON and the binary chunk of a .glb file."""
     if len(data) < 20 or data[:4] != _MAGIC:
         raise _broken(name, "missing .glb header")
-    found: dict[int, bytes] = {}
+    chunks: dict[int, bytes] = {}
     at, end = 12, len(data)
     while at + 8 <= end:
         size, kind = struct.unpack_from("<II", data, at)
         if at + 8 + size > end:
             raise _broken(name, f"a chunk of {size:,} bytes at byte {at:,} exceeds the file size of {end:,}")
-        found.setdefault(kind, data[at + 8 : at + 8 + size])
+        chunks.setdefault(kind, data[at + 8 : at + 8 + size])
         at += 8 + size
-    if _JSON not in found:
+    if _JSON not in chunks:
         raise _broken(name, "missing JSON chunk")
-    return found[_JSON], found.get(_BINARY)
+    return chunks[_JSON], chunks.get(_BINARY)
 
 
 def _document(text: bytes, name: str) -> dict[str, Any]:
+    """Parse the JSON of a glTF file, after bounding the number of its values by its punctuation."""
     if sum(text.count(mark) for mark in (b"{", b"[", b",")) > _MAX_VALUES:
         raise SceneError("file", f"the JSON of the asset {name} has more than the limit of {_MAX_VALUES:,} values")
     try:
@@ -349,11 +359,13 @@ class _Gltf:
         self._name = references.file_name
 
     def _wrong(self, what: str) -> SceneError:
+        """Return the error of this file."""
         return _broken(self._name, what)
 
     def _all(self, name: str) -> Sequence[dict[str, Any]]:
-        found: Sequence[dict[str, Any]] = self.document.get(name) or ()
-        return found
+        """Return a list of the document, empty if it is absent."""
+        items: Sequence[dict[str, Any]] = self.document.get(name) or ()
+        return items
 
     def check_lists(self) -> None:
         """Check that every list contains objects and is not too long."""
@@ -396,6 +408,7 @@ class _Gltf:
             yield from self._values(value, rest, f"{place}[{str(inner)[:40]}]")
 
     def _check_index(self, place: str, value: Any, target: str) -> None:
+        """Check that a value is an index of the list ``target``."""
         count = len(self._all(target))
         if type(value) is not int or not 0 <= value < count:
             raise self._wrong(f"index `{place}` is {str(value)[:20]}, but the file has {count:,} {target}")
@@ -404,33 +417,33 @@ class _Gltf:
         """Check that nodes form trees: at most one parent each, and no cycles."""
         nodes = self._all("nodes")
         children = [list(node.get("children") or ()) for node in nodes]
-        parents = Counter(child for each in children for child in each)
+        parents = Counter(child for siblings in children for child in siblings)
         double = next((node for node, count in parents.items() if count > 1), None)
         if double is not None:
             raise self._wrong(f"`nodes[{double}]` has several parents")
         level = [number for number in range(len(nodes)) if number not in parents]
-        seen = depth = 0
+        reached = depth = 0
         while level:
-            seen, depth = seen + len(level), depth + 1
+            reached, depth = reached + len(level), depth + 1
             level = [child for number in level for child in children[number]]
         if depth > _MAX_DEPTH:
             raise SceneError(
                 "file", f"the nodes of the asset {self._name} are nested deeper than the limit of {_MAX_DEPTH}"
             )
-        if seen < len(nodes):
+        if reached < len(nodes):
             raise self._wrong("its `nodes` contain a cycle")
 
     # --- bytes -------------------------------------------------------------------------------------------------------
 
     def check_buffers(self, binary: bytes | None) -> None:
         """Check that buffers, views, accessors and images are in bounds, and that images are not too large."""
-        buffers = [self._buffer(number, each, binary) for number, each in enumerate(self._all("buffers"))]
-        views = [self._view(number, each, buffers) for number, each in enumerate(self._all("bufferViews"))]
+        buffers = [self._buffer(number, buffer, binary) for number, buffer in enumerate(self._all("buffers"))]
+        views = [self._view(number, view, buffers) for number, view in enumerate(self._all("bufferViews"))]
         if sum(map(len, views)) > _MAX_VIEW_BYTES:
             raise SceneError(
                 "file", f"the buffer views of the asset {self._name} overlap and exceed the size limit in total"
             )
-        sizes = [self._accessor(number, each, views) for number, each in enumerate(self._all("accessors"))]
+        sizes = [self._accessor(number, accessor, views) for number, accessor in enumerate(self._all("accessors"))]
         if sum(sizes) > _MAX_VIEW_BYTES:
             raise SceneError("file", f"the accessors of the asset {self._name} exceed the size limit in total")
         for number, image in enumerate(self._all("images")):
@@ -441,12 +454,14 @@ class _Gltf:
                 self._by_uri(image["uri"], where)
 
     def _size(self, item: dict[str, Any], key: str, place: str, default: int | None = None) -> int:
+        """Return a nonnegative integer of an object of the file."""
         value = item.get(key, default)
         if type(value) is not int or value < 0:
             raise self._wrong(f"`{place}.{key}` is not a valid size: {str(value)[:20]}")
         return value
 
     def _buffer(self, number: int, buffer: dict[str, Any], binary: bytes | None) -> memoryview:
+        """Return the data of a buffer: of its URI, or the binary chunk for the first one."""
         place = f"buffers[{number}]"
         length = self._size(buffer, "byteLength", place)
         data = self._by_uri(buffer["uri"], place) if "uri" in buffer else binary if number == 0 else None
@@ -456,6 +471,7 @@ class _Gltf:
         return memoryview(data)
 
     def _by_uri(self, uri: Any, place: str) -> bytes:
+        """Return the data of a base64 data URI, or of a file."""
         if not isinstance(uri, str):
             raise self._wrong(f"`{place}.uri` is not a string")
         if uri[:5].lower() != "data:":
@@ -471,6 +487,7 @@ class _Gltf:
         return data
 
     def _view(self, number: int, view: dict[str, Any], buffers: Sequence[memoryview]) -> memoryview:
+        """Return the data of a buffer view."""
         place = f"bufferViews[{number}]"
         if "buffer" not in view:
             raise self._wrong(f"`{place}` has no buffer")
@@ -478,8 +495,8 @@ class _Gltf:
         start, length = self._size(view, "byteOffset", place, 0), self._size(view, "byteLength", place)
         if start + length > len(data):
             raise self._wrong(f"`{place}` ends at byte {start + length:,} of a buffer of {len(data):,}")
-        found: memoryview = data[start : start + length]
-        return found
+        part: memoryview = data[start : start + length]
+        return part
 
     def _accessor(self, number: int, accessor: dict[str, Any], views: Sequence[memoryview]) -> int:
         """Validate an accessor and return its size in bytes."""
@@ -523,12 +540,12 @@ class _Gltf:
             if which is None:
                 raise self._wrong(f"`meshes[{number}].primitives[{place}]` has no positions")
             count = self._all("accessors")[which]["count"]
-            mode = primitive.get("mode", 4)
-            triangles += count // 3 if mode == 4 else max(count - 2, 0) if mode in (5, 6) else 0
+            mode = primitive.get("mode", _TRIANGLES)
+            triangles += count // 3 if mode == _TRIANGLES else max(count - 2, 0) if mode in _STRIPS_AND_FANS else 0
         return len(primitives), triangles
 
 
-# Mesh files as coloured triangles, for the primitive "asset".
+# Mesh files as colored triangles, for the primitive "asset".
 
 
 IntArray = npt.NDArray[np.int64]
@@ -621,8 +638,8 @@ def _mesh(path: Path, references: References) -> Mesh:
         raise SceneError("file", f"the asset {name} has vertices with non-finite coordinates")
     faces = np.concatenate([np.asarray(m.faces, np.int64) + start for m, start in zip(meshes, starts, strict=True)])
     factors = None if document is None else _gltf_factors(document)
-    pictures: dict[int, npt.NDArray[np.uint8]] = {}
-    colors = [_colors(mesh, factors, pictures) for mesh in meshes]
+    images: dict[int, npt.NDArray[np.uint8]] = {}
+    colors = [_colors(mesh, factors, images) for mesh in meshes]
     if all(color is None for color in colors):
         return Mesh(vertices, None, faces)
     filled = [np.ones((len(m.faces), 3)) if c is None else c for m, c in zip(meshes, colors, strict=True)]
@@ -630,6 +647,7 @@ def _mesh(path: Path, references: References) -> Mesh:
 
 
 def _check_faces(mesh: Any, name: str) -> None:
+    """Check that all faces of a mesh refer to its vertices."""
     low, high, count = int(mesh.faces.min()), int(mesh.faces.max()), len(mesh.vertices)
     if low < 0 or high >= count:
         wrong = low if low < 0 else high
@@ -644,25 +662,25 @@ def _parts(scene: Any) -> Iterator[tuple[Any, FloatArray]]:
 
 
 def _gltf_factors(document: dict[str, Any]) -> dict[str, FloatArray]:
-    """Return the linear base colours (3,) of a glTF file's materials by name.
+    """Return the linear base colors (3,) of a glTF file's materials by name.
 
-    trimesh rounds them to bytes, which is visible in dark colours.
+    trimesh rounds them to bytes, which is visible in dark colors.
     """
     materials = document.get("materials") or ()
-    given = [
+    factors = [
         (m.get("name"), (m.get("pbrMetallicRoughness") or {}).get("baseColorFactor", [1.0] * 4)) for m in materials
     ]
-    named = Counter(name for name, _ in given)
-    return {name: np.array(factor[:3], np.float64) for name, factor in given if name and named[name] == 1}
+    named = Counter(name for name, _ in factors)
+    return {name: np.array(factor[:3], np.float64) for name, factor in factors if name and named[name] == 1}
 
 
 def _colors(
-    mesh: Any, factors: dict[str, FloatArray] | None, pictures: dict[int, npt.NDArray[np.uint8]]
+    mesh: Any, factors: dict[str, FloatArray] | None, images: dict[int, npt.NDArray[np.uint8]]
 ) -> FloatArray | None:
-    """Return the linear colours (F, 3) of a mesh's faces, from its vertices or faces, or from its material and texture.
+    """Return the linear colors (F, 3) of a mesh's faces, from its vertices or faces, or from its material and texture.
 
-    ``factors`` are the material colours of a glTF file, whose vertex colours are linear too; None for other files.
-    ``pictures`` caches the pixels of textures by ``id``, since many parts may share one.
+    ``factors`` are the material colors of a glTF file, whose vertex colors are linear too; None for other files.
+    ``images`` caches the pixels of textures by ``id``, since many parts may share one.
     """
     visual = mesh.visual
     if visual.kind in ("vertex", "face"):
@@ -682,9 +700,9 @@ def _colors(
         return None
     colors = np.tile(np.ones(3) if factor is None else factor, (len(mesh.faces), 1))
     if texture is not None and uv is not None and len(uv) == len(mesh.vertices):
-        if id(texture) not in pictures:
-            pictures[id(texture)] = np.asarray(texture.convert("RGB"))
-        colors *= _sample(pictures[id(texture)], np.asarray(uv, np.float64)[mesh.faces].mean(axis=1))
+        if id(texture) not in images:
+            images[id(texture)] = np.asarray(texture.convert("RGB"))
+        colors *= _sample(images[id(texture)], np.asarray(uv, np.float64)[mesh.faces].mean(axis=1))
     return colors
 
 
@@ -695,18 +713,18 @@ def _factor_and_texture(material: Any) -> tuple[FloatArray | None, Any]:
         share = None if factor is None else _unit(np.asarray(factor)[:3])
         return share, material.baseColorTexture
     diffuse, texture = getattr(material, "diffuse", None), getattr(material, "image", None)
-    if diffuse is None or texture is not None:  # trimesh's default diffuse colour for materials with a texture
+    if diffuse is None or texture is not None:  # with a texture, it is trimesh's default color
         return None, texture
     return np.asarray(from_srgb(_unit(np.asarray(diffuse)[:3])), np.float64), None
 
 
 def _unit(values: npt.NDArray[Any]) -> FloatArray:
-    """Return colours in [0, 1]; trimesh stores some of them as bytes."""
+    """Return colors in [0, 1]; trimesh stores some of them as bytes."""
     return values.astype(np.float64) / 255.0 if values.dtype.kind in "ui" else np.clip(values.astype(np.float64), 0, 1)
 
 
 def _sample(pixels: npt.NDArray[np.uint8], uv: FloatArray) -> FloatArray:
-    """Sample ``pixels`` (H, W, 3) at ``uv`` (F, 2), repeated beyond [0, 1], as linear colours (F, 3)."""
+    """Sample ``pixels`` (H, W, 3) at ``uv`` (F, 2), repeated beyond [0, 1], as linear colors (F, 3)."""
     height, width = pixels.shape[:2]
     column = np.floor(np.mod(uv[:, 0], 1.0) * width).astype(np.int64) % width
     row = np.floor(np.mod(1.0 - uv[:, 1], 1.0) * height).astype(np.int64) % height

@@ -1,7 +1,7 @@
 """Contraction of the short edges of closed surfaces, for formats in single precision.
 
 Merging points by their places makes edges with four faces wherever a surface touches itself or a thin part collapses.
-Here the neighbors across every edge are followed through the faces that vanish, and points are then numbered anew, one
+Here the neighbors across every edge are followed through the faces that vanish, and points are then numbered again, one
 for each fan of neighboring faces: every edge keeps exactly two faces by index, as in the surface before.
 """
 
@@ -17,7 +17,7 @@ IntArray = npt.NDArray[np.int64]
 
 
 def contracted(
-    points: FloatArray, faces: IntArray, kept: IntArray, least: float
+    points: FloatArray, faces: IntArray, tags: IntArray, least: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Contract the edges of a closed surface that are shorter than ``least`` or whose ends round to one float32, and
     drop the faces that vanish.
@@ -28,14 +28,14 @@ def contracted(
     ----------
     points, faces : (V, 3), (F, 3)
         A surface in which every edge has two faces by index.
-    kept : (F,)
-        Any number for each face.
+    tags : (F,)
+        Any number for each face, such as its material.
     least
-        In the unit of the points.
+        Length below which an edge is contracted, in the unit of the points.
 
     Returns
     -------
-    points, faces, kept
+    points, faces, tags
         Of the surface that remains.
     """
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
@@ -44,7 +44,7 @@ def contracted(
     is_short |= (start.astype(np.float32) == end.astype(np.float32)).all(axis=1)
     short = edges[is_short]
     if not len(short):
-        return points, faces, kept
+        return points, faces, tags
     ends, pairs = np.unique(short, return_inverse=True)
     place = np.arange(len(points))
     place[ends] = ends[clusters(len(ends), pairs.reshape(-1, 2).tolist())]
@@ -52,13 +52,14 @@ def contracted(
     partner = _partners(faces)
     remains = _drop_flat(merged, partner)
     _drop_reversed(merged, partner, remains)
-    return _numbered(points, merged, partner, remains, kept)
+    return _numbered(points, merged, partner, remains, tags)
 
 
 # Half-edge 3 f + i leads from corner i of face f to the next corner; its partner leads back in the neighboring face.
 
 
 def _next(half: IntArray) -> IntArray:
+    """Return the half-edge of the same face that follows each half-edge."""
     return np.asarray(half - half % 3 + (half % 3 + 1) % 3, np.int64)
 
 
@@ -75,12 +76,13 @@ def _partners(faces: IntArray) -> IntArray:
 
 
 def _join(partner: IntArray, one: int, other: int) -> None:
+    """Make two half-edges partners, if both exist."""
     if one >= 0 and other >= 0:
         partner[one], partner[other] = other, one
 
 
 def _drop_flat(merged: IntArray, partner: IntArray) -> npt.NDArray[np.bool_]:
-    """Make the neighbors of faces with two equal corners each other's; return the mask of the other faces."""
+    """Join the neighbors of each face that has two equal corners; return the mask of the other faces."""
     equal = merged == np.roll(merged, -1, axis=1)  # (F, 3): the edge from each corner is contracted
     remains: npt.NDArray[np.bool_] = ~equal.any(axis=1)
     for face in np.flatnonzero(equal.sum(axis=1) == 1).tolist():
@@ -90,7 +92,7 @@ def _drop_flat(merged: IntArray, partner: IntArray) -> npt.NDArray[np.bool_]:
 
 
 def _drop_reversed(merged: IntArray, partner: IntArray, remains: npt.NDArray[np.bool_]) -> None:
-    """Drop pairs of faces that are each other's reverse, and make their neighbors each other's."""
+    """Drop pairs of faces that are each other's reverse, and join their neighbors."""
     rows = np.flatnonzero(remains)
     ordered = np.sort(merged[rows], axis=1)
     _, group, sizes = np.unique(ordered, axis=0, return_inverse=True, return_counts=True)
@@ -108,7 +110,7 @@ def _drop_reversed(merged: IntArray, partner: IntArray, remains: npt.NDArray[np.
 
 
 def _join_around(merged: IntArray, partner: IntArray, face: int, other: int) -> None:
-    """Make the neighbors of two opposite faces each other's across each of their edges."""
+    """Join the neighbors of two opposite faces across each of their edges."""
     starts = {start: 3 * other + corner for corner, start in enumerate(merged[other].tolist())}
     for corner in range(3):
         half = 3 * face + corner
@@ -118,24 +120,24 @@ def _join_around(merged: IntArray, partner: IntArray, face: int, other: int) -> 
 
 
 def _numbered(
-    points: FloatArray, merged: IntArray, partner: IntArray, remains: npt.NDArray[np.bool_], kept: IntArray
+    points: FloatArray, merged: IntArray, partner: IntArray, remains: npt.NDArray[np.bool_], tags: IntArray
 ) -> tuple[FloatArray, IntArray, IntArray]:
     """Return the faces that remain, with a point for each fan of neighboring faces (label propagation)."""
     corner = np.flatnonzero(np.repeat(remains, 3))
     corner = corner[partner[corner] >= 0]
-    ahead, beside = _next(corner), _next(partner[corner])
+    ahead, across = _next(corner), _next(partner[corner])
     label = np.arange(3 * len(merged))
     while True:
         before = label.copy()
-        for one, other in ((corner, beside), (ahead, partner[corner])):
+        for one, other in ((corner, across), (ahead, partner[corner])):
             np.minimum.at(label, one, label[other])
             np.minimum.at(label, other, label[one])
-        label = label[label]
+        label = label[label]  # a step further along each chain
         if (label == before).all():
             break
     chosen = label.reshape(-1, 3)[remains]
     first, numbers = np.unique(chosen, return_inverse=True)
-    return points[merged.reshape(-1)[first]], numbers.reshape(-1, 3), kept[remains]
+    return points[merged.reshape(-1)[first]], numbers.reshape(-1, 3), tags[remains]
 
 
 def crowded_edges(points: FloatArray, faces: IntArray) -> int:

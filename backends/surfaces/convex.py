@@ -1,7 +1,7 @@
 """Primitives of one frame as bodies in world coordinates, and their contacts.
 
-Bodies are compared as convex solids first. Where one of a pair is not convex, such as a mug, a ring or a bowl, what
-their hulls say is checked on their surfaces, by Manifold.
+Bodies are compared as convex solids first (``distance``). If one of a pair is not convex, such as a mug, a ring or a
+bowl, contacts and overlaps of the hulls are verified on the surfaces, by Manifold.
 """
 
 from __future__ import annotations
@@ -28,23 +28,45 @@ from scenelang.interpreter.values.values import IDENTITY
 if TYPE_CHECKING:
     from manifold3d import Manifold
 
-MAX_PAIRS = 1_000_000
-MAX_EXACT = 3_000  # pairs of a frame that are compared by their surfaces; others by their hulls
-MAX_TRIANGLES = 20_000  # of a surface that is compared
-_TOUCH = 1e-3  # contact tolerance relative to the scene's diagonal
-_TOUCH_OF_BODIES = 0.03  # the same relative to the larger bodies, for small things on wide ground
-_BATCH = 20_000
-_SIDES = 64  # of round surfaces
-_PIECE = 0.03  # of a body's volume: what is less beyond a wall does not come out of it
-_TRACE = 1e-6  # of the smaller volume: what two surfaces share less is a contact
+MAX_PAIRS = 1_000_000  # neighboring pairs of a frame
+MAX_EXACT = 3_000  # pairs of a frame that are compared by their surfaces; further ones by their hulls
+MAX_TRIANGLES = 20_000  # of a surface that is compared; larger ones are compared by their hulls
+# The contact tolerance is the smaller of two lengths. On a wide ground the diagonal is large and small objects would
+# all touch, so it is also limited by the size of the bodies: the diagonal of the box that three quarters are below.
+_TOUCH_OF_SCENE = 1e-3  # relative to the scene's diagonal
+_TOUCH_OF_BODIES = 0.03  # relative to the diagonal of a large body
+_LARGE_QUANTILE = 0.75
+_BATCH_PAIRS = 20_000  # pairs compared at once, which bounds the memory
+_SIDES = 64  # of the polygons that stand for round surfaces
+_MIN_PIECE = 0.03  # relative to a body's volume: a smaller piece beyond a wall is not an end that sticks out
+_MIN_SHARED = 1e-6  # relative to the smaller volume: surfaces that share less only touch
+_MIN_DETERMINANT = 1e-30  # of a pose: smaller ones have no volume
 
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """N bodies of one frame.
+    """N bodies of one frame: its visible primitives, each as a convex solid.
 
-    ``entity[i]`` is the index in ``entities`` of the primitive of body ``i``, ``paths[path[i]]`` the words that lead to
-    it. A mesh is represented by its bounding box. ``opaque`` bodies hide what is behind them.
+    Attributes
+    ----------
+    solids
+        Convex solids in the world; a mesh is represented by its bounding box.
+    entities, entity
+        Primitives, and the index (N,) of that of each body.
+    paths, path
+        Words from the root to parents of primitives, and the index (N,) of that of each body.
+    opaque
+        Whether a body (N,) hides what is behind it.
+    colors
+        Linear sRGB (N, 3).
+    plain
+        Bound words whose entities each consist of one primitive.
+    exact
+        Whether the solid (N,) is the primitive itself, not its box or convex hull.
+    row
+        Position (N,) among all primitives of the frame, in depth-first order.
+    worlds
+        Poses (N, 3, 4) of the primitives in the world.
     """
 
     solids: PosedForms
@@ -53,17 +75,18 @@ class Bodies:
     paths: tuple[tuple[str, ...], ...]
     path: IntArray
     opaque: npt.NDArray[np.bool_]
-    colors: FloatArray  # (N, 3) linear
-    plain: frozenset[str]  # the bound words whose entities each consist of one solid
-    exact: npt.NDArray[np.bool_]  # (N,) whether a body is the solid itself, and not its box or its convex hull
-    row: IntArray  # (N,) position among all primitives of the frame, in depth-first order
-    worlds: FloatArray  # (N, 3, 4) poses of the primitives in the world
+    colors: FloatArray
+    plain: frozenset[str]
+    exact: npt.NDArray[np.bool_]
+    row: IntArray
+    worlds: FloatArray
 
     def __len__(self) -> int:
         return len(self.solids)
 
     @cached_property
     def boxes(self) -> tuple[FloatArray, FloatArray]:
+        """Low and high corners (N, 3) of the world-space boxes."""
         return boxes(self.solids)
 
     @cached_property
@@ -76,16 +99,17 @@ class Bodies:
     def touch(self) -> float:
         """Contact tolerance, in scene units."""
         low, high = self.boxes
-        usual = float(np.quantile(np.linalg.norm(high - low, axis=1), 0.75)) if len(self) else 0.0
-        return min(_TOUCH * self.size, _TOUCH_OF_BODIES * usual)
+        usual = float(np.quantile(np.linalg.norm(high - low, axis=1), _LARGE_QUANTILE)) if len(self) else 0.0
+        return min(_TOUCH_OF_SCENE * self.size, _TOUCH_OF_BODIES * usual)
 
     def pairs(self, numbers: IntArray) -> Pairs:
+        """Return the solids of pairs (M, 2) of indices."""
         a, b = numbers[:, 0], numbers[:, 1]
         return Pairs(self.solids.take(a), self.solids.take(b))
 
     def gaps(self, numbers: IntArray) -> FloatArray:
         """Return the distances of pairs (M, 2)."""
-        parts = [distances(self.pairs(numbers[i : i + _BATCH])) for i in range(0, len(numbers), _BATCH)]
+        parts = [distances(self.pairs(numbers[i : i + _BATCH_PAIRS])) for i in range(0, len(numbers), _BATCH_PAIRS)]
         return np.concatenate(parts) if parts else np.zeros(0)
 
     @cached_property
@@ -103,10 +127,10 @@ class Bodies:
         return near[close], gaps[close], complete
 
     def _doubtful(self, pairs: IntArray) -> Sequence[int]:
-        """Return the rows of pairs (M, 2) whose hulls may touch where they do not."""
+        """Return the rows of pairs (M, 2) with a body that is not convex: their hulls may touch where they do not."""
         hollow = self.hollow
-        found: list[int] = np.flatnonzero(hollow[pairs].any(axis=1)).tolist() if len(pairs) else []
-        return found[:MAX_EXACT]
+        rows: list[int] = np.flatnonzero(hollow[pairs].any(axis=1)).tolist() if len(pairs) else []
+        return rows[:MAX_EXACT]
 
     @cached_property
     def hollow(self) -> npt.NDArray[np.bool_]:
@@ -116,22 +140,25 @@ class Bodies:
 
     @cached_property
     def _surfaces(self) -> dict[int, Manifold | None]:
+        """Surfaces of the primitives in their own axes, by index of the entity."""
         return {}
 
     def surface(self, i: int) -> Manifold | None:
         """Return the surface of a body in the world, None if it is open or too large."""
         number = int(self.entity[i])
         if number not in self._surfaces:
-            self._surfaces[number] = self._own_surface(i)
-        own = self._surfaces[number]
+            self._surfaces[number] = self._local_surface(i)
+        local = self._surfaces[number]
         is_form = not self.hollow[i] or self._is_form(i)
-        return None if own is None else own.transform((self.solids.matrices if is_form else self.worlds)[i])
+        return None if local is None else local.transform((self.solids.matrices if is_form else self.worlds)[i])
 
     def _is_form(self, i: int) -> bool:
+        """Return whether a body is a canonical form under a pose, rather than a mesh in the primitive's axes."""
         shape = self.entities[self.entity[i]].shape
         return shape is None or shape.placed() is not None
 
-    def _own_surface(self, i: int) -> Manifold | None:
+    def _local_surface(self, i: int) -> Manifold | None:
+        """Return the surface of a primitive in its own axes; None if it is open or too large."""
         entity = self.entities[self.entity[i]]
         form, ratios = self.solids.form(i)
         try:
@@ -141,12 +168,16 @@ class Bodies:
             return None
 
     def overlaps(self, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return how deep pairs (M, 2) of touching bodies are in each other, and the directions (M, 3) along which the
-        second of each leaves the first. What is inside a hollow, and touches, is 0 deep and rests on it."""
-        batches = [pairs[i : i + _BATCH] for i in range(0, len(pairs), _BATCH)]
-        found = [depths(self.pairs(batch), self.touch) for batch in batches]
-        depth = np.concatenate([np.zeros(0), *(each[0] for each in found)])
-        along = np.concatenate([np.zeros((0, 3)), *(each[1] for each in found)])
+        """Return the penetration depths (M,) of touching pairs (M, 2), and the directions (M, 3) that separate them.
+
+        The direction is that in which the second body of a pair leaves the first. A body that touches the inside of a
+        hollow
+        one, as a spoon does a mug, has depth 0 and rests on it: the direction is up.
+        """
+        batches = [pairs[i : i + _BATCH_PAIRS] for i in range(0, len(pairs), _BATCH_PAIRS)]
+        results = [depths(self.pairs(batch), self.touch) for batch in batches]
+        depth = np.concatenate([np.zeros(0), *(depth for depth, _ in results)])
+        along = np.concatenate([np.zeros((0, 3)), *(along for _, along in results)])
         for row in self._doubtful(pairs):
             if depth[row] <= self.touch:
                 continue
@@ -157,7 +188,7 @@ class Bodies:
             low, high = box[0]
             extents = np.maximum(high - low, 0.0)
             axis = int(np.argmin(extents)) if box[1] > 0.0 else 1
-            # The mean thickness: what two gears share at many teeth is thin.
+            # The mean thickness of the overlap: two gears share a thin layer at many teeth, whose box is large.
             depth[row] = box[1] / float(np.delete(extents, axis).prod()) if box[1] > 0.0 else 0.0
             side = self._middles[second, axis] - self._middles[first, axis]
             along[row] = np.eye(3)[axis] * (1.0 if side >= 0.0 else -1.0)
@@ -165,18 +196,18 @@ class Bodies:
 
     @cached_property
     def _middles(self) -> FloatArray:
+        """Centers (N, 3) of the boxes."""
         low, high = self.boxes
         return (low + high) / 2.0
 
     def _common(self, i: int, j: int) -> tuple[tuple[FloatArray, FloatArray], float] | None:
-        """Return the box of what two bodies share, and its volume, 0 if they only touch; None if a surface is
-        unknown."""
+        """Return the box and the volume that two bodies share, 0 if they only touch; None if a surface is unknown."""
         a, b = self.surface(i), self.surface(j)
         if a is None or b is None:
             return None
         both = a ^ b
         volume = float(both.volume())
-        if both.is_empty() or volume <= _TRACE * min(a.volume(), b.volume()):
+        if both.is_empty() or volume <= _MIN_SHARED * min(a.volume(), b.volume()):
             return (np.zeros(3), np.zeros(3)), 0.0
         box = np.array(both.bounding_box())
         return (box[:3], box[3:]), volume
@@ -187,16 +218,18 @@ class Bodies:
         return 0.0 if a is None or b is None else float((a ^ b).volume())
 
     def is_cut(self, i: int, wall: int) -> bool:
-        """Return whether a body comes out of the other side of a hollow one: what is outside it is in two places."""
+        """Return whether a body pierces a hollow one: at least two pieces of it are outside the wall."""
         a, b = self.surface(i), self.surface(wall)
         if a is None or b is None or not self.hollow[wall]:
             return False
         pieces = [piece.volume() for piece in (a - b).decompose()]
-        return bool(sum(volume > _PIECE * a.volume() for volume in pieces) > 1)
+        return bool(sum(volume > _MIN_PIECE * a.volume() for volume in pieces) > 1)
 
     def patch(self, above: int, below: int, drop: float) -> FloatArray:
-        """Return points (K, 3) around where a body would meet another if it were lower by ``drop``; none if a surface
-        is unknown."""
+        """Return points (K, 3) around the contact of a body that is lowered by ``drop`` onto another.
+
+        There are none if they do not meet, or a surface is unknown.
+        """
         a, b = self.surface(above), self.surface(below)
         if a is None or b is None:
             return np.zeros((0, 3))
@@ -207,13 +240,13 @@ class Bodies:
 
     @cached_property
     def masses(self) -> tuple[FloatArray, FloatArray]:
-        """Volumes (N,) of bodies and their centres of mass (N, 3)."""
+        """Volumes (N,) and centers of mass (N, 3)."""
         matrices = self.solids.matrices
         volume, center = np.zeros(len(self)), matrices[:, :, 3].copy()
         scale = np.abs(np.linalg.det(matrices[:, :, :3]))
         for form, ratios, rows in self.solids.members():
             volume[rows] = form.volume(ratios) * scale[rows]
-            if form.name == "cone":  # a quarter of the way from its base to its apex
+            if form.name == "cone":  # a quarter of the height above the base; the form's origin is half-way up
                 center[rows] -= 0.5 * matrices[rows, :, 1]
         for i in np.flatnonzero(self.hollow)[:MAX_EXACT].tolist():
             surface = None if self._is_form(i) else self.surface(i)
@@ -231,14 +264,14 @@ def bodies_of(root: Entity) -> Bodies:
     frame = flatten_entity(root)
     placed = [_placed(entity) for entity in frame.primitives]
     looks = [look_of(entity) for entity in frame.primitives]
-    known = np.array([one is not None for one in placed], bool)
-    seen = np.array([look.opacity > 0.0 for look in looks], bool)
+    has_form = np.array([form is not None for form in placed], bool)
+    visible = np.array([look.opacity > 0.0 for look in looks], bool)
     index = np.asarray(frame.index)
-    chosen = np.flatnonzero((known & seen)[index]) if len(index) else np.zeros(0, np.int64)
+    chosen = np.flatnonzero((has_form & visible)[index]) if len(index) else np.zeros(0, np.int64)
     index = index[chosen]
     forms = posed_forms(placed).take(index)
     matrices = composed(np.asarray(frame.matrices)[chosen], forms.matrices)
-    solid = np.abs(np.linalg.det(matrices[:, :, :3])) > 1e-30 if len(chosen) else np.zeros(0, bool)
+    solid = np.abs(np.linalg.det(matrices[:, :, :3])) > _MIN_DETERMINANT if len(chosen) else np.zeros(0, bool)
     chosen, index = chosen[solid], index[solid]
     return Bodies(
         replace(forms, matrices=matrices).take(solid),
@@ -256,13 +289,16 @@ def bodies_of(root: Entity) -> Bodies:
 
 
 def _is_exact(entity: Entity) -> bool:
-    """Whether the body of a primitive is convex and the primitive itself."""
+    """Return whether the body of a primitive is convex and the primitive itself."""
     placed = None if entity.shape is None or entity.shape.is_semantic else entity.shape.placed()
     return placed is not None and placed.form.is_convex
 
 
 def _centroid(surface: Manifold) -> FloatArray:
-    """Return the centre of mass (3,) of a surface's inside, by the tetrahedra of its triangles and the origin."""
+    """Return the center of mass (3,) of the inside of a surface.
+
+    It is the mean of the tetrahedra that its triangles span with the mean of its corners, weighted by signed volume.
+    """
     mesh = surface.to_mesh64()
     corners = np.asarray(mesh.vert_properties[:, :3], np.float64)[np.asarray(mesh.tri_verts, np.int64)]
     middle = corners.reshape(-1, 3).mean(axis=0)
@@ -272,11 +308,12 @@ def _centroid(surface: Manifold) -> FloatArray:
 
 
 def _plain_words(root: Entity) -> frozenset[str]:
+    """Return the bound words whose entities all consist of one primitive."""
     counts: dict[str, set[int]] = {}
     for entity in descendants(root):
         if not entity.is_primitive:
             counts.setdefault(entity.word, set()).add(primitive_count(entity))
-    return frozenset(word for word, found in counts.items() if found == {1})
+    return frozenset(word for word, numbers in counts.items() if numbers == {1})
 
 
 def _placed(entity: Entity) -> Placed | None:
@@ -300,10 +337,30 @@ def _placed(entity: Entity) -> Placed | None:
 
 
 def clusters(count: int, pairs: Iterable[Sequence[int]]) -> IntArray:
-    """Return a number for each of ``count`` things that is equal for those that pairs of them connect (union-find)."""
+    """Return the connected components of a graph, by union-find with path halving (Tarjan and van Leeuwen, 1984).
+
+    Parameters
+    ----------
+    count
+        Number of nodes.
+    pairs
+        Edges, as pairs of nodes.
+
+    Returns
+    -------
+    labels : (count,)
+        Equal for nodes of one component: the number of one of them.
+
+    Examples
+    --------
+    >>> labels = clusters(4, [(0, 2), (2, 3)])
+    >>> bool(labels[0] == labels[3]), bool(labels[0] == labels[1])
+    (True, False)
+    """
     parent = list(range(count))
 
     def root(i: int) -> int:
+        """Return the representative of the component of a node."""
         while parent[i] != i:
             parent[i] = parent[parent[i]]
             i = parent[i]
@@ -318,8 +375,15 @@ def clusters(count: int, pairs: Iterable[Sequence[int]]) -> IntArray:
 
 
 def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
-    """Return how far ``at`` (2,) is outside the convex hull of points (K, 2), negative inside, and the nearest point of
-    its edge."""
+    """Return how far a point is outside a convex hull, and the nearest point of its edge.
+
+    Parameters
+    ----------
+    points : (K, 2)
+        Points whose convex hull is meant.
+    at : (2,)
+        The point; the distance is negative if it is inside.
+    """
     corners = hull_of(points)
     edges, away = np.roll(corners, -1, axis=0) - corners, at - corners
     share = np.clip((edges * away).sum(axis=1) / np.maximum((edges**2).sum(axis=1), 1e-300), 0.0, 1.0)
@@ -357,4 +421,5 @@ def hull_of(points: FloatArray) -> FloatArray:
 
 
 def _turn(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
+    """Return twice the signed area of a triangle (2,): positive for a left turn."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

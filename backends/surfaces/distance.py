@@ -1,10 +1,11 @@
-"""Distance and penetration depth of pairs of convex solids, vectorised over pairs.
+"""Distance and penetration depth of pairs of convex solids, vectorized over pairs.
 
 Non-convex solids, such as a ring, are replaced by their convex hulls. The distance is computed by the algorithm of
 Gilbert, Johnson and Keerthi (1988): the point of the Minkowski difference A - B nearest to the origin is approached by
 simplices of support points. The penetration depth is the shortest translation that separates two solids, which is the
-minimum width of the difference over all directions: exact for two boxes by the separating axis theorem, otherwise
-refined from many directions.
+minimum width of the difference over all directions: exact for two boxes by the separating axis theorem (Gottschalk, Lin
+and Manocha, "OBBTree", 1996), otherwise refined from many directions. MuJoCo, which computes the same, is an extra and
+has no cones or shears.
 """
 
 from __future__ import annotations
@@ -24,57 +25,72 @@ from scenelang.interpreter.scene.primitives.mesh import cofactors_of
 
 IntArray = npt.NDArray[np.int64]
 
-_FINEST = 2.0**-20  # of the frame: the smallest cells, so that the number of a cell fits 63 bits
-_QUERIES = 1 << 18  # boxes that are looked up at a time
+_MIN_CELL = 2.0**-20  # relative to the frame: three indices of 21 bits make a cell number of 63 bits
+_BATCH_BOXES = 1 << 18  # boxes looked up at once, which bounds the memory
 _OFFSETS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
 
 
 def neighbours(low: FloatArray, high: FloatArray, margin: float, most: int) -> tuple[IntArray, bool]:
-    """Return pairs (M, 2) of boxes within ``margin`` of each other, smaller index first, and whether the list is
-    complete.
+    """Return the pairs of boxes that are within a distance of each other.
 
-    At most ``most`` pairs are returned. Boxes are hashed by their low corners in a hierarchy of grids, whose cells
-    double in size: each box is compared with the boxes of its own size and less in the 27 cells around it. The time is
-    linear in the number of boxes and pairs. Source: Mirtich, "Efficient Algorithms for Two-Phase Collision Detection",
-    1997.
+    Boxes are hashed by their low corners in a hierarchy of grids, whose cells double in size: each box is compared with
+    the boxes of at most its size in the 27 cells around it (Mirtich, "Efficient Algorithms for Two-Phase Collision
+    Detection", 1997). The time is linear in the number of boxes and pairs.
+
+    Parameters
+    ----------
+    low, high : (N, 3)
+        Corners of the boxes.
+    margin
+        Distance in the unit of the corners.
+    most
+        Maximum number of pairs.
+
+    Returns
+    -------
+    pairs : (M, 2)
+        Indices, the smaller first, sorted.
+    complete
+        Whether there are no further pairs.
     """
     if not len(low):
         return np.zeros((0, 2), np.int64), True
     low, high = low - margin / 2.0, high + margin / 2.0
-    least = max(float((high.max(axis=0) - low.min(axis=0)).max()) * _FINEST, 1e-300)
+    least = max(float((high.max(axis=0) - low.min(axis=0)).max()) * _MIN_CELL, 1e-300)
     level = np.ceil(np.log2(np.maximum((high - low).max(axis=1), least))).astype(np.int64)
-    found, total = [np.zeros((0, 2), np.int64)], 0
-    for each in np.unique(level).tolist():
-        for pairs in _pairs_at_level(low, high, level, each):
-            found.append(pairs)
+    batches, total = [np.zeros((0, 2), np.int64)], 0
+    for height in np.unique(level).tolist():
+        for pairs in _pairs_at_level(low, high, level, height):
+            batches.append(pairs)
             total += len(pairs)
             if total > most:
                 break
-    pairs = np.sort(np.concatenate(found), axis=1)
+    pairs = np.sort(np.concatenate(batches), axis=1)
     pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
     return pairs[:most], total <= most
 
 
-def _pairs_at_level(low: FloatArray, high: FloatArray, level: IntArray, each: int) -> Iterator[IntArray]:
-    """Yield the pairs (M, 2) of overlapping boxes of which the larger is of the level ``each``."""
-    rows = np.flatnonzero(level <= each)
-    place = np.floor((low[rows] - low[rows].min(axis=0)) / 2.0**each).astype(np.int64) + 1
+def _pairs_at_level(low: FloatArray, high: FloatArray, level: IntArray, height: int) -> Iterator[IntArray]:
+    """Yield the overlapping pairs (M, 2) whose larger box is at a level of the hierarchy."""
+    rows = np.flatnonzero(level <= height)
+    place = np.floor((low[rows] - low[rows].min(axis=0)) / 2.0**height).astype(np.int64) + 1
     span = place.max(axis=0) + 2
     key = (place[:, 0] * span[1] + place[:, 1]) * span[2] + place[:, 2]
     order = np.argsort(key, kind="stable")
     key, sorted_rows = key[order], rows[order]
-    own = np.flatnonzero(level[rows] == each)
-    for start in range(0, len(own), _QUERIES):
-        mine = own[start : start + _QUERIES]
+    at_level = np.flatnonzero(level[rows] == height)
+    for start in range(0, len(at_level), _BATCH_BOXES):
+        batch = at_level[start : start + _BATCH_BOXES]
         for x, y, z in _OFFSETS:
-            at = ((place[mine, 0] + x) * span[1] + place[mine, 1] + y) * span[2] + place[mine, 2] + z
+            at = ((place[batch, 0] + x) * span[1] + place[batch, 1] + y) * span[2] + place[batch, 2] + z
             first = np.searchsorted(key, at)
             count = np.searchsorted(key, at, side="right") - first
-            me = np.repeat(rows[mine], count)
+            me = np.repeat(rows[batch], count)
             other = sorted_rows[np.arange(len(me)) + np.repeat(first - (np.cumsum(count) - count), count)]
-            kept = (level[other] < each) | (other > me)  # two boxes of one level find each other twice
-            kept &= ((low[me] <= high[other]) & (high[me] >= low[other])).all(axis=1)
-            yield np.stack([me[kept], other[kept]], axis=1)
+            # Boxes of one level are neighbors of each other: only one of the two pairs is taken.
+            is_pair = (level[other] < height) | (other > me)
+            is_pair &= ((low[me] <= high[other]) & (high[me] >= low[other])).all(axis=1)
+            yield np.stack([me[is_pair], other[is_pair]], axis=1)
 
 
 def boxes(solids: PosedForms) -> tuple[FloatArray, FloatArray]:
@@ -90,10 +106,14 @@ def boxes(solids: PosedForms) -> tuple[FloatArray, FloatArray]:
 
 Mask = npt.NDArray[np.bool_]
 
-_ROUNDS = 60
-_RELATIVE = 1e-7
-_AT_ONCE = 100_000
-_STARTS = 8  # initial directions for minimising the width
+_MAX_ROUNDS = 60  # of GJK; pairs that are not finished keep the distance so far, an upper bound
+_RELATIVE_GAIN = 1e-7  # of a squared distance: a support point that gains less ends the search
+_CONTACT = 1e-9  # relative to the coordinates of a pair: closer solids touch
+_BATCH_QUERIES = 100_000  # support points computed at once
+_STARTS = 8  # initial directions for minimizing the width
+_DIRECTIONS = 48  # candidate directions spread over the sphere
+# Descent for the width of curved solids: steps in radians, shortened after each that does not help.
+_FIRST_STEP, _STEP_FACTOR, _STEPS = 0.3, 0.6, 40
 _SUBSETS = tuple(subset for size in (1, 2, 3, 4) for subset in combinations(range(4), size))
 
 
@@ -108,6 +128,7 @@ class Pairs:
         return len(self.a)
 
     def take(self, which: npt.NDArray[np.int64] | Mask) -> Pairs:
+        """Return the pairs selected by a mask or by indices."""
         return Pairs(self.a.take(which), self.b.take(which))
 
     def difference(self, directions: FloatArray) -> FloatArray:
@@ -116,41 +137,45 @@ class Pairs:
 
 
 def distances(pairs: Pairs) -> FloatArray:
-    """Return the distances (N,) between the solids of each pair; 0 if they touch or overlap."""
+    """Return the distances (N,) between the solids of each pair, by GJK; 0 if they touch or overlap.
+
+    All pairs advance together; finished ones are taken out of the arrays.
+    """
     count = len(pairs)
-    found = np.zeros(count)
+    distance = np.zeros(count)
     nearest = pairs.difference(pairs.a.matrices[:, :, 3] - pairs.b.matrices[:, :, 3] + 1e-9)
     points = np.zeros((count, 4, 3))
     points[:, 0] = nearest
-    active = np.zeros((count, 4), bool)
-    active[:, 0] = True
+    is_corner = np.zeros((count, 4), bool)
+    is_corner[:, 0] = True
     rows = np.arange(count)
     size = np.abs(nearest).max(axis=1)
     size = size + np.abs(pairs.a.matrices).max(axis=(1, 2)) + np.abs(pairs.b.matrices).max(axis=(1, 2))
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         if not len(rows):
             break
         square = np.einsum("ni,ni->n", nearest, nearest)
-        found[rows] = np.sqrt(square)
+        distance[rows] = np.sqrt(square)
         new = pairs.difference(-nearest)
         gain = square - np.einsum("ni,ni->n", nearest, new)
-        touching = square <= (1e-9 * size) ** 2
-        found[rows[touching]] = 0.0
-        unfinished = ~touching & (gain > _RELATIVE * square)
+        touching = square <= (_CONTACT * size) ** 2
+        distance[rows[touching]] = 0.0
+        unfinished = ~touching & (gain > _RELATIVE_GAIN * square)
         if not unfinished.all():
             rows, pairs, size = rows[unfinished], pairs.take(unfinished), size[unfinished]
-            points, active, new, nearest = points[unfinished], active[unfinished], new[unfinished], nearest[unfinished]
+            points, is_corner = points[unfinished], is_corner[unfinished]
+            new, nearest = new[unfinished], nearest[unfinished]
         if len(rows):
-            # a full simplex contains the origin and is finished, so there is a free slot
-            slot = np.argmin(active, axis=1)
+            # A full simplex contains the origin, so its pair is finished: the others have a free slot.
+            slot = np.argmin(is_corner, axis=1)
             points[np.arange(len(rows)), slot] = new
-            active[np.arange(len(rows)), slot] = True
-            nearest, active = _nearest_of_simplex(points, active)
-    return found
+            is_corner[np.arange(len(rows)), slot] = True
+            nearest, is_corner = _nearest_of_simplex(points, is_corner)
+    return distance
 
 
 def _nearest_of_simplex(points: FloatArray, active: Mask) -> tuple[FloatArray, Mask]:
-    """Return the point of each simplex nearest to the origin (N, 3), and the corners that span its face (N, 4)."""
+    """Return the point (N, 3) of each simplex nearest to the origin, and the corners (N, 4) that span its face."""
     count = len(points)
     best = np.full(count, np.inf)
     nearest = np.zeros((count, 3))
@@ -159,19 +184,18 @@ def _nearest_of_simplex(points: FloatArray, active: Mask) -> tuple[FloatArray, M
         able = active[:, subset].all(axis=1)
         if not able.any():
             continue
-        found, valid = _nearest_of_face(points[:, subset])
-        square = np.einsum("ni,ni->n", found, found)
+        point, valid = _nearest_of_face(points[:, subset])
+        square = np.einsum("ni,ni->n", point, point)
         better = able & valid & (square < best * (1.0 - 1e-12))
         if better.any():
             best[better] = square[better]
-            nearest[better] = found[better]
+            nearest[better] = point[better]
             spanning[better] = np.isin(np.arange(4), subset)
     return nearest, spanning
 
 
 def _nearest_of_face(corners: FloatArray) -> tuple[FloatArray, Mask]:
-    """Return the point of the affine hull of K corners (N, K, 3) nearest to the origin, and whether it is between
-    them."""
+    """Return the point (N, 3) of the affine hull of K corners nearest to the origin, and whether it is between them."""
     base, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
     k = edges.shape[1]
     if k == 0:
@@ -191,11 +215,19 @@ def _nearest_of_face(corners: FloatArray) -> tuple[FloatArray, Mask]:
 
 
 def depths(pairs: Pairs, enough: float = -np.inf) -> tuple[FloatArray, FloatArray]:
-    """Return the penetration depth (N,) of overlapping pairs and the unit direction (N, 3) of the separating
-    translation.
+    """Return the penetration depths of overlapping pairs, and the directions of the shortest separating translations.
 
-    The translation applies to the second solid of a pair. A negative depth is a gap along the direction: the pair does
-    not overlap. What is at most ``enough`` need not be the least.
+    Parameters
+    ----------
+    enough
+        Depths up to this one are not refined: they may be larger than the least.
+
+    Returns
+    -------
+    depth : (N,)
+        Length of the translation; a negative one is a gap, so that the pair does not overlap.
+    direction : (N, 3)
+        Unit vector along which the second solid of a pair is moved.
     """
     directions = np.stack(_candidates(pairs))  # (C, N, 3)
     widths = _widths(pairs, directions)
@@ -204,9 +236,9 @@ def depths(pairs: Pairs, enough: float = -np.inf) -> tuple[FloatArray, FloatArra
     along = directions[order[0], every]
     depth = widths[order[0], every]
     curved = np.flatnonzero((pairs.a.that_are("is_curved") | pairs.b.that_are("is_curved")) & (depth > enough))
-    at_once = len(order) if len(curved) * len(order) <= _AT_ONCE else 1  # few pairs: all starts together
-    for first in range(0, len(order), at_once) if len(curved) else ():
-        starts = order[first : first + at_once, curved]
+    batch = len(order) if len(curved) * len(order) <= _BATCH_QUERIES else 1  # few pairs: all starts at once
+    for first in range(0, len(order), batch) if len(curved) else ():
+        starts = order[first : first + batch, curved]
         rows = np.tile(np.arange(len(curved)), len(starts))
         deep, direction = _refined(pairs.take(curved[rows]), directions[starts.ravel(), curved[rows]])
         best = np.argmin(deep.reshape(starts.shape), axis=0) * len(curved) + np.arange(len(curved))
@@ -217,16 +249,19 @@ def depths(pairs: Pairs, enough: float = -np.inf) -> tuple[FloatArray, FloatArra
 
 
 def _widths(pairs: Pairs, directions: FloatArray) -> FloatArray:
-    """Return ``_width`` (C, N) for each of the directions (C, N, 3), of few pairs all at once."""
+    """Return ``_width`` (C, N) for directions (C, N, 3), at once if there are few pairs."""
     count, size = directions.shape[:2]
-    if count * size > _AT_ONCE:
-        return np.stack([_width(pairs, each) for each in directions])
+    if count * size > _BATCH_QUERIES:
+        return np.stack([_width(pairs, direction) for direction in directions])
     every = np.tile(np.arange(size), count)
     return _width(pairs.take(every), directions.reshape(-1, 3)).reshape(count, size)
 
 
 def _width(pairs: Pairs, directions: FloatArray) -> FloatArray:
-    """Return the translation along unit ``directions`` that separates the second solids from the first."""
+    """Return the translations (N,) along unit vectors that separate the second solids from the first.
+
+    They are infinite for zero vectors, which come from parallel edges.
+    """
     width: FloatArray = np.einsum("ni,ni->n", pairs.difference(directions), directions)
     return np.where(np.einsum("ni,ni->n", directions, directions) > 0.5, width, np.inf)
 
@@ -234,14 +269,14 @@ def _width(pairs: Pairs, directions: FloatArray) -> FloatArray:
 def _candidates(pairs: Pairs) -> Sequence[FloatArray]:
     """Return candidate separating directions, each an array of unit vectors (N, 3).
 
-    These are face normals, cross products of edges, the line between the centres, and directions all around.
+    These are face normals, cross products of edges, the line between the centers, and directions all around.
     """
     normals_a, normals_b = _normals(pairs.a.matrices), _normals(pairs.b.matrices)
-    found = [normal for normals in (normals_a, normals_b) for normal in normals]
-    found += [np.cross(p, q) for p in _edges(pairs.a.matrices) for q in _edges(pairs.b.matrices)]
-    found.append(pairs.b.matrices[:, :, 3] - pairs.a.matrices[:, :, 3])
-    found += [np.broadcast_to(direction, (len(pairs), 3)) for direction in _sphere(48)]
-    units = [_normalized(direction) for direction in found]
+    directions = [normal for normals in (normals_a, normals_b) for normal in normals]
+    directions += [np.cross(p, q) for p in _edges(pairs.a.matrices) for q in _edges(pairs.b.matrices)]
+    directions.append(pairs.b.matrices[:, :, 3] - pairs.a.matrices[:, :, 3])
+    directions += [np.broadcast_to(direction, (len(pairs), 3)) for direction in _sphere(_DIRECTIONS)]
+    units = [_normalized(direction) for direction in directions]
     return [sign * unit for unit in units for sign in (1.0, -1.0)]
 
 
@@ -252,6 +287,7 @@ def _normals(matrices: FloatArray) -> list[FloatArray]:
 
 
 def _edges(matrices: FloatArray) -> list[FloatArray]:
+    """Return the directions (N, 3) of the three edges of posed unit boxes."""
     return [matrices[:, :, axis] for axis in range(3)]
 
 
@@ -270,14 +306,14 @@ def _sphere(count: int) -> FloatArray:
 
 
 def _refined(pairs: Pairs, along: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Minimise the width locally, starting from ``along``, by gradient descent on the sphere of directions."""
-    depth, step = _width(pairs, along), np.full(len(pairs), 0.3)
-    for _ in range(40):
+    """Minimize the width locally, by gradient descent on the sphere of directions starting from ``along``."""
+    depth, step = _width(pairs, along), np.full(len(pairs), _FIRST_STEP)
+    for _ in range(_STEPS):
         point = pairs.difference(along)
         slope = point - np.einsum("ni,ni->n", point, along)[:, None] * along
         trial = _normalized(along - step[:, None] * _normalized(slope))
         width = _width(pairs, trial)
         better = width < depth
         depth, along = np.where(better, width, depth), np.where(better[:, None], trial, along)
-        step = np.where(better, step, step * 0.6)
+        step = np.where(better, step, step * _STEP_FACTOR)
     return depth, along

@@ -3,7 +3,7 @@
 A float32 is a number rounded by up to 2^-24 of its value. A body of volume V and surface A changes by at most
 A * 2^-24 * reach if its coordinates reach that far, so V / A, its *stoutness*, decides how far away it may be.
 Formats with nodes store meshes around their own centers (``own_offset``, ``chunks_of``); others use double precision
-or more digits where it is needed, and STL, which has neither, warns (``changed_bodies``).
+or more digits where needed; STL, which has neither, warns (``changed_bodies``).
 """
 
 from __future__ import annotations
@@ -25,17 +25,19 @@ BoolArray = npt.NDArray[np.bool_]
 
 
 class Rounding(NamedTuple):
-    """How a format rounds coordinates, and the largest relative error of that."""
+    """Rounding of coordinates by a format: the largest relative error, and the function."""
 
     error: float
     of: Callable[[FloatArray], FloatArray]
 
 
 def _as_single(values: FloatArray) -> FloatArray:
+    """Round to single precision."""
     return values.astype(np.float32).astype(np.float64)
 
 
 def _with_nine_digits(values: FloatArray) -> FloatArray:
+    """Round to nine significant decimal digits."""
     digits = 8.0 - np.floor(np.log10(np.maximum(np.abs(values), 1e-290)))
     scale = 10.0 ** np.minimum(digits, 300.0)
     return np.asarray(np.rint(values * scale) / scale, np.float64)
@@ -43,22 +45,22 @@ def _with_nine_digits(values: FloatArray) -> FloatArray:
 
 SINGLE = Rounding(2.0**-24, _as_single)
 NINE_DIGITS = Rounding(5e-9, _with_nine_digits)
-MAX_CHANGE = 1e-3  # of a volume: a larger one is avoided, or reported
-_NEAR = 4.0  # extents from the origin within which a mesh needs no offset unless it is thinner than 1 : 1,000
-_SPARE = 1 / 16  # of the reach of a mesh: it may have bodies that are thinner than the whole
-_FAR = 1e3  # sizes: a place farther away is rounded by more than 6e-5 of the size
-_FLAT = 1e-9  # of the cube of the largest side: a smaller volume is not that of a body
-_THIN = 1e-4  # of the diagonal: stoutness of a mesh that encloses no volume, so that it keeps its shape too
-_AT_A_TIME = 1 << 18  # points whose volumes are compared at a time
+MAX_CHANGE = 1e-3  # relative to a volume: larger changes are avoided, or reported
+_NEAR_EXTENTS = 4.0  # distance from the origin that needs no offset, unless a mesh is thinner than 1 : 1,000
+_REACH_MARGIN = 1 / 16  # of the reach of a mesh: its bodies may be thinner than the whole
+_FAR_SIZES = 1e3  # distance from which float32 rounds by more than 6e-5 (2^-14) of the size, which is visible
+_MIN_VOLUME = 1e-9  # relative to the cube of the largest side: smaller volumes are rounding of an open or flat mesh
+_OPEN_STOUTNESS = 1e-4  # relative to the diagonal: stoutness of a mesh without volume, so that it keeps its shape too
+_BATCH_POINTS = 1 << 18  # points whose volumes are compared at once
 
 
 def stoutness_of(vertices: FloatArray, faces: IntArray) -> float:
-    """Return volume divided by surface of a mesh, a length; 0 if it encloses nothing."""
+    """Return the volume of a mesh divided by its surface area, a length; 0 if it encloses nothing."""
     if not len(faces):
         return 0.0
     corners = vertices[faces]
     volume, area = abs(volume_of(corners)), float(areas_of(corners).sum())
-    return volume / area if volume > _FLAT * float(np.ptp(vertices, axis=0).max()) ** 3 else 0.0
+    return volume / area if volume > _MIN_VOLUME * float(np.ptp(vertices, axis=0).max()) ** 3 else 0.0
 
 
 def reach_of(stoutness: FloatArray | float, error: float) -> FloatArray:
@@ -72,20 +74,24 @@ def own_offset(vertices: FloatArray, faces: IntArray) -> FloatArray | None:
         return None
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     far = float(max(np.abs(low).max(), np.abs(high).max()))
-    if far <= _NEAR * float((high - low).max()):
+    if far <= _NEAR_EXTENTS * float((high - low).max()):
         return None
-    stoutness = stoutness_of(vertices, faces) or _THIN * float(np.linalg.norm(high - low))
-    if far <= _SPARE * reach_of(stoutness, SINGLE.error):
+    stoutness = stoutness_of(vertices, faces) or _OPEN_STOUTNESS * float(np.linalg.norm(high - low))
+    if far <= _REACH_MARGIN * reach_of(stoutness, SINGLE.error):
         return None
     return np.asarray((low + high) / 2.0, np.float64)
 
 
 def common_offset(points: FloatArray, size: float) -> FloatArray | None:
-    """Return the center (3,) of the places of copies, or of one object over time, that float32 would shift visibly:
-    they are much farther from the origin than from each other and than an object's ``size``. Else None."""
+    """Return the center (3,) of some places if float32 would shift objects there visibly, else None.
+
+    Places are those of copies, or of one object over time. They shift visibly if they are much farther from the origin
+    than from each other and than the objects' ``size``.
+    """
     low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
     far = float(np.abs(points).max(initial=0.0))
-    return np.asarray((low + high) / 2.0, np.float64) if far > _FAR * max(size, float((high - low).max())) else None
+    is_far = far > _FAR_SIZES * max(size, float((high - low).max()))
+    return np.asarray((low + high) / 2.0, np.float64) if is_far else None
 
 
 def about(poses: FloatArray, offset: FloatArray) -> FloatArray:
@@ -101,8 +107,10 @@ def size_of(entities: Iterable[Entity]) -> float:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Copies:
-    """Copies of meshes: their centers (N, 3), the radii of their spheres (N,) and their stoutness (N,), which is 0 for
-    those that enclose nothing."""
+    """Copies of meshes: centers (N, 3) and radii (N,) of their bounding spheres, and their stoutness (N,).
+
+    Stoutness is 0 for those that enclose nothing.
+    """
 
     centers: FloatArray
     radii: FloatArray
@@ -123,7 +131,10 @@ class Copies:
 
     @staticmethod
     def of_boxes(boxes: FloatArray, matrices: FloatArray) -> Copies:
-        """Return boxes (N, 2, 3) under poses (N, 3, 4); a box is as stout as half its least side."""
+        """Return boxes (N, 2, 3) under poses (N, 3, 4).
+
+        V / A of a box is at least a sixth of its shortest side, which is exact for a cube.
+        """
         linear = matrices[:, :, :3]
         squares, least = _growth_of(linear)
         centers = np.einsum("nij,nj->ni", linear, boxes.mean(axis=1)) + matrices[:, :, 3]
@@ -134,7 +145,7 @@ class Copies:
     def thick(self) -> Copies:
         """Return the copies where those that enclose nothing count as thin plates."""
         return Copies(
-            self.centers, self.radii, np.where(self.stoutness > 0.0, self.stoutness, 2.0 * _THIN * self.radii)
+            self.centers, self.radii, np.where(self.stoutness > 0.0, self.stoutness, 2.0 * _OPEN_STOUTNESS * self.radii)
         )
 
     def grouped(self, group: IntArray) -> Copies:
@@ -148,6 +159,7 @@ class Copies:
 
     @staticmethod
     def joined(parts: Sequence[Copies]) -> Copies:
+        """Concatenate copies."""
         return Copies(
             np.concatenate([part.centers for part in parts]),
             np.concatenate([part.radii for part in parts]),
@@ -164,33 +176,37 @@ class Copies:
 
 
 def _growth_of(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the squared Frobenius norms (N,) of linear maps (N, 3, 3), and a bound of how little they scale a length:
-    the squares of the two largest scales are at least twice their product."""
+    """Return the squared Frobenius norms (N,) of linear maps (N, 3, 3), and lower bounds (N,) of their scales.
+
+    The squares of the two largest singular values sum to at least twice their product, so the determinant divided by
+    half
+    the squared norm is at most the smallest one.
+    """
     squares = np.einsum("nij,nij->n", linear, linear)
     return squares, np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)
 
 
 def chunks_of(copies: Copies) -> list[tuple[IntArray, FloatArray]]:
-    """Return the copies in groups that single precision can hold, each with the offset (3,) that it is stored about.
+    """Return the copies in groups that single precision can hold, each with the offset (3,) to store it about.
 
-    All are one group about the origin if that does. Otherwise groups are halved across their longest side.
+    They are one group about the origin if that suffices. Otherwise groups are halved across their longest side.
     """
     copies = copies.thick()
     everything = np.arange(len(copies.centers))
     if copies.fit(SINGLE.error).all():
         return [(everything, np.zeros(3))]
-    found, waiting = [], [everything]
+    chunks, waiting = [], [everything]
     while waiting:
         rows = waiting.pop()
         low, high = copies.centers[rows].min(axis=0), copies.centers[rows].max(axis=0)
         offset = (low + high) / 2.0
         if len(rows) == 1 or copies.fit(SINGLE.error, rows, offset).all():
-            found.append((rows, offset))
+            chunks.append((rows, offset))
             continue
         order = np.argsort(copies.centers[rows, int(np.argmax(high - low))], kind="stable")
         half = len(rows) // 2
         waiting += [np.sort(rows[order[half:]]), np.sort(rows[order[:half]])]
-    return found
+    return chunks
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,9 +218,9 @@ class ChangedBody:
     sizes, center : (3,)
         Of its box in the world.
     change
-        As a share of its volume.
+        Relative change of its volume.
     corner
-        Number of a point of the mesh that it is part of.
+        Index of one of its points in the mesh.
     """
 
     sizes: FloatArray
@@ -214,9 +230,16 @@ class ChangedBody:
 
 
 def changed_bodies(points: FloatArray, faces: IntArray, poses: FloatArray, rounding: Rounding) -> Iterator[ChangedBody]:
-    """Yield the bodies whose volumes change by more than ``MAX_CHANGE``, of copies of a mesh under poses (N, 3, 4).
+    """Yield the bodies of copies of a mesh whose volumes change by more than ``MAX_CHANGE``.
 
     A body is a connected part of the mesh.
+
+    Parameters
+    ----------
+    points, faces : (V, 3), (F, 3)
+        The mesh.
+    poses : (N, 3, 4)
+        Poses of its copies in the world.
     """
     if not len(faces):
         return
@@ -224,24 +247,24 @@ def changed_bodies(points: FloatArray, faces: IntArray, poses: FloatArray, round
     faces = faces[np.argsort(body, kind="stable")]
     starts = np.flatnonzero(np.diff(np.sort(body), prepend=-1))
     corner = np.repeat(faces[starts, 0], np.diff(starts, append=len(faces)))
-    size = max(1, _AT_A_TIME // len(points))
+    size = max(1, _BATCH_POINTS // len(points))
     for first in range(0, len(poses), size):
         some = poses[first : first + size]
         world = np.einsum("nij,pj->npi", some[:, :, :3], points) + some[:, None, :, 3]
-        near = world[:, corner]
-        exact, rounded = (_volumes(each, near, faces, starts) for each in (world, rounding.of(world)))
+        near = world[:, corner]  # volumes are summed about a point of the body, so that they do not cancel
+        exact, rounded = (_volumes(coordinates, near, faces, starts) for coordinates in (world, rounding.of(world)))
         for n, k in np.argwhere(np.abs(rounded - exact) > MAX_CHANGE * np.abs(exact)).tolist():
-            mine = world[n, np.unique(faces[starts[k] : (*starts, len(faces))[k + 1]])]
-            low, high = mine.min(axis=0), mine.max(axis=0)
-            if abs(exact[n, k]) > _FLAT * float((high - low).max()) ** 3:
+            corners = world[n, np.unique(faces[starts[k] : (*starts, len(faces))[k + 1]])]
+            low, high = corners.min(axis=0), corners.max(axis=0)
+            if abs(exact[n, k]) > _MIN_VOLUME * float((high - low).max()) ** 3:
                 change = float(abs(rounded[n, k] - exact[n, k]) / abs(exact[n, k]))
                 yield ChangedBody(high - low, (low + high) / 2.0, change, int(faces[starts[k], 0]))
 
 
 def _volumes(world: FloatArray, near: FloatArray, faces: IntArray, starts: IntArray) -> FloatArray:
-    """Return the volumes (N, B) that the faces from each of ``starts`` on enclose.
+    """Return the volumes (N, B) enclosed by the faces from each of ``starts`` on.
 
-    ``near`` (N, F, 3) are points near the faces, about which they are summed.
+    They are summed about points ``near`` the faces (N, F, 3).
     """
     a, b, c = (world[:, faces[:, k]] - near for k in range(3))
     parts = np.einsum("nfi,nfi->nf", a, np.cross(b, c)) / 6.0
@@ -249,7 +272,7 @@ def _volumes(world: FloatArray, near: FloatArray, faces: IntArray, starts: IntAr
 
 
 def bodies_of(faces: IntArray) -> IntArray:
-    """Return a number (F,) for each face that is equal for faces connected by shared points (label propagation)."""
+    """Return the body (F,) of each face: equal numbers for faces connected by shared points (label propagation)."""
     count = int(faces.max(initial=-1)) + 1
     label = np.arange(count)
     while True:

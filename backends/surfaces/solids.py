@@ -27,17 +27,28 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Numbers = npt.NDArray[np.int16]
 
-_NO_ROWS = (0.0,) * 12
-_FLAT = 1e-3  # sine of the angle between a corner's normal and its face below which a triangle is flat
-_HALF_THICKNESS = 2e-5  # half the thickness given to flat things, in units of the scene's half diagonal
+_NO_ROWS = (0.0,) * 12  # of the pose of a primitive without a form
+_MAX_FLAT_SINE = 1e-3  # sine of the angle between a corner's normal and its face below which a triangle is flat
+_HALF_THICKNESS = 2e-5  # of flat objects, in units of the scene's half diagonal: far below a pixel
+# Relative to the longest edge of a triangle.
+_MIN_AREA = 1e-12  # squared; smaller triangles are degenerate
+_TRIANGLE_THICKNESS = 1e-3  # of the canonical triangle's pose, which must be invertible
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PosedForms:
     """N canonical forms under poses in one frame of reference.
 
-    ``matrices[i]`` maps the form ``kinds[forms[i]]`` into that frame; its ratios are the first entries of
-    ``ratios[i]``.
+    Attributes
+    ----------
+    kinds
+        Distinct forms.
+    forms
+        Index (N,) in ``kinds``.
+    ratios
+        Ratios (N, R) of each form, of which it uses the first ones.
+    matrices
+        Poses (N, 3, 4), which map the forms into the frame of reference.
     """
 
     kinds: tuple[CanonicalForm, ...]
@@ -93,20 +104,29 @@ class PosedForms:
     def support(self, directions: FloatArray) -> FloatArray:
         """Return support points (N, 3) along ``directions`` (N, 3); those of the convex hull for non-convex forms."""
         local = np.einsum("nij,ni->nj", self.matrices[:, :, :3], directions)
-        point = np.empty_like(local)
+        local_points = np.empty_like(local)
         for form, rows in self.groups():
-            point[rows] = form.support(local[rows], self.ratios_of(form, rows))
-        found: FloatArray = np.einsum("nij,nj->ni", self.matrices[:, :, :3], point) + self.matrices[:, :, 3]
-        return found
+            local_points[rows] = form.support(local[rows], self.ratios_of(form, rows))
+        points: FloatArray = np.einsum("nij,nj->ni", self.matrices[:, :, :3], local_points) + self.matrices[:, :, 3]
+        return points
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Solids(PosedForms):
     """N posed solids in one frame of reference.
 
-    The material of solid ``i`` is row ``look[i]`` of ``looks``, ``words[word[i]]`` the primitive's word.
-    ``semantic[i]`` marks the placeholder of a semantic primitive. ``instance[i]`` is its index in the flattened frame.
-    ``part_words[part[i]]`` is the word of the operand that a face of a computed solid comes from; -1 for none.
+    Attributes
+    ----------
+    look, looks
+        Index (N,) of the material, and the materials.
+    word, words
+        Index (N,) of the primitive's word, and the words.
+    semantic
+        Whether it (N,) is the placeholder of a semantic primitive.
+    instance
+        Index (N,) in the flattened frame.
+    part, part_words
+        Index (N,) of the word of the operand that a face of a computed solid comes from, -1 for none, and these words.
     """
 
     look: IntArray  # (N,)
@@ -120,15 +140,17 @@ class Solids(PosedForms):
 
     @property
     def colors(self) -> FloatArray:
-        """Reflectance (N, 3), linear sRGB; ``emission`` (N, 3) is radiance, ``opacity`` (N,) is in (0, 1]."""
+        """Reflectance (N, 3), linear sRGB."""
         return np.asarray(self.looks.color[self.look], np.float64)
 
     @property
     def emission(self) -> FloatArray:
+        """Emitted radiance (N, 3), linear sRGB."""
         return np.asarray(self.looks.emission[self.look], np.float64)
 
     @property
     def opacity(self) -> FloatArray:
+        """Opacity (N,) in (0, 1]."""
         return np.asarray(self.looks.opacity[self.look], np.float64)
 
     def take(self, which: npt.NDArray[Any]) -> Solids:
@@ -144,6 +166,7 @@ class Solids(PosedForms):
         return replace(self, **columns)
 
 
+# The fields of ``Solids`` with a row for each solid.
 _COLUMNS = ("forms", "ratios", "matrices", "look", "word", "semantic", "instance", "part")
 
 
@@ -179,9 +202,11 @@ class FormTable:
             self.number(form)
 
     def number(self, form: CanonicalForm) -> int:
+        """Return the index of a form, which is added if it is new."""
         return self._numbers.setdefault(form, len(self._numbers))
 
     def kinds(self) -> tuple[CanonicalForm, ...]:
+        """Return the forms in the order of their indices."""
         return tuple(self._numbers)
 
 
@@ -205,14 +230,22 @@ class _LookTable:
         self._numbers: dict[Look, int] = {}
 
     def number(self, look: Look) -> int:
+        """Return the index of a look, which is added if it is new."""
         return self._numbers.setdefault(look, len(self._numbers))
 
     def looks(self) -> Looks:
+        """Return the looks in the order of their indices."""
         return looks_of(self._numbers)
 
 
 def solids_of(frame: FlatFrame) -> Solids:
-    """Return the solids of the primitives of ``frame``, in world coordinates; raises SceneError."""
+    """Return the solids of the primitives of a frame, in world coordinates.
+
+    Raises
+    ------
+    SceneError
+        If a material attribute is invalid, a mesh file cannot be read, or there are too many triangles.
+    """
     table = _LookTable()
     words = tuple(dict.fromkeys(entity.word for entity in frame.primitives))
     number = {word: i for i, word in enumerate(words)}
@@ -239,6 +272,7 @@ def _with_faces(forms: PosedForms) -> PosedForms:
 
 
 def _padded(ratios: FloatArray, count: int) -> FloatArray:
+    """Return ratios with at least so many columns."""
     return np.pad(ratios, ((0, 0), (0, max(0, count - ratios.shape[1]))))
 
 
@@ -298,6 +332,7 @@ def _triangle_columns(
 
 
 def _part_numbers(mesh: _Triangles, parts: dict[str, int]) -> IntArray:
+    """Return the indices (K,) of the words of a mesh's parts in ``parts``, to which new words are added."""
     if mesh.part is None:
         return np.full(len(mesh.local), -1, np.int64)
     return np.array([parts.setdefault(word, len(parts)) for word in mesh.part_words], np.int64)[mesh.part]
@@ -310,9 +345,9 @@ def _triangle_forms(mesh: _Triangles, forms: PosedForms) -> tuple[Numbers, Float
     if mesh.normals is None:
         return np.full(count, forms.kinds.index(TRIANGLE), np.int16), ratios
     tilt = np.abs(mesh.normals.reshape(-1, 3, 3)[:, :, :2]).max(axis=(1, 2))
-    bent = tilt > _FLAT * np.linalg.norm(mesh.local[:, :, :2], axis=1).max(axis=1)
-    ratios[bent, : SMOOTH_FACE.ratios] = mesh.normals[bent]
-    return np.where(bent, forms.kinds.index(SMOOTH_FACE), forms.kinds.index(FACE)).astype(np.int16), ratios
+    is_smooth = tilt > _MAX_FLAT_SINE * np.linalg.norm(mesh.local[:, :, :2], axis=1).max(axis=1)
+    ratios[is_smooth, : SMOOTH_FACE.ratios] = mesh.normals[is_smooth]
+    return np.where(is_smooth, forms.kinds.index(SMOOTH_FACE), forms.kinds.index(FACE)).astype(np.int16), ratios
 
 
 def composed(outer: npt.NDArray[np.float64], inner: npt.NDArray[np.float64]) -> FloatArray:
@@ -339,13 +374,12 @@ def own_mesh(shape: Primitive) -> Mesh | None:
 
 
 def keeps_own_colors(entity: Entity, mesh: Mesh) -> bool:
-    """Whether a mesh shows its own colours, which the attribute ``:color`` of the primitive overrides."""
+    """Return whether a mesh shows its own colors; the attribute ``:color`` of the primitive replaces them."""
     return mesh.colors is not None and entity.embedding.attributes.get("color") is None
 
 
 def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
-    """Return the drawable of a primitive, None if it is invisible; raises SceneError for invalid attributes or
-    files."""
+    """Return the drawable of a primitive, None if it is invisible; raises SceneError for bad attributes or files."""
     shape, look = entity.shape, look_of(entity)
     if shape is None or look.opacity == 0.0:
         return None
@@ -357,7 +391,7 @@ def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
 
 
 def _triangles(entity: Entity, mesh: Mesh, look: Look, table: _LookTable) -> _Triangles:
-    """Return the triangles of a mesh, in its own colours unless the primitive has a ``:color``."""
+    """Return the triangles of a mesh, in its own colors unless the primitive has a ``:color``."""
     local, valid = triangle_poses(mesh.corners)
     normals = None
     if entity.shape is not None and not entity.shape.is_file:
@@ -381,37 +415,45 @@ def _corner_normals(mesh: Mesh, local: FloatArray, valid: IntArray) -> FloatArra
 
 
 def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Return poses (K, 3, 4) of the canonical triangle for ``corners`` (F, 3, 3), and the indices (K,) of the
-    triangles.
+    """Return poses of the canonical triangle for the triangles of a mesh.
 
-    Degenerate triangles are omitted.
+    Parameters
+    ----------
+    corners : (F, 3, 3)
+        Corners of the triangles.
+
+    Returns
+    -------
+    poses : (K, 3, 4)
+        Degenerate triangles have none.
+    valid : (K,)
+        Indices of the others.
     """
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1)
     edge = np.maximum(np.linalg.norm(b - a, axis=1), np.linalg.norm(c - a, axis=1))
-    valid = np.flatnonzero(length > 1e-12 * edge * edge)
-    thin = normal[valid] / length[valid, None] * (1e-3 * edge[valid, None])
+    valid = np.flatnonzero(length > _MIN_AREA * edge * edge)
+    thin = normal[valid] / length[valid, None] * (_TRIANGLE_THICKNESS * edge[valid, None])
     a, b, c = a[valid], b[valid], c[valid]
     return np.stack([(b - a) / 2.0, (c - a) / 2.0, thin, (b + c) / 2.0], axis=2), valid
 
 
 def is_semantic(entity: Entity) -> bool:
-    """Whether a primitive is the placeholder of a word without geometry."""
+    """Return whether a primitive is the placeholder of a word without geometry."""
     return entity.shape is not None and entity.shape.is_semantic
 
 
 def is_object(entity: Entity) -> bool:
-    """Return whether an entity is named by the program or a semantic primitive, rather than a plain primitive."""
+    """Return whether an entity is bound by the program or is a semantic primitive, rather than a plain primitive."""
     return not entity.is_primitive or is_semantic(entity)
 
 
-# --- films -----------------------------------------------------------------------------------------------------
+# --- animations -------------------------------------------------------------------------------------------------
 
 
 def parted(frames: Sequence[Solids]) -> tuple[Solids, list[Solids]]:
-    """Split ``frames`` into the solids that are equal in all of them, and the others of each; all share their
-    tables."""
+    """Split ``frames`` into the solids that are equal in all of them and the others of each; all share their tables."""
     table = _LookTable()
     words = {word: i for i, word in enumerate(dict.fromkeys(word for solids in frames for word in solids.words))}
     numbers = [np.array([table.number(look) for look in solids.looks.rows], np.int64) for solids in frames]
@@ -448,31 +490,37 @@ def _row_keys(solids: Solids) -> npt.NDArray[Any]:
     return rows.view(np.dtype((np.void, rows.shape[1] * 8))).reshape(-1)
 
 
-# --- normalisation ---------------------------------------------------------------------------------------------
+# --- normalization ---------------------------------------------------------------------------------------------
 
 
 def normalized(solids: Solids, center: FloatArray, scale: float) -> Solids:
     """Return the solids after ``p -> scale (p - center)``, with every pose made invertible.
 
-    Flat things get a thickness far below a pixel; things without extent in two directions, or with non-finite poses,
-    are removed.
+    Flat solids get a thickness far below a pixel. Solids without extent in two directions, or with non-finite poses,
+    are
+    removed.
     """
     matrices = solids.matrices.copy()
     with np.errstate(all="ignore"):
         matrices[:, :, 3] -= center
         matrices *= scale
-        sound = np.asarray(np.isfinite(matrices).all(axis=(1, 2)), bool)
-        doubtful = np.flatnonzero(sound & (thinness(matrices) < 2.0 * _HALF_THICKNESS))
+        is_valid = np.asarray(np.isfinite(matrices).all(axis=(1, 2)), bool)
+        doubtful = np.flatnonzero(is_valid & (thinness(matrices) < 2.0 * _HALF_THICKNESS))
     if len(doubtful):
         linear, has_area = _thickened(matrices[doubtful, :, :3])
         matrices[doubtful, :, :3] = linear
-        sound[doubtful] &= has_area
-    return replace(solids, matrices=matrices).take(sound) if not sound.all() else replace(solids, matrices=matrices)
+        is_valid[doubtful] &= has_area
+    moved = replace(solids, matrices=matrices)
+    return moved if is_valid.all() else moved.take(is_valid)
 
 
 def thinness(matrices: FloatArray) -> FloatArray:
-    """Return a lower bound, at most sqrt(3) too low, of the smallest singular value of each linear part (N,); 0 if
-    singular."""
+    """Return lower bounds (N,) of the smallest singular values of linear parts, at most sqrt(3) too low; 0 if singular.
+
+    The smallest singular value is the determinant divided by the product of the other two, which is at most the
+    Frobenius
+    norm of the cofactors.
+    """
     cofactors = cofactors_of(matrices[:, :, :3])
     determinant = np.einsum("ni,ni->n", matrices[:, :, 0], cofactors[:, :, 0])
     norm = np.sqrt(np.einsum("nij,nij->n", cofactors, cofactors))
@@ -480,8 +528,7 @@ def thinness(matrices: FloatArray) -> FloatArray:
 
 
 def _thickened(linear: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Return the matrices (K, 3, 3) with their smallest singular value raised, and a mask of those of rank 2 or
-    more."""
+    """Raise the smallest singular values of matrices (K, 3, 3); also return which (K,) have rank 2 or more."""
     u, s, vt = np.linalg.svd(linear)
     least = np.minimum(_HALF_THICKNESS, 2e-3 * s[:, 0])
     has_area = (s[:, 1] > 0.05 * least) & (s[:, 0] > 1e-12)

@@ -19,7 +19,7 @@ from scenelang.interpreter.values.values import Matrix
 
 FloatArray = npt.NDArray[np.float64]
 
-_SQUARE = 1e-6  # maximum cosine between two axes of a pose without shear
+_MAX_COSINE = 1e-6  # between two axes of a pose without shear
 _SIGNS = np.array([s for s in product((1.0, -1.0), repeat=3) if s[0] * s[1] * s[2] > 0.0])  # (4, 3) half turns
 
 
@@ -27,8 +27,16 @@ _SIGNS = np.array([s for s in product((1.0, -1.0), repeat=3) if s[0] * s[1] * s[
 class Decomposition:
     """Decomposition of P affine poses into TRS nodes.
 
-    ``translation`` (P, 3), ``rotation`` (P, 4) unit quaternions x y z w, ``scale`` (P, 3) and, for poses with shear,
-    ``inner`` (P, 4), the quaternion of the child node; ``shears`` (P,) marks them.
+    Attributes
+    ----------
+    translation, scale : (P, 3)
+        Of the outer node, in scene units; negative scales mirror.
+    rotation : (P, 4)
+        Unit quaternion x y z w of the outer node.
+    inner : (P, 4)
+        Unit quaternion of the child node, the identity for poses without shear.
+    shears : (P,)
+        Whether a pose has shear.
     """
 
     translation: FloatArray
@@ -69,13 +77,13 @@ def decompose_track(poses: FloatArray) -> Decomposition:
 
 
 def unsheared(place: Matrix) -> tuple[Matrix, Matrix] | None:
-    """Return two poses without shear whose product is ``place``, None if it has no shear itself."""
+    """Split a pose with shear into two without, whose product it is; None if it has no shear."""
     a, b, c, _, d, e, f, _, g, h, i, _ = place
     size = math.sqrt((a * a + d * d + g * g) * (b * b + e * e + h * h))
     other = math.sqrt((a * a + d * d + g * g) * (c * c + f * f + i * i))
     last = math.sqrt((b * b + e * e + h * h) * (c * c + f * f + i * i))
-    bent = abs(a * b + d * e + g * h) > _SQUARE * size or abs(a * c + d * f + g * i) > _SQUARE * other
-    if not bent and abs(b * c + e * f + h * i) <= _SQUARE * last:
+    bent = abs(a * b + d * e + g * h) > _MAX_COSINE * size or abs(a * c + d * f + g * i) > _MAX_COSINE * other
+    if not bent and abs(b * c + e * f + h * i) <= _MAX_COSINE * last:
         return None
     matrix = np.array(place).reshape(3, 4)
     outer, scale, inner = singular(matrix[None, :, :3])
@@ -84,7 +92,11 @@ def unsheared(place: Matrix) -> tuple[Matrix, Matrix] | None:
 
 
 def quaternions(r: FloatArray) -> FloatArray:
-    """Return the unit quaternions (P, 4), x y z w, of rotation matrices (P, 3, 3): the longest row of 4 q q'."""
+    """Return the unit quaternions (P, 4), x y z w with w >= 0, of rotation matrices (P, 3, 3).
+
+    Each row of 4 q q' is a multiple of q; the longest is used, which avoids the loss of precision near half turns
+    (Shepperd, "Quaternion from Rotation Matrix", 1978).
+    """
     x, y, z = r[:, 0, 0], r[:, 1, 1], r[:, 2, 2]
     a, b, c = r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]
     d, e, f = r[:, 0, 1] + r[:, 1, 0], r[:, 0, 2] + r[:, 2, 0], r[:, 1, 2] + r[:, 2, 1]
@@ -118,14 +130,14 @@ def _axes(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _shears(axes: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which poses (P,) have axes that are not orthogonal."""
     products = np.abs(np.swapaxes(axes, 1, 2) @ axes)
-    bent: npt.NDArray[np.bool_] = np.maximum.reduce([products[:, 0, 1], products[:, 0, 2], products[:, 1, 2]]) > _SQUARE
-    return bent
+    largest = np.maximum.reduce([products[:, 0, 1], products[:, 0, 2], products[:, 1, 2]])
+    return np.asarray(largest > _MAX_COSINE, np.bool_)
 
 
 def _completed(axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray | None = None) -> FloatArray:
-    """Return orthogonal axes (P, 3, 3) whose zero columns are replaced, as close to the rotation ``near`` as
-    possible."""
+    """Replace the zero columns of orthogonal axes (P, 3, 3), as close to the rotation ``near`` (3, 3) as possible."""
     axes = axes.copy()
     for row in np.flatnonzero(~whole.all(axis=1)):
         like = np.eye(3) if near is None else near
@@ -182,8 +194,10 @@ def _continuous(axes: FloatArray, size: FloatArray, whole: npt.NDArray[np.bool_]
 def _nearest(
     axes: FloatArray, whole: npt.NDArray[np.bool_], near: FloatArray, signs: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the rotation and the signs of the scale for orthogonal ``axes`` (3, 3) closest to ``near`` and
-    ``signs``."""
+    """Return the rotation and the signs of the scale of ``axes`` (3, 3) that are closest to ``near`` and ``signs``.
+
+    ``whole`` (3,) marks axes of nonzero length.
+    """
     if not whole.all():
         full = _completed((axes * signs)[None], whole[None], near)[0]
         if np.linalg.det(full) < 0.0:
@@ -196,7 +210,10 @@ def _nearest(
 
 
 def _continuous_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the same products with the order and signs of singular values continuous from frame to frame."""
+    """Reorder and flip singular values so that each frame is closest to the one before; products stay the same.
+
+    There are six orders and four sign patterns that keep U and V' rotations; all are compared.
+    """
     u, s, v = u.copy(), s.copy(), v.copy()
     orders = np.array(list(permutations(range(3))))
     odd = np.array([np.linalg.det(np.eye(3)[order]) for order in orders])[:, None, None]
@@ -205,10 +222,10 @@ def _continuous_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[F
         us = u[step][:, orders].transpose(1, 0, 2) * odd  # (6, 3, 3) columns in each order, made proper
         vs = v[step][orders] * odd  # (6, 3, 3) rows in each order
         length = s[step][orders]
-        own = np.where(length < 0.0, -1.0, 1.0)
-        mirrored = bool((own[0].prod() != signs.prod()) and length[0].all())
+        current = np.where(length < 0.0, -1.0, 1.0)
+        mirrored = bool((current[0].prod() != signs.prod()) and length[0].all())
         signs = -signs if mirrored else signs
-        us, length = us * (own * signs)[:, None, :], np.abs(length) * signs
+        us, length = us * (current * signs)[:, None, :], np.abs(length) * signs
         proper = np.linalg.det(us) > 0.0
         us = np.where(proper[:, None, None], us, -us)  # only where a singular value is 0
         length = np.where(proper[:, None], length, -length)
@@ -222,7 +239,7 @@ def _continuous_singular(u: FloatArray, s: FloatArray, v: FloatArray) -> tuple[F
 
 
 def _same_hemisphere(q: FloatArray) -> FloatArray:
-    """Return quaternions with signs such that consecutive ones are in the same hemisphere."""
+    """Flip quaternions (P, 4) so that consecutive ones are in the same hemisphere, between which slerp is short."""
     if len(q) < 2:
         return q
     turned = np.cumprod(np.concatenate([[1.0], np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)]))

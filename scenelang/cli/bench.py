@@ -19,6 +19,7 @@ _MODEL = ("model", "effort", "max_tokens", "provider", "max_cost", "price", "pro
 
 
 def add_bench(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``bench``."""
     parser.description = (
         "Measure a language model: run tasks in several modes, judge the scenes by their geometry, and write tables. "
         "Answers are recorded and can be replayed without a model."
@@ -54,6 +55,7 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
 
 
 def run_bench(arguments: argparse.Namespace) -> int:
+    """Run a benchmark, or list, report or compare."""
     asked = [name for name in ("list", "report", "compare", "mistakes") if getattr(arguments, name)]
     others = [name for name in ("replay", "output") if getattr(arguments, name)] if asked else []
     if len(asked + others) > 1:
@@ -64,8 +66,8 @@ def run_bench(arguments: argparse.Namespace) -> int:
         report = api.benchmark_report(arguments.report)
         return print_result(arguments, report.data(), report)
     if arguments.compare:
-        found = api.compare_benchmarks(*arguments.compare)
-        return print_result(arguments, api.comparison_data(found), comparison_markdown(found))
+        comparison = api.compare_benchmarks(*arguments.compare)
+        return print_result(arguments, api.comparison_data(comparison), comparison_markdown(comparison))
     if arguments.mistakes is not None:
         measured = api.measure_diagnostics(
             arguments.mistakes, tasks=arguments.task, groups=arguments.group, task_folder=arguments.tasks,
@@ -87,6 +89,7 @@ def _list(arguments: argparse.Namespace) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
+    """Run tasks with a model or a recording, and write the tables."""
     if arguments.output is None:
         raise UsageError("value", "expected a folder for the run: give -o")
     settings = settings_from(arguments)

@@ -25,7 +25,7 @@ EVALUATION = CommandKind(False, "common")
 OUTPUT = CommandKind(False, "output")
 TEXT = CommandKind(False, "output", False)  # does not evaluate programs
 FILE = CommandKind(True)
-OWN = CommandKind()  # declares all of its arguments
+STANDALONE = CommandKind()  # declares all of its arguments
 SERVER = CommandKind(evaluates=False)
 
 
@@ -51,7 +51,7 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
         "explain": CommandRow(TEXT, "programs", "explain an error or warning and how to fix it"),
         "diff": CommandRow(EVALUATION, "programs", "compare the geometry of two scenes"),
         "expand": CommandRow(PROGRAM, "programs", "print the program after macro expansion"),
-        "transpile": CommandRow(OWN, "programs", "convert Python written by a language model to a program"),
+        "transpile": CommandRow(STANDALONE, "programs", "convert Python written by a language model to a program"),
         "lift": CommandRow(PROGRAM, "programs", "rewrite a program as a person would write it"),
         "import": CommandRow(OUTPUT, "programs", "convert OpenSCAD or a Minecraft build: .scad .schem .litematic .nbt"),
     },
@@ -75,8 +75,8 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
         "backends": CommandRow(OUTPUT, "exports", "list the backends and their output formats"),
     },
     "Generate with language models": {
-        "generate": CommandRow(OWN, "models", "generate a scene from text and images with a language model"),
-        "edit": CommandRow(OWN, "models", "edit a scene by an instruction with a language model"),
+        "generate": CommandRow(STANDALONE, "models", "generate a scene from text and images with a language model"),
+        "edit": CommandRow(STANDALONE, "models", "edit a scene by an instruction with a language model"),
         "bench": CommandRow(TEXT, "bench", "measure a language model on tasks that are judged by geometry"),
         "runs": CommandRow(TEXT, "models", "list the runs of generate and edit, or the attempts of one"),
     },

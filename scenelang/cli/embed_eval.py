@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
 
 def add_embed(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``embed``."""
     parser.description = (
         "Describe the color, material, proportions and other attributes of every primitive in words, and store "
         "the texts and their prompt templates in the embeddings file beside the program."
@@ -66,6 +67,7 @@ def add_embed(parser: argparse.ArgumentParser) -> None:
 
 
 def run_embed(arguments: argparse.Namespace) -> int:
+    """Describe the primitives of a scene in words, and store or print them."""
     with usage_errors():
         check_template(DEFAULT_TEMPLATE if arguments.template is None else arguments.template)
     if not arguments.only_print and arguments.file != "-":
@@ -82,14 +84,14 @@ def run_embed(arguments: argparse.Namespace) -> int:
     describe = None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
     work = z.words_of if arguments.only_print else z.describe
     limit = int(arguments.max_primitives or DEFAULT_LIMIT)
-    found = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
+    described = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
     if arguments.json:
-        print_json(found.data())
+        print_json(described.data())
     elif arguments.only_print:
-        say(wording_table(found.wording))
+        say(wording_table(described.wording))
     elif not arguments.quiet:
-        before = f"; {found.known:,} already described (--force overwrites them)" if found.known else ""
-        say(f"wrote {z.path}: {found}{before}")
+        before = f"; {described.known:,} already described (--force overwrites them)" if described.known else ""
+        say(f"wrote {z.path}: {described}{before}")
     if describe is not None and not arguments.quiet:
         print(f"language model cost: ${describe.spent:.4f}", file=sys.stderr)
     return 0
@@ -99,6 +101,7 @@ def run_embed(arguments: argparse.Namespace) -> int:
 
 
 def add_eval(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``eval``."""
     parser.add_argument(
         "files", metavar="FILE", nargs="*",
         help='programs, or a JSON manifest: a list of {"scene" or "film": FILE, "prompt": TEXT, "method": NAME, '
@@ -128,6 +131,7 @@ def add_eval(parser: argparse.ArgumentParser) -> None:
 
 
 def run_eval(arguments: argparse.Namespace) -> int:
+    """Measure scenes, evaluate a user study, or write its questionnaire."""
     options = _checked(arguments)
     if not arguments.files:
         answered = preferences([Path(name) for name in arguments.study_results])
@@ -141,25 +145,27 @@ def run_eval(arguments: argparse.Namespace) -> int:
         if failed:
             return 1
         page = study_of(
-            evaluated_subjects, arguments.seed, lambda each: progress(arguments, f"drawing {each.entry.place}")
+            evaluated_subjects, arguments.seed, lambda subject: progress(arguments, f"drawing {subject.entry.place}")
         )
         deliver(page, arguments.study)
         done(arguments, Path(arguments.study))
         return 0
 
     def fail(error: SceneError, about: str) -> None:
+        """Report an error that concerns one measure or subject."""
         report(arguments, [replace(error.diagnostic, message=f"{about}: {error.message}")])
 
     def show(subject: Subject, measure: Measure) -> Any:
+        """Return the progress line of a measure."""
         return progress(arguments, f"{subject.entry.place} {measure.name}")
 
     folder = None if arguments.output is None else Path(arguments.output)
     measures = options.measures(models_of(arguments))
     answers = [Path(name) for name in arguments.study_results or ()]
     with new_folder(folder) if folder is not None else nullcontext():
-        found = measured(subjects, measures, folder, answers, fail, show)
-    _show(arguments, found)
-    return 1 if failed or found.failures else 0
+        metrics = measured(subjects, measures, folder, answers, fail, show)
+    _show(arguments, metrics)
+    return 1 if failed or metrics.failures else 0
 
 
 def _checked(arguments: argparse.Namespace) -> MetricOptions:
@@ -178,11 +184,10 @@ def _checked(arguments: argparse.Namespace) -> MetricOptions:
 
 
 def _opened(arguments: argparse.Namespace, entry: EvaluationEntry, failed: list[str]) -> Opened | None:
-    """Return the scene and the source text of an entry. If the program has errors, report them, add the entry to
-    ``failed`` and return None."""
-    own = argparse.Namespace(**{**vars(arguments), "file": str(entry.scene)})
+    """Return scene and source text of an entry; None if the program has errors, which are reported and recorded."""
+    entry_arguments = argparse.Namespace(**{**vars(arguments), "file": str(entry.scene)})
     try:
-        result, source, _ = opened(own)
+        result, source, _ = opened(entry_arguments)
     except SceneError as error:
         report(arguments, [error.diagnostic])
     else:
@@ -192,13 +197,13 @@ def _opened(arguments: argparse.Namespace, entry: EvaluationEntry, failed: list[
     return None
 
 
-def _show(arguments: argparse.Namespace, found: MetricReport) -> None:
+def _show(arguments: argparse.Namespace, metrics: MetricReport) -> None:
     """Print the tables, or all records as JSON."""
-    tables = found.tables
+    tables = metrics.tables
     if arguments.json:
-        records = [asdict(record) for record in found.records]
-        print_json({"tables": [as_data(t) for t in tables], "records": records, "left_out": list(found.left_out)})
+        records = [asdict(record) for record in metrics.records]
+        print_json({"tables": [as_data(t) for t in tables], "records": records, "left_out": list(metrics.left_out)})
         return
-    say("\n\n".join(LAYOUTS[arguments.layout](each) for each in tables))
+    say("\n\n".join(LAYOUTS[arguments.layout](table) for table in tables))
     if not tables:
         print("nothing was measured", file=sys.stderr)

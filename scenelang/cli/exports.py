@@ -27,6 +27,7 @@ from scenelang.console.reports import table
 
 
 def add_export(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``export``."""
     parser.add_argument("-o", "--output", metavar="OUT", help="output file (default: FILE.glb)")
     parser.add_argument("--backend", metavar="NAME", help="export backend (default: from the file extension)")
     add_fields(parser, base.BackendOptions, ("frame",))
@@ -41,6 +42,7 @@ def _wrote_glb(path: Path) -> bool:
 
 
 def run_export(arguments: argparse.Namespace) -> int:
+    """Export a scene to the format of a backend."""
     limit, shown, warn = session_limit(arguments), progress(arguments, "exporting"), warnings_of(arguments)
     with usage_errors():
         output = output_path(arguments.file, arguments.output, ".glb", _wrote_glb)
@@ -64,8 +66,9 @@ def run_export(arguments: argparse.Namespace) -> int:
 
 
 def run_backends(arguments: argparse.Namespace) -> int:
-    found = base.all_backends()
-    rows = [("backend", "command", "writes", "installed", ""), *(backend.row for backend in found)]
-    options = [f"{b.name} --{option.name}: {option.doc}" for b in found for option in b.options]
+    """List the backends."""
+    backends = base.all_backends()
+    rows = [("backend", "command", "writes", "installed", ""), *(backend.row for backend in backends)]
+    options = [f"{b.name} --{option.name}: {option.doc}" for b in backends for option in b.options]
     text = "\n".join([table(rows, (False,) * 5), *(options if arguments.verbose else ())])
-    return print_result(arguments, [backend.metadata() for backend in found], text)
+    return print_result(arguments, [backend.metadata() for backend in backends], text)

@@ -15,7 +15,7 @@ from scenelang.cli.command_table import COMMANDS as COMMANDS
 from scenelang.cli.command_table import CommandRow, top_parser
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
 from scenelang.console.reports import Parser
-from scenelang.grammar.diagnostics import SceneError, UsageError, printable, render_text, suggest
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, printable, render_text, suggest
 from scenelang.interpreter.values.limits import Limits
 from scenelang.sandbox.environment import keep_named_variables
 from scenelang.sandbox.supervision import (
@@ -40,14 +40,15 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
         Run commands that evaluate programs in a child process under hard limits. The child also returns from here.
     """
     try:
-        return _main(sys.argv[1:] if argv is None else list(argv), supervised)
+        return _main(sys.argv[1:] if argv is None else list(argv), supervised=supervised)
     except OSError as error:  # in the output of --help or --version
         return _report_output(error)
     except ModuleNotFoundError as error:  # the options of a command whose domain is missing
         return _report_missing(error)
 
 
-def _main(words: list[str], supervised: bool) -> int:
+def _main(words: list[str], *, supervised: bool) -> int:
+    """Parse the arguments, and run the command in this process or in a supervised one."""
     if not words:
         build_parser("").print_help()
         sys.stdout.flush()
@@ -60,7 +61,11 @@ def _main(words: list[str], supervised: bool) -> int:
     if not (supervised and COMMANDS[arguments.command].kind.evaluates and is_supported()):
         return _run(arguments)
     stream = sys.stdout if arguments.command == "check" and arguments.json else None
-    tell = lambda problem: report(arguments, [problem], stream)
+
+    def tell(problem: Diagnostic) -> None:
+        """Report why the process was ended."""
+        report(arguments, [problem], stream)
+
     if _is_bounded(arguments):
         with alarmed(Limits().seconds, tell):
             return _run(arguments)
@@ -82,6 +87,7 @@ def _run_confined(arguments: argparse.Namespace) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
+    """Run a command, and report every exception as a diagnostic; return the exit code."""
     try:
         code = _worked(arguments)
         sys.stdout.flush()
@@ -107,6 +113,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _worked(arguments: argparse.Namespace) -> int:
+    """Run a command; errors that it has reported already give exit code 1."""
     try:
         code: int = COMMANDS[arguments.command].part(arguments.command, "run")(arguments)
         return code
@@ -115,6 +122,7 @@ def _worked(arguments: argparse.Namespace) -> int:
 
 
 def _report_interruption() -> int:
+    """Report Ctrl-C, and return the exit code."""
     print("interrupted", file=sys.stderr)
     return INTERRUPTED
 
@@ -171,17 +179,18 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     quiet = argparse.SUPPRESS
     subparsers = parser.add_subparsers(prog="scenelang", dest="command", required=True, metavar="COMMAND", help=quiet)
     for name in [only] if only in COMMANDS else COMMANDS:
-        mine = subparsers.add_parser(name, help=COMMANDS[name].help)
+        subparser = subparsers.add_parser(name, help=COMMANDS[name].help)
         if only in (None, name):
-            _add_arguments(mine, name, COMMANDS[name])
+            _add_arguments(subparser, name, COMMANDS[name])
     return parser
 
 
 def _add_arguments(parser: argparse.ArgumentParser, name: str, command: CommandRow) -> None:
+    """Add the arguments of one command, and those of its kind."""
     if command.kind.takes_file:
         add_file(parser)
-    own = command.part(name, "add")
-    if own is not None:
-        own(parser)
+    add = command.part(name, "add")
+    if add is not None:
+        add(parser)
     if command.kind.options:
         {"common": add_common, "output": add_output}[command.kind.options](parser)

@@ -79,6 +79,7 @@ def add_model_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_runs_folder(group: Any) -> None:
+    """Add the option for the folder of the runs."""
     group.add_argument("--runs", metavar="DIR", help="folder of the runs (default: in the user's state folder)")
 
 
@@ -126,6 +127,7 @@ def _add_kind(parser: argparse.ArgumentParser) -> None:
 
 
 def _task_of(arguments: argparse.Namespace) -> Task:
+    """Return the task that the options describe."""
     kind = TaskKind.FILM if arguments.animate else TaskKind.BLOCKS if arguments.minecraft else TaskKind.STILL
     notation = Notation.LANGUAGE if arguments.dsl else Notation.PYTHON
     ablation = Ablation(arguments.ablate or "")
@@ -136,6 +138,7 @@ class _LineParser(argparse.ArgumentParser):
     """Argument parser that raises SceneError instead of exiting, for use in the REPL."""
 
     def error(self, message: str) -> NoReturn:
+        """Raise the error that argparse would exit with."""
         raise SceneError("value", message, f"see `,help {self.prog}` for its usage")
 
 
@@ -200,8 +203,8 @@ def _resume_hint(arguments: argparse.Namespace, run: Run) -> Iterator[None]:
 
 def _show_estimate(arguments: argparse.Namespace, inference: Inference) -> int:
     """Print the first request and an upper bound of its cost."""
-    found = generation.first_estimate(inference)
-    return print_result(arguments, found.data(), found)
+    estimate = generation.first_estimate(inference)
+    return print_result(arguments, estimate.data(), estimate)
 
 
 def _report_result(arguments: argparse.Namespace, result: Generated[LoadedScene]) -> None:
@@ -224,6 +227,7 @@ def _say_written(arguments: argparse.Namespace, path: Path) -> None:
 
 
 def add_generate(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``generate``."""
     parser.description = (
         "Generate a scene with a language model: sample programs, check and evaluate them, repair errors, and "
         "write the program. Generated Python is translated, never executed."
@@ -241,6 +245,7 @@ def add_generate(parser: argparse.ArgumentParser) -> None:
 
 
 def run_generate(arguments: argparse.Namespace) -> int:
+    """Generate a scene, or resume a run."""
     if arguments.output is not None:
         check_folder(Path(arguments.output))
         if Path(arguments.output).suffix != ".scene":
@@ -261,8 +266,15 @@ def run_generate(arguments: argparse.Namespace) -> int:
 
 
 def _check_inversion(arguments: argparse.Namespace) -> None:
-    """Check the prerequisites of ``--invert`` before the language model costs money; raises UsageError without an input
-    image or output, SceneError without the packages."""
+    """Check the prerequisites of ``--invert`` before the language model costs money.
+
+    Raises
+    ------
+    UsageError
+        Without an input image or output.
+    SceneError
+        Without the packages.
+    """
     from scenelang.learning.inversion import check_installed
 
     if not arguments.image or arguments.output is None:
@@ -301,6 +313,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
 
 
 def add_edit(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``edit``."""
     parser.description = (
         "Edit a program by an instruction with a language model: check and evaluate the edited program, and "
         "show the differences in the text, in the scene and in pictures. Nothing is overwritten without "
@@ -325,6 +338,7 @@ def add_edit(parser: argparse.ArgumentParser) -> None:
 
 
 def run_edit(arguments: argparse.Namespace) -> int:
+    """Edit a program, or resume a run."""
     _check_outputs(arguments)
     if arguments.resume is not None:
         inference, run = _resumed(arguments)
@@ -333,17 +347,15 @@ def run_edit(arguments: argparse.Namespace) -> int:
         raise UsageError("value", "expected a program and an instruction")
     path = Path(arguments.file)
     settings, ablation = settings_from(arguments), Ablation(arguments.ablate or "")
-    result, found = generation.editing(path, arguments.instruction, settings, _options_of(arguments), ablation)
+    result, edit = generation.editing(path, arguments.instruction, settings, _options_of(arguments), ablation)
     report_run(arguments, result)
-    if found is None:
+    if edit is None:
         return 1
     if arguments.dry_run:
-        return _show_estimate(arguments, found)
+        return _show_estimate(arguments, edit)
     name = f"{path.stem} {arguments.instruction}"
     facts = {"file": str(path.resolve()), "digest": generation.digest_of(path)}
-    return _finish_edit(
-        arguments, found, generation.begin(found, arguments.command, name, arguments.runs, **facts), path
-    )
+    return _finish_edit(arguments, edit, generation.begin(edit, arguments.command, name, arguments.runs, **facts), path)
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
@@ -362,17 +374,17 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, path: Path) -> int:
     """Run to completion, show the effect of the edit, and write the program if requested."""
     with _resume_hint(arguments, run):
-        found = generation.edited(inference, run, path, LoadedScene, live_stream(arguments))
-    picture = _pictured(found, Path(arguments.picture) if arguments.picture else run.path / "before-after.png")
+        edited = generation.edited(inference, run, path, LoadedScene, live_stream(arguments))
+    picture = _pictured(edited, Path(arguments.picture) if arguments.picture else run.path / "before-after.png")
     if arguments.json:
-        print_json(found.data() | {"picture": str(picture) if picture is not None else None})
+        print_json(edited.data() | {"picture": str(picture) if picture is not None else None})
     else:
-        _show_edit(arguments, found)
-    _report_result(arguments, found.result)
+        _show_edit(arguments, edited)
+    _report_result(arguments, edited.result)
     if picture is not None:
         _say_written(arguments, picture)
     if arguments.apply or arguments.output:
-        _say_written(arguments, found.apply() if arguments.apply else found.save(arguments.output))
+        _say_written(arguments, edited.apply() if arguments.apply else edited.save(arguments.output))
     elif not arguments.quiet and not arguments.json:
         print(
             f"nothing was overwritten; to apply the edit: scenelang edit --resume {run.name} --apply", file=sys.stderr
@@ -380,25 +392,27 @@ def _finish_edit(arguments: argparse.Namespace, inference: Inference, run: Run, 
     return 0
 
 
-def _pictured(found: Edited[LoadedScene], path: Path) -> Path | None:
+def _pictured(edited: Edited[LoadedScene], path: Path) -> Path | None:
     """Save the before-and-after image; returns None if a scene cannot be rendered."""
     try:
-        return found.picture().save(path)
+        return edited.picture().save(path)
     except SceneError:
         return None
 
 
-def _show_edit(arguments: argparse.Namespace, found: Edited[LoadedScene]) -> None:
+def _show_edit(arguments: argparse.Namespace, edited: Edited[LoadedScene]) -> None:
+    """Print the diff of the text and the changes of the scene."""
     from scenelang.session.scene_changes import OF_AN_EDIT, change_lines
 
-    sys.stdout.writelines(painted(map(printable, found.diff.splitlines()), use_color(arguments, sys.stdout)))
-    say("\n".join(change_lines(found.changes, arguments.limit, OF_AN_EDIT)))
+    sys.stdout.writelines(painted(map(printable, edited.diff.splitlines()), use_color(arguments, sys.stdout)))
+    say("\n".join(change_lines(edited.changes, arguments.limit, OF_AN_EDIT)))
 
 
 # --- runs ------------------------------------------------------------------------------------------------------------
 
 
 def add_runs(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``runs``."""
     parser.description = (
         "List the runs of generate and edit with their state and cost, or all attempts of one run. "
         "`generate --resume RUN` and `edit --resume RUN` continue a run."
@@ -408,6 +422,7 @@ def add_runs(parser: argparse.ArgumentParser) -> None:
 
 
 def run_runs(arguments: argparse.Namespace) -> int:
+    """List the runs, or the attempts of one."""
     from scenelang.inference.records import list_of_runs, run_facts, run_report
 
     folder = runs_folder(arguments.runs)
@@ -417,6 +432,6 @@ def run_runs(arguments: argparse.Namespace) -> int:
         data: Any = facts | {"attempts": [attempt.data() for attempt in attempts]}
         text = run_report(run, facts, attempts)
     else:
-        data = [each.summary() for each in all_runs(folder)]
+        data = [run.summary() for run in all_runs(folder)]
         text = list_of_runs(data) if data else f"no runs in {folder}"
     return print_result(arguments, data, text)

@@ -76,6 +76,7 @@ def add_granularity(parser: Any) -> None:
 
 
 def granularity_of(arguments: argparse.Namespace) -> Granularity:
+    """Return the options for grouping entities."""
     return fields_of(arguments, Granularity)
 
 
@@ -87,19 +88,20 @@ def z_of(arguments: argparse.Namespace) -> Embeddings:
 def finished(arguments: argparse.Namespace, learn: Callable[..., Learned]) -> Learned:
     """Train with progress output; Ctrl-C saves the run and ends the command."""
     with interruptions() as stop:
-        found = learn(
+        learned = learn(
             models=models_of(arguments), on_start=_say_start(arguments), on_step=_say_step(arguments), stop=stop
         )
-    if not found.finished:
-        print(f"saved to {found.folder}; continue with `--resume`", file=sys.stderr)
+    if not learned.finished:
+        print(f"saved to {learned.folder}; continue with `--resume`", file=sys.stderr)
         raise KeyboardInterrupt
-    return found
+    return learned
 
 
 def _say_start(arguments: argparse.Namespace) -> Callable[[Any], None] | None:
     """Return a callback that prints what will be trained, or None when quiet."""
 
     def show(start: Any) -> None:
+        """Print what will be trained."""
         sentences = getattr(start, "sentences", ())
         for line in (str(start), *(f"  {sentence}" for sentence in sentences if arguments.verbose)):
             print(line, end="\n" if line else "", file=sys.stderr)
@@ -111,6 +113,7 @@ def _say_step(arguments: argparse.Namespace) -> Callable[[Any], None] | None:
     """Return a callback that updates the line of losses on a terminal, or None elsewhere."""
 
     def show(state: Any) -> None:
+        """Replace the line by the state of a step."""
         sys.stderr.write(f"\r{state}\033[K" + ("\n" if state.share >= 1.0 else ""))
         sys.stderr.flush()
 
@@ -121,6 +124,7 @@ def _say_step(arguments: argparse.Namespace) -> Callable[[Any], None] | None:
 
 
 def add_imagine(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``imagine``."""
     parser.add_argument(
         "-o", "--output", metavar="OUT", required=True, help="output image (.png), or layout (.png, .json)"
     )
@@ -141,6 +145,7 @@ def add_imagine(parser: argparse.ArgumentParser) -> None:
 
 
 def run_imagine(arguments: argparse.Namespace) -> int:
+    """Generate images of a scene by a diffusion model, or write the layout."""
     output = Path(arguments.output)
     with usage_errors():
         neural.check_output(output, arguments.layout_only)
@@ -172,6 +177,7 @@ def run_imagine(arguments: argparse.Namespace) -> int:
 
 
 def add_invert(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``invert``."""
     parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="input image of the entities")
     entities = f"{_ENTITY_HELP}; may be repeated (default: all named parts that are visible in the image)"
     parser.add_argument("--entity", action="append", default=[], metavar="WORD|'<z4>'", help=entities)
@@ -180,6 +186,7 @@ def add_invert(parser: argparse.ArgumentParser) -> None:
 
 
 def add_style(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``style``."""
     parser.add_argument("--from", dest="picture", metavar="PICTURE", required=True, help="input image with the style")
     parser.add_argument("--entity", metavar="WORD|'<z4>'", help=f"{_ENTITY_HELP} (default: the whole scene)")
     _add_inversion(parser)
@@ -198,10 +205,12 @@ def _add_inversion(parser: argparse.ArgumentParser) -> None:
 
 
 def run_invert(arguments: argparse.Namespace) -> int:
+    """Learn embeddings of entities from an image."""
     return _inverted(arguments, partial(inversion.invert, entities=arguments.entity), arguments.entity)
 
 
 def run_style(arguments: argparse.Namespace) -> int:
+    """Learn the style of an image."""
     return _inverted(arguments, partial(inversion.learn_style, entity=arguments.entity))
 
 
@@ -233,29 +242,30 @@ def invert_generated(
 
     from scenelang.backends.pictures.film import open_image
 
-    shown = [open_image(BytesIO(each.data)) for each in pictures]
+    shown = [open_image(BytesIO(picture.data)) for picture in pictures]
     named = replace(scene, name=str(program))
     settings = InversionSettings(seed=arguments.seed)
-    found = finished(
+    inverted = finished(
         arguments,
         partial(inversion.invert, named, shown, settings=settings, run=RunFolder(force=True), missing_ok=True),
     )
-    if found.parts and not arguments.json:
-        _tell(arguments, found)
+    if inverted.parts and not arguments.json:
+        _tell(arguments, inverted)
 
 
-def _tell(arguments: argparse.Namespace, found: Inversion) -> None:
+def _tell(arguments: argparse.Namespace, inverted: Inversion) -> None:
     """Report where the embeddings were stored, and how much better the prompts match the images."""
     if arguments.json:
-        print_json(found.data())
+        print_json(inverted.data())
     elif not arguments.quiet:
-        say(f"wrote {found.embeddings.path}: {found}")
+        say(f"wrote {inverted.embeddings.path}: {inverted}")
 
 
 # --- distill ---------------------------------------------------------------------------------------------------------
 
 
 def add_distill(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``distill``."""
     parser.add_argument("-o", "--output", metavar="DIR", required=True, help="run folder")
     parser.add_argument("--prompt", metavar="TEXT", help="text prompt (default: the comment at the head of the file)")
     add_granularity(parser)
@@ -273,6 +283,7 @@ def add_distill(parser: argparse.ArgumentParser) -> None:
 
 
 def run_distill(arguments: argparse.Namespace) -> int:
+    """Optimize Gaussians of a scene by score distillation."""
     with usage_errors():
         run = fields_of(arguments, RunFolder)
         kwargs = given(arguments, DistillationSettings) | given(arguments, Guidance)
@@ -286,13 +297,13 @@ def run_distill(arguments: argparse.Namespace) -> int:
     scene = scene_of(arguments)
     networks = fields_of(arguments, DistillationModels)
     budget = None if arguments.budget is None else 60.0 * arguments.budget
-    found = finished(arguments, partial(
+    distilled = finished(arguments, partial(
         neural.distill, scene, run, prompt=arguments.prompt, template=arguments.template,
         granularity=granularity_of(arguments), settings=settings, networks=networks, budget=budget,
         embeddings=Embeddings(z_path(arguments)),
     ))  # fmt: skip
-    film = [] if arguments.film is None else [found.film(scene).save(arguments.film)]
-    done(arguments, *found.files, *film)
+    film = [] if arguments.film is None else [distilled.film(scene).save(arguments.film)]
+    done(arguments, *distilled.files, *film)
     return 0
 
 
@@ -300,6 +311,7 @@ def run_distill(arguments: argparse.Namespace) -> int:
 
 
 def add_embeddings(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``embeddings``."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
     for name, (summary, add, _) in _ACTIONS.items():
         action = actions.add_parser(name, help=summary)
@@ -308,6 +320,7 @@ def add_embeddings(parser: argparse.ArgumentParser) -> None:
 
 
 def run_embeddings(arguments: argparse.Namespace) -> int:
+    """Run an action on the embeddings file."""
     run: Callable[[argparse.Namespace], int] = _ACTIONS[arguments.action][2]
     return run(arguments)
 
@@ -317,6 +330,7 @@ def _add_list(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_set(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``embeddings set``."""
     parser.add_argument("handle", metavar="'<z5>'", help="handle, as printed by `tree`")
     parser.add_argument("--text", help="text of the embedding")
     named = "attribute value, such as color=[1,0,0]"
@@ -329,33 +343,39 @@ def _add_set(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_encode(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``embeddings encode``."""
     parser.add_argument("--model", metavar="NAME", help="OpenCLIP model: architecture/weights, or a folder")
     add_granularity(parser)
     add_models(parser)
 
 
 def _add_swap(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``embeddings swap``."""
     parser.add_argument("handle", metavar="'<z2>'")
     parser.add_argument("other", metavar="'<z3>'")
 
 
 def _add_similar(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``embeddings similar``."""
     parser.add_argument("query", metavar="'<z2>'|TEXT|PICTURE")
     parser.add_argument("-n", "--number", type=whole, default=10, metavar="N", help="number of results (default 10)")
     add_models(parser)
 
 
 def _add_export(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``embeddings export``."""
     parser.add_argument("-o", "--output", metavar="OUT", required=True, help="output file: .npz .safetensors .json")
 
 
 def _list(arguments: argparse.Namespace) -> int:
+    """Print handle, word, text and attributes of every entity."""
     scene = scene_of(arguments)
     rows = Embeddings(z_path(arguments)).table(scene)
     return print_result(arguments, [row.data() for row in rows], rows_table(rows))
 
 
 def _set(arguments: argparse.Namespace) -> int:
+    """Change the entry of a handle."""
     with usage_errors():
         name = handle_name(arguments.handle)
     if arguments.file != "-":
@@ -386,6 +406,7 @@ def _attribute(item: str) -> tuple[str, Any]:
 
 
 def _swap(arguments: argparse.Namespace) -> int:
+    """Swap the entries of two handles."""
     with usage_errors():
         one, other = handle_name(arguments.handle), handle_name(arguments.other)
     z = Embeddings(z_path(arguments))
@@ -396,24 +417,27 @@ def _swap(arguments: argparse.Namespace) -> int:
 
 
 def _encode(arguments: argparse.Namespace) -> int:
+    """Encode the prompts of a scene, and store the vectors."""
     scene = scene_of(arguments)
     z = z_of(arguments)
-    found = z.encode(
+    encodings = z.encode(
         scene, model=arguments.model, template=arguments.template, granularity=granularity_of(arguments),
         models=models_of(arguments),
     )  # fmt: skip
     if not arguments.quiet:
-        count = sum(len(row.handles) for row in found.rows)
-        say(f"wrote {z.path}: {len(found.rows):,} prompts of {count:,} embeddings encoded with {found.model}")
+        count = sum(len(row.handles) for row in encodings.rows)
+        say(f"wrote {z.path}: {len(encodings.rows):,} prompts of {count:,} embeddings encoded with {encodings.model}")
     return 0
 
 
 def _similar(arguments: argparse.Namespace) -> int:
-    found = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
-    return print_result(arguments, [row.data() for row in found], similar_table(found))
+    """Print the embeddings most similar to a query."""
+    similar = Embeddings(z_path(arguments)).similar(arguments.query, arguments.number, models=models_of(arguments))
+    return print_result(arguments, [row.data() for row in similar], similar_table(similar))
 
 
 def _export(arguments: argparse.Namespace) -> int:
+    """Write the vectors to a file of another format."""
     output = Path(arguments.output)
     with usage_errors():
         check_export(output)

@@ -46,6 +46,7 @@ def reader(read: Callable[[str], Any]) -> Callable[[str], Any]:
 
     @wraps(read)
     def convert(text: str) -> Any:
+        """Read a value, with argparse's error for an invalid one."""
         try:
             return read(text)
         except ValueError as error:
@@ -71,30 +72,30 @@ def add_settings(group: Any, known: Mapping[str, Setting], prefix: str = "", **h
     helps
         Help texts that replace a setting's own, by field name.
     """
-    for name, each in known.items():
-        more: dict[str, Any] = {"help": helps.get(name, each.help).replace("%", "%%"), "dest": prefix + _long(each)}
-        if type(each.default) is bool:
+    for name, field in known.items():
+        more: dict[str, Any] = {"help": helps.get(name, field.help).replace("%", "%%"), "dest": prefix + _long(field)}
+        if type(field.default) is bool:
             more |= {"action": "store_true"}
         else:
-            more |= {"metavar": each.metavar, "type": each.read and reader(each.read), "choices": each.choices}
-            more |= {"action": "append"} if each.repeated else {}
-            more |= {"nargs": "?", "const": each.alone} if each.alone is not None else {}
-        group.add_argument(*each.flags, **more)
+            more |= {"metavar": field.metavar, "type": field.read and reader(field.read), "choices": field.choices}
+            more |= {"action": "append"} if field.repeated else {}
+            more |= {"nargs": "?", "const": field.alone} if field.alone is not None else {}
+        group.add_argument(*field.flags, **more)
 
 
 def given_settings(arguments: argparse.Namespace, known: Mapping[str, Setting], prefix: str = "") -> dict[str, Any]:
     """Return the values of the settings that were given as options, by field name."""
-    found = {}
-    for name, each in known.items():
-        value = getattr(arguments, prefix + _long(each), None)
+    values = {}
+    for name, field in known.items():
+        value = getattr(arguments, prefix + _long(field), None)
         if value is not None and value is not False:
-            found[name] = not each.default if value is True else tuple(value) if each.repeated else value
-    return found
+            values[name] = not field.default if value is True else tuple(value) if field.repeated else value
+    return values
 
 
-def _long(each: Setting) -> str:
+def _long(field: Setting) -> str:
     """Return the namespace attribute that argparse derives from a setting's long option."""
-    return next(flag for flag in each.flags if flag.startswith("--"))[2:].replace("-", "_")
+    return next(flag for flag in field.flags if flag.startswith("--"))[2:].replace("-", "_")
 
 
 def add_fields(group: Any, kind: type, names: Iterable[str] | None = None, **helps: str) -> None:
@@ -137,6 +138,7 @@ def backend_settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:
+    """Add the program file."""
     parser.add_argument("file", metavar="FILE", help="program file, or `-` for standard input")
 
 
@@ -164,6 +166,7 @@ def add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def add_seed(group: Any) -> None:
+    """Add the random seed."""
     group.add_argument("--seed", type=reader(settings.seed), default=0, metavar="N", help="random seed (default 0)")
 
 
@@ -184,6 +187,7 @@ def add_limits(parser: argparse.ArgumentParser) -> None:
 
 
 def limits_of(arguments: argparse.Namespace) -> Limits:
+    """Return the resource limits that the options give; raises UsageError."""
     with usage_errors():
         return fields_of(arguments, Limits)
 
@@ -196,6 +200,7 @@ def add_models(parser: argparse.ArgumentParser) -> None:
 
 
 def models_of(arguments: argparse.Namespace) -> Models:
+    """Return the model weights and the device that the options select."""
     from scenelang.backends.neural.weights import Models
 
     return fields_of(arguments, Models)
@@ -212,6 +217,7 @@ def z_path(arguments: argparse.Namespace) -> Path | None:
 
 
 def z_entries(arguments: argparse.Namespace) -> dict[str, ZEntry]:
+    """Return the entries of the embeddings file, if there is one; raises SceneError."""
     from scenelang.files.zfile import read_entries
 
     path = z_path(arguments)
@@ -250,7 +256,7 @@ def opened(arguments: argparse.Namespace, session: Session | None = None) -> tup
 
 
 def evaluated(arguments: argparse.Namespace) -> EntityScene:
-    """Return the entity graph of the command's file; raises Told if the program has errors."""
+    """Return the entity graph of the command's file; raises ReportedError if the program has errors."""
     scene = opened(arguments)[0].scene
     if scene is None:
         raise ReportedError
@@ -258,12 +264,14 @@ def evaluated(arguments: argparse.Namespace) -> EntityScene:
 
 
 def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> LoadedScene:
-    """Return the scene of the command's file; raises Told if the program has errors. With ``fresh``, the embeddings
-    file does not exist yet and is not read."""
+    """Return the scene of the command's file; raises ReportedError if the program has errors.
+
+    With ``fresh``, the embeddings file does not exist yet and is not read.
+    """
     from scenelang.session.loaded import LoadedScene, scene_from
 
-    own = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
-    result, source, session = opened(arguments, session_of(own))
+    session_arguments = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
+    result, source, session = opened(arguments, session_of(session_arguments))
     if result.scene is None:
         raise ReportedError
     compute_solids(arguments, result.scene.frames)
@@ -291,6 +299,7 @@ def session_limit(arguments: argparse.Namespace) -> int:
 
 
 def use_color(arguments: argparse.Namespace, stream: TextIO) -> bool:
+    """Return whether diagnostics on a stream are colored."""
     return stream.isatty() and not getattr(arguments, "no_color", False) and "NO_COLOR" not in os.environ
 
 

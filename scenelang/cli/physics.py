@@ -1,4 +1,4 @@
-"""Commands for scenes that stand: simulate, settle, repair. `check --physics` is with the other checks."""
+"""Commands for physical plausibility: simulate, settle, repair. `check --physics` is with the other checks."""
 
 from __future__ import annotations
 
@@ -30,11 +30,12 @@ from scenelang.grammar.settings import amount, frame_rate
 from scenelang.sandbox.supervision import limited
 from scenelang.session.session import Session
 
-_GUARD = 4.0  # CPU seconds for each unit of effort, which takes about one
+_GUARD_SECONDS_PER_EFFORT = 4.0  # CPU seconds; a unit takes about one, so that effort ends a repair, not time
 _FILMS = (".mp4", ".gif", ".apng", ".webp")
 
 
 def add_simulate(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``simulate``."""
     parser.add_argument(
         "-o", "--output", metavar="OUT", required=True, help="film (.mp4 .gif .apng .webp) or 4D scene (.json)"
     )
@@ -62,6 +63,7 @@ def velocity(text: str) -> tuple[str, tuple[float, float, float]]:
 
 
 def run_simulate(arguments: argparse.Namespace) -> int:
+    """Simulate a scene, and write a video or a 4D scene."""
     from scenelang.backends.physics.settling import simulated
     from scenelang.backends.physics.verdicts import diagnostics_of
     from scenelang.backends.pictures.camera import parse_viewpoint
@@ -96,6 +98,7 @@ def run_simulate(arguments: argparse.Namespace) -> int:
 
 
 def add_settle(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``settle``."""
     parser.description = "Let a scene come to rest, and write the program with changed poses, or the scene as JSON."
     output = (
         "program (.scene) or scene (.json) to write (default: FILE.settled.scene, or .json if literals cannot say it)"
@@ -114,6 +117,7 @@ def _translated(session: Session, source: Source) -> Source:
 
 
 def run_settle(arguments: argparse.Namespace) -> int:
+    """Let a scene come to rest, and write the program or the scene."""
     from scenelang.backends.physics.settling import SETTLE_SECONDS, EditedProgram, edited_program, settled
     from scenelang.files.scene_json import holds_scene, write_scene
     from scenelang.session.session import is_python
@@ -130,34 +134,35 @@ def run_settle(arguments: argparse.Namespace) -> int:
     scene, scale = result.scene, arguments.metres_per_unit
     with limited(limits_of(arguments)):
         compute_solids(arguments, scene.frames)
-        found = settled(scene, arguments.seconds or SETTLE_SECONDS, scale, progress(arguments, "simulating"))
+        rest = settled(scene, arguments.seconds or SETTLE_SECONDS, scale, progress(arguments, "simulating"))
         edited = EditedProgram(source.text, ())
         if result.program is not None and not writes_scene:
-            edited = edited_program(source, scene, scale, found, lambda text: session.evaluate(text).scene)
-    complete = len(edited.bodies) == len(found.moved)
+            edited = edited_program(source, scene, scale, rest, lambda text: session.evaluate(text).scene)
+    complete = len(edited.bodies) == len(rest.moved)
     is_program = asked.suffix.lower() == ".scene" if asked is not None else complete and result.program is not None
     ending = ".settled.scene" if is_program else ".settled.json"
     output = asked or output_path(arguments.file, None, ending, lambda path: not is_program and holds_scene(path))
-    if asked is not None and is_program and not edited.bodies and found.moved:
+    if asked is not None and is_program and not edited.bodies and rest.moved:
         message = "none of the poses that change is a literal of the program that makes nothing else"
         raise SceneError("unsupported", message, f"write the scene instead: `-o {output.with_suffix('.json')}`")
     if is_program:
         write_text(output, edited.text)
     else:
-        write_scene(found.scene, output)
-    return _told(arguments, found, edited, output, is_program)
+        write_scene(rest.scene, output)
+    return _report_settled(arguments, rest, edited, output, is_program=is_program)
 
 
-def _told(arguments: argparse.Namespace, found: Any, edited: Any, output: Path, is_program: bool) -> int:
-    bodies = [found.report.bodies[number] for number in found.moved]
-    left = [n for n in found.moved if is_program and n not in edited.bodies]
-    facts = found.report.data() | {"moved": list(found.moved), "left": left, "written": os.fspath(output)}
+def _report_settled(arguments: argparse.Namespace, rest: Any, edited: Any, output: Path, *, is_program: bool) -> int:
+    """Report what moved and what the program could not express; return the exit code."""
+    bodies = [rest.report.bodies[number] for number in rest.moved]
+    left = [n for n in rest.moved if is_program and n not in edited.bodies]
+    facts = rest.report.data() | {"moved": list(rest.moved), "left": left, "written": os.fspath(output)}
     rows = [("/".join(b.words[-3:]), b.kind, f"{b.moved:.4g}", f"{b.tilt:.1f}", b.why) for b in bodies]
     heads = [("body", "verdict", "moved", "tilt", "why")] if rows else []
     text = table([*heads, *rows], (False, False, True, True, False)) if rows else "everything rests"
     code = print_result(arguments, facts, text)
     if left and not arguments.json:
-        names = ", ".join(sorted({f'"{found.report.bodies[n].words[-1]}"' for n in left}))
+        names = ", ".join(sorted({f'"{rest.report.bodies[n].words[-1]}"' for n in left}))
         message = f"the program keeps these poses, which are no literals of their own: {names}"
         report(arguments, [Diagnostic("body-moves", message, None, "write all poses with `-o OUT.json`")])
     if not arguments.json:
@@ -166,6 +171,7 @@ def _told(arguments: argparse.Namespace, found: Any, edited: Any, output: Path, 
 
 
 def add_repair(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``repair``."""
     parser.description = "Edit a program so that findings of `check --geometry` and failed declarations are resolved."
     parser.add_argument(
         "-o", "--output", metavar="OUT", help="program to write, which may be FILE (default: print a diff)"
@@ -184,6 +190,7 @@ def add_repair(parser: argparse.ArgumentParser) -> None:
 
 
 def run_repair(arguments: argparse.Namespace) -> int:
+    """Repair a program, and print the diff or write it; exit code 1 if findings remain."""
     from scenelang.repairs.repairing import imports_of, repaired
     from scenelang.session.declarations import declarations_of
 
@@ -195,36 +202,37 @@ def run_repair(arguments: argparse.Namespace) -> int:
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
         _check_program(output)
-    stated = [each for text in arguments.that or () for each in declarations_of(session, text)]
+    stated = [declaration for text in arguments.that or () for declaration in declarations_of(session, text)]
     limits = limits_of(arguments)
     compute_solids(arguments, result.scene.frames)
-    with limited(replace(limits, seconds=limits.seconds + _GUARD * arguments.effort)):
-        found = repaired(
+    with limited(replace(limits, seconds=limits.seconds + _GUARD_SECONDS_PER_EFFORT * arguments.effort)):
+        repair = repaired(
             session, source, stated, effort=arguments.effort, geometry=not arguments.only_declarations,
             progress=progress(arguments, "repairing"),
         )  # fmt: skip
-    written = output is not None and (found.changed or not _is_same_file(output, arguments.file))
+    written = output is not None and (repair.changed or not _is_same_file(output, arguments.file))
     if output is not None and written:
-        (rewrite if output.exists() else write_text)(output, found.text)
+        (rewrite if output.exists() else write_text)(output, repair.text)
     hint = "what imported files make is repaired in these files" if imports_of(source) else None
-    left = [Diagnostic("declaration", f"not repaired: {message}", None, hint) for message in found.left]
+    left = [Diagnostic("declaration", f"not repaired: {message}", None, hint) for message in repair.left]
     if arguments.json:
-        print_result(arguments, found.data() | {"program": found.text, "ok": not left}, "")
+        print_result(arguments, repair.data() | {"program": repair.text, "ok": not left}, "")
         return 1 if left else 0
-    rows = [(f"line {edit.line}", edit.resolves) for edit in found.edits]
-    told = table(rows, (False, False)) if rows else "nothing to repair" if not left else ""
-    if found.changed or told:
-        print(found.diff(source.name) + told)
+    rows = [(f"line {edit.line}", edit.resolves) for edit in repair.edits]
+    summary = table(rows, (False, False)) if rows else "nothing to repair" if not left else ""
+    if repair.changed or summary:
+        print(repair.diff(source.name) + summary)
     report(arguments, left)
-    if found.changed and not arguments.quiet:
-        edits = "1 edit" if len(found.edits) == 1 else f"{len(found.edits)} edits"
-        say(f"{edits}; things move by {found.displacement:.3g} on average")
+    if repair.changed and not arguments.quiet:
+        edits = "1 edit" if len(repair.edits) == 1 else f"{len(repair.edits)} edits"
+        say(f"{edits}; things move by {repair.displacement:.3g} on average")
     if output is not None and written:
         done(arguments, output)
     return 1 if left else 0
 
 
 def _is_same_file(output: Path, file: str) -> bool:
+    """Return whether an output is the input."""
     return file != "-" and output.exists() and output.samefile(file)
 
 

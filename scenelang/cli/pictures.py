@@ -47,13 +47,13 @@ if TYPE_CHECKING:
     from scenelang.session.session import Session
     from scenelang.viewer.workspace import Evaluate, Workspace
 
-_SIZE = (512, 512)
+_SIZE = (512, 512)  # pixels
 
 
 # --- options of pictures and backends --------------------------------------------------------------------------------
 
 
-def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
+def _add_view(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
     """Add the options for cameras (``several`` allows repeats) and lighting."""
     group = parser.add_argument_group("view")
     add_camera(group, "pixels (default 512x512)", several)
@@ -61,6 +61,7 @@ def _add_view(parser: argparse.ArgumentParser, several: bool = False) -> None:
 
 
 def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the option for a quality preset."""
     summaries = "; ".join(f"{quality.name}: {quality.doc}" for quality in film.QUALITIES.all())
     parser.add_argument("--quality", choices=film.QUALITIES.names(), default="draft", help=f"{what} ({summaries})")
 
@@ -68,8 +69,8 @@ def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
 def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.PictureOptions:
     """Return the rendering options of a command; raises SceneError for an invalid camera."""
     view = parse_viewpoint(camera) if camera else Viewpoint()
-    own = (view.width, view.height) if isinstance(view, Camera) else _SIZE
-    width, height = arguments.size or own
+    camera_size = (view.width, view.height) if isinstance(view, Camera) else _SIZE
+    width, height = arguments.size or camera_size
     return fields_of(
         arguments, film.PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
         settings=backend_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
@@ -81,6 +82,7 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
 
 
 def add_render(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``render``."""
     output = ".png .jpg .webp .exr .gif .apng .mp4 (default: FILE.png; FILE.gif with --frames or --orbit)"
     parser.add_argument("-o", "--output", metavar="OUT", help=output)
     _add_quality(parser, "of the picture")
@@ -94,6 +96,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
 
 
 def run_render(arguments: argparse.Namespace) -> int:
+    """Render an image or a video."""
     with usage_errors():  # fail early, before the expensive work
         shots = fields_of(arguments, film.FilmOptions)
         output = output_path(
@@ -116,6 +119,7 @@ def run_render(arguments: argparse.Namespace) -> int:
 
 
 def add_maps(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``maps``."""
     from scenelang.backends.labels.dataset import MapOptions
 
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, or `-` for standard input")
@@ -129,6 +133,7 @@ def add_maps(parser: argparse.ArgumentParser) -> None:
 
 
 def run_maps(arguments: argparse.Namespace) -> int:
+    """Render labeled images of scenes; exit code 1 if a program has errors."""
     from scenelang.backends.labels.dataset import MapOptions, check_set_folder, write_set
     from scenelang.backends.pictures.viewpoints import views_of
 
@@ -144,6 +149,7 @@ def run_maps(arguments: argparse.Namespace) -> int:
     failed: list[str] = []
 
     def skipped(item: DatasetItem) -> None:
+        """Report a scene that is in the output folder already."""
         if not arguments.quiet:
             print(f"{item.folder} already exists; skipped", file=sys.stderr)
 
@@ -175,10 +181,11 @@ def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[Labe
 
 
 def add_dataset(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``dataset``."""
     from scenelang.datasets.running import DatasetSettings
 
-    told = "spec in TOML; or `status DIR`, `verify DIR`, `merge DIR...`, `sample SPEC KEY`"
-    parser.add_argument("words", metavar="SPEC", nargs="+", help=told)
+    usage = "spec in TOML; or `status DIR`, `verify DIR`, `merge DIR...`, `sample SPEC KEY`"
+    parser.add_argument("words", metavar="SPEC", nargs="+", help=usage)
     parser.add_argument("-o", "--output", metavar="OUT", help="folder, or an address such as s3://bucket/set")
     add_fields(parser, DatasetSettings)
     preview = "only show the first samples with their labels on a contact sheet (default: preview.png)"
@@ -187,6 +194,7 @@ def add_dataset(parser: argparse.ArgumentParser) -> None:
 
 
 def run_dataset(arguments: argparse.Namespace) -> int:
+    """Make, verify, merge or inspect a dataset."""
     from scenelang.datasets import running
 
     verb, *words = arguments.words if arguments.words[0] in _VERBS else ["make", *arguments.words]
@@ -197,9 +205,9 @@ def run_dataset(arguments: argparse.Namespace) -> int:
         usage = {"make": "dataset SPEC", "merge": "dataset merge DIR...", "sample": "dataset sample SPEC KEY"}
         raise UsageError("value", f"expected `{usage.get(verb, f'dataset {verb} DIR')}{' -o OUT' * needs_output}`")
     if verb == "verify":
-        found = running.verify_dataset(words[0], progress(arguments, "verifying"))
-        report(arguments, found)
-        return 1 if found else print_result(arguments, [], f"{words[0]} is complete and sound")
+        problems = running.verify_dataset(words[0], progress(arguments, "verifying"))
+        report(arguments, problems)
+        return 1 if problems else print_result(arguments, [], f"{words[0]} is complete and sound")
     if verb == "sample":
         done(arguments, *running.write_sample(words[0], words[1], arguments.output, arguments.count))
         return 0
@@ -237,6 +245,7 @@ _VERBS = {"make": (1, 1, True), "status": (1, 1, False), "verify": (1, 1, False)
 
 
 def add_graph(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``graph``."""
     parser.add_argument("-o", "--output", metavar="OUT.svg", required=True, help="output file")
     parser.add_argument("--depth", type=whole, metavar="N", help="maximum depth below the root")
     parser.add_argument("--frame", type=whole, metavar="N", help="frame of a 4D scene (default 0)")
@@ -244,6 +253,7 @@ def add_graph(parser: argparse.ArgumentParser) -> None:
 
 
 def run_graph(arguments: argparse.Namespace) -> int:
+    """Write the call graph of a scene as SVG."""
     from scenelang.backends.pictures.call_graph import write_graph
 
     output = Path(arguments.output)
@@ -260,6 +270,7 @@ def run_graph(arguments: argparse.Namespace) -> int:
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``view``."""
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs; the view reloads when they change")
     parser.add_argument(
         "--html", metavar="OUT.html", help="write a self-contained HTML page instead of starting a server"
@@ -273,6 +284,7 @@ def add_view(parser: argparse.ArgumentParser) -> None:
 
 
 def run_view(arguments: argparse.Namespace) -> int:
+    """Show programs in a browser, or write a page."""
     if "-" in arguments.files:
         raise UsageError("file", "`view` watches files and cannot read standard input")
     if arguments.textures is not None and not arguments.minecraft:
@@ -293,10 +305,12 @@ def run_view(arguments: argparse.Namespace) -> int:
 
 
 def _evaluator(arguments: argparse.Namespace) -> Evaluate:
+    """Return the function that evaluates the files of a view with the options of the command."""
     from scenelang.backends.viewer.packet import LIMIT
     from scenelang.viewer.workspace import evaluator
 
     def open_session(file: str, values: Mapping[str, str]) -> Session:
+        """Create the session of a file, with values of the sliders for its params."""
         chosen = copy.copy(arguments)
         chosen.file = file
         chosen.define = [*arguments.define, *(f"{name}={text}" for name, text in values.items())]

@@ -60,13 +60,14 @@ if TYPE_CHECKING:
     from scenelang.session.formatting import FormattedFile
     from scenelang.session.session import Session
 
-_FIRST_LINES = 10_000
+_FIRST_LINES = 10_000  # computed within the limits; further ones as fast as they are read
 
 
 # --- check, run, expand --------------------------------------------------------------------------------------------
 
 
 def add_check(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``check``."""
     parser.add_argument(
         "files", metavar="FILE", nargs="+", help="programs, folders of programs, or `-` for standard input"
     )
@@ -95,9 +96,10 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def run_check(arguments: argparse.Namespace) -> int:
+    """Report the diagnostics of programs; exit code 1 if there are errors."""
     from scenelang.backends.files import program_files
 
-    found: list[Diagnostic] = []
+    diagnostics: list[Diagnostic] = []
     session: Session | None = None
     files = program_files(arguments.files)
     if arguments.fix and not all(path.endswith(".scene") for path in files):
@@ -114,14 +116,14 @@ def run_check(arguments: argparse.Namespace) -> int:
         arguments.file = path
         session = session or session_of(arguments)
         try:
-            found += _found_in(arguments, session, path)
+            diagnostics += _diagnostics_in(arguments, session, path)
         except SceneError as error:
-            found.append(error.diagnostic)
-    report(arguments, found, sys.stdout if arguments.json else None)
-    return 1 if any(d.is_error for d in found) else 0
+            diagnostics.append(error.diagnostic)
+    report(arguments, diagnostics, sys.stdout if arguments.json else None)
+    return 1 if any(d.is_error for d in diagnostics) else 0
 
 
-def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Sequence[Diagnostic]:
+def _diagnostics_in(arguments: argparse.Namespace, session: Session, path: str) -> Sequence[Diagnostic]:
     """Return the diagnostics of one file, after its fixes if requested."""
     if arguments.fix:
         source, number = session.fix_file(path)
@@ -129,19 +131,20 @@ def _found_in(arguments: argparse.Namespace, session: Session, path: str) -> Seq
             print(f"{path}: {number} {'fix' if number == 1 else 'fixes'} applied", file=sys.stderr)
     else:
         source = session.source(path)
-    stated = [each for text in arguments.that or () for each in declarations_of(session, text)]
+    stated = [declaration for text in arguments.that or () for declaration in declarations_of(session, text)]
     simulated = (arguments.seconds, arguments.metres_per_unit) if arguments.physics else None
-    asked = Examination(session, arguments.evaluate, arguments.geometry, simulated, stated, arguments.json)
+    examination = Examination(session, arguments.evaluate, arguments.geometry, simulated, stated, arguments.json)
     with bounded(arguments):
-        found = asked.of(source, lambda scene: compute_solids(arguments, scene.frames))
-    if arguments.picture and found.subject is not None:
-        _save_picture(arguments, found.subject)
-    elif arguments.picture and found.scene is not None:
-        _picture_finding(arguments, found.scene, stated)
-    return found.diagnostics
+        examined = examination.of(source, lambda scene: compute_solids(arguments, scene.frames))
+    if arguments.picture and examined.subject is not None:
+        _save_picture(arguments, examined.subject)
+    elif arguments.picture and examined.scene is not None:
+        _picture_finding(arguments, examined.scene, stated)
+    return examined.diagnostics
 
 
 def _picture_finding(arguments: argparse.Namespace, scene: EntityScene, stated: Sequence[Declaration]) -> None:
+    """Write an image of the gravest finding, if there is one."""
     from scenelang.backends.pictures.exhibit import save_marked
 
     with bounded(arguments):
@@ -169,6 +172,7 @@ def _marked_finding(
 
 
 def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:
+    """Write an image of the subject of an error."""
     from scenelang.backends.pictures.exhibit import save_exhibit
 
     with bounded(arguments):
@@ -177,12 +181,14 @@ def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:
 
 
 def _say_shown(arguments: argparse.Namespace, what: str) -> None:
+    """Report that the image was written; further findings have none."""
     if not arguments.quiet:
         print(f"the {what} is shown in {arguments.picture}", file=sys.stderr)
-    arguments.picture = None  # that of the first
+    arguments.picture = None  # only the first is shown
 
 
 def run_run(arguments: argparse.Namespace) -> int:
+    """Evaluate a program and print a summary of its scene."""
     from scenelang.interpreter.inspection.outline import summary, summary_rows
 
     session = session_of(arguments)
@@ -200,6 +206,7 @@ def run_run(arguments: argparse.Namespace) -> int:
 
 
 def run_expand(arguments: argparse.Namespace) -> int:
+    """Print a program after macro expansion."""
     session = session_of(arguments)
     checked = session.check(session.source(arguments.file))
     if checked.ok and checked.program is None:
@@ -215,12 +222,14 @@ def run_expand(arguments: argparse.Namespace) -> int:
 
 
 def add_tree(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``tree``."""
     parser.add_argument("--depth", type=whole, metavar="N", help="maximum depth below the root")
     parser.add_argument("--poses", action="store_true", help="also print the pose of every entity")
     parser.add_argument("--all", action="store_true", help="list every instance instead of counts of repeated entities")
 
 
 def run_tree(arguments: argparse.Namespace) -> int:
+    """Print the entity hierarchy; long ones are printed while they are computed."""
     from scenelang.interpreter.inspection.outline import outline, outline_data
 
     with bounded(arguments):
@@ -239,6 +248,7 @@ def run_tree(arguments: argparse.Namespace) -> int:
 
 
 def run_flatten(arguments: argparse.Namespace) -> int:
+    """List the primitives with world matrices, or their number."""
     from scenelang.interpreter.inspection.numbering import primitive_handles
     from scenelang.interpreter.inspection.outline import flat_json
     from scenelang.interpreter.scene.flatten import flatten as flatten_scene
@@ -257,10 +267,12 @@ def run_flatten(arguments: argparse.Namespace) -> int:
 
 
 def add_count(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``count``."""
     parser.add_argument("--frame", type=whole, default=0, metavar="N", help="frame of a 4D scene (default 0)")
 
 
 def run_count(arguments: argparse.Namespace) -> int:
+    """Print the number of instances of every word."""
     with bounded(arguments):
         scene = evaluated(arguments)
         frames = scene.frames
@@ -275,10 +287,12 @@ def run_count(arguments: argparse.Namespace) -> int:
 
 
 def add_bounds(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``bounds``."""
     parser.add_argument("--word", help="word or path, such as `chair/leg[2]`, to measure in world coordinates")
 
 
 def run_bounds(arguments: argparse.Namespace) -> int:
+    """Print the bounding box of a scene or of a word."""
     from scenelang.interpreter.scene.bounds import box_data
 
     with bounded(arguments):
@@ -294,11 +308,13 @@ def run_bounds(arguments: argparse.Namespace) -> int:
 
 
 def add_measure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``measure``."""
     parser.add_argument("--word", help="word or path, such as `chair/leg[2]`, to measure in world coordinates")
     parser.add_argument("--frame", type=whole, default=0, metavar="N", help="frame to measure (default 0)")
 
 
 def run_measure(arguments: argparse.Namespace) -> int:
+    """Print volume, surface area, center of mass and inertia."""
     with bounded(arguments):
         facts = scene_of(arguments).measure(arguments.word, arguments.frame, session_limit(arguments)).data()
     shown = {name: values if isinstance(values, list) else [values] for name, values in facts.items()}
@@ -310,6 +326,7 @@ def run_measure(arguments: argparse.Namespace) -> int:
 
 
 def add_fmt(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``fmt``."""
     parser.description = "Format programs in a uniform style, in place. Only white space changes."
     parser.add_argument(
         "files", metavar="FILE", nargs="+", help="programs, folders of programs, or `-` to filter standard input"
@@ -321,6 +338,7 @@ def add_fmt(parser: argparse.ArgumentParser) -> None:
 
 
 def run_fmt(arguments: argparse.Namespace) -> int:
+    """Format programs; exit code 1 if one cannot be parsed, or would change with ``--check``."""
     from scenelang.backends.files import program_files
     from scenelang.session.formatting import FormattedFile, format_file
 
@@ -341,6 +359,7 @@ def run_fmt(arguments: argparse.Namespace) -> int:
 
 
 def _deliver(arguments: argparse.Namespace, name: str, file: FormattedFile) -> None:
+    """Write or print one formatted file, as the options ask."""
     if file.after is None:
         return
     only_shown = arguments.check or arguments.diff
@@ -358,11 +377,12 @@ def _deliver(arguments: argparse.Namespace, name: str, file: FormattedFile) -> N
 
 
 def _report_formatted(arguments: argparse.Namespace, files: Sequence[FormattedFile]) -> None:
-    found = [diagnostic for file in files for diagnostic in file.diagnostics]
+    """Report the diagnostics of formatting, and faults of the formatter."""
+    diagnostics = [diagnostic for file in files for diagnostic in file.diagnostics]
     if arguments.json:
-        print_json({"files": [file.data() for file in files], "diagnostics": [to_json(each) for each in found]})
-    elif found:
-        report(arguments, found)
+        print_json({"files": [file.data() for file in files], "diagnostics": [to_json(d) for d in diagnostics]})
+    elif diagnostics:
+        report(arguments, diagnostics)
     for file in files:
         if file.fault is not None:
             print(f"internal error: {file.fault} (the file is unchanged; please report it)", file=sys.stderr)
@@ -372,6 +392,7 @@ def _report_formatted(arguments: argparse.Namespace, files: Sequence[FormattedFi
 
 
 def add_diff(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``diff``."""
     parser.add_argument("a", metavar="A", help="first program, or flattened scene (.json)")
     parser.add_argument("b", metavar="B", help="second program, or flattened scene (.json)")
     parser.add_argument(
@@ -384,6 +405,7 @@ def add_diff(parser: argparse.ArgumentParser) -> None:
 
 
 def run_diff(arguments: argparse.Namespace) -> int:
+    """Compare two scenes; exit code 1 if they differ."""
     from scenelang.session.scene_changes import change_lines, changes_between
 
     if arguments.a == arguments.b == "-":
@@ -393,13 +415,13 @@ def run_diff(arguments: argparse.Namespace) -> int:
         with bounded(arguments):
             sides.append(_compared_frames(arguments, path))
     with bounded(arguments):
-        found = changes_between(sides[0], sides[1], arguments.tolerance)
-    print_result(arguments, found.data(), "\n".join(change_lines(found, arguments.limit)))
-    return 0 if found.equal else 1
+        changes = changes_between(sides[0], sides[1], arguments.tolerance)
+    print_result(arguments, changes.data(), "\n".join(change_lines(changes, arguments.limit)))
+    return 0 if changes.equal else 1
 
 
 def _compared_frames(arguments: argparse.Namespace, path: str) -> Sequence[ComparedFrame]:
-    """Return the frames of a program or a JSON file; raises Told if the program has errors."""
+    """Return the frames of a program or a JSON file; raises ReportedError if the program has errors."""
     from scenelang.session.scene_changes import compared_frames, compared_frames_in
 
     limit = session_limit(arguments)
@@ -414,6 +436,7 @@ def _compared_frames(arguments: argparse.Namespace, path: str) -> Sequence[Compa
 
 
 def add_transpile(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``transpile``."""
     parser.description = "Translate the Python of a language model's response to a program. It is never executed."
     parser.add_argument("file", metavar="FILE", help="response (.txt), Python program (.py), or `-` for standard input")
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
@@ -423,6 +446,7 @@ def add_transpile(parser: argparse.ArgumentParser) -> None:
 
 
 def run_transpile(arguments: argparse.Namespace) -> int:
+    """Translate Python and print or write the program."""
     from scenelang.session.session import Options, Session
 
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
@@ -437,11 +461,13 @@ def run_transpile(arguments: argparse.Namespace) -> int:
 
 
 def add_lift(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``lift``."""
     parser.description = "Rewrite a program as a person would write it, and print the diff. The scene stays the same."
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="write the program; OUT.scene may be FILE itself")
 
 
 def run_lift(arguments: argparse.Namespace) -> int:
+    """Rewrite a program, and write it or print the diff."""
     from scenelang.session.formatting import difference
 
     session = session_of(arguments)
@@ -459,11 +485,13 @@ def run_lift(arguments: argparse.Namespace) -> int:
 
 
 def add_import(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``import``."""
     parser.add_argument("file", metavar="FILE", help="file to import: .scad (OpenSCAD), .schem, .litematic or .nbt")
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
 
 
 def run_import(arguments: argparse.Namespace) -> int:
+    """Convert a file of another program to a scene program."""
     from scenelang.backends.minecraft import export as minecraft
     from scenelang.backends.openscad import converting as openscad
     from scenelang.session.session import other_file_error
@@ -487,6 +515,7 @@ def run_import(arguments: argparse.Namespace) -> int:
 
 
 def add_grammar(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``grammar``."""
     from scenelang.stdlib.reference import GRAMMARS
 
     parser.description = (
@@ -499,6 +528,7 @@ def add_grammar(parser: argparse.ArgumentParser) -> None:
 
 
 def run_grammar(arguments: argparse.Namespace) -> int:
+    """Print or write a grammar."""
     from scenelang.stdlib.reference import grammar_text
 
     with usage_errors():
@@ -511,30 +541,35 @@ def run_grammar(arguments: argparse.Namespace) -> int:
 
 
 def add_explain(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``explain``."""
     parser.description = "Explain diagnostics by code (E301) or name (unbound); without arguments, list all of them."
     parser.add_argument("codes", metavar="CODE", nargs="*", help="code or name of an error or warning")
 
 
 def run_explain(arguments: argparse.Namespace) -> int:
+    """Explain diagnostics, or list all of them."""
     names = [diagnostic_asked(code) for code in arguments.codes]
     return print_result(arguments, [explanation_data(name) for name in names or by_code()], explained(names))
 
 
 def add_search(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``search``."""
     parser.description = "Search the names of the language, its diagnostics and examples by meaning."
     parser.add_argument("words", metavar="WORD", nargs="+", help="what to search for, such as: copies in a circle")
     parser.add_argument("--limit", type=whole, default=8, metavar="N", help="maximum number of results (default 8)")
 
 
 def run_search(arguments: argparse.Namespace) -> int:
+    """Print the reference entries that fit a query best."""
     from scenelang.reference.searching import search
 
-    found = search(" ".join(arguments.words), arguments.limit)
-    text = "\n".join(each.text() for each in found)
-    return print_result(arguments, [each.data() for each in found], text or "nothing was found")
+    results = search(" ".join(arguments.words), arguments.limit)
+    text = "\n".join(result.text() for result in results)
+    return print_result(arguments, [result.data() for result in results], text or "nothing was found")
 
 
 def add_doctor(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``doctor``."""
     parser.description = (
         "Run a quick test of every feature, and report what is missing and how to install it. "
         "The exit code is 1 only if a feature that needs no extra is broken."
@@ -542,12 +577,13 @@ def add_doctor(parser: argparse.ArgumentParser) -> None:
 
 
 def run_doctor(arguments: argparse.Namespace) -> int:
+    """Check the installation; exit code 1 if a required feature is broken."""
     from scenelang.doctor.doctor import CheckState, checks, report_lines
 
-    found = list(checks())
-    lines = report_lines(found, use_color(arguments, sys.stdout))
-    print_result(arguments, [check.data() for check in found], "\n".join(lines))
-    return 1 if any(check.state is CheckState.BROKEN for check in found) else 0
+    results = list(checks())
+    lines = report_lines(results, use_color(arguments, sys.stdout))
+    print_result(arguments, [check.data() for check in results], "\n".join(lines))
+    return 1 if any(check.state is CheckState.BROKEN for check in results) else 0
 
 
 # --- repl, lsp, mcp, completion ---------------------------------------------------------------------------------------
@@ -560,6 +596,7 @@ SHELLS = ("bash", "zsh", "fish")
 
 
 def add_repl(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``repl``."""
     parser.description = (
         "Enter forms and print their values. `,help` lists the commands. Without a terminal, forms are read "
         "from standard input, values are written to standard output and diagnostics to standard error."
@@ -571,12 +608,14 @@ def add_repl(parser: argparse.ArgumentParser) -> None:
 
 
 def _model_request(command: str, line: str) -> ModelRequest:
+    """Parse a command of the REPL that calls a language model; imported only when one is used."""
     from scenelang.cli.models import model_request
 
     return model_request(command, line)
 
 
 def run_repl(arguments: argparse.Namespace) -> int:
+    """Start an interactive session, with terminal features if there is a terminal."""
     from scenelang.repl.evaluation import ReplEvaluation
 
     file = arguments.file
@@ -602,12 +641,14 @@ def run_repl(arguments: argparse.Namespace) -> int:
 
 
 def add_lsp(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``lsp``."""
     parser.add_argument(
         "--stdio", action="store_true", help="use standard input and output (the only transport; for compatibility)"
     )
 
 
 def run_lsp(arguments: argparse.Namespace) -> int:
+    """Serve an editor on standard input and output."""
     require("pygls", "'scenelang[lsp]'")
     from importlib.metadata import version
 
@@ -621,6 +662,7 @@ def run_lsp(arguments: argparse.Namespace) -> int:
 
 
 def add_mcp(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``mcp``."""
     parser.description = (
         "Start a server of the Model Context Protocol: agents write, check, run, measure, render, compare, repair "
         "and save programs. It reads and writes only in the project folder."
@@ -636,6 +678,7 @@ def add_mcp(parser: argparse.ArgumentParser) -> None:
 
 
 def run_mcp(arguments: argparse.Namespace) -> int:
+    """Serve agents on standard input and output."""
     folder = Path(arguments.project)
     if not folder.is_dir():
         raise UsageError("file", f"not a folder: {arguments.project}")
@@ -662,6 +705,7 @@ def _first(error: BaseException) -> BaseException:
 
 
 def add_completion(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``completion``."""
     parser.description = (
         "Print a completion script for commands, options, choices, files and a program's words. For bash "
         'add `eval "$(scenelang completion bash)"` to ~/.bashrc, for zsh the same with zsh to ~/.zshrc after '
@@ -671,6 +715,7 @@ def add_completion(parser: argparse.ArgumentParser) -> None:
 
 
 def run_completion(arguments: argparse.Namespace) -> int:
+    """Print a shell's completion script."""
     from argcomplete.shell_integration import shellcode
 
     code = shellcode(["scenelang", "scene"], shell=arguments.shell, complete_arguments=["-o", "nospace"])  # nosec B604

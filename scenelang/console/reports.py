@@ -12,8 +12,8 @@ from typing import Any, NoReturn, TextIO
 from scenelang.backends.files import write_text
 from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, suggest, to_json
 
-_PATIENCE = 1.0  # delay before progress is shown, in seconds
-_WIDTH = 30
+_PROGRESS_DELAY = 1.0  # seconds; shorter work shows no progress
+_BAR_WIDTH = 30  # characters
 _COLORS = {"+": "32", "-": "31", "@": "36"}
 
 
@@ -44,11 +44,12 @@ def progress_line(stream: TextIO, label: str) -> Callable[[float], None]:
     started = time.monotonic()
 
     def show(fraction: float) -> None:
+        """Draw the bar, if the work has taken long enough."""
         elapsed = time.monotonic() - started
-        if elapsed < _PATIENCE:
+        if elapsed < _PROGRESS_DELAY:
             return
-        filled = round(_WIDTH * min(1.0, max(0.0, fraction)))
-        bar = "#" * filled + "-" * (_WIDTH - filled)
+        filled = round(_BAR_WIDTH * min(1.0, max(0.0, fraction)))
+        bar = "#" * filled + "-" * (_BAR_WIDTH - filled)
         end = "\n" if fraction >= 1.0 else ""
         stream.write(f"\r{label} [{bar}] {100 * fraction:3.0f}% {elapsed:5.1f}s{end}")
         stream.flush()
@@ -95,6 +96,7 @@ def once(report: Callable[[Diagnostic], None]) -> Callable[[Diagnostic], None]:
     reported: set[str] = set()
 
     def warn(diagnostic: Diagnostic) -> None:
+        """Report a diagnostic whose message is new."""
         if diagnostic.message not in reported:
             reported.add(diagnostic.message)
             report(diagnostic)
@@ -138,21 +140,24 @@ class Parser(argparse.ArgumentParser):
             stream.flush()
 
     def error(self, message: str) -> NoReturn:
+        """Exit with a message and the way to the usage."""
         self.exit(2, f"{self.prog}: error: {message}\nusage: see `{self.prog} --help`\n")
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
-        found, unknown = self.parse_known_args(args, namespace)
-        found.__dict__.pop(_GIVEN, None)
+        """Parse all arguments; unknown ones are an error with the nearest option."""
+        arguments, unknown = self.parse_known_args(args, namespace)
+        arguments.__dict__.pop(_GIVEN, None)
         if unknown:
-            self._parser_of(found)._report_unknown(unknown)
-        return found
+            self._parser_of(arguments)._report_unknown(unknown)
+        return arguments
 
-    def _parser_of(self, found: Any) -> Parser:
-        """Return the parser of the command that ``found`` names, else this one."""
-        commands = next((each for each in self._actions if isinstance(each, argparse._SubParsersAction)), None)
-        return self if commands is None else commands.choices[getattr(found, commands.dest)]
+    def _parser_of(self, arguments: Any) -> Parser:
+        """Return the parser of the command that ``arguments`` name, else this one."""
+        commands = next((action for action in self._actions if isinstance(action, argparse._SubParsersAction)), None)
+        return self if commands is None else commands.choices[getattr(arguments, commands.dest)]
 
     def _report_unknown(self, arguments: Sequence[str]) -> NoReturn:
+        """Exit with the nearest option for an unknown one."""
         first = arguments[0].partition("=")[0]
         near = suggest(first, self._option_string_actions) if first.startswith("--") else None
         self.error(f"unrecognized arguments: {' '.join(arguments)}" + (f"; {near}" if near else ""))

@@ -36,12 +36,12 @@ def complete(build_parser: Callable[[str], argparse.ArgumentParser]) -> None:
 
 def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.ArgumentParser, str]]:
     """Return the subparsers of a parser's commands with their one-line help."""
-    found: dict[str, tuple[argparse.ArgumentParser, str]] = {}
+    parsers: dict[str, tuple[argparse.ArgumentParser, str]] = {}
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
             briefs = {choice.dest: choice.help or "" for choice in action._choices_actions}
-            found |= {name: (child, briefs.get(name, "")) for name, child in action.choices.items()}
-    return found
+            parsers |= {name: (child, briefs.get(name, "")) for name, child in action.choices.items()}
+    return parsers
 
 
 def _teach(parser: argparse.ArgumentParser) -> None:
@@ -54,6 +54,7 @@ def _teach(parser: argparse.ArgumentParser) -> None:
 
 
 def _completer(action: argparse.Action) -> Completer:
+    """Return the completer of an argument, by its name or metavar."""
     metavar = action.metavar if isinstance(action.metavar, str) else ""
     if action.dest in _KNOWN:
         return _KNOWN[action.dest]
@@ -67,6 +68,7 @@ def _completer(action: argparse.Action) -> Completer:
 
 
 def _nothing(**_: Any) -> Iterable[str]:
+    """Complete nothing."""
     return ()
 
 
@@ -74,14 +76,15 @@ def _files(*endings: str) -> Completer:
     """Return a completer for folders, and for files with one of the extensions."""
 
     def find(prefix: str, **_: Any) -> Iterator[str]:
+        """Yield the paths that begin with a prefix."""
         start = prefix.rpartition("/")[2]
         folder = prefix.removesuffix(start)
         place = Path(folder).expanduser()
         try:
-            found = sorted(place.iterdir())
+            paths = sorted(place.iterdir())
         except OSError:
             return
-        for path in found:
+        for path in paths:
             if path.name.startswith(start) and (start or not path.name.startswith(".")):
                 shown = folder + path.name
                 if path.is_dir():
@@ -105,24 +108,28 @@ def _words(**_: Any) -> Iterator[str]:
 
 
 def _backends(**_: Any) -> Iterable[str]:
+    """Return the names of backends."""
     from scenelang.backends import base
 
     return base.names()
 
 
 def _environments(**_: Any) -> Iterable[str]:
+    """Return the names of lighting environments."""
     from scenelang.backends.surfaces.appearance import ENVIRONMENTS
 
     return ENVIRONMENTS
 
 
 def _grounds(**_: Any) -> Iterable[str]:
+    """Return the names of grounds."""
     from scenelang.backends.surfaces.appearance import GROUNDS
 
     return GROUNDS
 
 
 def _codes(**_: Any) -> Iterable[str]:
+    """Return the codes and names of diagnostics."""
     from scenelang.grammar.diagnostics import CODES
 
     return [text for name, entry in CODES.items() for text in (entry.code, name)]

@@ -32,7 +32,7 @@ from scenelang.session.session import Session
 
 
 _PROGRAM = '(bind "trial" (lambda () (union (call "cube") (call "sphere" :color [1 0 0]))))'
-_SIDE = 16  # pixels
+_IMAGE_SIDE = 16  # pixels
 LANGUAGE, PICTURE, VIEWER = "language", "draft", "viewer"
 FILMS = {"film .gif": ".gif", "film .mp4": ".mp4"}
 _DOMAINS = {PICTURE: "backends.pictures", VIEWER: "backends.viewer", **dict.fromkeys(FILMS, "backends.pictures")}
@@ -40,16 +40,18 @@ _DOMAINS = {PICTURE: "backends.pictures", VIEWER: "backends.viewer", **dict.from
 
 def tests() -> Mapping[str, Callable[[Path], str]]:
     """Return all tests by name: each works in a folder, returns a summary, and raises if it fails."""
-    found: dict[str, Callable[[Path], str]] = {LANGUAGE: _evaluate, PICTURE: _draw, VIEWER: _view}
-    found |= {name: partial(_film, ending) for name, ending in FILMS.items()}
-    return found | {backend.name: partial(_export, backend) for backend in base.all_backends(Work.EXPORT)}
+    tests_by_name: dict[str, Callable[[Path], str]] = {LANGUAGE: _evaluate, PICTURE: _draw, VIEWER: _view}
+    tests_by_name |= {name: partial(_film, ending) for name, ending in FILMS.items()}
+    return tests_by_name | {backend.name: partial(_export, backend) for backend in base.all_backends(Work.EXPORT)}
 
 
 def _scene() -> Scene:
+    """Return a scene of two primitives."""
     return _evaluated(_PROGRAM)
 
 
 def _evaluated(text: str) -> Scene:
+    """Evaluate a program; raises SceneError."""
     result = Session().evaluate(Source("<trial>", text))
     if result.scene is None:
         raise SceneError("value", "; ".join(diagnostic.message for diagnostic in result.diagnostics))
@@ -62,29 +64,33 @@ def _build() -> Scene:
 
 
 def _evaluate(folder: Path) -> str:
+    """Test the language."""
     return f"evaluated a scene of {len(_scene().root.children)} parts"
 
 
 def _draw(folder: Path) -> str:
+    """Test drafts."""
     from scenelang.backends.pictures.film import PictureOptions, render, save_picture
 
     path = folder / "trial.png"
-    save_picture(render(_scene(), PictureOptions(width=_SIDE, height=_SIDE)), path)
-    return f"rendered an image of {_SIDE}x{_SIDE} pixels ({path.stat().st_size} bytes)"
+    save_picture(render(_scene(), PictureOptions(width=_IMAGE_SIDE, height=_IMAGE_SIDE)), path)
+    return f"rendered an image of {_IMAGE_SIDE}x{_IMAGE_SIDE} pixels ({path.stat().st_size} bytes)"
 
 
 def _film(ending: str, folder: Path) -> str:
+    """Test videos of one format."""
     from scenelang.backends.pictures.film import PictureOptions, painters, picture_backend, save_film
     from scenelang.backends.pictures.stage import still
 
-    scene, options = _scene(), PictureOptions(width=_SIDE, height=_SIDE)
-    shots = [still(scene, options.camera, None, _SIDE, _SIDE)] * 2
+    scene, options = _scene(), PictureOptions(width=_IMAGE_SIDE, height=_IMAGE_SIDE)
+    shots = [still(scene, options.camera, None, _IMAGE_SIDE, _IMAGE_SIDE)] * 2
     path = folder / f"trial{ending}"
     save_film(painters(scene, options, [picture_backend("draft")], shots), shots, path)
     return f"wrote a video ({path.stat().st_size} bytes)"
 
 
 def _view(folder: Path) -> str:
+    """Test that the page of the viewer is complete."""
     from scenelang.backends.viewer.packet import STATIC, served_page, static
 
     size = len(served_page()) + sum(len(static(name)) for name in STATIC)
@@ -92,10 +98,11 @@ def _view(folder: Path) -> str:
 
 
 def _export(backend: Backend, folder: Path) -> str:
+    """Test an export backend."""
     path = folder / f"trial{backend.endings[0]}"
     scene = _scene() if backend.accepts.any_word else _build()
     written = backend.run(scene, path, base.BackendOptions()) or [path]
-    return f"wrote {' '.join(backend.endings)} ({sum(each.stat().st_size for each in written)} bytes)"
+    return f"wrote {' '.join(backend.endings)} ({sum(file.stat().st_size for file in written)} bytes)"
 
 
 def main(names: list[str]) -> int:
@@ -114,6 +121,7 @@ def main(names: list[str]) -> int:
 
 
 def _say(line: Mapping[str, object]) -> None:
+    """Print a line for the parent process."""
     print(json.dumps(line), flush=True)
 
 
@@ -121,6 +129,8 @@ def _say(line: Mapping[str, object]) -> None:
 
 
 class CheckState(Enum):
+    """State of a check."""
+
     OK = "ok"
     NOTE = "note"  # informational
     MISSING = "missing"  # optional
@@ -196,7 +206,7 @@ def package_checks() -> Iterator[Check]:
         name, marker = match[1], match[2] or ""
         extra = _EXTRA.search(marker)
         if extra is None:
-            yield _needed(name, bool(marker.strip()))
+            yield _needed(name, only_sometimes=bool(marker.strip()))
         elif name != "scenelang":  # another extra, which is checked by itself
             extras.setdefault(extra[1], []).append(name)
     for extra_name, packages in extras.items():
@@ -204,10 +214,11 @@ def package_checks() -> Iterator[Check]:
             yield _extra(extra_name, packages)
 
 
-def _needed(package: str, only_sometimes: bool) -> Check:
-    found = version_of(package)
-    if found is not None:
-        return Check("packages", package, CheckState.OK, found)
+def _needed(package: str, *, only_sometimes: bool) -> Check:
+    """Check a required package, which some platforms have ``only_sometimes``."""
+    version = version_of(package)
+    if version is not None:
+        return Check("packages", package, CheckState.OK, version)
     if only_sometimes:
         return Check("packages", package, CheckState.NOTE, "not installed; not available on every platform")
     return Check("packages", package, CheckState.BROKEN, "not installed", f"pip install {package}")
@@ -216,16 +227,17 @@ def _needed(package: str, only_sometimes: bool) -> Check:
 def _extra(name: str, packages: Sequence[str]) -> Check:
     """Return the versions of an extra's packages, or the packages that are missing."""
     versions = {package: version_of(package) for package in packages}
-    missing = [package for package, found in versions.items() if found is None]
+    missing = [package for package, number in versions.items() if number is None]
     if missing:
         remedy = f"pipx inject scenelang {' '.join(missing)}" if in_pipx() else f"pip install 'scenelang[{name}]'"
         return Check("extras", name, CheckState.MISSING, f"not installed: {', '.join(missing)}", remedy)
-    return Check("extras", name, CheckState.OK, ", ".join(f"{package} {found}" for package, found in versions.items()))
+    installed = ", ".join(f"{package} {number}" for package, number in versions.items())
+    return Check("extras", name, CheckState.OK, installed)
 
 
-_SECONDS = 30.0  # for one test: on a loaded machine the slowest takes 5 s
+_TEST_SECONDS = 30.0  # timeout of one test; on a loaded machine the slowest takes 5 s
 _NVIDIA = Path("/proc/driver/nvidia/version")
-_OWN = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # required without extras
+_REQUIRED = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # required without extras
 
 
 def work_checks() -> Iterator[Check]:
@@ -244,6 +256,7 @@ def work_checks() -> Iterator[Check]:
 
 
 def _not_installed(name: str, package: str) -> Check:
+    """Return the result for a feature whose packages are missing."""
     remedy = "" if in_pipx() else f"pip install {package}"  # with pipx, see the remedies of the extras
     return Check("works", name, CheckState.MISSING, "not installed", remedy)
 
@@ -263,12 +276,14 @@ def _variant_trials() -> dict[str, subprocess.Popen[str] | None]:
 
 
 def _has(package: str) -> bool:
+    """Return whether a package is installed."""
     from importlib.util import find_spec
 
     return find_spec(package) is not None
 
 
 def _start(command: Sequence[str]) -> subprocess.Popen[str] | None:
+    """Start a process; None if it cannot be started."""
     try:
         # no shell: our own interpreter with a list of arguments
         return subprocess.Popen(  # noqa: S603  # nosec B603
@@ -283,7 +298,7 @@ def _output(process: subprocess.Popen[str] | None) -> str | None:
     if process is None:
         return ""
     try:
-        return process.communicate(timeout=_SECONDS)[0]
+        return process.communicate(timeout=_TEST_SECONDS)[0]
     except subprocess.TimeoutExpired:
         process.kill()
         process.communicate()
@@ -291,20 +306,24 @@ def _output(process: subprocess.Popen[str] | None) -> str | None:
 
 
 def _tried(names: Sequence[str]) -> Mapping[str, tuple[bool | None, str]]:
-    """Return the result of each test, None for one that took too long. A test that crashes or blocks the process is not
-    repeated; the others continue in a new process."""
+    """Run tests; the result of each is None if it took too long.
+
+    A test that crashes or blocks the process is not repeated; the others continue in a new process, because an
+    incompatible
+    native library can end the process that loads it.
+    """
     results: dict[str, tuple[bool | None, str]] = {}
     left = list(names)
     while left:
         current = ""
         lines = _Lines([sys.executable, "-P", "-m", "scenelang.doctor.doctor", *left])
-        with lines as told:
-            for line in told:
+        with lines as printed:
+            for line in printed:
                 current = str(line["name"])
                 if "ok" in line:
                     results[current] = (bool(line["ok"]), str(line["detail"]))
         if current not in results:
-            late = (None, f"not tested: it took more than {_SECONDS:g} seconds")
+            late = (None, f"not tested: it took more than {_TEST_SECONDS:g} seconds")
             results[current or left[0]] = late if lines.is_late else (False, "the test process crashed")
         left = [name for name in left if name not in results]
     return results
@@ -321,10 +340,11 @@ class _Lines:
         return self._lines()
 
     def _lines(self) -> Iterator[Mapping[str, object]]:
+        """Yield lines until the process ends, or prints none for too long."""
         if self._process is None or self._process.stdout is None:
             return
         while True:
-            timer = Timer(_SECONDS, self._stop)
+            timer = Timer(_TEST_SECONDS, self._stop)
             timer.start()
             try:
                 line = self._process.stdout.readline()
@@ -336,6 +356,7 @@ class _Lines:
                 yield json.loads(line)
 
     def _stop(self) -> None:
+        """Kill the process, because it is late."""
         self.is_late = True
         if self._process is not None:
             self._process.kill()
@@ -349,23 +370,25 @@ class _Lines:
 
 
 def _finding(name: str, results: Mapping[str, tuple[bool | None, str]]) -> Check:
+    """Return the result of a test; a failure is broken only for features that need no extra."""
     ok, detail = results[name]
     if ok is None:
         return Check("works", name, CheckState.NOTE, detail)
     if ok:
         return Check("works", name, CheckState.OK, detail)
-    promised = name in (*_OWN, LANGUAGE, VIEWER, "film .gif")
+    promised = name in (*_REQUIRED, LANGUAGE, VIEWER, "film .gif")
     return Check("works", name, CheckState.BROKEN if promised else CheckState.MISSING, detail)
 
 
 def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None]) -> Iterator[Check]:
+    """Return the results of Mitsuba's variants; without `llvm` and `cuda`, `scalar` works."""
     for name in ("scalar", "llvm", "cuda") if variants else ():
         if name not in variants:
             yield Check("works", f"mitsuba {name}", CheckState.NOTE, "no NVIDIA driver")
             continue
         text = _output(variants[name])
         if text is None:
-            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"timed out after {_SECONDS:g} seconds")
+            yield Check("works", f"mitsuba {name}", CheckState.NOTE, f"timed out after {_TEST_SECONDS:g} seconds")
         elif text.strip() == "True":
             yield Check("works", f"mitsuba {name}", CheckState.OK, "renders an image")
         elif name == "scalar":
@@ -382,7 +405,7 @@ def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None]) -> Ite
 
 _BROWSERS = ("firefox", "chromium", "chromium-browser", "google-chrome", "microsoft-edge", "safari", "brave-browser")
 _IMAGE_TERMINALS = ("iTerm.app", "WezTerm", "ghostty", "kitty")
-_PATIENCE = 2.0  # timeout of nvidia-smi, in seconds
+_GPU_SECONDS = 2.0  # timeout of nvidia-smi
 
 
 def system_checks() -> Iterator[Check]:
@@ -432,8 +455,8 @@ def folder_checks() -> Iterator[Check]:
 def _is_writable(folder: Path) -> bool:
     """Return whether files can be created in a folder, or the folder itself if it does not exist."""
     try:
-        there = next(parent for parent in (folder, *folder.parents) if parent.exists())
-        with tempfile.TemporaryFile(dir=there):
+        existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
+        with tempfile.TemporaryFile(dir=existing):
             return True
     except (OSError, StopIteration):
         return False
@@ -456,34 +479,38 @@ def terminal_checks() -> Iterator[Check]:
 
 
 def _colors() -> str:
+    """Describe the number of colors of the terminal."""
     if os.environ.get("COLORTERM") in ("truecolor", "24bit"):
         return "24-bit color"
     return "256 colors" if "256" in os.environ.get("TERM", "") else "colors"
 
 
 def _shows_images() -> bool:
+    """Return whether the terminal shows inline images."""
     program = os.environ.get("TERM_PROGRAM", "")
     return program in _IMAGE_TERMINALS or "kitty" in os.environ.get("TERM", "") or "KITTY_WINDOW_ID" in os.environ
 
 
 def _browser() -> Check:
-    found = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
-    if found is None:
+    """Find a browser for the viewer."""
+    browser = next((path for name in _BROWSERS if (path := shutil.which(name))), None)
+    if browser is None:
         try:
-            found = getattr(webbrowser.get(), "name", "the system's own")
+            browser = getattr(webbrowser.get(), "name", "the system's own")
         except webbrowser.Error:
             detail = "no browser found; `scenelang view --html FILE` writes a page to open elsewhere"
             return Check("terminal", "browser", CheckState.MISSING, detail)
-    return Check("terminal", "browser", CheckState.OK, str(found))
+    return Check("terminal", "browser", CheckState.OK, str(browser))
 
 
 def _gpu() -> Check:
+    """List the NVIDIA GPUs."""
     tool = shutil.which("nvidia-smi")
     if tool is None:
         return Check("system", "GPU", CheckState.NOTE, "no NVIDIA GPU found (optional)")
     try:
         # no shell: a fixed program with a list of arguments
-        done = subprocess.run([tool, "-L"], capture_output=True, text=True, timeout=_PATIENCE)  # noqa: S603  # nosec B603
+        done = subprocess.run([tool, "-L"], capture_output=True, text=True, timeout=_GPU_SECONDS)  # noqa: S603  # nosec B603
     except (OSError, subprocess.SubprocessError):
         return Check("system", "GPU", CheckState.NOTE, "the NVIDIA driver does not respond (optional)")
     cards = [line.partition(" (UUID")[0] for line in done.stdout.splitlines() if line.startswith("GPU")]
@@ -503,12 +530,12 @@ def service_checks() -> Iterator[Check]:
 
     for family in PROVIDERS.all():
         try:
-            found = account_of(family)
+            account = account_of(family)
         except SceneError as error:
             yield Check("services", family.name, CheckState.MISSING, error.message, error.hint or "")
             continue
-        key = "API key found" if found.key is not None else "no API key"
-        yield Check("services", family.name, CheckState.NOTE, f"{key} for {found.public_address}; not contacted")
+        key = "API key found" if account.key is not None else "no API key"
+        yield Check("services", family.name, CheckState.NOTE, f"{key} for {account.public_address}; not contacted")
 
 
 # --- report ----------------------------------------------------------------------------------------------------------
@@ -527,16 +554,16 @@ _MARKS = {"ok": "ok", "note": "--", "missing": "no", "broken": "BROKEN"}
 _STATES = {"ok": "32", "note": "0", "missing": "33", "broken": "1;31"}
 
 
-def report_lines(found: Sequence[Check], color: bool) -> Iterator[str]:
+def report_lines(results: Sequence[Check], color: bool) -> Iterator[str]:
     """Format the results by topic, with commands that install what is missing."""
-    width = max(len(check.name) for check in found)
+    width = max(len(check.name) for check in results)
     for topic, title in _TITLES.items():
-        mine = [check for check in found if check.topic == topic]
-        if mine:
+        of_topic = [check for check in results if check.topic == topic]
+        if of_topic:
             yield title
-            yield from (_line_of(check, width, color) for check in mine)
-    broken = sum(check.state.value == "broken" for check in found)
-    remedies = list(dict.fromkeys(check.remedy for check in found if check.remedy.startswith(("pip ", "pipx "))))
+            yield from (_line_of(check, width, color=color) for check in of_topic)
+    broken = sum(check.state.value == "broken" for check in results)
+    remedies = list(dict.fromkeys(check.remedy for check in results if check.remedy.startswith(("pip ", "pipx "))))
     yield ""
     yield f"{broken} broken." if broken else "All required features work."
     if remedies:
@@ -544,7 +571,8 @@ def report_lines(found: Sequence[Check], color: bool) -> Iterator[str]:
         yield from (f"  {remedy}" for remedy in remedies)
 
 
-def _line_of(check: Check, width: int, color: bool) -> str:
+def _line_of(check: Check, width: int, *, color: bool) -> str:
+    """Format one result."""
     mark = colored(_MARKS[check.state.value], _STATES[check.state.value] if color else None)
     remedy = f"; {check.remedy}" if check.remedy else ""
     return f"  {mark} {' ' * max(0, 2 - len(_MARKS[check.state.value]))}{check.name:<{width}}  {check.detail}{remedy}"

@@ -46,36 +46,37 @@ def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
 
 
 def _entity(entity: Entity, numbers: dict[int, int], folder: Path) -> dict[str, Any]:
+    """Return an entity as JSON data; absent properties are omitted."""
     embedding = entity.embedding
-    made: dict[str, Any] = {"word": entity.word}
+    record: dict[str, Any] = {"word": entity.word}
     if entity.is_primitive:
-        made["primitive"] = True
+        record["primitive"] = True
     if embedding.handle is not None:
-        made["handle"] = embedding.handle
+        record["handle"] = embedding.handle
     if embedding.text is not None:
-        made["text"] = embedding.text
+        record["text"] = embedding.text
     attributes = _attributes(entity)
     if attributes:
-        made["attributes"] = attributes
+        record["attributes"] = attributes
     file = getattr(entity.shape, "file", None)
     if file is not None:
-        made["file"] = _relative(file, folder)
+        record["file"] = _relative(file, folder)
     if isinstance(entity.shape, SolidShape):
-        made["solid"] = to_plain(entity.shape.expression, lambda path: _relative(path, folder))
+        record["solid"] = to_plain(entity.shape.expression, lambda path: _relative(path, folder))
     if entity.children:
-        made["children"] = [[numbers[id(part.car)], list(part.cdr)] for part in entity.children]
-    return made
+        record["children"] = [[numbers[id(part.car)], list(part.cdr)] for part in entity.children]
+    return record
 
 
 def _attributes(entity: Entity) -> dict[str, Any]:
     """Return the attributes as tagged plain data; other values (functions, entities) are omitted."""
-    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     for name, value in entity.embedding.attributes.items():
         try:
-            found[name] = plain_value(value, tagged=True)
+            attributes[name] = plain_value(value, tagged=True)
         except NotPlain:
             continue
-    return found
+    return attributes
 
 
 def _relative(file: str, folder: Path) -> str:
@@ -113,7 +114,7 @@ def holds_scene(path: Path | str) -> bool:
 # Reading scenes from JSON. The file may come from anywhere: nothing in it is trusted.
 
 
-MAX_FILE_BYTES = 256_000_000  # bytes
+MAX_FILE_BYTES = 256_000_000
 MAX_ENTITIES = 1_000_000
 MAX_PARTS = 5_000_000
 
@@ -164,6 +165,7 @@ def read_scene(path: Path | str, project: Path | None = None, allow_outside: boo
 
 
 def _parsed(path: Path) -> Any:
+    """Parse a file within its limits; raises SceneError."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             raise LimitError("size", f"{path.name} is larger than the limit of {MAX_FILE_BYTES:,} bytes")
@@ -244,6 +246,7 @@ class _Reader:
         return tuple(self._part(part, earlier, where) for part in given)
 
     def _part(self, part: Any, earlier: Sequence[Entity], where: str) -> Pair:
+        """Parse a part: an index of an earlier entity, and a pose."""
         if not isinstance(part, list) or len(part) != 2:
             self.fail(f"a child of {where} must be a pair of an index and a pose")
         number, pose = part
@@ -272,8 +275,9 @@ class _Reader:
 
     def _solid(self, records: Any, attributes: dict[str, Any], where: str) -> Primitive:
         def leaf(word: str, given: Any, file: Any) -> Primitive:
-            own = {str(name): value_of(value) for name, value in given.items() if value is not None}
-            return self._plain_shape(word, own, file, where)
+            """Create an operand that is no solid itself."""
+            own_attributes = {str(name): value_of(value) for name, value in given.items() if value is not None}
+            return self._plain_shape(word, own_attributes, file, where)
 
         try:
             return SolidShape.of(from_plain(records, leaf), attributes)

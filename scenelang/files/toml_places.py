@@ -1,4 +1,7 @@
-"""Settings in TOML files, with the place of every key, so that a mistake is reported by line and column."""
+"""Settings in TOML files, with the position of every key, so that errors have a line and a column.
+
+``tomllib`` parses the text but keeps no positions, so a scanner walks over what it has accepted.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,8 @@ _PLAIN = re.compile(r"[^,\]}#\n]+")
 _AT_LINE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
 _DIGITS = re.compile(r"[0-9_]{2000,}")
 _INTEGERS = "integers have 64 bits: from -2^63 to 2^63 - 1"
-_MOST_SHOWN = 8  # items of a list in a message
+_MAX_SHOWN_ITEMS = 8  # of a list in a message
+_MAX_SHOWN_LENGTH = 60  # characters of a value in a message
 _MAX_SIZE = 1_000_000  # characters of a file
 
 
@@ -31,18 +35,19 @@ def _places(text: str) -> dict[KeyPath, tuple[int, int]]:
     """Return the offsets of each key of a valid TOML text, by its path; items of arrays have their index as a key."""
     scanner = _Scanner(text)
     scanner.document()
-    return scanner.found
+    return scanner.places
 
 
 class _Scanner:
-    """Walks over a text that ``tomllib`` has accepted, and notes where its keys are."""
+    """Walks over a text that ``tomllib`` has accepted, and records where its keys are."""
 
     def __init__(self, text: str) -> None:
         self.text = text
         self.at = 0
-        self.found: dict[KeyPath, tuple[int, int]] = {}
+        self.places: dict[KeyPath, tuple[int, int]] = {}
 
     def document(self) -> None:
+        """Read the whole text."""
         table: KeyPath = ()
         self._skip(_SPACE)
         while self.at < len(self.text):
@@ -53,15 +58,16 @@ class _Scanner:
             self._skip(_SPACE)
 
     def _header(self) -> KeyPath:
+        """Read the header of a table or of an item of an array of tables; return its path."""
         start = self.at
         is_array = self.text.startswith("[[", start)
         self.at += 2 if is_array else 1
         path = self._path(())
         self.at += 2 if is_array else 1
         if is_array:
-            number = sum(1 for known in self.found if known[:-1] == path and known[-1].isdecimal())
+            number = sum(1 for known in self.places if known[:-1] == path and known[-1].isdecimal())
             path = (*path, str(number))
-        self.found[path] = start, self.at
+        self.places[path] = start, self.at
         return path
 
     def _path(self, table: KeyPath) -> KeyPath:
@@ -72,7 +78,7 @@ class _Scanner:
             if match is None:
                 raise ValueError
             table = (*table, _plain_key(match[0]))
-            self.found.setdefault(table, match.span())
+            self.places.setdefault(table, match.span())
             self.at = match.end()
             self._skip(_BLANK)
             if not self.text.startswith(".", self.at):
@@ -80,11 +86,13 @@ class _Scanner:
             self.at += 1
 
     def _pair(self, table: KeyPath) -> None:
+        """Read a key and its value."""
         path = self._path(table)
         self.at += 1  # the equals sign
         self._value(path)
 
     def _value(self, path: KeyPath) -> None:
+        """Read a value, and the keys in it."""
         self._skip(_SPACE)
         if self.text.startswith("{", self.at):
             self._items("}", lambda _: self._pair(path))
@@ -95,12 +103,14 @@ class _Scanner:
             self.at = match.end() if match is not None else self.at + 1
 
     def _item(self, path: KeyPath) -> None:
+        """Read an item of an array."""
         self._skip(_SPACE)
         start = self.at
         self._value(path)
-        self.found.setdefault(path, (start, max(self.at, start + 1)))
+        self.places.setdefault(path, (start, max(self.at, start + 1)))
 
     def _items(self, end: str, read: Any) -> None:
+        """Read items up to the closing bracket; ``read`` is called with the index of each."""
         self.at += 1
         number = 0
         while True:
@@ -115,19 +125,21 @@ class _Scanner:
             number += 1
 
     def _skip(self, pattern: re.Pattern[str]) -> None:
+        """Advance past a match of a pattern."""
         match = pattern.match(self.text, self.at)
         assert match is not None
         self.at = match.end()
 
 
 def _plain_key(text: str) -> str:
+    """Return a key without its quotes."""
     if text[0] not in "\"'":
         return text
     return next(iter(tomllib.loads(f"{text} = 0")))
 
 
 def parsed(source: Source, code: str) -> TomlTable:
-    """Parse TOML; raises SceneError ``code`` with the place of a mistake."""
+    """Parse TOML; raises SceneError ``code`` with the position of an error."""
     if len(source.text) > _MAX_SIZE:
         raise SceneError(code, f"{source.name} has more than {_MAX_SIZE:,} characters")
     try:
@@ -141,10 +153,10 @@ def parsed(source: Source, code: str) -> TomlTable:
         span = Span(source, *digits.span()) if digits is not None else Span(source, 0, 1)
         raise SceneError(code, "an integer has thousands of digits", _INTEGERS, span) from None
     try:
-        found = _places(source.text)
+        places = _places(source.text)
     except (ValueError, IndexError, RecursionError):  # a rare spelling: mistakes are reported without their place
-        found = {}
-    document = TomlDocument(source, code, found)
+        places = {}
+    document = TomlDocument(source, code, places)
     _check_integers(document, data)
     return TomlTable(data, (), document)
 
@@ -164,6 +176,7 @@ def _check_integers(document: TomlDocument, data: Any) -> None:
 
 
 def _syntax_error(source: Source, code: str, message: str) -> SceneError:
+    """Convert an error of ``tomllib`` to one with a span."""
     place = _AT_LINE.search(message)
     start = len(source.text)
     if place is not None:
@@ -190,7 +203,7 @@ class TomlDocument:
 
 
 class TomlTable:
-    """A table of a TOML file, whose keys are read one after the other; unread ones are unknown."""
+    """A table of a TOML file. Keys are read one after the other; ``finish`` reports those that were not."""
 
     def __init__(self, data: Mapping[str, Any], path: KeyPath, document: TomlDocument) -> None:
         self._data = data
@@ -209,8 +222,8 @@ class TomlTable:
         self.document.fail(self.path if key is None else (*self.path, key), message, hint)
 
     def fail_missing(self, key: str, message: str) -> NoReturn:
-        """Raise an error for a key that is not there: at one that may be meant to be it, or at the table."""
-        near = next((each for each in self._data if each not in self._read and suggest(each, [key])), None)
+        """Raise an error for a missing key: at an unread one with a similar name, or at the table."""
+        near = next((name for name in self._data if name not in self._read and suggest(name, [key])), None)
         if near is not None:
             self._read.add(key)
             self._fail_unknown(near)
@@ -235,6 +248,7 @@ class TomlTable:
         return value
 
     def flag(self, key: str, default: bool) -> bool:
+        """Return a boolean."""
         value = self.take(key, default)
         if not isinstance(value, bool):
             self.fail(key, f"`{key}`: expected true or false, got {shown(value)}")
@@ -251,7 +265,7 @@ class TomlTable:
         return value
 
     def texts(self, key: str, default: Sequence[str] = (), choices: Iterable[str] = ()) -> tuple[str, ...]:
-        """Return a list of strings; a string stands for a list of it alone."""
+        """Return a list of strings; a single string is a list of one."""
         value = self.take(key, list(default))
         value = [value] if isinstance(value, str) else value
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
@@ -261,19 +275,20 @@ class TomlTable:
         return tuple(value)
 
     def check_choice(self, key: str, value: str, choices: Sequence[str]) -> None:
+        """Raise an error for a value that is not one of ``choices``, if there are any."""
         if choices and value not in choices:
             near = suggest(value, choices)
             self.fail(key, f"`{key}`: unknown `{value[:60]}`", near or f"expected one of {', '.join(choices)}")
 
     def table(self, key: str) -> TomlTable:
-        """Return a table, an empty one if it is not there."""
+        """Return a table, an empty one if it is missing."""
         value = self.take(key, {})
         if not isinstance(value, dict):
             self.fail(key, f"`{key}`: expected a table, got {shown(value)}")
         return TomlTable(value, (*self.path, key), self.document)
 
     def tables(self, key: str) -> list[TomlTable]:
-        """Return an array of tables, an empty one if it is not there."""
+        """Return an array of tables, an empty one if it is missing."""
         value = self.take(key, [])
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             self.fail(key, f"`{key}`: expected an array of tables, got {shown(value)}")
@@ -296,9 +311,9 @@ def shown(value: Any) -> str:
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, list | tuple):
-        is_short = len(value) <= _MOST_SHOWN and not any(isinstance(each, dict | list | tuple) for each in value)
+        is_short = len(value) <= _MAX_SHOWN_ITEMS and not any(isinstance(item, dict | list | tuple) for item in value)
         text = f"[{', '.join(map(shown, value))}]" if is_short else ""
-        return text if 2 < len(text) <= 60 else "an empty list" if not value else "a list"
+        return text if 2 < len(text) <= _MAX_SHOWN_LENGTH else "an empty list" if not value else "a list"
     if isinstance(value, bool):
         return str(value).lower()
-    return value.isoformat() if isinstance(value, date | time) else repr(value)[:60]
+    return value.isoformat() if isinstance(value, date | time) else repr(value)[:_MAX_SHOWN_LENGTH]

@@ -27,9 +27,10 @@ if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import ZEntry
 
 _SUFFIX = ".z.safetensors"
+# Keys of the header, and the name of a tensor.
 _KEY = "scenelang"
 WORDING = "scenelang-wording"
-_MADE = "scenelang-made"
+_PROVENANCE = "scenelang-made"
 ENCODINGS = "scenelang-encodings"
 MATRIX = "/encodings"  # not a valid handle name
 _MAX_HEADER_SIZE = 4_000_000  # bytes
@@ -107,22 +108,34 @@ def set_entry(path: Path, name: str, text: str | None, attributes: Mapping[str, 
 
 
 def _write_z(path: Path, entries: Mapping[str, ZEntry], vectors: Vectors) -> None:
+    """Write entries and vectors in a folder that is locked, with the provenance of the vectors that remain."""
     data = {
         name: {"text": entry.text, "attributes": {key: _to_json(value) for key, value in entry.attributes.items()}}
         for name, entry in entries.items()
     }
     header, old = _old(path)
     encodings = {MATRIX: old[MATRIX]} if MATRIX in old else {}
-    if _MADE in header:
-        made = _table(path, header, _MADE)
-        header[_MADE] = json.dumps({name: each for name, each in made.items() if name in vectors})
+    if _PROVENANCE in header:
+        provenance = _table(path, header, _PROVENANCE)
+        header[_PROVENANCE] = json.dumps({name: record for name, record in provenance.items() if name in vectors})
     _write(path, {**header, _KEY: json.dumps(data)}, {**vectors, **encodings})
 
 
 @dataclass(frozen=True, slots=True)
 class Made:
-    """Provenance of learned vectors: method (``inversion``, ``style``, ``picture``), source, model, and time (ISO
-    8601)."""
+    """Provenance of learned vectors.
+
+    Attributes
+    ----------
+    how
+        Method: ``inversion``, ``style`` or ``picture``.
+    source
+        What they were learned from.
+    model
+        Name of the model.
+    when
+        Time in ISO 8601.
+    """
 
     how: str
     source: str
@@ -133,8 +146,8 @@ class Made:
 def read_made(path: Path) -> dict[str, Made]:
     """Read the provenance of the vectors by handle, as far as it is recorded; raises SceneError."""
     with _read_errors(path):
-        found = _parsed(_contents(path)[0], _MADE)
-        return {str(name): _made(name, fields) for name, fields in found.items()}
+        records = _parsed(_contents(path)[0], _PROVENANCE)
+        return {str(name): _made(name, fields) for name, fields in records.items()}
 
 
 def _made(name: str, fields: Any) -> Made:
@@ -149,8 +162,8 @@ def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> Non
     """Add or replace learned vectors atomically, creating the file if necessary."""
     with lock_folder(path.parent):
         header, old = _old(path)
-        provenance = _table(path, header, _MADE) | {name: asdict(each) for name, each in made.items()}
-        _write(path, {**header, _MADE: json.dumps(provenance)}, {**old, **vectors})
+        provenance = _table(path, header, _PROVENANCE) | {name: asdict(record) for name, record in made.items()}
+        _write(path, {**header, _PROVENANCE: json.dumps(provenance)}, {**old, **vectors})
 
 
 def read_stored(path: Path, key: str, tensor: str | None = None) -> tuple[Any, npt.NDArray[Any] | None] | None:
@@ -179,25 +192,32 @@ def write_stored(path: Path, key: str, data: Any, vectors: Vectors | None = None
 
 
 def swap_handles(path: Path, one: str, other: str) -> bool:
-    """Swap text, attributes, vectors and provenance of two handles. Encodings of the old prompts are removed. Returns
-    False if the file has no entry of either."""
+    """Swap text, attributes, vectors and provenance of two handles, and remove encodings of the old prompts.
+
+    Returns
+    -------
+    bool
+        Whether the file has an entry of either.
+    """
     with lock_folder(path.parent):
         return _swap_handles(path, one, other)
 
 
 def _swap_handles(path: Path, one: str, other: str) -> bool:
+    """Swap two handles in a folder that is locked."""
     header, vectors = _old(path)
-    tables = {key: _table(path, header, key) for key in (_KEY, _MADE)}
-    swapped = [_swapped(each, one, other) for each in (*tables.values(), vectors)]
-    if not any(name in each for each in (*tables.values(), vectors) for name in (one, other)):
+    tables = {key: _table(path, header, key) for key in (_KEY, _PROVENANCE)}
+    swapped = [_swapped(table, one, other) for table in (*tables.values(), vectors)]
+    if not any(name in table for table in (*tables.values(), vectors) for name in (one, other)):
         return False
-    header = {**header, _KEY: json.dumps(swapped[0]), _MADE: json.dumps(swapped[1])}
+    header = {**header, _KEY: json.dumps(swapped[0]), _PROVENANCE: json.dumps(swapped[1])}
     header.pop(ENCODINGS, None)
     _write(path, header, {name: vector for name, vector in swapped[2].items() if name != MATRIX})
     return True
 
 
 def _swapped(table: Mapping[str, Any], one: str, other: str) -> dict[str, Any]:
+    """Return a table with two of its keys swapped."""
     names = {one: other, other: one}
     return {names.get(name, name): value for name, value in table.items()}
 
@@ -217,6 +237,7 @@ def _table(path: Path, header: Mapping[str, str], key: str) -> dict[str, Any]:
 
 
 def _contents(path: Path) -> tuple[dict[str, str], dict[str, npt.NDArray[Any]]]:
+    """Return header and tensors of a file; raises any of the exceptions that ``_read_errors`` converts."""
     from safetensors import safe_open
 
     _check_header(path)
@@ -246,6 +267,7 @@ def _read_errors(path: Path) -> Iterator[None]:
 
 
 def _write(path: Path, header: Mapping[str, str], vectors: Vectors) -> None:
+    """Write header and tensors atomically."""
     from safetensors.numpy import save
 
     data = save(dict(vectors), metadata=dict(header))
@@ -256,12 +278,12 @@ def _write(path: Path, header: Mapping[str, str], vectors: Vectors) -> None:
 def _parsed(header: Mapping[str, str], key: str) -> dict[str, Any]:
     """Parse a JSON table of the header; raises ValueError that names the entry."""
     try:
-        found = json.loads(header.get(key, "{}"))
+        table = json.loads(header.get(key, "{}"))
     except ValueError as error:
         raise ValueError(f"header entry `{key}` is not valid JSON ({error})") from None
-    if not isinstance(found, dict):
+    if not isinstance(table, dict):
         raise ValueError(f"header entry `{key}` is not a JSON object")
-    return found
+    return table
 
 
 def _named_entry(name: str, fields: Any) -> ZEntry:
@@ -275,6 +297,7 @@ def _named_entry(name: str, fields: Any) -> ZEntry:
 
 
 def _entry(fields: Mapping[str, Any]) -> ZEntry:
+    """Parse an entry; raises ValueError."""
     from scenelang.interpreter.runtime.runtime import ZEntry
 
     text = fields.get("text")
@@ -287,6 +310,7 @@ def _entry(fields: Mapping[str, Any]) -> ZEntry:
 
 
 def _attribute(name: str, value: Any) -> Any:
+    """Parse the value of an attribute; raises ValueError that names it."""
     try:
         return value_of(value)
     except (ValueError, TypeError, KeyError) as error:
@@ -294,6 +318,7 @@ def _attribute(name: str, value: Any) -> Any:
 
 
 def _to_json(value: Any) -> Any:
+    """Return the value of an attribute as JSON data; raises SceneError if it has none."""
     try:
         return plain_value(value, tagged=True)
     except NotPlain:

@@ -21,8 +21,9 @@ _PHYSICS = {attribute.name: attribute.doc for attribute in primitives.PHYSICS}
 def attributes_of(word: str) -> tuple[str, ...]:
     """Return the attributes that the primitive ``word`` reads, those of its geometry first. Other words are semantic
     primitives, which are boxes."""
-    own = primitives.attributes_read(word)
-    return (*own, *MATERIALS, *_PHYSICS) if "color" in own else own  # materials apply only to visible geometry
+    attributes = primitives.attributes_read(word)
+    has_material = "color" in attributes  # materials apply only to visible geometry
+    return (*attributes, *MATERIALS, *_PHYSICS) if has_material else attributes
 
 
 def attribute_doc(word: str | None, name: str) -> str | None:
@@ -63,28 +64,36 @@ _TAUGHT: Mapping[str, str] = MappingProxyType({
     "Others": "table string-append",
 })  # fmt: skip
 _CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
-_UNTOLD = ("color", "emission", "opacity", "metallic", "roughness", "ior", "segments", "stream", "size", "line-height")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
+_OMITTED_KEYWORDS = (*_SURFACE, "segments", "stream", "size", "line-height")  # of solids and functions in a prompt
 
 
 def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) -> str:
-    """Return primitives, forms and procedures as Markdown, in few words: the primitives ``words`` (None: all), and the
-    names that scenes need, except those in ``without``."""
+    """Return primitives, forms and procedures as short Markdown, for prompts.
+
+    Parameters
+    ----------
+    words
+        Primitives to describe; None for all.
+    without
+        Names to leave out.
+    """
     chosen = tuple(primitives.docs_of_words()) if words is None else words
     return "\n".join([*_primitives(chosen), *_names(chosen, without)])
 
 
 def _primitives(words: Sequence[str]) -> Iterator[str]:
+    """Yield the primitives with their attributes, each attribute explained once, and the materials of all."""
     yield "## Primitives\n"
     docs = primitives.docs_of_words()
-    told: set[str] = set()
+    explained: set[str] = set()
     for word in words:
-        own = [name for name in attributes_of(word) if name not in _SURFACE and name not in _PHYSICS]
-        yield f'- `(call "{word}"{"".join(f" :{name}" for name in own)})`: {docs[word]}'
-        for name in own:
+        attributes = [name for name in attributes_of(word) if name not in _SURFACE and name not in _PHYSICS]
+        yield f'- `(call "{word}"{"".join(f" :{name}" for name in attributes)})`: {docs[word]}'
+        for name in attributes:
             doc = attribute_doc(word, name)
-            if f"{name} {doc}" not in told:
-                told.add(f"{name} {doc}")
+            if f"{name} {doc}" not in explained:
+                explained.add(f"{name} {doc}")
                 yield f"  - `:{name}` {doc}"
     if not set(words) <= set(primitives.block_words()):
         yield "\nMaterials of all primitives and solids:\n"
@@ -93,18 +102,19 @@ def _primitives(words: Sequence[str]) -> Iterator[str]:
 
 def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, bool]]]:
     """Return the names that a prompt teaches by group, and whether each is explained."""
-    found: dict[str, list[tuple[ReferenceRecord, bool]]] = {}
+    groups: dict[str, list[tuple[ReferenceRecord, bool]]] = {}
     for group, text in _TAUGHT.items():
         for item in text.split():
             name, explained = item.removesuffix("~"), item.endswith("~")
             record = lookup(name)
             assert record is not None, name
             if name not in without:
-                found.setdefault(group, []).append((record, explained))
-    return found
+                groups.setdefault(group, []).append((record, explained))
+    return groups
 
 
 def _names(words: Sequence[str], without: Collection[str]) -> Iterator[str]:
+    """Yield the names of each group: the plain ones as one list, the explained ones as lines."""
     is_blocks = set(words) <= set(primitives.block_words())
     yield "\n## Names\n"
     yield "`clause` is `(x xs)`, `xs` a list or a number of turns, or `:when test`. What is in brackets is optional.\n"
@@ -132,7 +142,8 @@ def _together(usages: Sequence[str]) -> Iterator[str]:
 
 
 def _quoted(usage: str) -> str:
-    return " or ".join(f"`{each}`" for each in re.split(r" or (?=\()", usage))
+    """Return the alternatives of a usage as code."""
+    return " or ".join(f"`{call}`" for call in re.split(r" or (?=\()", usage))
 
 
 _NOT_FOR_BLOCKS = ("Colours", "Solids", "Profiles", "Paths")
@@ -148,19 +159,21 @@ def _usage(record: ReferenceRecord) -> str:
     """Return a call without types, defaults of loops, and attributes of materials, which all solids have."""
     call = re.sub(r"::\w+(\[[^\]]*\])?", "", record.signature.partition(" -> ")[0])
     call = _CLAUSES.sub("(clause ...)", call)
-    return re.sub(rf" \[:(?:{'|'.join(_UNTOLD)})\]| \(:stream none\)", "", call)
+    return re.sub(rf" \[:(?:{'|'.join(_OMITTED_KEYWORDS)})\]| \(:stream none\)", "", call)
 
 
 # Descriptions of names that a program does not define: library names, primitives, attributes, diagnostics.
 
 
 def description(name: str) -> list[str]:
-    """Return the description of ``name`` as lines: a library name, a primitive (quoted or not), an attribute with its
-    colon, or the code or name of a diagnostic; empty if unknown."""
+    """Return the description of ``name`` as lines; empty if it is unknown.
+
+    It is a library name, a primitive (quoted or not), an attribute with its colon, or the code or name of a diagnostic.
+    """
     for lines in (_of_library(name), _of_primitive(name), _of_attribute(name), _of_diagnostic(name)):
-        found = list(lines)
-        if found:
-            return found
+        text_lines = list(lines)
+        if text_lines:
+            return text_lines
     return []
 
 
@@ -171,6 +184,7 @@ def known_names() -> Iterator[str]:
 
 
 def _of_library(name: str) -> Iterator[str]:
+    """Yield the description of a library name."""
     record = lookup(name.removeprefix(STD))
     if record is None:
         return
@@ -183,6 +197,7 @@ def _of_library(name: str) -> Iterator[str]:
 
 
 def _of_primitive(name: str) -> Iterator[str]:
+    """Yield the description of a primitive."""
     word = name.strip('"')
     docs = primitives.docs_of_words()
     if word not in docs:
@@ -194,6 +209,7 @@ def _of_primitive(name: str) -> Iterator[str]:
 
 
 def _of_attribute(name: str) -> Iterator[str]:
+    """Yield the description of an attribute."""
     attribute = name.removeprefix(":")
     doc = attribute_doc(None, attribute) if name.startswith(":") else None
     if doc is None:
@@ -204,7 +220,7 @@ def _of_attribute(name: str) -> Iterator[str]:
 
 
 def _of_diagnostic(name: str) -> Iterator[str]:
-    """Yield the explanation of a diagnostic, as printed by `scenelang explain`."""
+    """Yield the description of a diagnostic."""
     key = diagnostic_named(name)
     if key is not None:
         yield from explanation(key)

@@ -23,15 +23,16 @@ from scenelang.reference.primer import attribute_doc, attribute_names, attribute
 from scenelang.stdlib.reference import COMBINATORS, records
 
 MAX_QUERY = 500  # characters
-_K1, _B = 1.2, 0.75
-_NAME_WEIGHT = 4  # a word of a name counts as often
-_MAX_EXAMPLE_SIZE = 100_000
+_K1, _B = 1.2, 0.75  # saturation of frequencies and weight of lengths in BM25, at their usual values
+_NAME_WEIGHT = 4  # occurrences that a word of a name counts as
+_MAX_EXAMPLE_SIZE = 100_000  # bytes
+_MIN_STEM_LENGTH = 3  # letters
 _SCENES = frozenset(
     {"forms", "paper", "poses", "combinators", "entities", "solids", "profiles", "paths", "random", "colors"}
 )
-_EXACT = 100.0  # what is asked for by its name comes first
+_EXACT_SCORE = 100.0  # above that of any text: a query that is a name finds it first
 _SYNONYM_WEIGHT, _PHRASE_WEIGHT = 0.7, 2.0
-_OTHER = 0.5  # weight of what works as in any other language, and of diagnostics
+_GENERAL_WEIGHT = 0.5  # of general functions, which work as in other languages, and of diagnostics
 _PACKAGE = Path(__file__).parents[1]
 _INSTALLED, _CHECKOUT = _PACKAGE / "examples", _PACKAGE.parent / "examples"
 _EXAMPLES = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
@@ -108,7 +109,7 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
 
     Examples
     --------
-    >>> [found.name for found in search("repeat along a curve", 1)]
+    >>> [result.name for result in search("repeat along a curve", 1)]
     ['along']
     """
     if len(query) > MAX_QUERY:
@@ -121,27 +122,29 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
     exact = query.strip().strip('"`:').lower()
     for number, document in enumerate(index.documents):
         if document.name.lower().lstrip(":") == exact:
-            scores[number] = scores.get(number, 0.0) + _EXACT
+            scores[number] = scores.get(number, 0.0) + _EXACT_SCORE
     best = sorted(scores, key=lambda number: (-scores[number], number))[:limit]
     return [_scored(index.documents[number], scores[number]) for number in best]
 
 
-def _scored(found: SearchResult, score: float) -> SearchResult:
-    return SearchResult(found.kind, found.name, found.usage, found.doc, found.example, score)
+def _scored(result: SearchResult, score: float) -> SearchResult:
+    """Return a document with its score."""
+    return SearchResult(result.kind, result.name, result.usage, result.doc, result.example, score)
 
 
 def _query_terms(query: str) -> dict[str, float]:
     """Return the stems of a query and their weights; those of synonyms count less."""
     query, count = _AROUND.subn("", query.lower())
-    found: dict[str, float] = {}
+    weights: dict[str, float] = {}
     for word in _words(query):
         for other in _SYNONYMS.get(word, _SYNONYMS.get(word.removesuffix("s"), "")).split():
-            found.update((_stem(part), _SYNONYM_WEIGHT) for part in _words(other))
-    found |= dict.fromkeys(map(_stem, _words(query)), 1.0)
-    return found | ({_stem("ring"): _PHRASE_WEIGHT} if count else {})
+            weights.update((_stem(part), _SYNONYM_WEIGHT) for part in _words(other))
+    weights |= dict.fromkeys(map(_stem, _words(query)), 1.0)
+    return weights | ({_stem("ring"): _PHRASE_WEIGHT} if count else {})
 
 
 def _words(text: str) -> list[str]:
+    """Return the lower-case words of a text without stop words."""
     return [word for word in _WORD.findall(text.lower()) if word not in _STOP]
 
 
@@ -149,7 +152,7 @@ def _words(text: str) -> list[str]:
 def _stem(word: str) -> str:
     """Return a word without its ending, so that "rotated", "rotation" and "rotates" are the same."""
     for ending in _ENDINGS:
-        if word.endswith(ending) and len(word) - len(ending) >= 3:
+        if word.endswith(ending) and len(word) - len(ending) >= _MIN_STEM_LENGTH:
             return word.removesuffix(ending)
     return word
 
@@ -159,7 +162,7 @@ def _stem(word: str) -> str:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Index:
-    """Documents, and for each stem the documents that have it with its share of their score."""
+    """Documents, and for each stem the documents that contain it with their scores."""
 
     documents: tuple[SearchResult, ...]
     postings: dict[str, list[tuple[int, float]]]
@@ -167,6 +170,11 @@ class _Index:
 
 @cache
 def _index() -> _Index:
+    """Index all documents, with the score of each term precomputed.
+
+    BM25 (Robertson and Zaragoza, "The Probabilistic Relevance Framework", 2009): three hundred short documents need no
+    index on disk and no model.
+    """
     weighted = list(_documents())
     documents = tuple(document for document, _ in weighted)
     counts = [_counts(document) for document in documents]
@@ -185,6 +193,7 @@ def _index() -> _Index:
 
 
 def _counts(document: SearchResult) -> Counter[str]:
+    """Return the number of occurrences of each stem in a document."""
     stems = [_stem(word) for word in _words(f"{document.usage} {document.doc} {document.kind}")]
     return Counter(stems) + Counter({_stem(word): _NAME_WEIGHT for word in _words(document.name)})
 
@@ -196,17 +205,17 @@ def _documents() -> Iterator[tuple[SearchResult, float]]:
         example = record.examples[0] if record.examples else None
         shown = f"{example.expression} gives {example.value}" if example else record.picture or ""
         module = f' Requires (import "{record.module}").' if record.module else ""
-        weight = 1.0 if record.topic in _SCENES else _OTHER
+        weight = 1.0 if record.topic in _SCENES else _GENERAL_WEIGHT
         yield SearchResult(kind, record.name, record.signature, record.doc + module, _short(shown), 0.0), weight
     for word, doc in primitives.docs_of_words().items():
-        own = " ".join(f":{name}" for name in attributes_of(word)[:12])
-        yield SearchResult("primitive", word, f'(call "{word}" {own})', doc, "", 0.0), 1.0
+        attributes = " ".join(f":{name}" for name in attributes_of(word)[:12])
+        yield SearchResult("primitive", word, f'(call "{word}" {attributes})', doc, "", 0.0), 1.0
     for name in attribute_names():
         yield SearchResult("attribute", f":{name}", f":{name}", attribute_doc(None, name) or "", "", 0.0), 1.0
     for relation in RELATIONS.values():
         yield SearchResult("relation", relation.name, relation.usage, relation.doc, relation.example, 0.0), 1.0
     for name, code in CODES.items():
-        yield SearchResult("diagnostic", name, code.code, code.why, "", 0.0), _OTHER
+        yield SearchResult("diagnostic", name, code.code, code.why, "", 0.0), _GENERAL_WEIGHT
     yield from _examples()
 
 
@@ -237,5 +246,6 @@ def example_names() -> list[str]:
 
 
 def _short(text: str) -> str:
+    """Return a text on one line of at most 200 characters."""
     line = " ".join(text.split())
     return line if len(line) <= 200 else line[:197] + "..."

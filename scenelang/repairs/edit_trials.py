@@ -5,7 +5,7 @@ edits of the forms that make chosen instances. A search proposes candidates; ``T
 the work; the search judges each result.
 
 The budget is counted work, not time: a deadline would make the result depend on the machine and its load. Counted work
-gives the same result everywhere, and tells about how long a search takes.
+gives the same result everywhere, and predicts the duration of a search.
 """
 
 from __future__ import annotations
@@ -22,26 +22,28 @@ if TYPE_CHECKING:
 # Microseconds on one core of the test machine, measured over the examples and the rooms of `benchmarks`: a check takes
 # 2 to 5 for each character of the program; the evaluator 1 to 2 for each step. The geometry checks take 30 to 290 ms
 # for rooms of 20 to 90 primitives, and 80 to 800 microseconds for each primitive of the larger examples.
-_CHARACTER = 4
-_STEP = 2
-_BOX = 2  # the corners of one primitive
-_EXAMINATION = 50_000
-_EXAMINED = 300  # one primitive
-_UNIT = 1_000_000
+_CHARACTER_COST = 4
+_STEP_COST = 2
+_BOX_COST = 2  # the corners of one primitive
+_EXAMINATION_COST = 50_000
+_EXAMINED_PRIMITIVE_COST = 300
+_MICROSECONDS_PER_UNIT = 1_000_000
 
 
 class EditCandidate(Protocol):
-    """What may be tried: edits of a text that do not overlap."""
+    """An edit to try, made of text edits that do not overlap."""
 
     @property
-    def edits(self) -> tuple[Edit, ...]: ...
+    def edits(self) -> tuple[Edit, ...]:
+        """Text edits, with spans in the text before all of them."""
 
 
 class Priced(EditCandidate, Protocol):
     """A candidate with the cost that its search expects."""
 
     @property
-    def cost(self) -> float: ...
+    def cost(self) -> float:
+        """Expected cost; cheaper candidates are tried first."""
 
 
 AnyCandidate = TypeVar("AnyCandidate", bound=EditCandidate)
@@ -75,34 +77,37 @@ class Trials:
         self, name: str, evaluate: Callable[[Source], Evaluated], effort: float, most: int | None = None
     ) -> None:
         self._name, self._evaluate = name, evaluate
-        self._microseconds = effort * _UNIT
+        self._microseconds = effort * _MICROSECONDS_PER_UNIT
         self._evaluations_left = most
 
     @property
     def can_go_on(self) -> bool:
+        """Whether budget is left, and evaluations are."""
         return self._microseconds > 0 and self._evaluations_left != 0
 
     def evaluate(self, text: str) -> Evaluated:
-        """Evaluate a version of the program, and count the work."""
+        """Evaluate a version of the program and charge for it."""
         result = self._evaluate(Source(self._name, text))
-        self._microseconds -= _CHARACTER * len(text) + _STEP * result.steps
+        self._microseconds -= _CHARACTER_COST * len(text) + _STEP_COST * result.steps
         if self._evaluations_left:
             self._evaluations_left -= 1
         return result
 
     def spend_boxes(self, primitives: int) -> None:
-        """Count the boxes of some primitives."""
-        self._microseconds -= _BOX * primitives
+        """Charge for computing the boxes of some primitives."""
+        self._microseconds -= _BOX_COST * primitives
 
     def spend_examination(self, primitives: int) -> None:
-        """Count the geometry checks and the declarations of a scene."""
-        self._microseconds -= _EXAMINATION + _EXAMINED * primitives
+        """Charge for the geometry checks and declarations of a scene."""
+        self._microseconds -= _EXAMINATION_COST + _EXAMINED_PRIMITIVE_COST * primitives
 
     def first(
         self, candidates: Iterable[AnyCandidate], judge: Callable[[AnyCandidate], Result | None]
     ) -> Result | None:
-        """Return the first result of ``judge`` that is not None; None if no candidate has one, or the budget is
-        spent."""
+        """Return the first result of ``judge`` that is not None.
+
+        None means that no candidate has one, or that the budget is spent.
+        """
         for candidate in candidates:
             if not self.can_go_on:
                 return None
@@ -113,14 +118,17 @@ class Trials:
 
 
 def edited(text: str, edits: Iterable[Edit]) -> str:
-    """Return a text after edits that do not overlap, whose spans are those of the text before all of them."""
+    """Apply edits that do not overlap; their spans are those of the text before all of them."""
     return with_edits(text, [TextEdit(edit.span.start, edit.span.end, edit.text) for edit in edits])
 
 
 def cheapest(
     candidates: Iterable[AnyPriced], key: Callable[[AnyPriced], Hashable], tried: set[Hashable], most: int
 ) -> Iterator[AnyPriced]:
-    """Yield up to ``most`` candidates, the cheapest first, without those whose key is in ``tried``, which grows."""
+    """Yield up to ``most`` candidates, the cheapest first.
+
+    Candidates whose key is in ``tried`` are skipped; the keys of the others are added to it.
+    """
     count = 0
     for candidate in sorted(candidates, key=lambda candidate: candidate.cost):
         if key(candidate) in tried:

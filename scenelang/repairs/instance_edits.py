@@ -1,8 +1,10 @@
 """Edits of a program at an instance of its scene, such as ``chair/leg[2]``, proven by evaluation.
 
-A form that could make the instance is changed, and the program is evaluated: the edit is taken only if the chosen
-instances change as asked, and every other primitive of every frame stays the same. A form in a loop or in the
-definition of a word that occurs elsewhere makes more than one instance, so its edit is refused unless all are chosen.
+A form that could make the instance is changed and the program is evaluated: the edit is accepted only if the chosen
+instances change as asked and every other primitive of every frame stays the same. Which form makes an instance cannot
+be read off the text, since loops, macros and helpers make several; ``settle`` proves its edits in the same way. A form
+in a loop, or in the definition of a word that occurs elsewhere, makes more than one instance, so its edit is refused
+unless all are chosen.
 """
 
 from __future__ import annotations
@@ -28,29 +30,38 @@ from scenelang.repairs.edit_trials import Trials
 if TYPE_CHECKING:
     from scenelang.session.session import Session
 
-_EFFORT = 20.0  # of all trials: about 20 s
+_EFFORT = 20.0  # budget of all trials in units of ``Trials``: about 20 s
 _MAX_TESTS = 60  # forms that are tried
 _MAX_PRIMITIVES = 200_000
-_CLOSE = 1e-9  # of the scene's size: less is rounding
+_POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than this have not moved
+# The same for the asked motion. It is written with 9 decimals and passes through the poses around the form.
+_MOTION_TOLERANCE = 1e-7
+_MAX_SHOWN_LENGTH = 60  # characters of a form in a message
+# Forms that bound an edit: what encloses them makes more than the call.
 _SCOPES = frozenset({"bind", "define", "lambda", "param", "import", "scene", "let", "let*", "letrec", "quote"})
 
 
 @dataclass(frozen=True, slots=True)
 class InstanceEdit:
-    """What to do with the instances that a path means: exactly one of the fields but ``path`` is set.
+    """An edit of the instances of a path; exactly one field besides ``path`` is set.
 
     Attributes
     ----------
     path
-        As in ``Scene.instances``.
+        Path as in ``Scene.instances``, such as ``chair/leg[2]``.
     move
-        Translation in the scene's axes.
+        Translation in the axes and units of the scene.
     attribute
         Name of an attribute without its colon, and the text of its value.
     form
-        Text of a form that replaces the one that makes the instance, in its place.
+        Text of a form that replaces the one that makes the instance.
     remove
-        Whether to remove it.
+        Whether to remove the instance.
+
+    Examples
+    --------
+    >>> InstanceEdit("chair/leg[2]", move=(0.1, 0.0, 0.0)).path
+    'chair/leg[2]'
     """
 
     path: str
@@ -62,9 +73,9 @@ class InstanceEdit:
     def __post_init__(self) -> None:
         if sum((self.move is not None, self.attribute is not None, self.form is not None, self.remove)) != 1:
             raise SceneError("value", "expected one of `move`, an attribute, a form that replaces it, and `remove`")
-        for what, text in (("value", self.attribute[1] if self.attribute else None), ("form", self.form)):
+        for field, text in (("value", self.attribute[1] if self.attribute else None), ("form", self.form)):
             if text is not None and not _is_one_form(text):
-                raise SceneError("value", f'the {what} must be one form, such as `[1 0 0]` or `(call "cube")`')
+                raise SceneError("value", f'the {field} must be one form, such as `[1 0 0]` or `(call "cube")`')
         if self.attribute is not None and not _is_keyword(self.attribute[0]):
             raise SceneError("value", f"`{self.attribute[0][:40]}` is no name of an attribute")
         if self.move is not None and not np.isfinite(self.move).all():
@@ -72,11 +83,13 @@ class InstanceEdit:
 
 
 def _is_one_form(text: str) -> bool:
-    found = read(Source("<form>", text))
-    return len(found.forms) == 1 and not any(each.is_error for each in found.diagnostics)
+    """Return whether a text is one form without errors."""
+    parsed = read(Source("<form>", text))
+    return len(parsed.forms) == 1 and not any(diagnostic.is_error for diagnostic in parsed.diagnostics)
 
 
 def _is_keyword(name: str) -> bool:
+    """Return whether a name can be the name of an attribute."""
     forms = read(Source("<name>", f":{name}")).forms
     return len(forms) == 1 and isinstance(forms[0], Atom) and forms[0].value == Keyword(name) and name.isprintable()
 
@@ -98,8 +111,8 @@ def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
     Raises
     ------
     SceneError
-        If the program is wrong, there is no such instance, or no form makes these instances only; the hint names the
-        form that comes nearest.
+        If the program is wrong, there is no such instance, or no form makes only these instances; the hint then names
+        the form that affects the fewest others.
     """
     search = _Search(session, source, edit)
     result = search.trials.first(_candidates(source, edit, search.before), search.result)
@@ -109,20 +122,22 @@ def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
 
 
 class _Search:
-    """What was found out about the forms of a program."""
+    """Search for the form to edit, with what a refusal reports if there is none."""
 
     def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
         self.session, self.source, self.edit = session, source, edit
         self.trials = Trials(source.name, session.evaluate, _EFFORT, _MAX_TESTS)
         self.before = _Layout(session.evaluate(source).require(), edit.path)
-        self._moved: FloatArray | None = None  # how the last candidate moved the chosen instances, if only them
-        self._nearest: tuple[int, _Candidate] | None = None
-        self._problem: str | None = None  # why a form that makes only them does not do
-        self._failure: str | None = None  # of a program that was tried
+        self._moved: FloatArray | None = None  # motion of the instances by the last candidate, if it moved only them
+        self._nearest: tuple[int, _Candidate] | None = None  # fewest other primitives that a form changes, and the form
+        self._problem: str | None = None  # why the form that makes only the instances does not fit
+        self._failure: str | None = None  # first error of an edited program
 
     def result(self, candidate: _Candidate) -> EditedText | None:
-        """Return the program after a candidate, or after one with its translation corrected, that does what the edit
-        asks and nothing else; else None."""
+        """Return the program after a candidate that does what the edit asks and nothing else; else None.
+
+        If a translation moves only the instances, but in other axes than those of the scene, it is corrected once.
+        """
         if self._succeeds(candidate):
             return self._text_of(candidate)
         if self._moved is None:
@@ -132,9 +147,10 @@ class _Search:
         return self._text_of(measured) if measured is not None and self._succeeds(measured) else None
 
     def _succeeds(self, candidate: _Candidate) -> bool:
+        """Return whether a candidate does what the edit asks; record why if not."""
         result = self.trials.evaluate(trials.edited(self.source.text, candidate.edits))
         if result.scene is None:
-            problem = next((each.message for each in result.diagnostics if each.is_error), None)
+            problem = next((d.message for d in result.diagnostics if d.is_error), None)
             if candidate.is_direct and self._failure is None:
                 self._failure = problem
             return False
@@ -151,12 +167,16 @@ class _Search:
         return outcome.is_done
 
     def _text_of(self, candidate: _Candidate) -> EditedText:
+        """Return the program after a candidate."""
         line = self.source.position(candidate.span.start)[0]
         text = trials.edited(self.source.text, candidate.edits)
         return EditedText(text, line, candidate.span.text, candidate.new, self.before.count)
 
     def _measured(self, candidate: _Candidate) -> _Candidate | None:
-        """Return a candidate whose translation follows from what one along each axis does."""
+        """Return a candidate whose translation is solved from the motions by one along each axis.
+
+        A form inside turned or scaled ones moves its instances in other directions than it is moved itself.
+        """
         form, columns = candidate.span.text, list[FloatArray]()
         for axis in range(3):
             unit = _vector(np.eye(3)[axis])
@@ -169,7 +189,7 @@ class _Search:
         return _Candidate(candidate.span, f"(transform {form} (translate {_vector(offset)}))", False)
 
     def refusal(self) -> SceneError:
-        """Return why no form does."""
+        """Return the error that says why no form can be edited."""
         path = self.edit.path
         if self._problem is not None:
             return SceneError("value", f"`{path}` cannot be edited so: {self._problem}")
@@ -181,50 +201,52 @@ class _Search:
         others, candidate = self._nearest
         line = self.source.position(candidate.span.start)[0]
         shown = " ".join(candidate.span.text.split())
-        shown = shown if len(shown) <= 60 else shown[:57] + "..."
+        shown = shown if len(shown) <= _MAX_SHOWN_LENGTH else shown[: _MAX_SHOWN_LENGTH - 3] + "..."
         also = f"{others:,} other primitive{'s' * (others != 1)}"
         hint = f"line {line}: `{shown}` also makes {also}; name all that it makes, or write the parts apart"
         return SceneError("value", message, hint)
 
 
-# --- what changes ----------------------------------------------------------------------------------------------------
+# --- comparison of scenes --------------------------------------------------------------------------------------------
 
 
 class _Layout:
     """The primitives of the frames of a scene, and which of them belong to the chosen instances."""
 
     def __init__(self, scene: Scene, path: str) -> None:
+        """Select the instances of a path in every frame; a path must select some in one of them."""
         self.frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
         self.ranges: list[list[tuple[int, int]]] = []
         self.word, self.count = path, 0
-        self._parent: FloatArray = np.eye(3)  # axes of what the first one is part of
+        self._parent: FloatArray = np.eye(3)  # axes of the parent of the first instance
         problem: SceneError | None = None
         for number, root in enumerate(scene.frames):
             try:
                 locator = Locator(scene, number)
-                found = list(outermost(locator.find(path)))
+                instances = list(outermost(locator.find(path)))
             except SceneError as error:
                 problem = problem or error
                 self.ranges.append([])
                 continue
-            self.ranges.append(primitive_ranges(root, found))
+            self.ranges.append(primitive_ranges(root, instances))
             if not self.count:
-                self._choose(locator, found)
+                self._choose(locator, instances)
         if not self.count:
             raise problem or SceneError("value", f"no part `{path}`")
 
-    def _choose(self, locator: Locator, found: Sequence[Located]) -> None:
-        self.count, self.word = len(found), found[0].entity.word
-        self.is_root = not found[0].positions
-        above = locator.at(found[0].positions[:-1]).pose if found[0].positions else IDENTITY
+    def _choose(self, locator: Locator, instances: Sequence[Located]) -> None:
+        """Record word, number and parent axes of the instances of the first frame that has them."""
+        self.count, self.word = len(instances), instances[0].entity.word
+        self.is_root = not instances[0].positions
+        above = locator.at(instances[0].positions[:-1]).pose if instances[0].positions else IDENTITY
         self._parent = np.array(above, np.float64).reshape(3, 4)[:, :3]
 
     def local(self, move: Sequence[float]) -> FloatArray:
-        """Return a translation of the scene's axes in those of what the first instance is part of."""
+        """Return a translation in the scene's axes in those of the first instance's parent."""
         return np.asarray(np.linalg.lstsq(self._parent, np.array(move), rcond=None)[0], np.float64)
 
     def outcome(self, scene: Scene, edit: InstanceEdit) -> _Outcome | None:
-        """Return what an edit changes, None if the primitives cannot be matched."""
+        """Return what a program with an edit changes; None if its primitives cannot be matched with those before."""
         try:
             frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
         except SceneError:
@@ -233,17 +255,17 @@ class _Layout:
             return None
         others, done, motion = 0, True, None
         for old, new, ranges in zip(self.frames, frames, self.ranges, strict=True):
-            found = _changed(old, new, ranges, edit)
-            if found is None:
+            change = _changed(old, new, ranges, edit)
+            if change is None:
                 return None
-            others, motion = others + found.others, motion if motion is not None else found.motion
-            done = done and found.is_done
+            others, motion = others + change.others, motion if motion is not None else change.motion
+            done = done and change.is_done
         return _Outcome(others, done, motion)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outcome:
-    """How many other primitives change, whether the chosen ones change as asked, and how they move, all the same."""
+    """Number of other primitives that change, whether the chosen ones do as asked, and their common motion, if any."""
 
     others: int
     is_done: bool
@@ -251,7 +273,7 @@ class _Outcome:
 
 
 class _Rows:
-    """The primitives of a frame: poses (N, 3, 4), and a key (N,) of all else that is seen or counted."""
+    """Primitives of a frame: poses (N, 3, 4), and a hash (N,) of everything else that is drawn or counted."""
 
     def __init__(self, frame: FlatFrame) -> None:
         self.poses = np.asarray(frame.matrices, np.float64).reshape(-1, 3, 4)
@@ -264,19 +286,20 @@ class _Rows:
 
     def same(self, rows: Any, other: _Rows, others: Any) -> Any:
         """Return which rows (K,) are equal to those of another frame."""
-        close = np.abs(self.poses[rows] - other.poses[others]).max(axis=(1, 2), initial=0.0) <= _CLOSE * self.size
-        return close & (self.keys[rows] == other.keys[others])
+        distance = np.abs(self.poses[rows] - other.poses[others]).max(axis=(1, 2), initial=0.0)
+        return (distance <= _POSE_TOLERANCE * self.size) & (self.keys[rows] == other.keys[others])
 
 
 def _key(entity: Entity) -> str:
+    """Return the identity of a primitive apart from its pose: word, handle, text, attributes and box."""
     shape = entity.shape
     box = () if shape is None or not shape.has_geometry else tuple(round(x, 9) for x in shape.box_under(IDENTITY))
-    own = entity.embedding
-    return repr((entity.word, own.handle, own.text, sorted(primitive_attributes(entity).items()), box))
+    embedding = entity.embedding
+    return repr((entity.word, embedding.handle, embedding.text, sorted(primitive_attributes(entity).items()), box))
 
 
 def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], edit: InstanceEdit) -> _Outcome | None:
-    """Return what changes in a frame, None if its primitives cannot be matched."""
+    """Return what changes in a frame; None if its primitives cannot be matched."""
     chosen = sum(last - first for first, last in ranges)
     left = len(new.keys) - (len(old.keys) - chosen)
     if not ranges:
@@ -296,19 +319,22 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], edit: In
 
 
 def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, move: Sequence[float]) -> _Outcome | None:
-    """Return whether primitives moved as asked, and how they did if all moved in the same way."""
+    """Return whether rows ``after`` are rows ``before`` moved as asked, and their motion if it is the same for all."""
     if not bool((old.keys[before] == new.keys[after]).all()):
         return None
     change = new.poses[after] - old.poses[before]
-    close = 1e-7 * old.size
+    tolerance = _MOTION_TOLERANCE * old.size
     motion = change[0, :, 3]
-    if np.abs(change[:, :, :3]).max(initial=0.0) > close or np.abs(change[:, :, 3] - motion).max() > close:
+    if np.abs(change[:, :, :3]).max(initial=0.0) > tolerance or np.abs(change[:, :, 3] - motion).max() > tolerance:
         return _Outcome(0, False)
-    return _Outcome(0, bool(np.abs(motion - np.array(move)).max() <= close), motion)
+    return _Outcome(0, bool(np.abs(motion - np.array(move)).max() <= tolerance), motion)
 
 
 def _lengths(ranges: Sequence[tuple[int, int]], left: int) -> list[int] | None:
-    """Return how many primitives each chosen instance has after an edit; None if that is unknown."""
+    """Return the number of primitives that each chosen instance has after an edit; None if it is unknown.
+
+    ``left`` is their sum. If it differs from before, the instances of one form have equal shares of it.
+    """
     old = [last - first for first, last in ranges]
     if left == sum(old):
         return old
@@ -316,11 +342,12 @@ def _lengths(ranges: Sequence[tuple[int, int]], left: int) -> list[int] | None:
 
 
 def _rows_in(ranges: Sequence[tuple[int, int]]) -> Any:
+    """Return the rows of some ranges."""
     return np.concatenate([np.arange(first, last) for first, last in ranges])
 
 
 def _matched(count: int, ranges: Sequence[tuple[int, int]], lengths: Sequence[int]) -> tuple[Any, Any, Any]:
-    """Return the other rows before, the same after, and the rows of the chosen instances after."""
+    """Return the other rows before and after an edit, and the rows of the chosen instances after it."""
     outside_old, outside_new, inside = [], [], []
     at, shift = 0, 0
     for (first, last), length in zip(ranges, lengths, strict=True):
@@ -333,12 +360,12 @@ def _matched(count: int, ranges: Sequence[tuple[int, int]], lengths: Sequence[in
     return np.concatenate(outside_old), np.concatenate(outside_new), np.concatenate(inside)
 
 
-# --- forms to try ----------------------------------------------------------------------------------------------------
+# --- candidates ------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class _Candidate:
-    """A form of the text and its replacement; a direct one calls the word itself."""
+    """Form of the text and its replacement. A direct one calls the word of the instances itself."""
 
     span: Span
     new: str
@@ -346,35 +373,36 @@ class _Candidate:
 
     @property
     def edits(self) -> tuple[Edit, ...]:
+        """The replacement as an edit of the text."""
         return (Edit(self.span, self.new),)
 
 
 def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Candidate]:
-    """Yield the forms that could make the instances: calls of the word, what is around them, and its definition."""
+    """Yield candidate edits: calls of the word, then their enclosing forms, then the definition of the word."""
     calls, bodies = _forms(source, layout.word)
-    seen: set[tuple[int, int, str]] = set()
+    tried: set[tuple[int, int, str]] = set()
     for chain in calls if not layout.is_root else []:
         for form, new, is_direct in _of_chain(edit, chain, layout):
             key = form.span.start, form.span.end, new
-            if key not in seen:
-                seen.add(key)
+            if key not in tried:
+                tried.add(key)
                 yield _Candidate(form.span, new, is_direct)
     for body in bodies:
         if edit.form is not None or (edit.attribute is None and not edit.remove):
-            yield from (_Candidate(body.span, new, False) for new in _changes(edit, body, layout, True))
+            yield from (_Candidate(body.span, new, False) for new in _changes(edit, body, layout, is_call=True))
 
 
 def _of_chain(edit: InstanceEdit, chain: Sequence[ListDatum], layout: _Layout) -> Iterator[tuple[ListDatum, str, bool]]:
-    """Yield the changes of a call and of the forms around it: numbers of a translation first, removals from outside."""
+    """Yield candidate edits of a call and its enclosing forms: translations first, then removals, outermost first."""
     if edit.move is not None:
         yield from ((form, new, False) for form in chain for new in _shifted(form, layout.local(edit.move)))
     ordered = list(enumerate(chain))
     for depth, form in reversed(ordered) if edit.remove else ordered:
-        yield from ((form, new, depth == 0) for new in _changes(edit, form, layout, depth == 0))
+        yield from ((form, new, depth == 0) for new in _changes(edit, form, layout, is_call=depth == 0))
 
 
-def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, is_call: bool) -> Iterator[str]:
-    """Yield what a form may become."""
+def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, *, is_call: bool) -> Iterator[str]:
+    """Yield replacements of a form by which the edit could be done."""
     text = form.span.text
     if edit.move is not None:
         yield f"(transform {text} (translate {_vector(layout.local(edit.move))}))"
@@ -387,7 +415,7 @@ def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, is_call: bool
 
 
 def _shifted(form: ListDatum, offset: FloatArray) -> Iterator[str]:
-    """Yield a form `(transform X (translate [x y z]))` with other numbers."""
+    """Yield a form `(transform X (translate [x y z]))` with the offset added to its numbers."""
     if _head(form) != "transform" or len(form.items) != 3:
         return
     pose = form.items[2]
@@ -401,22 +429,23 @@ def _shifted(form: ListDatum, offset: FloatArray) -> Iterator[str]:
 
 
 def _vector(offset: Any) -> str:
+    """Write a translation as a vector with nine decimals."""
     return "[" + " ".join(f"{round(float(x), 9) + 0.0:.12g}" for x in offset) + "]"
 
 
 def _with_attribute(form: ListDatum, name: str, value: str) -> str:
-    """Return a call with another value of an attribute, or with one attribute more."""
+    """Return a call with the value of an attribute replaced, or with the attribute added."""
     text, start = form.span.text, form.span.start
-    for key, given in zip(form.items, form.items[1:]):
+    for key, old in zip(form.items, form.items[1:]):
         if isinstance(key, Atom) and isinstance(key.value, Keyword) and key.value == name:
-            return text[: given.span.start - start] + value + text[given.span.end - start :]
+            return text[: old.span.start - start] + value + text[old.span.end - start :]
     return f"{text[:-1].rstrip()} :{name} {value})"
 
 
 def _forms(source: Source, word: str) -> tuple[list[list[ListDatum]], list[ListDatum]]:
-    """Return the calls of a word, each with the forms around it up to a definition, and the bodies of its functions.
+    """Return the calls of a word, each with its enclosing forms up to a definition, and the bodies of its functions.
 
-    Calls of computed words come last.
+    Calls whose word is computed come last, as they may be of any word.
     """
     literal: list[list[ListDatum]] = []
     computed: list[list[ListDatum]] = []
@@ -440,6 +469,7 @@ def _forms(source: Source, word: str) -> tuple[list[list[ListDatum]], list[ListD
 
 
 def _binds(datum: ListDatum, word: str) -> bool:
+    """Return whether a form binds a word."""
     return len(datum.items) > 2 and isinstance(datum.items[1], Atom) and datum.items[1].value == word
 
 
@@ -453,5 +483,6 @@ def _bodies(datum: ListDatum) -> list[ListDatum]:
 
 
 def _head(datum: Datum) -> str | None:
+    """Return the symbol that a form begins with; None if it begins with none."""
     first = datum.items[0] if isinstance(datum, ListDatum) and datum.items else None
     return str(first.value) if isinstance(first, Atom) and isinstance(first.value, Symbol) else None

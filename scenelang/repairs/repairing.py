@@ -1,12 +1,15 @@
 """Repair of programs without a language model: edits of literals that resolve findings and failed declarations.
 
-A program is changed, not its scene: a literal moves everything that is made from it, so loops and symmetries are kept.
-For each finding, the motion of all primitives with each numeric literal is measured by finite differences; the literals
-of a vector are solved for the motion that resolves the finding (least squares), and the candidates are tested in the
-order of how little they move. What no literal can do is done by placing a part with ``translate``, by leaving out a
-pose, or by removing a part that is there twice. The search follows "Procedural Scene Programs for Open-Universe Scene
-Generation: LLM-Free Error Correction via Program Search" (arXiv 2510.16147), with derivatives in place of sampled
-proposals.
+The program is edited, not its scene: a literal moves everything that is made from it, so loops and symmetries remain.
+For each finding, the motion of all primitives with each numeric literal is measured by finite differences. The literals
+of a vector are solved for the motion that resolves the finding (least squares), and the candidates are tested, those
+that move least first. If no literal helps, a part is moved with ``translate``, a pose is left out, or a duplicate is
+removed.
+
+The search follows "Procedural Scene Programs for Open-Universe Scene Generation: LLM-Free Error Correction via Program
+Search" (arXiv 2510.16147), with derivatives in place of sampled proposals: one evaluation per literal measures what it
+moves, so few candidates are tested. Declarations without a translation (``count``, ``size``) have no such derivative;
+for them, secants on each literal find a root. The candidates are rated in ``rearranging``.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs.alternatives import loop_counts
 from scenelang.repairs.edit_trials import Trials, cheapest, edited
-from scenelang.repairs.rearranging import Aim, Rearranged, aims_of, is_deeper_motion, is_sound_motion, rows_of
+from scenelang.repairs.rearranging import Aim, ObjectCorners, aims_of, is_deeper_motion, is_sound_motion, rows_of
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
@@ -43,34 +46,74 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Entity, Scene
     from scenelang.session.session import Session
 
-EFFORT = 30.0  # of a repair: about 30 s
+# Budgets, in units of ``Trials`` (about a second each).
+EFFORT = 30.0  # of a repair
+_FIX_EFFORT = 10.0  # of the fixes that `check` offers
+# Limits of the search. Each literal costs one evaluation per version, each part three.
 MAX_EDITS = 20
+_MAX_FIXED = 3  # findings that get a fix in `check`
 _MAX_LITERALS = 400
 _MAX_PARTS = 60
-_MAX_TESTS = 16  # candidates that are tested for one finding
-_STEP = 1e-4  # of a literal, to measure what it moves
-_STILL = 1e-9  # of the scene's size: less is rounding
-_OFF = 0.3  # of a motion: how far the motion of a candidate may be from it
-_TIDY = 5e-3  # of the scene's size: what one more changed literal costs
-_INSIDE = 1e-3  # of the scene's size: what a literal costs that does not place a bound word
-_STRUCTURAL = 0.02  # of the scene's size: what a new form in the program costs
-_CORRECTIONS = 4
-_OVERLAPS = ("twin", "through", "deep", "buried", "fighting")
-_ROUNDING = 1e-2  # of a motion, and
-_EXACT = 2e-5  # of the scene's size: what rounding may cost
-_ALMOST = 0.05  # of its least extent: what is that near to its equal is there twice
-_MAX_LOWERED = 6  # versions without a pose of which the literals are tried
-_MAX_COMPARED = 20_000  # primitives that are compared with those that are left
-_FARTHEST = 4.0  # times what the resolved findings need: how far things may move
-_NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})
+_MAX_TESTS = 16  # candidates tested for one finding and kind of edit
+_MAX_UNPOSED_VERSIONS = 6  # versions without a pose whose literals are tried
+_MAX_COMPARED = 20_000  # primitives of a part that are compared with the remaining ones
+_MAX_CORRECTIONS = 4  # of a motion that is not linear in the literals (Newton's method with the first derivatives)
+_MAX_SECANT_STEPS = 4
+_MAX_TITLE_LENGTH = 40  # characters of an edit in the title of a fix
+# Steps and tolerances of the derivatives, which are forward differences in double precision.
+_LITERAL_STEP = 1e-4  # relative to a literal, or to the scene's size for a part
+_SECANT_STEP = 1e-3  # relative to a literal
+_MOTION_TOLERANCE = 1e-9  # relative to the scene's size: smaller motions are rounding
+_MIN_DERIVATIVE = 1e-6  # scene units per unit of translation: smaller ones do not move a part
+_NEGLIGIBLE = 1e-9  # derivatives of an aim and differences of amounts below this are rounding
+_BOX_TOLERANCE = 1e-6  # relative to the scene's size: boxes closer than this are equal
+_RCOND = 1e-6  # of least squares: directions that a vector does not move are left alone
+_MAX_MISS = 0.3  # relative to a motion: a candidate that misses it by more is not tested
+_MIN_PROGRESS = 0.7  # a correction must leave less than this part of the finding's amount
+# Costs, in units of the scene's size, on top of how far objects move. They only order candidates that move about as
+# much: fewer literals, then those that place a word that the program binds, then no new form.
+_LITERAL_COST = 5e-3  # of each further literal
+_INNER_LITERAL_COST = 1e-3  # of a literal that does not place a bound word
+_FORM_COST = 0.02  # of a new form
+_CHARACTER_COST = 1e-7  # of a written character: among equal edits, the simplest
+_TIE_COST = 1e-9  # keeps the order of candidates that are equal otherwise
+# Numbers are written with the fewest decimals whose error is below both of these.
+_ROUNDING_OF_MOTION = 1e-2  # relative to the motion
+_ROUNDING_OF_SCENE = 2e-5  # relative to the scene's size
+_MAX_DECIMALS = 9
+_EXACT_DECIMALS = 12  # of a literal that is changed by a step and never written to a file
+# A part is a duplicate if its box differs from an equal one by less than 5 % of the shortest side of its object. The
+# lint has the same threshold (``backends/geometry/lint``).
+_DUPLICATE_DISTANCE = 0.05
+# An edit may move objects up to four times as far as the findings that it resolves need. On planted faults, repairs
+# move them by 1.16 times the planted displacement in the mean (docs/relations.md).
+_MAX_EXCESS = 4.0
+_OVERLAP_KINDS = ("twin", "through", "deep", "buried", "fighting")  # findings that removing a duplicate may resolve
+_NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})  # forms whose numbers place nothing
+_NO_PLACEMENT = frozenset({"color", "opacity", "min", "max", "segments", "seed", "roughness", "metallic"})  # keywords
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Goal:
     """A finding or failed declaration to resolve.
 
-    ``key`` is equal for equal findings of other versions. Each of the ``aims`` would do; ``turn`` is an angle about the
-    vertical axis by which the first thing would face the other. ``rows`` are those of the things that it is about.
+    Attributes
+    ----------
+    key
+        Identity across versions: kind, words and place; equal for findings of one kind about the same words.
+    message
+        Text of the finding.
+    amount
+        How far it is from holding; 0 if it holds. The unit is that of the check.
+    rows
+        Rows of the layout of the objects that it is about.
+    aims
+        Alternative motions, each of which resolves it.
+    turn
+        Angle in radians about the vertical axis by which the first object would face the second; None if it is not
+        about orientation.
+    declaration
+        The failed declaration; None for a finding of the lint.
     """
 
     key: tuple[str, ...]
@@ -83,7 +126,7 @@ class Goal:
 
     @property
     def need(self) -> float:
-        """How far something must move at least; 0 if unknown."""
+        """Shortest translation that resolves it, in scene units; 0 if unknown."""
         return min((float(np.linalg.norm(move)) for aim in self.aims for move in aim.moves), default=0.0)
 
 
@@ -104,7 +147,7 @@ class Repair:
     Attributes
     ----------
     text
-        The program after all edits; unchanged if nothing was found, or nothing could be repaired.
+        The program after all edits; equal to the original if there were no findings or none could be repaired.
     edits
         The changes, in order.
     before, left
@@ -122,6 +165,7 @@ class Repair:
 
     @property
     def changed(self) -> bool:
+        """Whether the program was edited."""
         return self.text != self.original
 
     @typed
@@ -194,16 +238,16 @@ def repaired(
 
 
 def with_repairs(
-    session: Session, source: Source, found: Sequence[Diagnostic], extra: Sequence[Declaration] = (), *,
+    session: Session, source: Source, diagnostics: Sequence[Diagnostic], extra: Sequence[Declaration] = (), *,
     geometry: bool = True,
 ) -> list[Diagnostic]:  # fmt: skip
-    """Return findings about a scene with fixes: the edit of the program by which each would be gone.
+    """Return diagnostics in which findings about the scene have fixes: the edit of the program that resolves each.
 
-    The first three are tried, with the work of about ten seconds. Nothing is tried for a program with other errors.
+    The first three are tried, with a budget of about ten seconds. Nothing is tried for a program with other errors.
     """
-    about = [d for d in found if d.name in ABOUT_SCENES]
-    if not about or any(d.is_error and d.name not in ABOUT_SCENES for d in found):
-        return list(found)
+    about = [d for d in diagnostics if d.name in ABOUT_SCENES]
+    if not about or any(d.is_error and d.name not in ABOUT_SCENES for d in diagnostics):
+        return list(diagnostics)
     search = _Search(session, source.name, tuple(extra), geometry, _FIX_EFFORT)
     try:
         start = search.version(source.text)
@@ -212,23 +256,19 @@ def with_repairs(
     fixes: dict[int, Fix] = {}
     left: list[Goal] = [] if start is None else list(start.goals)
     for _ in range(_MAX_FIXED):
-        goal = next((each for each in left if search.trials.can_go_on), None)
+        goal = left[0] if left and search.trials.can_go_on else None
         if goal is None or start is None:
             break
         better = search.step(start, goal)
-        left = [each for each in left if each.key != goal.key and (better is None or each.key in better.counts)]
+        left = [rest for rest in left if rest.key != goal.key and (better is None or rest.key in better.counts)]
         finding = next((d for d in about if id(d) not in fixes and _is_about(d, goal)), None)
         if better is not None and finding is not None:
             fixes[id(finding)] = _fix_of(source, better.text)
-    return [replace(d, fixes=(fixes[id(d)],)) if id(d) in fixes else d for d in found]
-
-
-_FIX_EFFORT = 10.0
-_MAX_FIXED = 3
+    return [replace(d, fixes=(fixes[id(d)],)) if id(d) in fixes else d for d in diagnostics]
 
 
 def _is_about(diagnostic: Diagnostic, goal: Goal) -> bool:
-    """Return whether a diagnostic reports a goal: of its declaration, or of its words."""
+    """Return whether a diagnostic reports a goal: it names its declaration, or the last three of its words."""
     if goal.declaration is not None:
         return diagnostic.name == "declaration" and str(goal.declaration) in diagnostic.message
     _, subject, *_ = goal.key
@@ -237,7 +277,7 @@ def _is_about(diagnostic: Diagnostic, goal: Goal) -> bool:
 
 
 def _fix_of(source: Source, text: str) -> Fix:
-    """Return the fix that makes one text of another, by the smallest edit."""
+    """Return the fix that turns one text into another by its smallest edit."""
     old = source.text
     head = next((i for i, (a, b) in enumerate(zip(old, text)) if a != b), min(len(old), len(text)))
     tail = 0
@@ -249,11 +289,8 @@ def _fix_of(source: Source, text: str) -> Fix:
         if isinstance(datum, Atom) and datum.span.start < len(old) - tail < datum.span.end:
             tail = len(old) - datum.span.end
     new = text[head : len(text) - tail]
-    title = f"Change to `{new}`" if len(new) <= _MAX_TITLE and new else "Change the program"
+    title = f"Change to `{new}`" if len(new) <= _MAX_TITLE_LENGTH and new else "Change the program"
     return Fix(title, (Edit(Span(source, head, len(old) - tail), new),))
-
-
-_MAX_TITLE = 40
 
 
 def _messages(version: _Version) -> tuple[str, ...]:
@@ -263,15 +300,12 @@ def _messages(version: _Version) -> tuple[str, ...]:
         if goal.key not in worst or worst[goal.key].amount < goal.amount:
             worst[goal.key] = goal
     counts = version.counts
-    return tuple(
-        dict.fromkeys(
-            each.message + (f" ({counts[key]} times)" if counts[key] > 1 else "") for key, each in worst.items()
-        )
-    )
+    messages = (goal.message + (f" ({counts[key]} times)" if counts[key] > 1 else "") for key, goal in worst.items())
+    return tuple(dict.fromkeys(messages))
 
 
 def _displacement(before: FloatArray, after: FloatArray) -> float | None:
-    """Return the mean distance of two layouts, None if they have different numbers of primitives."""
+    """Return the mean distance between corners of two layouts; None if the numbers of primitives differ."""
     if before.shape != after.shape:
         return None
     return float(np.linalg.norm(after - before, axis=1).mean()) if len(before) else 0.0
@@ -282,8 +316,17 @@ def _displacement(before: FloatArray, after: FloatArray) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class _Version:
-    """A version of the program: its scene, two corners (2N, 3) of the box of each primitive, and the edits that led to
-    it."""
+    """An evaluated version of the program.
+
+    Attributes
+    ----------
+    corners
+        Two corners (2N, 3) of the box of each primitive of the checked frames, in scene units.
+    find
+        Computes the goals.
+    edits
+        Edits that led to it.
+    """
 
     text: str
     scene: Scene
@@ -293,38 +336,43 @@ class _Version:
 
     @cached_property
     def goals(self) -> list[Goal]:
+        """Findings and failed declarations."""
         return self.find(self)
 
     @cached_property
     def frames(self) -> dict[int, CheckedFrame]:
+        """Geometry checks of the frames of the layout."""
         from scenelang.backends.geometry.lint import CheckedFrame
 
         return {number: CheckedFrame(self.scene.frames[number]) for number in self.spans}
 
     @cached_property
     def spans(self) -> dict[int, tuple[int, int]]:
-        """For each frame of the layout the position of its first primitive, and how many it has."""
+        """Position of the first primitive, and number of primitives, of each frame of the layout."""
         offsets = _offsets(self.scene)
         return {number: (at, primitive_count(self.scene.frames[number])) for number, at in offsets.items()}
 
     @cached_property
-    def things(self) -> Rearranged:
-        return Rearranged.of([(self.frames[number], at, count) for number, (at, count) in self.spans.items()])
+    def objects(self) -> ObjectCorners:
+        """Objects that the corners belong to."""
+        return ObjectCorners.of([(self.frames[number], at, count) for number, (at, count) in self.spans.items()])
 
     @cached_property
     def counts(self) -> Counter[tuple[str, ...]]:
+        """Number of goals of each key."""
         return Counter(goal.key for goal in self.goals)
 
     def cost(self, motion: FloatArray, goal: Goal) -> float:
-        """Return what a motion (N, 3) of all corners costs that is to resolve a goal, or all that are equal to it."""
+        """Return the cost of a motion (N, 3) of all corners that is to resolve all goals of one key."""
         if goal.key not in self._rows:
             every = [goal, *self.goals]
-            equal = [each.rows for each in every if each.key == goal.key]
-            self._rows[goal.key] = np.concatenate(equal), np.concatenate([each.rows for each in every])
-        return self.things.cost(motion, *self._rows[goal.key])
+            equal = [other.rows for other in every if other.key == goal.key]
+            self._rows[goal.key] = np.concatenate(equal), np.concatenate([other.rows for other in every])
+        return self.objects.cost(motion, *self._rows[goal.key])
 
     @cached_property
     def _rows(self) -> dict[tuple[str, ...], tuple[IntArray, IntArray]]:
+        """Rows of the goals of each key, and of all goals; a search asks for them thousands of times."""
         return {}
 
     @cached_property
@@ -336,8 +384,12 @@ class _Version:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Literal:
-    """A number in the text, the group of numbers that it is changed with (those of one vector), and whether it places a
-    word that the program binds."""
+    """A number in the text.
+
+    ``group`` is equal for the numbers of one vector, which are solved together. ``places`` says whether it places a
+    word
+    that the program binds.
+    """
 
     span: Span
     value: float
@@ -347,17 +399,22 @@ class _Literal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Candidate:
-    """Edits of the text, what they are expected to cost, and the numbers of the literals that they change."""
+    """Edits to try, their expected cost, and the indices of the literals that they change.
+
+    ``is_pose`` marks those that leave out a pose.
+    """
 
     edits: tuple[Edit, ...]
     cost: float
     literals: tuple[int, ...] = ()
-    is_pose: bool = False  # a pose is left out
+    is_pose: bool = False
 
 
 class _Search:
-    """Search for the edits of one program. ``geometry``: findings of the lint are goals too; ``extra``: declarations
-    besides those of the program."""
+    """Search for the edits of one program.
+
+    ``geometry`` adds the findings of the lint to the goals, ``extra`` declarations besides those of the program.
+    """
 
     def __init__(
         self, session: Session, name: str, extra: tuple[Declaration, ...], geometry: bool, effort: float
@@ -366,10 +423,11 @@ class _Search:
 
         self.name, self.extra, self.geometry = name, extra, geometry
         self.trials = Trials(name, Editing(session).evaluate, effort)
-        self._motions_of: dict[str, list[FloatArray | None]] = {}  # of the literals of the last version
-        self._lowered_texts: set[str] = set()
+        self._motions_of: dict[str, list[FloatArray | None]] = {}  # of the literals, for the last version only
+        self._unposed_texts: set[str] = set()
 
     def corners(self, scene: Scene) -> FloatArray:
+        """Return the corners of a scene, and charge for them."""
         corners = _layout(scene)
         self.trials.spend_boxes(len(corners) // 2)
         return corners
@@ -397,12 +455,12 @@ class _Search:
             return None
 
     def goals(self, version: _Version) -> list[Goal]:
-        """Return all findings of a version, failed declarations first."""
+        """Return the goals of a version: failed declarations by decreasing amount, then findings of the lint."""
         from scenelang.backends.geometry.relations import violations
 
         scene, offsets = version.scene, _offsets(version.scene)
         self.trials.spend_examination(len(version.corners) // 2)
-        found = []
+        failed = []
         for violation in violations(scene, self.extra):
             if violation.frame not in offsets:
                 continue
@@ -413,18 +471,19 @@ class _Search:
             message = f"{violation.declaration} does not hold: {violation.message}"
             turn, declaration = violation.turn, violation.declaration
             aims = (Aim.between(rows, others, moves),) if moves else ()
-            found.append(Goal(key, message, violation.amount, rows, aims, turn, declaration))
-        found.sort(key=lambda goal: -goal.amount)
-        return [*found, *(_lint_goals(version.frames, offsets) if self.geometry else ())]
+            failed.append(Goal(key, message, violation.amount, rows, aims, turn, declaration))
+        failed.sort(key=lambda goal: -goal.amount)
+        return [*failed, *(_lint_goals(version.frames, offsets) if self.geometry else ())]
 
     # --- one step ----------------------------------------------------------------------------------------------
 
     def step(self, now: _Version, goal: Goal) -> _Version | None:
-        """Return a version in which a goal is resolved and nothing new is found; None if none is found."""
+        """Return a version in which a goal is resolved without a new finding; None if none is found."""
         tried: set[Hashable] = set()
-        spare: list[_Version] = []  # without a new finding, but with an object deeper in another
+        spare: list[_Version] = []  # resolve the goal, but support is lost or a penetration is deeper
 
         def sound(candidate: _Candidate) -> _Version | None:
+            """Return the version of a candidate if it is flawless; others that resolve the goal are spare."""
             version = self._tested(now, goal, candidate)
             if version is None or _is_sound(now, version):
                 return version
@@ -440,58 +499,68 @@ class _Search:
         return spare[0] if spare else None
 
     def _tested(self, now: _Version, goal: Goal, candidate: _Candidate) -> _Version | None:
-        """Return the version that a candidate makes if it is better; it is corrected where the motion is not linear."""
-        for _ in range(_CORRECTIONS):
-            found = self._applied(now, candidate)
+        """Return the version that a candidate makes if it is better.
+
+        A motion that is not linear in the literals, such as that of an angle, is corrected by Newton's method.
+        """
+        for _ in range(_MAX_CORRECTIONS):
+            version = self._applied(now, candidate)
             try:
-                if found is None or _is_better(now, found, goal):
-                    return found
-                left = next((each for each in found.goals if each.key == goal.key), None)
+                if version is None or _is_better(now, version, goal):
+                    return version
+                left = next((other for other in version.goals if other.key == goal.key), None)
             except SceneError:
                 return None
             if left is None:
                 return None
             if not candidate.literals:
-                return self._lowered(now, found, goal, left) if candidate.is_pose else None
-            if left.amount > 0.7 * goal.amount:
+                return self._without_pose(now, version, goal, left) if candidate.is_pose else None
+            if left.amount > _MIN_PROGRESS * goal.amount:
                 return None
-            candidate = self._corrected(now, found, left, candidate)
+            candidate = self._corrected(now, version, left, candidate)
         return None
 
-    def _lowered(self, now: _Version, found: _Version, goal: Goal, left: Goal) -> _Version | None:
-        """Return a version in which what a removed pose leaves of a goal is resolved by a literal."""
+    def _without_pose(self, now: _Version, version: _Version, goal: Goal, left: Goal) -> _Version | None:
+        """Resolve by a literal what the removal of a pose leaves of a goal.
+
+        Without its turn, an object may float where the turned one touched the ground.
+        """
         if (
-            _too_far(now, found, goal, left.need)
-            or found.text in self._lowered_texts
-            or len(self._lowered_texts) >= _MAX_LOWERED
+            _too_far(now, version, goal, left.need)
+            or version.text in self._unposed_texts
+            or len(self._unposed_texts) >= _MAX_UNPOSED_VERSIONS
         ):
             return None
-        self._lowered_texts.add(found.text)
-        for candidate in cheapest(self._by_literals(found, left), _key, set(), _MAX_TESTS):
+        self._unposed_texts.add(version.text)
+        for candidate in cheapest(self._by_literals(version, left), _key, set(), _MAX_TESTS):
             if not self.trials.can_go_on:
                 return None
-            further = self._applied(found, candidate)
+            further = self._applied(version, candidate)
             try:
                 if further is not None and _is_better(now, further, goal, left.need):
-                    return replace(further, edits=(*found.edits, *further.edits))
+                    return replace(further, edits=(*version.edits, *further.edits))
             except SceneError:
                 return None
         return None
 
-    def _corrected(self, now: _Version, found: _Version, left: Goal, candidate: _Candidate) -> _Candidate:
+    def _corrected(self, now: _Version, version: _Version, left: Goal, candidate: _Candidate) -> _Candidate:
         """Return a candidate whose literals also resolve what it leaves of a goal."""
-        literals, motions = literals_of(Source(self.name, found.text)), self._motions(now)
-        every = [
-            each for aim in left.aims for each in self._solved(found, left, aim, literals, motions, candidate.literals)
+        literals, motions = literals_of(Source(self.name, version.text)), self._motions(now)
+        solutions = [
+            solution
+            for aim in left.aims
+            for solution in self._solved(version, left, aim, literals, motions, candidate.literals)
         ]
-        if not every:
+        if not solutions:
             return replace(candidate, literals=())
-        best = min(every, key=lambda each: each.cost)
+        best = min(solutions, key=lambda solution: solution.cost)
+        # The spans are those of the original text, to which all edits of a candidate are applied.
         return _Candidate(
             tuple(Edit(old.span, new.text) for old, new in zip(candidate.edits, best.edits)), best.cost, best.literals
         )
 
     def _applied(self, now: _Version, candidate: _Candidate) -> _Version | None:
+        """Return the version that a candidate makes, without edits that change nothing; None if it is wrong."""
         changes = [edit for edit in candidate.edits if not _is_same_number(edit.span.text, edit.text)]
         changes.sort(key=lambda edit: edit.span.start)
         edits = (ProgramEdit(e.span.source.position(e.span.start)[0], e.span.text, e.text, "") for e in changes)
@@ -500,26 +569,30 @@ class _Search:
     # --- literals ----------------------------------------------------------------------------------------------
 
     def _motions(self, now: _Version) -> list[FloatArray | None]:
-        """Return how all corners move with each literal, (N, 3) per unit; None if it moves nothing, or makes another
-        number of primitives."""
+        """Return the derivative (N, 3) of all corners by each literal.
+
+        It is None for a literal that moves nothing, or changes the number of primitives.
+        """
         if now.text not in self._motions_of:
             self._motions_of.clear()
-            self._motions_of[now.text] = [self._motion(now, each) for each in literals_of(Source(self.name, now.text))]
+            literals = literals_of(Source(self.name, now.text))
+            self._motions_of[now.text] = [self._motion(now, literal) for literal in literals]
         return self._motions_of[now.text]
 
     def _motion(self, now: _Version, literal: _Literal) -> FloatArray | None:
+        """Return the derivative of all corners by a literal, by a forward difference."""
         if not self.trials.can_go_on:
             return None
-        step = _STEP * max(1.0, abs(literal.value))
-        text = _replaced(now.text, literal.span, _number(literal.value + step, 12))
+        step = _LITERAL_STEP * max(1.0, abs(literal.value))
+        text = _replaced(now.text, literal.span, _number(literal.value + step, _EXACT_DECIMALS))
         corners = self.layout(text)
         if corners is None or corners.shape != now.corners.shape:
             return None
         motion: FloatArray = (corners - now.corners) / step
-        return motion if np.abs(motion).max(initial=0.0) > _STILL * now.size / step else None
+        return motion if np.abs(motion).max(initial=0.0) > _MOTION_TOLERANCE * now.size / step else None
 
     def _by_literals(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield changes of the literals of one vector that move the two things of a goal to or from each other."""
+        """Yield changes of single literals and of whole vectors that reach an aim of a goal."""
         if not goal.aims:
             return
         literals, motions = literals_of(Source(self.name, now.text)), self._motions(now)
@@ -536,40 +609,50 @@ class _Search:
         self, now: _Version, goal: Goal, aim: Aim, literals: Sequence[_Literal], motions: Sequence[FloatArray | None],
         chosen: Sequence[int],
     ) -> Iterator[_Candidate]:  # fmt: skip
-        """Yield the changes of the chosen literals that are nearest to the translations of an aim."""
-        every = [motion for number in chosen if (motion := motions[number]) is not None]
-        relative = np.stack([aim.of(motion) for motion in every], axis=1)
-        if float(np.abs(relative).max()) < 1e-9:
+        """Yield the values of literals whose motion is nearest to the translations of an aim.
+
+        Parameters
+        ----------
+        literals, motions
+            All literals of the version, and their derivatives.
+        chosen
+            Indices of the literals that are solved for: one, or all of a vector.
+        """
+        derivatives = [motion for number in chosen if (motion := motions[number]) is not None]
+        relative = np.stack([aim.of(motion) for motion in derivatives], axis=1)
+        if float(np.abs(relative).max()) < _NEGLIGIBLE:
             return
         for move in aim.moves:
-            steps = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
+            steps = np.linalg.lstsq(relative, np.array(move), rcond=_RCOND)[0]
             length = float(np.linalg.norm(move))
-            off = float(np.linalg.norm(relative @ steps - move))
-            if off > _OFF * length or not np.isfinite(steps).all():
+            miss = float(np.linalg.norm(relative @ steps - move))
+            if miss > _MAX_MISS * length or not np.isfinite(steps).all():
                 continue
-            whole = np.tensordot(steps, np.stack(every), 1)
-            cost = now.cost(whole, goal) + off + _TIDY * now.size * len(chosen)
-            cost += 0.0 if literals[chosen[0]].places else _INSIDE * now.size
+            whole = np.tensordot(steps, np.stack(derivatives), 1)
+            cost = now.cost(whole, goal) + miss + _LITERAL_COST * now.size * len(chosen)
+            cost += 0.0 if literals[chosen[0]].places else _INNER_LITERAL_COST * now.size
             values = np.array([literals[n].value for n in chosen]) + steps
             for rank, places in enumerate(self._places(now, goal, relative, values, length)):
                 edits = tuple(Edit(literals[n].span, _number(v, places)) for n, v in zip(chosen, values.tolist()))
-                written = 1e-7 * now.size * sum(len(edit.text) for edit in edits)  # of equal ones, the simplest
-                yield _Candidate(edits, cost + rank * 1e-9 * now.size + written, tuple(chosen))
+                length_cost = _CHARACTER_COST * now.size * sum(len(edit.text) for edit in edits)
+                yield _Candidate(edits, cost + rank * _TIE_COST * now.size + length_cost, tuple(chosen))
 
     def _places(self, now: _Version, goal: Goal, relative: FloatArray, values: FloatArray, length: float) -> list[int]:
-        """Return the least number of decimals that is exact enough for a motion, and the exact one; for declarations,
-        which have tolerances, also a lower one."""
+        """Return the numbers of decimals to try, the least that is exact enough first.
+
+        Declarations have tolerances, so fewer decimals are tried for them too.
+        """
         digits = _digits(now.size)
         if goal.declaration is not None:
-            return [digits - 2, digits, 9]
-        for places in range(max(digits - 2, 0), 9):
+            return [digits - 2, digits, _MAX_DECIMALS]
+        for places in range(max(digits - 2, 0), _MAX_DECIMALS):
             error = float(np.linalg.norm(relative @ (np.round(values, places) - values)))
-            if error <= min(_ROUNDING * length, _EXACT * now.size):
-                return [places, 9]
-        return [9]
+            if error <= min(_ROUNDING_OF_MOTION * length, _ROUNDING_OF_SCENE * now.size):
+                return [places, _MAX_DECIMALS]
+        return [_MAX_DECIMALS]
 
     def _by_amount_or_turn(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield changes of one literal by which the amount of a failed declaration becomes 0, and turns of a part."""
+        """Yield changes of one literal by which a failed declaration holds, and turns of a part."""
         if goal.declaration is None or goal.aims:
             return
         if goal.turn is not None:
@@ -577,50 +660,59 @@ class _Search:
         yield from self._roots(now, goal, literals_of(Source(self.name, now.text)))
 
     def _by_count(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield changes of the numbers that say how often something is made, by which a declared count holds."""
+        """Yield changes of the numbers of repetitions by which a declared count holds."""
         if goal.declaration is not None and goal.declaration.relation == "count":
             source = Source(self.name, now.text)
             counts = {atom.span.start for form in walk(*read(source).forms) for atom in loop_counts(form)}
-            yield from self._roots(now, goal, [each for each in literals_of(source) if each.span.start in counts])
+            yield from self._roots(now, goal, [number for number in literals_of(source) if number.span.start in counts])
 
     def _roots(self, now: _Version, goal: Goal, literals: Sequence[_Literal]) -> Iterator[_Candidate]:
+        """Yield for each literal the value at which the goal's declaration holds, if there is one."""
         for literal in literals:
             if not self.trials.can_go_on:
                 return
-            found = self._root_of(now, goal, literal)
-            if found is not None:
-                yield found
+            root = self._root_of(now, goal, literal)
+            if root is not None:
+                yield root
 
     def _root_of(self, now: _Version, goal: Goal, literal: _Literal) -> _Candidate | None:
+        """Find the value of a literal at which the goal's declaration holds, by the secant method.
+
+        A count is changed by whole numbers. Its cost is how many it adds or removes, because the nearest count is
+        meant.
+        """
         whole = isinstance(literal.value, int) and abs(literal.value) < 1000
-        step = 1.0 if whole and goal.key[1].startswith("(count") else 1e-3 * max(1.0, abs(literal.value))
+        step = 1.0 if whole and goal.key[1].startswith("(count") else _SECANT_STEP * max(1.0, abs(literal.value))
         value, before = float(literal.value), goal.amount
-        for _ in range(4):
-            there = self._amount(now, goal, literal, value + step)
-            if there is None or abs(there - before) < 1e-9:
+        for _ in range(_MAX_SECANT_STEPS):
+            ahead = self._amount(now, goal, literal, value + step)
+            if ahead is None or abs(ahead - before) < _NEGLIGIBLE:
                 return None
-            value -= before * step / (there - before)
+            value -= before * step / (ahead - before)
             value = round(value) if step == 1.0 else value
             amount = self._amount(now, goal, literal, value)
             if amount is None:
                 return None
             if amount == 0.0:
                 candidate = _Candidate((Edit(literal.span, _number(value, _digits(now.size))),), 0.0)
-                found = self._applied(now, candidate)
-                moved = None if found is None else _displacement(now.corners, found.corners)
-                changed = abs(value - literal.value)  # of numbers of things, the nearest is meant
-                return _Candidate(candidate.edits, _TIDY * now.size * (1 + changed) if moved is None else moved)
+                version = self._applied(now, candidate)
+                moved = None if version is None else _displacement(now.corners, version.corners)
+                changed = abs(value - literal.value)
+                return _Candidate(candidate.edits, _LITERAL_COST * now.size * (1 + changed) if moved is None else moved)
             before = amount
         return None
 
     def _turned(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield turns of angles, and of the operands of ``union`` that place something, about their own vertical
-        axis."""
+        """Yield turns about the vertical by the angle that a goal asks for.
+
+        They change the angles of the program, then add a turn to the operands of ``union`` that have a pose.
+        """
         for angle in angles_of(Source(self.name, now.text), zero=True):
             for turn in (goal.turn or 0.0, -(goal.turn or 0.0)):
                 for places in (2, 4):
                     value = math.remainder(float(angle.value) + turn, math.tau)
-                    yield _Candidate((Edit(angle.span, _number(value, places)),), _TIDY * now.size + 1e-9 * places)
+                    cost = _LITERAL_COST * now.size + _TIE_COST * places
+                    yield _Candidate((Edit(angle.span, _number(value, places)),), cost)
         for group in unions_of(Source(self.name, now.text)):
             for part in group:
                 if _head(part) != "transform" or len(part.items) != 3 or not self.trials.can_go_on:
@@ -628,42 +720,46 @@ class _Search:
                 moved = self._moved_by(now, part)
                 if moved is None or not len(goal.rows):
                     continue
-                own = moved[goal.rows].mean(axis=0)
-                if not np.abs(own).max() > 1e-6:
+                frame = moved[goal.rows].mean(axis=0)
+                if not np.abs(frame).max() > _MIN_DERIVATIVE:
                     continue
                 call, pose = part.items[1].span.text, part.items[2].span.text
-                turn = math.copysign(1.0, float(np.linalg.det(own))) * (goal.turn or 0.0)
+                # A mirrored part turns the other way.
+                turn = math.copysign(1.0, float(np.linalg.det(frame))) * (goal.turn or 0.0)
                 for places in (2, 4):
                     new = f"(transform {call} (@ {pose} (rotate {_number(turn, places)} [0 1 0])))"
-                    yield _Candidate((Edit(part.span, new),), _STRUCTURAL * now.size)
+                    yield _Candidate((Edit(part.span, new),), _FORM_COST * now.size)
 
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
         """Return how far the goal's declaration is from holding with another value of a literal; 0 if it holds."""
-        text = _replaced(now.text, literal.span, _number(value, 12))
-        found = self.trials.evaluate(text).scene
-        if found is None:
+        text = _replaced(now.text, literal.span, _number(value, _EXACT_DECIMALS))
+        scene = self.trials.evaluate(text).scene
+        if scene is None:
             return None
         from scenelang.backends.geometry.relations import violations
 
         try:
-            every = violations(found, self.extra, lambda declaration: str(declaration) == str(goal.declaration))
+            failures = violations(scene, self.extra, lambda declaration: str(declaration) == str(goal.declaration))
         except SceneError:
             return None
-        return sum(violation.amount for violation in every)
+        return sum(violation.amount for violation in failures)
 
     # --- forms -------------------------------------------------------------------------------------------------
 
     def _by_form(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield new placements of the operands of ``union``: moved, without a pose, or removed."""
+        """Yield edits of the operands of ``union``: without a pose, without a duplicate, or moved."""
         if not len(goal.rows):
             return
         if goal.key[0] != "twin":
             yield from self._unwrapped(now, goal)
         groups = unions_of(Source(self.name, now.text))
         parts = [part for group in groups for part in group][:_MAX_PARTS]
-        if goal.key[0] in _OVERLAPS:
-            doubles = [part for part in parts if self._is_double(now, part)]  # the last of equal ones is removed
-            yield from (_Candidate((Edit(_removed(part.span), ""),), -1e-9 * k) for k, part in enumerate(doubles))
+        if goal.key[0] in _OVERLAP_KINDS:
+            duplicates = [part for part in parts if self._is_duplicate(now, part)]
+            yield from (
+                _Candidate((Edit(_removed(part.span), ""),), -_TIE_COST * k)  # the last of several is removed
+                for k, part in enumerate(duplicates)
+            )
         if goal.key[0] == "twin":
             return
         for part in parts:
@@ -673,99 +769,105 @@ class _Search:
                 yield from self._placed(now, goal, aim, part, moved)
 
     def _placed(self, now: _Version, goal: Goal, aim: Aim, part: Datum, moved: FloatArray) -> Iterator[_Candidate]:
-        """Yield a part with a translation around it, by which an aim is reached."""
+        """Yield a part inside a translation that reaches an aim."""
         relative = aim.of(moved)
-        if not np.abs(relative).max() > 1e-6:
+        if not np.abs(relative).max() > _MIN_DERIVATIVE:
             return
         for move in aim.moves:
-            offset = np.linalg.lstsq(relative, np.array(move), rcond=1e-6)[0]
-            cost = now.cost(moved @ offset, goal) + _STRUCTURAL * now.size
+            offset = np.linalg.lstsq(relative, np.array(move), rcond=_RCOND)[0]
+            cost = now.cost(moved @ offset, goal) + _FORM_COST * now.size
             for places in self._places(now, goal, relative, offset, float(np.linalg.norm(move))):
                 numbers = " ".join(_number(x, places) for x in offset)
                 new = f"(transform {part.span.text} (translate [{numbers}]))"
-                yield _Candidate((Edit(part.span, new),), cost + 1e-9 * places)
+                yield _Candidate((Edit(part.span, new),), cost + _TIE_COST * places)
 
     def _unwrapped(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield the program without one of the poses that turn, scale or move what the goal is about."""
+        """Yield the program without one of the poses, or turns, of the objects of the goal."""
         source = Source(self.name, now.text)
         edits = [Edit(form.span, form.items[1].span.text) for form in poses_of(source)]
         edits += [Edit(angle.span, "0") for angle in angles_of(source)]
         for edit in edits[: 2 * _MAX_PARTS]:
             if not self.trials.can_go_on:
                 return
-            found = self._applied(now, _Candidate((edit,), 0.0))
-            if found is None or found.corners.shape != now.corners.shape:
+            version = self._applied(now, _Candidate((edit,), 0.0))
+            if version is None or version.corners.shape != now.corners.shape:
                 continue
-            motion = found.corners - now.corners
-            if np.abs(motion[goal.rows]).max() > _STILL * now.size:
+            motion = version.corners - now.corners
+            if np.abs(motion[goal.rows]).max() > _MOTION_TOLERANCE * now.size:
                 cost = now.cost(motion, goal)
-                yield _Candidate((edit,), cost + _STRUCTURAL * now.size, is_pose=True)
+                yield _Candidate((edit,), cost + _FORM_COST * now.size, is_pose=True)
 
     def _moved_by(self, now: _Version, part: Datum) -> FloatArray | None:
-        """Return how all corners move with a translation of a part, (N, 3, 3) per unit; None if nothing moves."""
+        """Return the derivative (N, 3, 3) of all corners by a translation of a part; None if nothing moves."""
         whole = np.zeros((len(now.corners), 3, 3))
-        step = _STEP * now.size
+        step = _LITERAL_STEP * now.size
         for axis in range(3):
-            offset = " ".join(_number(step if k == axis else 0.0, 12) for k in range(3))
+            offset = " ".join(_number(step if k == axis else 0.0, _EXACT_DECIMALS) for k in range(3))
             text = f"(transform {part.span.text} (translate [{offset}]))"
             corners = self.layout(_replaced(now.text, part.span, text))
             if corners is None or corners.shape != now.corners.shape:
                 return None
             whole[:, :, axis] = (corners - now.corners) / step
-            if axis == 0 and not np.abs(whole).max() > 1e-6:
+            if axis == 0 and not np.abs(whole).max() > _MIN_DERIVATIVE:
                 return None
         return whole
 
-    def _is_double(self, now: _Version, part: Datum) -> bool:
-        """Return whether all that a part makes is there, or almost there, without it too."""
+    def _is_duplicate(self, now: _Version, part: Datum) -> bool:
+        """Return whether every primitive of a part has an equal one, or almost, in the scene without the part."""
         corners = self.layout(_replaced(now.text, part.span, ""))
         if corners is None or not 0 < len(corners) < len(now.corners):
             return False
-        kept, every = (boxes.reshape(-1, 6) for boxes in (corners, now.corners))
-        room = _ALMOST * now.things.least(now.corners)[::2] + 1e-6 * now.size
+        remaining, every = (boxes.reshape(-1, 6) for boxes in (corners, now.corners))
+        room = _DUPLICATE_DISTANCE * now.objects.least_extents(now.corners)[::2] + _BOX_TOLERANCE * now.size
         return all(
-            bool((np.abs(kept - box).max(axis=1) <= least).any())
+            bool((np.abs(remaining - box).max(axis=1) <= least).any())
             for box, least in zip(every[: _MAX_COMPARED], room[: _MAX_COMPARED].tolist())
         )  # fmt: skip
 
 
-def _too_far(now: _Version, found: _Version, goal: Goal, further: float = 0.0) -> bool:
-    """Return whether a version moves something much farther than the findings that it resolves need, and what came up
-    on the way to it (``further``)."""
-    if goal.declaration is not None or found.corners.shape != now.corners.shape:
+def _too_far(now: _Version, version: _Version, goal: Goal, further: float = 0.0) -> bool:
+    """Return whether a version moves a corner much farther than the findings that it resolves need.
+
+    ``further`` is the need of findings that arose on the way and are resolved again.
+    """
+    if goal.declaration is not None or version.corners.shape != now.corners.shape:
         return False
-    resolved, need = now.counts - found.counts, further
-    for each in now.goals:
-        if resolved[each.key] > 0 or each is goal:
-            resolved[each.key] -= 1
-            need += each.need
-    motion = np.linalg.norm(found.corners - now.corners, axis=1)
-    return need > 0.0 and float(motion.max()) > _FARTHEST * need
+    resolved, need = now.counts - version.counts, further
+    for other in now.goals:
+        if resolved[other.key] > 0 or other is goal:
+            resolved[other.key] -= 1
+            need += other.need
+    motion = np.linalg.norm(version.corners - now.corners, axis=1)
+    return need > 0.0 and float(motion.max()) > _MAX_EXCESS * need
 
 
-def _is_better(now: _Version, found: _Version, goal: Goal, further: float = 0.0) -> bool:
-    """Return whether a version resolves one goal at least, and makes no finding that was not there; for a finding of
-    the lint also, whether things move little for it, and rest where they rested."""
-    fewer = now.counts - found.counts
-    if fewer[goal.key] <= 0 or found.counts - now.counts or sum(found.counts.values()) >= sum(now.counts.values()):
+def _is_better(now: _Version, version: _Version, goal: Goal, further: float = 0.0) -> bool:
+    """Return whether a version resolves at least one goal of the key of ``goal`` and adds no finding.
+
+    For a finding of the lint, objects must also move little and keep their support. A declaration is a wish of the
+    author,
+    so it is met whatever moves.
+    """
+    fewer = now.counts - version.counts
+    if fewer[goal.key] <= 0 or version.counts - now.counts or sum(version.counts.values()) >= sum(now.counts.values()):
         return False
     return goal.declaration is not None or (
-        not _too_far(now, found, goal, further) and _holds(now, found, is_sound_motion)
+        not _too_far(now, version, goal, further) and _holds(now, version, is_sound_motion)
     )
 
 
-def _is_sound(now: _Version, found: _Version) -> bool:
-    """Return whether things rest in a version where they rested, and are not deeper in others."""
-    return _holds(now, found, is_sound_motion) and _holds(now, found, lambda *each: not is_deeper_motion(*each))
+def _is_sound(now: _Version, version: _Version) -> bool:
+    """Return whether objects keep their support in a version, and penetrate each other no deeper."""
+    return _holds(now, version, is_sound_motion) and _holds(now, version, lambda *motion: not is_deeper_motion(*motion))
 
 
-def _holds(now: _Version, found: _Version, test: Callable[[CheckedFrame, CheckedFrame, FloatArray], bool]) -> bool:
-    """Return whether a test of a motion holds in all frames."""
-    if found.corners.shape != now.corners.shape:
+def _holds(now: _Version, version: _Version, test: Callable[[CheckedFrame, CheckedFrame, FloatArray], bool]) -> bool:
+    """Return whether a test of the motion between two versions holds in all frames."""
+    if version.corners.shape != now.corners.shape:
         return True
-    motion = found.corners - now.corners
+    motion = version.corners - now.corners
     return all(
-        test(now.frames[number], found.frames[number], motion[2 * at : 2 * (at + count)])
+        test(now.frames[number], version.frames[number], motion[2 * at : 2 * (at + count)])
         for number, (at, count) in now.spans.items()
     )
 
@@ -774,55 +876,63 @@ def _holds(now: _Version, found: _Version, test: Callable[[CheckedFrame, Checked
 
 
 def _alternatives(move: Vector, relation: str) -> tuple[Vector, ...]:
-    """Return a translation and, for what only keeps a distance, those along the ground and one axis that do as much."""
+    """Return the translations that resolve a declaration.
+
+    If it only concerns a distance, those along the ground and along one axis that gain the same distance are
+    alternatives.
+    """
     if relation not in ("distance", "clear-of", "touching"):
         return (move,)
-    found = [move]
+    moves = [move]
     for axes in ((0, 2), (0,), (2,)):
         along = np.array([x if axis in axes else 0.0 for axis, x in enumerate(move)])
         square = float(along @ along)
         if square > 0.1 * sum(x * x for x in move):
             x, y, z = (along * float(np.dot(move, move)) / square).tolist()
-            found.append((x, y, z))
-    return tuple(dict.fromkeys(found))
+            moves.append((x, y, z))
+    return tuple(dict.fromkeys(moves))
 
 
 def _sampled(scene: Scene) -> list[int]:
+    """Return the numbers of the frames of the layout: those that the lint checks."""
     from scenelang.backends.geometry.lint import checked_frames
 
     return checked_frames(scene)
 
 
 def _layout(scene: Scene) -> FloatArray:
-    """Return two corners (2N, 3) of the boxes of the primitives of some frames, one frame after the other."""
+    """Return the corners (2N, 3) of the boxes of all primitives in the sampled frames, frame after frame."""
     return np.concatenate([_corners_in(scene.frames[number]) for number in _sampled(scene)])
 
 
 def _corners_in(root: Entity) -> FloatArray:
+    """Return the corners (2N, 3) of the boxes of a frame: the images of the corners of each local box."""
     frame = flatten_entity(root)
     local = np.array([_corners(entity) for entity in frame.primitives]).reshape(-1, 2, 3)
     matrices = np.asarray(frame.matrices).reshape(-1, 3, 4)
     if not len(matrices):
         return np.zeros((0, 3))
-    found = np.einsum("nij,nkj->nki", matrices[:, :, :3], local[frame.index]) + matrices[:, None, :, 3]
-    return np.asarray(found.reshape(-1, 3), np.float64)
+    corners = np.einsum("nij,nkj->nki", matrices[:, :, :3], local[frame.index]) + matrices[:, None, :, 3]
+    return np.asarray(corners.reshape(-1, 3), np.float64)
 
 
 def _corners(entity: Entity) -> tuple[float, ...]:
+    """Return the low and high corner of a primitive in its own axes."""
     assert entity.shape is not None
     return tuple(entity.shape.box_under(IDENTITY))
 
 
 def _offsets(scene: Scene) -> dict[int, int]:
-    """Return for each frame of the layout the position of its first primitive."""
-    found, at = {}, 0
+    """Return the position of the first primitive of each frame of the layout."""
+    offsets, at = {}, 0
     for number in _sampled(scene):
-        found[number] = at
+        offsets[number] = at
         at += primitive_count(scene.frames[number])
-    return found
+    return offsets
 
 
 def _between(rows: tuple[int, int] | None) -> IntArray | None:
+    """Return the primitives from the first to the last, both included."""
     return None if rows is None else np.arange(rows[0], rows[1] + 1)
 
 
@@ -830,47 +940,48 @@ def _between(rows: tuple[int, int] | None) -> IntArray | None:
 
 
 def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) -> list[Goal]:
+    """Return the findings of the lint in some frames as goals, in its order."""
     from scenelang.backends.geometry.lint import message_of
     from scenelang.backends.surfaces.convex import clusters
 
-    found = []
+    goals = []
     for number, at in offsets.items():
         frame = frames[number]
-        bodies, thing = frame.bodies, frame.contacts.thing
-        cluster = clusters(len(bodies), bodies.contacts[0].tolist()) if frame.findings else thing
-        for each in frame.findings:
-            words = "/".join(frame.words(each)), "" if each.other is None else "/".join(bodies.words(each.other))
-            if each.whole:
-                words = words[0], ""
-            message = message_of(frame, each)
-            rows = rows_of(bodies.row[thing == thing[each.body]], at)
-            aims = tuple(aims_of(frame, each, cluster, at))
-            found.append(Goal((each.kind, *words), message, each.amount, rows, aims))
-    return found
+        bodies, object_of = frame.bodies, frame.contacts.thing
+        cluster = clusters(len(bodies), bodies.contacts[0].tolist()) if frame.findings else object_of
+        for finding in frame.findings:
+            words, other_words = "/".join(frame.words(finding)), ""
+            if finding.other is not None and not finding.whole:
+                other_words = "/".join(bodies.words(finding.other))
+            message = message_of(frame, finding)
+            rows = rows_of(bodies.row[object_of == object_of[finding.body]], at)
+            aims = tuple(aims_of(frame, finding, cluster, at))
+            goals.append(Goal((finding.kind, words, other_words), message, finding.amount, rows, aims))
+    return goals
 
 
 # --- text ------------------------------------------------------------------------------------------------------------
 
 
 def literals_of(source: Source) -> list[_Literal]:
-    """Return the numbers of a program that may place things, at most 400, each with those of the same vector."""
-    found: list[_Literal] = []
+    """Return the numbers of a program that may place objects, at most 400, those of one vector in one group."""
+    literals: list[_Literal] = []
     forms = read(source).forms
     bound = {_called(form) for form in forms if _head(form) == "bind"}
     stack: list[tuple[Datum, Datum | None, bool]] = [(form, None, False) for form in reversed(forms)]
-    while stack and len(found) < _MAX_LITERALS:
+    while stack and len(literals) < _MAX_LITERALS:
         datum, parent, places = stack.pop()
         if isinstance(datum, Atom):
             if type(datum.value) in (int, float) and math.isfinite(datum.value):
                 group = id(parent) if _is_vector(parent) else id(datum)
-                found.append(_Literal(datum.span, datum.value, group, places))
+                literals.append(_Literal(datum.span, datum.value, group, places))
             continue
         pose = None
         if isinstance(datum, ListDatum) and _head(datum) == "transform" and len(datum.items) == 3:
             called = datum.items[1]
             pose = datum.items[2] if _head(called) == "call" and _called(called) in bound else None
         stack.extend((child, datum, places or child is pose) for child in reversed(list(_placing(datum))))
-    return found
+    return literals
 
 
 def _called(form: Datum) -> str | None:
@@ -880,18 +991,20 @@ def _called(form: Datum) -> str | None:
 
 
 def _is_vector(datum: Datum | None) -> bool:
+    """Return whether a form writes a vector or a list, whose numbers belong together."""
     return isinstance(datum, ArrayDatum) or (
         isinstance(datum, ListDatum) and _head(datum) in ("vector", "quote", "list")
     )
 
 
 def _head(datum: Datum) -> str | None:
+    """Return the symbol that a form begins with; None if it begins with none."""
     first = datum.items[0] if isinstance(datum, ListDatum) and datum.items else None
     return str(first.value) if isinstance(first, Atom) and isinstance(first.value, Symbol) else None
 
 
 def _placing(datum: Datum) -> Iterator[Datum]:
-    """Yield the parts of a form that may place things: not colours, bounds of params and seeds."""
+    """Yield the parts of a form whose numbers may place objects: no colors, bounds of params or seeds."""
     head = _head(datum)
     if head in _NO_LITERALS:
         return
@@ -901,7 +1014,7 @@ def _placing(datum: Datum) -> Iterator[Datum]:
             skip = False
             continue
         if isinstance(child, Atom) and isinstance(child.value, Keyword):
-            skip = str(child.value) in ("color", "opacity", "min", "max", "segments", "seed", "roughness", "metallic")
+            skip = str(child.value) in _NO_PLACEMENT
         yield child
 
 
@@ -931,17 +1044,14 @@ def imports_of(source: Source) -> list[ListDatum]:
 
 
 def angles_of(source: Source, zero: bool = False) -> list[Atom]:
-    """Return the numbers that are angles of ``rotate``, those that are 0 only if ``zero``."""
+    """Return the literal angles of ``rotate``; those that are 0 only if ``zero``."""
     angles = [form.items[1] for head, form in _forms(source) if head == "rotate" and len(form.items) > 2]
-    return [
-        each
-        for each in angles
-        if isinstance(each, Atom) and type(each.value) in (int, float) and (zero or each.value != 0)
-    ]
+    numbers = [angle for angle in angles if isinstance(angle, Atom) and type(angle.value) in (int, float)]
+    return [number for number in numbers if zero or number.value != 0]
 
 
 def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
-    """Yield the forms of a program that begin with a name, and these names."""
+    """Yield the forms of a program that begin with a symbol, each with that symbol."""
     for datum in walk(*read(source).forms):
         head = _head(datum)
         if head is not None and isinstance(datum, ListDatum):
@@ -949,7 +1059,7 @@ def _forms(source: Source) -> Iterator[tuple[str, ListDatum]]:
 
 
 def _key(candidate: _Candidate) -> Hashable:
-    """Return what is equal for candidates that make the same text."""
+    """Return the identity of a candidate: equal for those that make the same text."""
     changes = (
         (edit.span.start, edit.text) for edit in candidate.edits if not _is_same_number(edit.span.text, edit.text)
     )
@@ -957,12 +1067,12 @@ def _key(candidate: _Candidate) -> Hashable:
 
 
 def _replaced(text: str, span: Span, new: str) -> str:
+    """Return a text with a span replaced."""
     return text[: span.start] + new + text[span.end :]
 
 
 def _removed(span: Span) -> Span:
-    """Return the place of a form with the blanks before it, and the break before them if nothing else is in its
-    line."""
+    """Return the span of a form with the blanks before it, and with its line if nothing else is there."""
     text, start = span.source.text, span.start
     while start > 0 and text[start - 1] in " \t":
         start -= 1
@@ -971,11 +1081,12 @@ def _removed(span: Span) -> Span:
 
 
 def _digits(size: float) -> int:
-    """Return the number of decimals that shows a ten-thousandth of a size."""
+    """Return the number of decimals that resolves a ten-thousandth of a size."""
     return max(2, math.ceil(4.0 - math.log10(max(size, 1e-12))))
 
 
 def _is_same_number(old: str, new: str) -> bool:
+    """Return whether two texts are the same number."""
     try:
         return float(old) == float(new)
     except ValueError:
@@ -983,6 +1094,7 @@ def _is_same_number(old: str, new: str) -> bool:
 
 
 def _number(value: float, places: int) -> str:
+    """Write a number as programs do: with at most so many decimals, and no zero before the point."""
     text = f"{round(value, places) + 0.0:.12g}"
     if "e" in text:
         return text

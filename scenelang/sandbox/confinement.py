@@ -29,12 +29,13 @@ _FS_RIGHTS = {1: 13, 2: 14, 3: 15, 4: 15, 5: 16}
 _NET_RIGHTS = 0b11  # bind and connect TCP, from version 4
 _SCOPES = 0b01  # abstract UNIX sockets, from version 6
 
+# SECCOMP_RET_ERRNO and SECCOMP_RET_ALLOW, errors, and opcodes of classic BPF (<linux/bpf_common.h>).
 _PR_ERRNO = 0x0005_0000
 _ALLOW = 0x7FFF_0000
 _EPERM, _ENOSYS = 1, 38
 _LD, _JEQ, _JSET, _JGE, _RET = 0x20, 0x15, 0x45, 0x35, 0x06
 _CLONE_THREAD = 0x0001_0000
-_X32 = 0x4000_0000
+_X32 = 0x4000_0000  # bit of the calls of the x32 ABI, which would bypass the numbers below
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +70,7 @@ _ARCHITECTURES = {
 
 @cache
 def _libc() -> Any:
+    """Return the C library."""
     libc = ctypes.CDLL(None, use_errno=True)
     libc.syscall.restype = ctypes.c_long
     return libc
@@ -94,8 +96,10 @@ def has_seccomp() -> bool:
 
 
 def confine(folders: Iterable[str | Path]) -> None:
-    """Restrict this thread to reading the package, its libraries and ``folders``. Restrictions that the kernel does not
-    support are skipped; nothing is raised."""
+    """Restrict this thread to reading the package, its libraries and ``folders``.
+
+    Restrictions that the kernel does not support are skipped; nothing is raised.
+    """
     if not sys.platform.startswith("linux"):
         return
     if _libc().prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0:
@@ -107,14 +111,15 @@ def confine(folders: Iterable[str | Path]) -> None:
 @cache
 def _libraries() -> tuple[str, ...]:
     """Return the paths that Python and its packages read at run time, and that of the solids on disk."""
-    found = [sys.prefix, sys.base_prefix, *(path or os.getcwd() for path in sys.path), str(Path(__file__).parents[2])]
+    paths = [sys.prefix, sys.base_prefix, *(path or os.getcwd() for path in sys.path), str(Path(__file__).parents[2])]
     system = ("/usr/lib", "/usr/local/lib", "/lib", "/lib64", "/usr/share", "/etc/ld.so.cache", "/etc/localtime")
     with suppress(RuntimeError):  # no home folder
-        found.append(str(user_folder("CACHE") / "solids"))
-    return tuple(dict.fromkeys([*found, *system, "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system"]))
+        paths.append(str(user_folder("CACHE") / "solids"))
+    return tuple(dict.fromkeys([*paths, *system, "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system"]))
 
 
 def _restrict_files(folders: Iterable[str | Path]) -> None:
+    """Allow this thread to read some folders, and deny other file access and TCP, as far as the kernel supports it."""
     version = landlock_version()
     if version < 1:
         return
@@ -155,6 +160,7 @@ class _Program(ctypes.Structure):
 
 
 def _restrict_calls() -> None:
+    """Deny the system calls of the architecture by a seccomp filter."""
     architecture = _ARCHITECTURES.get(os.uname().machine)
     if architecture is None:
         return

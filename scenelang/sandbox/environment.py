@@ -25,7 +25,7 @@ _FAMILIES = """
     LC_ XDG_ SCENELANG_ PYTHON CUDA_ NVIDIA_ DRJIT_ MI_ MUJOCO_ PYOPENGL_ OMP_ MKL_ OPENBLAS_ NUMBA_ TORCH_ PYTORCH_
     HYPOTHESIS_ COV_ COVERAGE_
 """  # beginnings of names
-_KEPT, _BEGINNINGS = frozenset(_NAMES.split()), tuple(_FAMILIES.split())
+_ALLOWED, _BEGINNINGS = frozenset(_NAMES.split()), tuple(_FAMILIES.split())
 MORE = "SCENELANG_ENVIRONMENT"  # names of other variables that plug-ins need, separated by commas
 
 
@@ -39,21 +39,21 @@ def named_variables(environment: Mapping[str, str] | None = None) -> dict[str, s
     """
     given = os.environ if environment is None else environment
     more = {name.strip() for name in given.get(MORE, "").split(",")}
-    return {name: value for name, value in given.items() if name in _KEPT | more or name.startswith(_BEGINNINGS)}
+    return {name: value for name, value in given.items() if name in _ALLOWED | more or name.startswith(_BEGINNINGS)}
 
 
 def keep_named_variables() -> None:
     """Remove all other variables from this process, which has been forked."""
-    kept = named_variables()
+    allowed = named_variables()
     os.environ.clear()  # before the memory of the values is overwritten
     if sys.platform == "linux":
-        _overwrite(b"".join(os.fsencode(f"{name}={value}") + b"\0" for name, value in kept.items()))
-    os.environ.update(kept)
+        _overwrite(b"".join(os.fsencode(f"{name}={value}") + b"\0" for name, value in allowed.items()))
+    os.environ.update(allowed)
 
 
 _LOCK = fork_safe_lock()
 _HIDDEN: dict[str, str] = {}  # what evaluations that are running have removed; the environment is the process's, too
-_USERS = [0]
+_USERS = [0]  # number of running evaluations
 
 
 @contextmanager
@@ -62,8 +62,8 @@ def hidden_variables() -> Iterator[None]:
     with _LOCK:
         _USERS[0] += 1
         if _USERS[0] == 1:
-            kept = named_variables()
-            _HIDDEN.update((name, value) for name, value in os.environ.items() if name not in kept)
+            allowed = named_variables()
+            _HIDDEN.update((name, value) for name, value in os.environ.items() if name not in allowed)
             if _HIDDEN:  # most processes have removed them for good, and evaluate many times
                 keep_named_variables()
     try:

@@ -18,12 +18,14 @@ from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import STD
 
-_SIZE = 1 << 16
+_PAGE_BYTES = 1 << 16
 _PHASE = struct.Struct("=QdddQQQQ")  # number (0: none), start, CPU start, seconds, max. bytes, limit, pid, successor
 _PLACE = struct.Struct("=II")  # sequence (odd during a write), length
-_WATCHED_AT = 64  # pid of the supervised process
+# Offsets in the page, in bytes: the pid of the supervised process, the call chain, the reason of a kill.
+_WATCHED_AT = 64
 _PLACE_AT = 72
 _REASON_AT = 1 << 15
+# Limits of what is recorded and read: the page is written by a process that may be broken.
 _MAX_LINE_LENGTH = 2_000
 _MAX_CHAIN_LENGTH = 12
 _MAX_LINES = 1_000_000
@@ -33,8 +35,21 @@ Chain = tuple[tuple[str, Span | None], ...]
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A limited phase of work: start by ``time.monotonic`` and in CPU seconds of the process, limit of CPU time,
-    maximum resident bytes, process. ``memory`` is the limit as given by the user."""
+    """A limited phase of work.
+
+    Attributes
+    ----------
+    start, cpu_start
+        ``time.monotonic``, and CPU seconds of the process, at its start.
+    seconds
+        Limit of CPU time.
+    ceiling
+        Maximum resident bytes.
+    memory
+        The limit as given by the user, in bytes.
+    pid
+        Process.
+    """
 
     number: int
     start: float
@@ -46,15 +61,15 @@ class Phase:
 
 
 class Status:
-    """The shared page. It is written by the supervised process, except for the reason of a kill, written by the
-    monitor."""
+    """The page shared by monitor and supervised process; the monitor writes the reason of a kill and ``watched``."""
 
     def __init__(self) -> None:
-        self._page = mmap.mmap(-1, _SIZE)  # shared with forked processes
+        self._page = mmap.mmap(-1, _PAGE_BYTES)  # shared with forked processes
 
     # --- the phase ---------------------------------------------------------------------------------------------
 
     def begin(self, phase: Phase) -> None:
+        """Record the beginning of a phase."""
         times = (phase.start, phase.cpu_start, phase.seconds)
         values = (*times, phase.ceiling, phase.memory, phase.pid, self.successor)
         self._write_record(_PLACE_AT, None)
@@ -62,6 +77,7 @@ class Status:
         struct.pack_into("=Q", self._page, 0, phase.number)  # written last, since the monitor may read concurrently
 
     def end(self) -> None:
+        """Record the end of the phase."""
         struct.pack_into("=Q", self._page, 0, 0)
 
     @property
@@ -112,9 +128,11 @@ class Status:
         self._write_record(_REASON_AT, fields)
 
     def forget_reason(self) -> None:
+        """Remove the reason of an earlier kill."""
         self._write_record(_REASON_AT, None)
 
     def reason(self) -> Diagnostic | None:
+        """Return why the predecessor was killed; None if it was not."""
         data = self._read_record(_REASON_AT)
         if data is None:
             return None
@@ -198,35 +216,34 @@ _TICKS = os.sysconf("SC_CLK_TCK") if hasattr(os, "sysconf") else 100
 
 
 _PLACED = (ListDatum, ArrayDatum, Atom, *get_args(ast.Expr), ast.Define)
-_MAX_FRAMES = 300
-_INITIAL_DELAY = 0.02  # initial delay, in seconds
-_POLL_INTERVAL = 0.05
+_MAX_FRAMES = 300  # Python frames that are searched for a position
+_INITIAL_DELAY = 0.02  # seconds; shorter evaluations are not sampled
+_POLL_INTERVAL = 0.05  # seconds
 
 
 def running(thread: int) -> Chain:
-    """Return the call chain of an evaluating thread, innermost first, as in a diagnostic; the first position has no
-    name."""
+    """Return the call chain of an evaluating thread, innermost first, as in a diagnostic; the first has no name."""
     frame = sys._current_frames().get(thread)
-    found: list[tuple[str, Span | None]] = []
+    chain: list[tuple[str, Span | None]] = []
     text: Source | None = None
     frames = 0
     while frame is not None and frames < _MAX_FRAMES:
         place = _place(frame)
         if frame.f_code.co_name == "evaluate_root":
-            found.append((f'"{frame.f_locals.get("word")}"', None))
+            chain.append((f'"{frame.f_locals.get("word")}"', None))
         elif place is not None:
-            if not found:
-                found.append(("", place))
+            if not chain:
+                chain.append(("", place))
             name = _called(frame)
             if name is not None:
-                found.append((name, place))
+                chain.append((name, place))
         elif text is None:
             source = frame.f_locals.get("source")
             text = source if isinstance(source, Source) and not source.name.startswith(STD) else None
         frame, frames = frame.f_back, frames + 1
-    if not found and text is not None:  # during parsing or checking the position is the whole text
+    if not chain and text is not None:  # during parsing or checking the position is the whole text
         return (("", Span(text, 0, 0)),)
-    return tuple(found)
+    return tuple(chain)
 
 
 def _place(frame: FrameType) -> Span | None:
@@ -255,8 +272,10 @@ def _called(frame: FrameType) -> str | None:
 
 
 class Sampler:
-    """Thread that periodically records the position of another thread. A builtin that holds the GIL blocks it; the last
-    recorded position is then the call of that builtin."""
+    """Thread that periodically records the position of another thread.
+
+    A builtin that holds the GIL blocks it; the last recorded position is then the call of that builtin.
+    """
 
     def __init__(self, status: Status, thread: int) -> None:
         self._status = status
@@ -265,9 +284,11 @@ class Sampler:
         threading.Thread(target=self._look, daemon=True).start()
 
     def stop(self) -> None:
+        """End the thread."""
         self._ended.set()
 
     def _look(self) -> None:
+        """Record positions until stopped."""
         pause = _INITIAL_DELAY
         while not self._ended.wait(pause):
             try:

@@ -40,12 +40,12 @@ from scenelang.sandbox.environment import hidden_variables
 from scenelang.sandbox.status import Chain, Phase, Sampler, Status, cpu_seconds_of, resident_bytes_of
 
 GRACE = 0.5  # CPU seconds beyond the limit, to let the evaluator's own check report first
-_INTERRUPT_GRACE = 1.0
-_MEMORY_SLACK = 1.03
+_INTERRUPT_GRACE = 1.0  # seconds after Ctrl-C until a process is killed
+_MEMORY_SLACK = 1.03  # times the limit, to let the evaluator's own check report first
 _POLL_INTERVAL, _FAST_POLL_INTERVAL, _IDLE_POLL_INTERVAL = 0.005, 0.001, 0.02  # sampling intervals, in seconds
-_ADOPTION = 10.0
-_NOTE_EVERY = 0.002
-_CLOSE = 0.6  # fraction of the memory limit from which sampling is faster
+_ADOPTION_SECONDS = 10.0  # within which the monitor must supervise the successor of a killed process
+_NOTE_INTERVAL = 0.002  # seconds
+_HIGH_MEMORY = 0.6  # fraction of the memory limit from which sampling is faster
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 INTERRUPTED, CLOSED = 130, 141  # exit codes, as of a process that SIGINT or SIGPIPE ends
 _INTERRUPT = frozenset((signal.SIGINT,))
@@ -143,7 +143,7 @@ class Link:
     def note(self, span: Span | None, name: str | None = None) -> None:
         """Record the position that starts now, for phases without a sampler; rapid sequences are thinned out."""
         now = time.monotonic()
-        if span is not None and (name is not None or now - self._noted > _NOTE_EVERY):
+        if span is not None and (name is not None or now - self._noted > _NOTE_INTERVAL):
             self._noted = now
             self._status.put_place((("", span), *(((name, None),) if name is not None else ())))
 
@@ -196,14 +196,19 @@ def become_child(status: Status, confined: bool = True) -> None:
 
 
 def _die_with_parent(number: int) -> None:
+    """Have the kernel send a signal to this process when its parent ends."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(number), 0, 0, 0)
 
 
 class WorkCheckpoint:
-    """A suspended fork of the process. ``drop`` it when the work succeeded; if the monitor killed the process, the fork
-    continues in its place, with ``problem`` set."""
+    """A suspended fork of the process.
+
+    ``drop`` it when the work succeeded. If the monitor killed the process, the fork continues in its place, with
+    ``problem`` set.
+    """
 
     def __init__(self, status: Status) -> None:
+        """Fork; in the fork, wait until the work has succeeded, or this process was killed."""
         self.problem: Diagnostic | None = None
         read, write = os.pipe()
         sys.stdout.flush()
@@ -223,7 +228,7 @@ class WorkCheckpoint:
         os.close(read)
         if finished:
             os._exit(0)
-        deadline = time.monotonic() + _ADOPTION
+        deadline = time.monotonic() + _ADOPTION_SECONDS
         while os.getppid() == replaced or status.watched != os.getpid():  # until supervised
             time.sleep(0.001)
             if time.monotonic() > deadline:  # the monitor has ended, too
@@ -246,8 +251,12 @@ class WorkCheckpoint:
 
 
 def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> int:
-    """Run ``work`` in a child and return its exit code. In the child this returns the result of ``work``, with which
-    the caller must exit. ``report`` displays why the child was killed."""
+    """Run ``work`` in a child and return its exit code.
+
+    In the child this returns the result of ``work``, with which the caller must exit. ``report`` displays why the child
+    was
+    killed.
+    """
     status = Status()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -280,6 +289,7 @@ def after_imports(handle: Callable[[int, FrameType | None], object]) -> Callable
     """
 
     def wait(number: int, frame: FrameType | None) -> object:
+        """Call the handler, or send the signal again later."""
         if not _is_importing(frame):
             return handle(number, frame)
         again = threading.Timer(0.02, os.kill, (os.getpid(), number))
@@ -291,6 +301,7 @@ def after_imports(handle: Callable[[int, FrameType | None], object]) -> Callable
 
 
 def _is_importing(frame: FrameType | None) -> bool:
+    """Return whether a frame is in an import."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             return True
@@ -342,6 +353,7 @@ class Monitor:
                 _kill(self._pid, signal.SIGINT)
 
     def terminate(self, number: int) -> None:
+        """Send a signal to the process."""
         _kill(self._pid, number)
 
     def _watch(self) -> Ending | None:
@@ -410,7 +422,7 @@ class Monitor:
         phase = self._phase()
         if phase is None:
             return _IDLE_POLL_INTERVAL
-        return _FAST_POLL_INTERVAL if resident_bytes_of(self._pid) > _CLOSE * phase.ceiling else _POLL_INTERVAL
+        return _FAST_POLL_INTERVAL if resident_bytes_of(self._pid) > _HIGH_MEMORY * phase.ceiling else _POLL_INTERVAL
 
     def _excess(self, phase: Phase | None) -> Diagnostic | None:
         """Return the diagnostic of the limit that the child exceeds in a phase, or None."""
@@ -477,6 +489,7 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
     """Forward termination signals to the child. SIGINT is blocked; the monitor polls for it."""
 
     def end(number: int, _: FrameType | None) -> None:
+        """Forward a signal."""
         monitor.terminate(number)
 
     numbers = (signal.SIGTERM, signal.SIGHUP)
@@ -493,35 +506,40 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
 # Programs whose check runs no code of theirs, and does not need a monitor.
 
 
-_SMALL = 40_000  # characters, with imports
+_MAX_BOUNDED_LENGTH = 40_000  # characters, with imports
 _COMMENT = re.compile(r"^[ \t]*;.*$", re.M)
 _IMPORT = re.compile(r'\(\s*import\s+"([^"\\]*)"')
 _UNCERTAIN = re.compile(r"define-macro|\|")  # bars, in which a symbol may be written differently
 
 
 def is_bounded(paths: Sequence[str]) -> bool:
-    """Return whether programs are small and, like the files that they import, without procedural macros, so that a
-    check of them takes bounded time and memory."""
-    left, pending, seen = _SMALL, list(paths), set()
+    """Return whether a check of programs takes bounded time and memory.
+
+    It does if they are small and, like the files that they import, without procedural macros.
+    """
+    left, pending, visited = _MAX_BOUNDED_LENGTH, list(paths), set()
     while pending:
         path = pending.pop()
-        text = _program_text(path, left) if path not in seen else ""
+        text = _program_text(path, left) if path not in visited else ""
         text = _COMMENT.sub("", text) if text is not None and '"' not in "".join(_COMMENT.findall(text)) else text
         names = _IMPORT.findall(text or "")
         if text is None or _UNCERTAIN.search(text) or text.count("import") != len(names):
             return False
         left -= len(text)
-        seen.add(path)
+        visited.add(path)
         pending += [os.path.join(os.path.dirname(path), name) for name in names if not name.startswith(STD)]
     return True
 
 
 @contextmanager
 def alarmed(seconds: float, report: Callable[[Diagnostic], None]) -> Iterator[None]:
-    """End the process after some seconds of CPU time, at the wall-clock guard, or at Ctrl-C, without a monitor: a
-    thread that works cannot be stopped."""
+    """End the process after some seconds of CPU time, at the wall-clock guard, or at Ctrl-C, without a monitor.
+
+    A thread that works cannot be stopped, so the process ends.
+    """
 
     def end(number: int, _: FrameType | None) -> None:
+        """Report the limit or the interruption, and exit."""
         if number == signal.SIGPROF:
             report(excess_of_time(seconds, ()))
         elif number == signal.SIGALRM:
@@ -562,18 +580,20 @@ def _program_text(path: str, most: int) -> str | None:
 
 def was_interrupted(error: BaseException) -> bool:
     """Return whether Ctrl-C caused an error: native libraries wrap the interruption in their own exceptions."""
-    found: BaseException | None = error
-    while found is not None:
-        if isinstance(found, KeyboardInterrupt) or "KeyboardInterrupt" in str(found):
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, KeyboardInterrupt) or "KeyboardInterrupt" in str(cause):
             return True
-        found = found.__cause__ or found.__context__
+        cause = cause.__cause__ or cause.__context__
     return False
 
 
 @contextmanager
 def interruptions() -> Iterator[Callable[[], bool]]:
-    """Yield a function that returns whether Ctrl-C was pressed, to stop after the current step. A second Ctrl-C
-    interrupts immediately."""
+    """Yield a function that returns whether Ctrl-C was pressed, to stop after the current step.
+
+    A second Ctrl-C interrupts immediately.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
         return
@@ -581,11 +601,13 @@ def interruptions() -> Iterator[Callable[[], bool]]:
     before = signal.getsignal(signal.SIGINT)
 
     def note(*_: object) -> None:
+        """Record the first Ctrl-C."""
         if pressed.is_set():
             raise KeyboardInterrupt
         pressed.set()
 
     def stopped() -> bool:
+        """Return whether Ctrl-C was pressed."""
         if signal.getsignal(signal.SIGINT) is not note:  # before the first step Ctrl-C may interrupt directly
             signal.signal(signal.SIGINT, note)
         return pressed.is_set()

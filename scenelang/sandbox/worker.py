@@ -28,23 +28,31 @@ from scenelang.sandbox.status import Status
 from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported
 
 _HEADER = struct.Struct("=Q")
-_MAX_SIZE = 1 << 32  # maximum bytes of an answer
+_MAX_ANSWER_BYTES = 1 << 32
 
 
 class Worker:
-    """Calls ``function`` in a new process per request. ``ask(*arguments)`` returns its value, or raises its exception.
-    Arguments, values and exceptions are pickled. ``folders`` are readable for these processes; None removes only the
-    rights that evaluation itself gives up.
-
-    With ``keeps``, the process of a request stays and answers all further requests with the same first argument, so
-    that ``function`` can keep what it computed. If such a process exceeds its memory, a new one tries again.
+    """Calls a function in a new process per request.
 
     Create it before starting other threads. ``ask`` may be called from several threads; requests run sequentially.
+    Arguments, values and exceptions are pickled.
+
+    Parameters
+    ----------
+    function
+        Called with the arguments of each request.
+    folders
+        Folders that these processes may read; None removes only the rights that evaluation itself gives up.
+    keeps
+        The process of a request stays and answers all further requests with the same first argument, so that
+        ``function``
+        can keep what it computed. If such a process exceeds its memory, a new one tries again.
     """
 
     def __init__(
         self, function: Callable[..., Any], folders: tuple[str, ...] | None = None, keeps: bool = False
     ) -> None:
+        """Fork the zygote; without support for hard limits, requests run in this process."""
         self._function = function
         self._folders = folders
         self._keeps = keeps
@@ -89,6 +97,7 @@ class Worker:
             self._pid = 0
 
     def _exchange(self, request: bytes) -> bytes:
+        """Send a request to the zygote and return the answer; if the zygote was killed, start another."""
         assert self._socket is not None
         try:
             _send(self._socket, _HEADER.pack(self._number) + request)
@@ -99,6 +108,7 @@ class Worker:
             return pickle.dumps(("ended", crash(0)))
 
     def _start(self) -> None:
+        """Fork the zygote; in it, serve and exit."""
         ours, theirs = socket.socketpair()
         sys.stdout.flush()
         sys.stderr.flush()
@@ -127,13 +137,14 @@ def _quietly(work: Callable[[], None]) -> NoReturn:
 # --- zygote --------------------------------------------------------------------------------------------------------
 
 
-_MAX_KEPT = 4  # processes that stay
+_MAX_RESIDENT = 4  # processes, each with the caches of one program
 
 
-class _Kept:
+class _ResidentProcess:
     """Process that answers one request after another."""
 
     def __init__(self, function: Callable[..., Any], folders: tuple[str, ...] | None) -> None:
+        """Fork the process; in it, serve and exit."""
         self.status = Status()
         self.requests = 0
         ours, theirs = socket.socketpair()
@@ -145,6 +156,7 @@ class _Kept:
         self.channel = ours
 
     def _serve(self, channel: socket.socket, function: Callable[..., Any], folders: tuple[str, ...] | None) -> None:
+        """Answer requests until the channel is closed."""
         _begin(self.status, folders)
         while True:
             try:
@@ -166,6 +178,7 @@ class _Kept:
         return ending.problem or crash(0)
 
     def close(self) -> None:
+        """Kill the process."""
         self.channel.close()
         with contextlib.suppress(ProcessLookupError, ChildProcessError):  # the monitor has waited for a killed process
             os.kill(self.pid, signal.SIGKILL)
@@ -179,9 +192,10 @@ class _Zygote:
         self, function: Callable[..., Any], folders: tuple[str, ...] | None, parent: int, cancelled: mmap.mmap
     ) -> None:
         self._function, self._folders, self._parent, self._cancelled = function, folders, parent, cancelled
-        self._kept: dict[bytes, _Kept] = {}
+        self._resident: dict[bytes, _ResidentProcess] = {}
 
     def serve(self, channel: socket.socket) -> None:
+        """Answer requests until the server ends."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         gc.collect()
@@ -196,24 +210,26 @@ class _Zygote:
             key, request = data[_HEADER.size : _HEADER.size + length], data[_HEADER.size + length :]
             is_unwanted = self._is_unwanted(number)
             if key:
-                _send(channel, self._keeping(key, request, is_unwanted))
+                _send(channel, self._answer_by_resident(key, request, is_unwanted))
             else:
                 _send(channel, _answer(self._function, request, self._folders, is_unwanted))
 
     def _is_unwanted(self, number: bytes) -> Callable[[], bool]:
+        """Return a function that returns whether a request was cancelled, or the server has ended."""
         return lambda: self._cancelled[:] == number or os.getppid() != self._parent
 
-    def _keeping(self, key: bytes, request: bytes, is_unwanted: Callable[[], bool]) -> bytes:
+    def _answer_by_resident(self, key: bytes, request: bytes, is_unwanted: Callable[[], bool]) -> bytes:
+        """Answer a request by the process of its key; try a new one if an old one ran out of memory or crashed."""
         for attempt in range(2):
-            kept = self._kept.pop(key, None) or _Kept(self._function, self._folders)
-            is_first = kept.requests == 0
-            answer = kept.ask(request, is_unwanted)
+            process = self._resident.pop(key, None) or _ResidentProcess(self._function, self._folders)
+            is_first = process.requests == 0
+            answer = process.ask(request, is_unwanted)
             if isinstance(answer, bytes):
-                self._kept[key] = kept
-                if len(self._kept) > _MAX_KEPT:
-                    self._kept.pop(next(iter(self._kept))).close()
+                self._resident[key] = process
+                if len(self._resident) > _MAX_RESIDENT:
+                    self._resident.pop(next(iter(self._resident))).close()
                 return answer
-            kept.close()
+            process.close()
             if is_first or attempt or answer.name not in ("memory", "crash"):
                 return pickle.dumps(("ended", answer))
         raise AssertionError
@@ -242,6 +258,7 @@ def _answer(
 def _work(
     function: Callable[..., Any], request: bytes, memory: int, status: Status, folders: tuple[str, ...] | None
 ) -> None:
+    """Compute a request in a child, and write the answer to its memory file."""
     _begin(status, folders)
     data = _pickled(_result(function, request))
     with open(memory, "wb", closefd=False) as file:
@@ -257,6 +274,7 @@ def _begin(status: Status, folders: tuple[str, ...] | None) -> None:
 
 
 def _result(function: Callable[..., Any], request: bytes) -> tuple[str, Any]:
+    """Call the function; an exception is a result, too."""
     try:
         arguments = pickle.loads(request)  # written by the server itself  # noqa: S301  # nosec B301
         return "value", function(*arguments)
@@ -265,6 +283,7 @@ def _result(function: Callable[..., Any], request: bytes) -> tuple[str, Any]:
 
 
 def _pickled(answer: tuple[str, Any]) -> bytes:
+    """Pickle an answer, or an error that says why it cannot be pickled."""
     try:
         return pickle.dumps(answer)
     except Exception as error:  # exceptions of libraries may not be picklable
@@ -276,18 +295,21 @@ def _pickled(answer: tuple[str, Any]) -> bytes:
 
 
 def _send(channel: socket.socket, data: bytes) -> None:
+    """Send a message."""
     channel.sendall(_HEADER.pack(len(data)))
     channel.sendall(data)
 
 
 def _receive(channel: socket.socket) -> bytes:
+    """Receive a message; raises EOFError if the channel is closed."""
     (length,) = _HEADER.unpack(_exactly(channel, _HEADER.size))
-    if length > _MAX_SIZE:
+    if length > _MAX_ANSWER_BYTES:
         raise EOFError
     return _exactly(channel, length)
 
 
 def _exactly(channel: socket.socket, length: int) -> bytes:
+    """Receive so many bytes."""
     buffer = io.BytesIO()
     left = length
     while left:
@@ -303,9 +325,12 @@ def _exactly(channel: socket.socket, length: int) -> bytes:
 
 
 def trial(work: Callable[[], object]) -> Diagnostic | None:
-    """Run ``work`` in a forked process first; returns why the fork was killed, or None if it ended by itself. Its
-    result and exceptions are discarded, since the work is repeated here. A crashed fork is tried again: threads that
-    were not copied by the fork may have left a native library in an inconsistent state."""
+    """Run ``work`` in a forked process first; return why the fork was killed, or None if it ended normally.
+
+    Result and exceptions are discarded, since the work is repeated here. A crashed fork is tried again: threads that
+    the
+    fork did not copy may have left a native library in an inconsistent state.
+    """
     if not is_supported():
         return None
     problem = _trial(work)
@@ -313,6 +338,7 @@ def trial(work: Callable[[], object]) -> Diagnostic | None:
 
 
 def _trial(work: Callable[[], object]) -> Diagnostic | None:
+    """Run work in a fork, and return why it was killed."""
     status = Status()
     sys.stdout.flush()
     sys.stderr.flush()
@@ -323,6 +349,7 @@ def _trial(work: Callable[[], object]) -> Diagnostic | None:
 
 
 def _tried(work: Callable[[], object], status: Status) -> None:
+    """Run work in a fork that can be killed, without output."""
     become_child(status)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     null = os.open(os.devnull, os.O_RDWR)

@@ -1,5 +1,9 @@
-"""What ``check --json`` says about a program besides its findings: fixes for those about the scene, and what is behind
-errors that it can fix, so that a program or a language model that reads it can repair all in one turn."""
+"""Complete examination of a program for ``check --json``: fixes of findings about the scene, and the errors that other
+errors hide.
+
+A program or a language model that reads the report can then repair everything in one turn. People read one mistake
+after another, so text output does without.
+"""
 
 from __future__ import annotations
 
@@ -30,12 +34,14 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene
 
-_ROUNDS = 3  # errors that others hide may hide further ones
+_MAX_ROUNDS = 3  # of fixing: errors that others hide may hide further ones
+_MAX_SHOWN_LENGTH = 30  # characters of a value in a hint
+# Findings that an error often causes. They are not reported for a text with fixes.
 _CONSEQUENCES = frozenset(("unused", "unreachable-word", "unreachable-code", "constant-condition", "ambiguous-root"))
 
 
 class Examined(NamedTuple):
-    """What was found, the scene if it was evaluated, and what an error is about that a picture can show."""
+    """Diagnostics, the scene if it was evaluated, and the entity or mesh that an error is about, for an image of it."""
 
     diagnostics: Sequence[Diagnostic]
     scene: Scene | None = None
@@ -44,17 +50,20 @@ class Examined(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Examination:
-    """What is asked of a program.
+    """Checks to run on a program.
 
     Attributes
     ----------
-    run, geometry, physics
-        Whether it is evaluated and its declarations are tested, its geometry is examined, and it is simulated: for how
-        many seconds (None: the default), and at how many metres per unit.
+    run
+        Evaluate it, and test its declarations.
+    geometry
+        Run the geometry lint on its scene.
+    physics
+        Simulate it: duration in seconds (None for the default), and meters per scene unit.
     stated
         Declarations besides those of the program.
     complete
-        Whether findings about the scene get fixes, and what is behind errors is looked for.
+        Add fixes of findings about the scene, and errors that others hide.
     """
 
     session: Session
@@ -66,38 +75,44 @@ class Examination:
 
     def of(self, source: Source, prepare: Callable[[Scene], None] = lambda scene: None) -> Examined:
         """Examine a program; ``prepare`` is called with its scene before that is examined."""
-        found = self._once(source, prepare)
+        examined = self._once(source, prepare)
         if not self.complete or is_python(source):
-            return found
-        return found._replace(
-            diagnostics=with_hidden(source, found.diagnostics, lambda fixed: self._once(fixed, prepare).diagnostics)
+            return examined
+        return examined._replace(
+            diagnostics=with_hidden(source, examined.diagnostics, lambda fixed: self._once(fixed, prepare).diagnostics)
         )
 
     def _once(self, source: Source, prepare: Callable[[Scene], None]) -> Examined:
+        """Examine a text as it is. Fixes are tested where the program has no scene, else edits that repair its scene.
+
+        Findings about the scene wait for all others, because another mistake may be what moved an object.
+        """
         if not (self.run or self.geometry or self.physics or self.stated):
-            found = self.session.recovered(source, self.session.check(source).diagnostics)
-            return Examined(with_options(source, found))
+            diagnostics = self.session.recovered(source, self.session.check(source).diagnostics)
+            return Examined(with_options(source, diagnostics))
         result = self.session.evaluate(source)
         if result.scene is None:
-            found = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
-            found = with_options(source, found)
+            diagnostics = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
+            diagnostics = with_options(source, diagnostics)
             if self.complete and not is_python(source):
                 with_tested = SERVICES.get("tested-fixes")
-                found = found if with_tested is None else with_tested(source, found, self.session.evaluate)
-            return Examined(found, None, result.subject)
+                if with_tested is not None:
+                    diagnostics = with_tested(source, diagnostics, self.session.evaluate)
+            return Examined(diagnostics, None, result.subject)
         try:
             if result.scene is not None:
                 prepare(result.scene)
-            found = [*result.diagnostics, *linted(result, *self._lints())]
+            diagnostics = [*result.diagnostics, *linted(result, *self._lints())]
         except SceneError as error:
             return Examined([*result.diagnostics, error.diagnostic], result.scene, error.subject)
-        if self.complete and result.scene is not None and not is_python(source) and not _changes(source, found):
+        if self.complete and result.scene is not None and not is_python(source) and not _changes(source, diagnostics):
             with_repairs = SERVICES.get("scene-fixes")
             if with_repairs is not None:
-                found = with_repairs(self.session, source, found, self.stated, geometry=self.geometry)
-        return Examined(found, result.scene, result.subject)
+                diagnostics = with_repairs(self.session, source, diagnostics, self.stated, geometry=self.geometry)
+        return Examined(diagnostics, result.scene, result.subject)
 
     def _lints(self) -> Iterator[Callable[[Scene], list[Diagnostic]]]:
+        """Yield the checks of the scene that are asked for."""
         if self.stated or self.run:
             check_declarations = SERVICES.find("declarations")
             yield lambda scene: check_declarations(scene, self.stated)
@@ -105,42 +120,44 @@ class Examination:
             yield SERVICES.find("geometry")
         if self.physics is not None:
             physics = SERVICES.find("physics")
-            seconds, metres = self.physics
-            yield lambda scene: physics.check_physics(scene, seconds or physics.SECONDS, metres)
+            seconds, meters_per_unit = self.physics
+            yield lambda scene: physics.check_physics(scene, seconds or physics.SECONDS, meters_per_unit)
 
 
-def with_options(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-    """Return findings where a name that is not defined may be a keyword without its colon: one of the function that
-    is called, or one that the program writes elsewhere."""
-    found = with_parameters(source, found)
-    unbound = {d.span.start: d for d in found if d.name == "unbound" and d.span is not None}
+def with_options(source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """Return diagnostics in which an unbound name that may be a keyword without its colon has a fix.
+
+    The keyword is one of the function that is called, or one that the program uses elsewhere.
+    """
+    diagnostics = with_parameters(source, diagnostics)
+    unbound = {d.span.start: d for d in diagnostics if d.name == "unbound" and d.span is not None}
     if not unbound:
-        return found
+        return diagnostics
     explained: dict[int, Diagnostic] = {}
     for form in walk(*read_pieces(source).forms):
         if not isinstance(form, ListDatum) or not form.items:
             continue
         for before, item, value in zip(form.items, form.items[1:], form.items[2:]):
             if isinstance(before, Atom) and type(before.value) is Keyword:
-                continue  # its value
+                continue  # the item is the value of a keyword
             d = unbound.get(item.span.start)
-            if (
-                d is not None
-                and isinstance(item, Atom)
-                and _is_option(source, form.items[0].span.text, str(item.value))
-            ):
+            if d is None or not isinstance(item, Atom):
+                continue
+            if _is_option(source, form.items[0].span.text, str(item.value)):
                 written = f":{item.value}"
                 fix = Fix(f"Change to `{written}`", (Edit(item.span, written),))
-                hint = f"a keyword has a colon: `{written} {value.span.text[:_SHOWN]}`"
+                hint = f"a keyword has a colon: `{written} {value.span.text[:_MAX_SHOWN_LENGTH]}`"
                 explained[id(d)] = replace(d, hint=hint, fixes=(fix,), near=(written,))
-    return [explained.get(id(d), d) for d in found]
+    return [explained.get(id(d), d) for d in diagnostics]
 
 
-def with_parameters(source: Source, found: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-    """Return findings where a word is bound to parts without a function: it gets the parameters that its calls pass and
-    that its parts read, whose names are then defined."""
+def with_parameters(source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """Return diagnostics in which the fix of a word bound to parts, without a function, also adds parameters.
+
+    They are the keywords that the calls of the word pass and its parts read. Errors about these names are left out.
+    """
     changed: dict[int, Diagnostic | None] = {}
-    for d in found:
+    for d in diagnostics:
         edit = d.fixes[0].edits[0] if d.fixes and d.name == "type" and d.message.startswith("`bind` expects") else None
         if edit is None or not edit.text.startswith("(lambda () "):
             continue
@@ -150,22 +167,23 @@ def with_parameters(source: Source, found: Sequence[Diagnostic]) -> Sequence[Dia
             head = f"(lambda ({' '.join(f':{name}' for name in names)})"
             fix = Fix(d.fixes[0].title, (Edit(body, head + edit.text.removeprefix("(lambda ()")),))
             changed[id(d)] = replace(d, fixes=(fix,), hint=f"wrap it in a function: `{head} ...)`")
-            inside = (o for o in found if o.span is not None and body.start <= o.span.start < body.end)
+            inside = (o for o in diagnostics if o.span is not None and body.start <= o.span.start < body.end)
             changed |= {id(o): None for o in inside if _is_about(o, names)}
     if not changed:
-        return found
-    return [kept for each in found if (kept := changed.get(id(each), each)) is not None]
+        return diagnostics
+    remaining = (changed.get(id(d), d) for d in diagnostics)
+    return [d for d in remaining if d is not None]
 
 
 def _is_about(diagnostic: Diagnostic, names: Sequence[str]) -> bool:
-    """Return whether a finding is about a name that has no parameter yet: undefined, or a function of the language."""
+    """Return whether a diagnostic is about a name that lacks a parameter: unbound, or a function of the language."""
     text = diagnostic.span.text if diagnostic.span is not None else ""
     builtin = re.search(r"got a Function: (\S+)\Z", diagnostic.message)
     return (diagnostic.name == "unbound" and text in names) or (builtin is not None and builtin[1] in names)
 
 
 def _passed(source: Source, message: str, body: str) -> list[str]:
-    """Return the keywords that the program passes to the word of a message, and that a text reads as variables."""
+    """Return the keywords that calls of the word in a message pass, and that ``body`` reads as variables."""
     word = re.search(r'for ("[^"]+"),', message)
     calls = [
         form
@@ -182,7 +200,7 @@ def _passed(source: Source, message: str, body: str) -> list[str]:
 
 @cache
 def _attributes() -> frozenset[str]:
-    """Return the attributes that primitives read."""
+    """Return the names of all attributes that primitives read."""
     from scenelang.interpreter.scene.primitives import (
         COLOR,
         MATERIALS,
@@ -197,6 +215,7 @@ def _attributes() -> frozenset[str]:
 
 
 def _is_option(source: Source, head: str, name: str) -> bool:
+    """Return whether a name is a keyword of the function ``head``, or of any function of the program."""
     from scenelang.stdlib.reference import records
 
     if head in ("call", "embedding", "primitive") and name in _attributes():
@@ -207,43 +226,43 @@ def _is_option(source: Source, head: str, name: str) -> bool:
     return keyword.search(signature) is not None or keyword.search(source.text) is not None
 
 
-_SHOWN = 30
-
-
 def with_hidden(
-    source: Source, found: Sequence[Diagnostic], check: Callable[[Source], Sequence[Diagnostic]]
+    source: Source, diagnostics: Sequence[Diagnostic], check: Callable[[Source], Sequence[Diagnostic]]
 ) -> list[Diagnostic]:
-    """Return findings with those that mistakes hide: what ``check`` finds in the text with the first fix of each.
+    """Return diagnostics together with those that errors hide.
 
-    Their places are those in the text as it was written. What is about a fix itself is left out.
+    Hidden ones are what ``check`` reports for the text with the first fix of each error. Their positions are mapped
+    back
+    to the original text; those inside a fix are left out.
     """
-    every = {_key(d): d for d in found}
+    by_key = {_key(d): d for d in diagnostics}
     changes: list[TextEdit] = []
-    for _ in range(_ROUNDS):
-        before, changes = changes, _changes(source, every.values())
+    for _ in range(_MAX_ROUNDS):
+        before, changes = changes, _changes(source, by_key.values())
         if changes == before:
             break
         fixed = _Fixed(source, changes)
         for d in map(fixed.original, check(fixed.source)):
             if d is None or d.name in _CONSEQUENCES:
                 continue
-            known = every.get(_key(d))
+            known = by_key.get(_key(d))
             if known is None or (d.fixes and not known.fixes):
-                every[_key(d)] = d
-    return list(every.values())
+                by_key[_key(d)] = d
+    return list(by_key.values())
 
 
 def _key(diagnostic: Diagnostic) -> tuple[str, int, str]:
+    """Return the identity of a diagnostic: name, position and message."""
     return diagnostic.name, diagnostic.span.start if diagnostic.span is not None else -1, diagnostic.message
 
 
-def _changes(source: Source, found: Iterable[Diagnostic]) -> list[TextEdit]:
-    """Return the edits of the first fixes of mistakes in the text, without those that overlap earlier ones, in order.
+def _changes(source: Source, diagnostics: Iterable[Diagnostic]) -> list[TextEdit]:
+    """Return the edits of the first fixes of errors and warnings, in order, without those that overlap earlier ones.
 
-    Findings about the scene wait: another mistake may be why a thing is where it is.
+    Findings about the scene are left out: another mistake may be what moved an object.
     """
     chosen: list[TextEdit] = []
-    for diagnostic in sorted(found, key=lambda d: not d.is_error):
+    for diagnostic in sorted(diagnostics, key=lambda d: not d.is_error):
         if not diagnostic.fixes or diagnostic.name in _CONSEQUENCES or diagnostic.name in ABOUT_SCENES:
             continue
         edits = diagnostic.fixes[0].edits
@@ -256,14 +275,14 @@ def _changes(source: Source, found: Iterable[Diagnostic]) -> list[TextEdit]:
 
 
 class _Fixed:
-    """A text with changes, and the way back to the places of the text as it was written."""
+    """A text with changes, which maps positions back to the original text."""
 
     def __init__(self, written: Source, changes: Sequence[TextEdit]) -> None:
         self.written, self.changes = written, changes
         self.source = Source(written.name, with_edits(written.text, changes))
 
     def _offset(self, offset: int) -> int | None:
-        """Return where an offset of the changed text was; None inside what was changed."""
+        """Return the original offset of an offset in the changed text; None inside a change."""
         shift = 0
         for start, end, text in self.changes:
             new = start + shift
@@ -275,31 +294,33 @@ class _Fixed:
         return offset - shift
 
     def _span(self, span: Span) -> Span | None:
+        """Return the original span of a span of the changed text; None if an end is inside a change."""
         start, end = self._offset(span.start), self._offset(span.end)
         if start is None or end is None or end < start:
             return None
         expansion = span.expansion
         if expansion is not None and expansion.definition is not None:
-            is_own = expansion.definition.source.name == self.written.name
-            expansion = expansion._replace(definition=self._span(expansion.definition)) if is_own else expansion
+            is_here = expansion.definition.source.name == self.written.name
+            expansion = expansion._replace(definition=self._span(expansion.definition)) if is_here else expansion
         return Span(self.written, start, end, expansion)
 
     def original(self, diagnostic: Diagnostic) -> Diagnostic | None:
-        """Return a diagnostic of the changed text as one of the text as it was written; None if about a change."""
+        """Map a diagnostic of the changed text to the original; None if it is about a change or another file."""
         span = diagnostic.span
         if span is None or span.source.name != self.written.name:
             return None
         place = self._span(span)
         if place is None or any(c.text and c.start <= place.start and place.end <= c.end for c in self.changes):
             return None
-        fixes = tuple(fix for each in diagnostic.fixes if (fix := self._fix(each)) is not None)
+        fixes = tuple(fix for fix in map(self._fix, diagnostic.fixes) if fix is not None)
         return replace(diagnostic, span=place, notes=(), chain=(), fixes=fixes)
 
     def _fix(self, fix: Fix) -> Fix | None:
+        """Map a fix to the original text; None if it edits a change or another file."""
         edits = []
         for edit in fix.edits:
             place = self._span(edit.span) if edit.span.source.name == self.written.name else None
-            if place is None or any(each.overlaps(TextEdit(place.start, place.end, "")) for each in self.changes):
+            if place is None or any(change.overlaps(TextEdit(place.start, place.end, "")) for change in self.changes):
                 return None
             edits.append(Edit(place, edit.text))
         return replace(fix, edits=tuple(edits))

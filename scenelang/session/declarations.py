@@ -28,11 +28,11 @@ def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
     bare = _BARE.match(source.text)
     if bare is not None and bare[1] in RELATIONS:
         source = Source(source.name, declaration_source(source.text.strip()).text)
-    found = session.declarations(source)
-    if not found:
+    declarations = session.declarations(source)
+    if not declarations:
         hint = 'write `(assert-that (on "cup" "table"))`'
         raise SceneError("value", f"{Path(source.name).name} states no declaration", hint)
-    return found
+    return declarations
 
 
 def declaration_source(text: str) -> Source:

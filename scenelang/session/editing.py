@@ -1,4 +1,8 @@
-"""Incremental checking and evaluation of a file that is open in an editor."""
+"""Incremental checking and evaluation of a file that is open in an editor.
+
+Only the forms that an edit reaches are checked and evaluated again (``interpreter/evaluation/interactive``). Results
+equal those of ``Session``.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +35,8 @@ if TYPE_CHECKING:
     from scenelang.interpreter.evaluation.interactive import Version, Versions
 
 _MACRO_LIMITS = replace(MACRO_LIMITS, memory=1_000_000_000)
-_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=_MACRO_LIMITS.seconds + 2.0)  # includes the rest of the check
-_PROCEDURAL = "define-macro"
+_TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=_MACRO_LIMITS.seconds + 2.0)  # two seconds for the rest of the check
+_PROCEDURAL_MACRO = "define-macro"  # its expansion runs code of the program
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,8 +49,15 @@ class VersionAnalysis:
 
 
 class Editing:
-    """Incremental checker of a file open in an editor. ``texts`` contains the texts of other open files, by resolved
-    path."""
+    """Incremental checker of a file open in an editor.
+
+    Parameters
+    ----------
+    session
+        Session whose options apply.
+    texts
+        Unsaved texts of other open files, by resolved path.
+    """
 
     def __init__(self, session: Session, texts: dict[Path, str] | None = None) -> None:
         self.session = session
@@ -57,8 +68,12 @@ class Editing:
         self._name = ""
 
     def check(self, source: Source) -> VersionAnalysis:
-        """Analyze the next version; errors are never raised. Procedural macros are first run in a forked process, which
-        can be killed if they do not terminate."""
+        """Analyze the next version; errors are never raised.
+
+        Procedural macros are first run in a forked process, which can be killed if they do not terminate: the thread of
+        the
+        editor cannot.
+        """
         from scenelang.sandbox.worker import trial
 
         problem = trial(lambda: self._try(source)) if self._may_run_macros(source) else None
@@ -73,7 +88,7 @@ class Editing:
             return VersionAnalysis(source, None, (problem,))
 
     def evaluate(self, source: Source) -> Evaluated:
-        """Evaluate the next version as ``Session.evaluate`` does, but only what the edit reaches."""
+        """Evaluate the next version with the result of ``Session.evaluate``, but only what the edit affects."""
         if is_scene_file(source) or is_python(source) or self.session.options.z_entries:
             return self.session.evaluate(source)
         with limited(self.session.options.limits):
@@ -88,7 +103,8 @@ class Editing:
                 return self.session.evaluate(source)
             return self._evaluate(version, word, analysis.diagnostics)
 
-    def _evaluate(self, version: Version, word: str, found: Sequence[Diagnostic]) -> Evaluated:
+    def _evaluate(self, version: Version, word: str, checked: Sequence[Diagnostic]) -> Evaluated:
+        """Evaluate a checked version, reusing the run of the version before it."""
         from scenelang.interpreter.evaluation.evaluate import IncrementalRun
 
         session, program, source = self.session, version.program, version.source
@@ -96,49 +112,55 @@ class Editing:
             self._run, self._name = IncrementalRun(session.library, lambda: session.runtime_of(source)), source.name
         run, scene, problem = self._run, None, None
         try:
-            work = lambda: run.run(program, word, session.options.seed, version.place, spent_seconds())
-            cancel = lambda: run.rt.meter.cancel()
             with rare_collection():
-                scene = run_with_room(work, session.options.limits.depth, cancel, session.folders(source))
+                scene = run_with_room(
+                    lambda: run.run(program, word, session.options.seed, version.place, spent_seconds()),
+                    session.options.limits.depth,
+                    lambda: run.rt.meter.cancel(),  # of the runtime that runs then: a run may create another
+                    session.folders(source),
+                )
         except (SceneError, RecursionError, MemoryError) as error:
             problem = session.problem_of(error)
         for entity in run.rt.live_primitives:
             entity.call_sites = tuple(map(version.place, entity.call_sites))
         rt, sources = run.rt, (source, *program.sources[1:])
         warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
-        diagnostics = confirmed(found, problem and version.diagnostic(problem), warnings)
+        diagnostics = confirmed(checked, problem and version.diagnostic(problem), warnings)
         return Evaluated(_placed_program(version), scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
 
     def _no_versions(self) -> Versions:
+        """Return an empty history of versions."""
         from scenelang.interpreter.evaluation.interactive import Versions
 
         return Versions(prelude_of(self.session.library))
 
     def _may_run_macros(self, source: Source) -> bool:
         """Return whether the text or a file that it imports may define procedural macros."""
-        if _PROCEDURAL in source.text:
+        if _PROCEDURAL_MACRO in source.text:
             return True
         if IMPORT_FORM.search(source.text) is None:
             return False
-        return self._imported is None or any(_PROCEDURAL in text for text in self._imported)
+        return self._imported is None or any(_PROCEDURAL_MACRO in text for text in self._imported)
 
     def _try(self, source: Source) -> None:
+        """Check a version within the limits of a trial."""
         with limited(_TRIAL_LIMITS):
             run_with_room(lambda: self._check(source), EXPANSION_DEPTH, folders=self.session.folders(source))
 
     def _check(self, source: Source) -> VersionAnalysis:
+        """Analyze the next version on the current stack."""
         runner = macro_runner(self.session.library, _MACRO_LIMITS)
         overrides = {name: value_datum(name, text) for name, text in self.session.options.defines.items()}
         version = self._versions.analyse(source, self.session.importer(source, self.texts), runner, overrides)
         program = version.program
-        found = [*program.diagnostics, *self.session.warnings(program)]
+        diagnostics = [*program.diagnostics, *self.session.warnings(program)]
         sources = (source, *program.sources[1:])
-        self._imported = tuple(each.text for each in program.sources[1:])
-        return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in found), sources))
+        self._imported = tuple(imported.text for imported in program.sources[1:])
+        return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in diagnostics), sources))
 
 
 def _placed_program(version: Version) -> Program:
-    """Return the program of a version with places in its text."""
+    """Return the program of a version with spans in its current text; those of reused forms are older."""
     program = version.program
     return replace(
         program, main=version.source, sources=(version.source, *program.sources[1:]),
@@ -148,6 +170,7 @@ def _placed_program(version: Version) -> Program:
 
 
 def _placed(version: Version, words: Mapping[str, Span]) -> dict[str, Span]:
+    """Return the spans of words in the current text of a version."""
     return {word: version.place(span) for word, span in words.items()}
 
 

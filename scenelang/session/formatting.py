@@ -19,9 +19,9 @@ from scenelang.grammar.layout_styles import head_of
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import INDENTS
 
-_MAX_FILES = 200
-_MAX_FILE_SIZE = 4_000_000  # bytes
-_MAX_PROGRAM_SIZE = 16_000_000  # bytes
+_MAX_FILES = 200  # imported files whose macros are read
+_MAX_FILE_SIZE = 4_000_000  # bytes of an imported file
+_MAX_PROGRAM_SIZE = 16_000_000  # bytes, as in `session`
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,9 +36,11 @@ class FormattedFile:
 
     @property
     def changes(self) -> bool:
+        """Whether formatting changes the text."""
         return self.after is not None and self.after != self.before
 
     def data(self) -> dict[str, Any]:
+        """Return the result as JSON data."""
         return {"file": self.name, "changed": self.changes, "formatted": self.after is not None}
 
     def difference(self) -> Iterator[str]:
@@ -72,6 +74,7 @@ def difference(before: str, after: str, name: str, how: str) -> Iterator[str]:
 
 
 def _lines(text: str) -> list[str]:
+    """Split a text at line feeds; unlike ``splitlines``, at no other character."""
     lines = text.split("\n")
     return lines if lines[-1] else lines[:-1]
 
@@ -114,19 +117,19 @@ def indents_of(text: str, folder: Path | None) -> dict[str, int | None]:
     return known
 
 
-def _learn(known: dict[str, int | None], source: Source, folder: Path, seen: set[Path]) -> None:
-    """Add the macros of the files that ``source`` imports."""
+def _learn(known: dict[str, int | None], source: Source, folder: Path, visited: set[Path]) -> None:
+    """Add the macros of the files that ``source`` imports, directly or through others, to ``known``."""
     for name, prefix in _imports(read(source).forms):
-        path = _found(folder, name)
-        if path is None or path in seen or len(seen) >= _MAX_FILES:
+        path = _resolved(folder, name)
+        if path is None or path in visited or len(visited) >= _MAX_FILES:
             continue
-        seen.add(path)
+        visited.add(path)
         text = _text_of(path)
         if text is None:
             continue
         imported = Source(name, text)
         inner = dict(INDENTS)
-        _learn(inner, imported, path.parent, seen)
+        _learn(inner, imported, path.parent, visited)
         for macro, indent in learnt_indents(read(imported).forms, inner).items():
             if macro not in INDENTS:
                 known[prefix + macro] = indent
@@ -143,7 +146,8 @@ def _imports(forms: Sequence[Datum]) -> Iterator[tuple[str, str]]:
             yield values[1], str(prefix or "")
 
 
-def _found(folder: Path, name: str) -> Path | None:
+def _resolved(folder: Path, name: str) -> Path | None:
+    """Return the path of an imported file; None if it does not exist or is too large."""
     try:
         path = (folder / name).resolve()
         return path if path.is_file() and path.stat().st_size <= _MAX_FILE_SIZE else None
@@ -152,6 +156,7 @@ def _found(folder: Path, name: str) -> Path | None:
 
 
 def _text_of(path: Path) -> str | None:
+    """Return the text of a file; None if it cannot be read."""
     try:
         return read_regular(path).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError):

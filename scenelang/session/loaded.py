@@ -78,8 +78,9 @@ class Primitives:
         """
         from scenelang.interpreter.runtime.show import primitive_attributes
 
-        found = {id(e): primitive_attributes(e).get(name, default) for e in {id(e): e for e in self.entity}.values()}
-        return _objects([found[id(entity)] for entity in self.entity])
+        distinct = {id(entity): entity for entity in self.entity}
+        values = {key: primitive_attributes(entity).get(name, default) for key, entity in distinct.items()}
+        return _objects([values[id(entity)] for entity in self.entity])
 
     def __getitem__(self, mask: Any) -> Primitives:
         """Return the primitives selected by a mask (N,) or by indices."""
@@ -107,21 +108,22 @@ class SceneInstance:
     Attributes
     ----------
     path
-        The path that means this instance only, such as "chair[1]/leg[2]".
+        The path of this instance only, such as "chair[1]/leg[2]".
     handle
-        Its handle, such as "z3".
+        Handle of its embedding, such as "z3".
     word
         Its word.
     pose : (4, 4) float64
-        Its pose in the scene.
+        Pose in the world, in scene units.
     box : (2, 3) float64 or None
-        Its exact bounding box in the scene, low corner first; None without geometry.
+        Exact world-space bounding box, minimum corner first; None without geometry.
     attributes
-        The attributes of its embedding, as JSON data.
+        Attributes of its embedding, as JSON data.
     entity
         The entity, which equal instances share.
     definition, place
-        Where the program binds the word, and where it calls the instance, or its first primitive; None if unknown.
+        Source locations of the binding of its word, and of the call of the instance or of its first primitive; None
+        if unknown.
     """
 
     path: str
@@ -153,8 +155,18 @@ class SceneInstance:
 class LoadedScene:
     """A scene: one root entity, or one root entity per frame of a 4D scene.
 
-    ``graph`` is the entity graph, ``log`` the lines printed by the program, and ``warnings`` the diagnostics of its
-    evaluation.
+    Attributes
+    ----------
+    graph
+        The entity graph.
+    name
+        File of the program, or ``<text>``.
+    log
+        Lines printed by the program.
+    warnings
+        Diagnostics of the evaluation.
+    program, options
+        The program and the options it was evaluated under; None for a scene loaded from JSON, or a part of a scene.
     """
 
     graph: Scene = field(repr=False)
@@ -225,6 +237,7 @@ class LoadedScene:
         return self._box(word)
 
     def _box(self, word: str | None) -> FloatArray | None:
+        """Return the box of all instances of a word or path, or of the scene."""
         from scenelang.interpreter.inspection.instance_paths import box_of
 
         box = box_of(self.graph, word)
@@ -232,20 +245,29 @@ class LoadedScene:
 
     @typed
     def measure(self, word: str | None = None, frame: int = 0, limit: int = 100_000) -> Measures:
-        """Return volume, surface, centre of mass and inertia of a frame, or of all entities of a word or path in it.
+        """Return volume, surface area, center of mass and inertia of a frame, or of all entities of a word in it.
 
-        What overlaps counts once; density is 1. A primitive that meets no other is measured exactly.
+        Volumes that overlap count once; density is 1. A primitive that meets no other is measured exactly.
+
+        Parameters
+        ----------
+        word : str, optional
+            Word or path, such as ``chair/leg[2]``; None measures the whole frame.
+        frame : int
+            Frame of a 4D scene, counted from 0.
+        limit : int
+            Maximum number of primitives.
+
+        Raises
+        ------
+        SceneError
+            If no entity has the word, or a primitive has no volume, such as a Minecraft block.
 
         Examples
         --------
         >>> import scenelang as sl
         >>> sl.evaluate('(bind "it" (lambda () (call "cube" :scale [1 2 3])))').measure().volume
         6.0
-
-        Raises
-        ------
-        SceneError
-            If no entity has the word, or something has no volume, such as Minecraft blocks.
         """
         from scenelang.interpreter.scene.modelling.measuring import measures_of
 
@@ -286,22 +308,22 @@ class LoadedScene:
         from scenelang.interpreter.inspection.numbering import frame_handles
         from scenelang.interpreter.scene.flatten import flatten
 
-        found = flatten(Scene(self.word, [self._frame(frame)], False), limit).frames[0]
-        handles = frame_handles(self.graph, frame, found)
-        matrix = np.zeros((len(found), 4, 4))
-        matrix[:, :3], matrix[:, 3, 3] = found.matrices, 1.0
-        shapes = [entity.shape for entity in found.primitives]
+        flat = flatten(Scene(self.word, [self._frame(frame)], False), limit).frames[0]
+        handles = frame_handles(self.graph, frame, flat)
+        matrix = np.zeros((len(flat), 4, 4))
+        matrix[:, :3], matrix[:, 3, 3] = flat.matrices, 1.0
+        shapes = [entity.shape for entity in flat.primitives]
         kinds = _objects(["" if shape is None else shape.word or "box" for shape in shapes])
         colors = np.array([shape.color if shape is not None else (1.0, 1.0, 1.0) for shape in shapes])
-        index = found.index
+        index = flat.index
         return Primitives(
             matrix,
-            _objects([entity.word for entity in found.primitives])[index],
-            _objects(found.paths)[found.path_index],
+            _objects([entity.word for entity in flat.primitives])[index],
+            _objects(flat.paths)[flat.path_index],
             _objects([f"<{handle}>" for handle in handles]),
             kinds[index],
             colors.reshape(-1, 3)[index],
-            tuple(found.primitives[i] for i in index.tolist()),
+            tuple(flat.primitives[i] for i in index.tolist()),
         )
 
     @typed
@@ -362,7 +384,7 @@ class LoadedScene:
 
     @typed
     def instances(self, path: str, frame: int = 0, limit: int = 20_000) -> list[SceneInstance]:
-        """Return the instances that a path means, in the order of the tree.
+        """Return the instances of a path, in depth-first order.
 
         Parameters
         ----------
@@ -389,29 +411,29 @@ class LoadedScene:
         """
         locator = Locator(self.graph, frame_of(self.graph, frame))
         words: Mapping[str, Span] = {} if self.program is None else self.program.words
-        found = []
-        for each in locator.find(path)[:limit]:
+        instances = []
+        for located in locator.find(path)[:limit]:
             pose = np.eye(4)
-            pose[:3] = np.array(each.pose, np.float64).reshape(3, 4)
-            box = parts_box((Pair(each.entity, each.pose),))
-            found.append(
+            pose[:3] = np.array(located.pose, np.float64).reshape(3, 4)
+            box = parts_box((Pair(located.entity, located.pose),))
+            instances.append(
                 SceneInstance(
-                    locator.path(each.positions),
-                    locator.handle(each.positions),
-                    each.entity.word,
+                    locator.path(located.positions),
+                    locator.handle(located.positions),
+                    located.entity.word,
                     pose,
                     None if box is None else np.array(box, np.float64).reshape(2, 3),
-                    plain_attributes(each.entity),
-                    each.entity,
-                    words.get(each.entity.word),
-                    next((span for entity in descendants(each.entity) for span in entity.call_sites[:1]), None),
+                    plain_attributes(located.entity),
+                    located.entity,
+                    words.get(located.entity.word),
+                    next((span for entity in descendants(located.entity) for span in entity.call_sites[:1]), None),
                 )
             )
-        return found
+        return instances
 
     @typed
     def part(self, path: str) -> Self:
-        """Return the scene of the instances that a path means, where they are in this scene; see ``instances``.
+        """Return the scene of the instances of a path, at their places in this scene; see ``instances``.
 
         Examples
         --------
@@ -437,6 +459,7 @@ class LoadedScene:
         return data
 
     def _frame(self, number: int) -> Entity:
+        """Return the root of a frame; raises SceneError if there is no such frame."""
         return self.frames[frame_of(self.graph, number)]
 
     def __repr__(self) -> str:
@@ -484,7 +507,7 @@ def literal(value: Any) -> str:
 
 def _objects(values: Sequence[Any]) -> npt.NDArray[np.object_]:
     """Create an object array (N,) of arbitrary values; unlike ``np.array`` it does not unpack tuples."""
-    found = np.empty(len(values), object)
+    objects = np.empty(len(values), object)
     for i, value in enumerate(values):
-        found[i] = value
-    return found
+        objects[i] = value
+    return objects

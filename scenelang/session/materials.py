@@ -1,10 +1,10 @@
-"""Instances of a scene by path, such as ``chair/leg[2]``: where they are, scenes of parts, and other materials."""
+"""Other materials for the instances of a word."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,13 +15,7 @@ from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives.base import color_of
 from scenelang.interpreter.values.values import Embedding, Pair, Vector
 
-if TYPE_CHECKING:
-    pass
-
 FloatArray = npt.NDArray[np.float64]
-
-
-# --- materials -------------------------------------------------------------------------------------------------------
 
 
 def look_value(name: str, value: Any) -> Any:
@@ -40,9 +34,12 @@ def look_value(name: str, value: Any) -> Any:
 def restyled(entity: Entity, word: str, look: Mapping[str, Any], known: dict[tuple[int, bool], Entity]) -> Entity:
     """Copy the graph below ``entity`` and add the attributes ``look`` to everything at or below ``word``.
 
-    Shared parts stay shared. Iterative, since deep graphs would exceed the recursion limit.
+    Parameters
+    ----------
+    known
+        Copies made so far, by entity and whether it is inside ``word``; entities that are shared stay shared.
     """
-    stack = [(entity, False)]
+    stack = [(entity, False)]  # instead of recursion, because graphs can be deeper than Python's stack
     while stack:
         top, inherited = stack[-1]
         inside = inherited or top.word == word
@@ -60,8 +57,9 @@ def restyled(entity: Entity, word: str, look: Mapping[str, Any], known: dict[tup
 
 
 def _copy(entity: Entity, children: tuple[Any, ...], look: Mapping[str, Any]) -> Entity:
-    own = entity.embedding
-    embedding = Embedding(own.handle, own.text, {**own.attributes, **look}) if look else own
+    """Copy an entity with other children and attributes added; the color of its shape follows."""
+    original = entity.embedding
+    embedding = Embedding(original.handle, original.text, {**original.attributes, **look}) if look else original
     shape = entity.shape
     if shape is not None and "color" in look:
         shape = replace(shape, color=color_of(entity.word, look["color"]))

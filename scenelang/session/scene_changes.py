@@ -27,7 +27,10 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.entity import Scene
 
 
-TOLERANCE = 1e-5  # relative to the scene's size
+TOLERANCE = 1e-5  # relative to the scene's size, as in `interpreter/inspection/difference`
+_MAX_FILE_SIZE = 128_000_000  # bytes; parsed data can take thirty times as much memory
+_MAX_PATH_LENGTH = 1_000  # words
+_HINT = "create one with `scenelang flatten FILE --json`"
 _KINDS = ("moved", "recoloured", "resized", "missing", "extra")
 _PAIRED = "resized"  # this kind is only produced by ``paired_by_path``
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({kind: kind for kind in _KINDS})
@@ -45,6 +48,7 @@ class Change:
     after: dict[str, Any] | None
 
     def data(self) -> dict[str, Any]:
+        """Return the change as JSON data."""
         facts = {"change": self.kind, "frame": self.frame, "word": self.word}
         return facts | {name: side for name, side in (("a", self.before), ("b", self.after)) if side is not None}
 
@@ -53,8 +57,14 @@ class Change:
 class Changes:
     """All differences between the scenes A and B.
 
-    ``frames`` contains the number of frames of each, ``matched`` the number of equal primitives; ``changes`` are
-    ordered by frame. Only frames that exist in both scenes are compared.
+    Attributes
+    ----------
+    frames
+        Numbers of frames of A and B. Only frames that exist in both are compared.
+    matched
+        Number of equal primitives.
+    changes
+        Differences, ordered by frame.
     """
 
     frames: tuple[int, int]
@@ -63,6 +73,7 @@ class Changes:
 
     @property
     def equal(self) -> bool:
+        """Whether the scenes have equal primitives in as many frames."""
         return not self.changes and self.frames[0] == self.frames[1]
 
     @property
@@ -73,8 +84,8 @@ class Changes:
     def __repr__(self) -> str:
         if self.equal:
             return f"<Changes: none, {self.matched:,} primitives match>"
-        found = ", ".join(f"{count:,} {kind}" for kind, count in self.counts.items())
-        return f"<Changes: {found or 'number of frames'}; {self.matched:,} primitives match>"
+        counts = ", ".join(f"{count:,} {kind}" for kind, count in self.counts.items())
+        return f"<Changes: {counts or 'number of frames'}; {self.matched:,} primitives match>"
 
     def data(self, limit: int | None = None) -> dict[str, Any]:
         """Return the comparison as JSON data, with at most ``limit`` changes (None: all)."""
@@ -108,25 +119,36 @@ def compared_frames_in(path: str, limit: int) -> list[ComparedFrame] | None:
 def changes_between(
     frames_a: Sequence[ComparedFrame], frames_b: Sequence[ComparedFrame], tolerance: float = TOLERANCE
 ) -> Changes:
-    """Compare frames pairwise; differences up to ``tolerance``, relative to the scene's size, are ignored. Raises
-    SceneError if coordinates are too large to compare."""
+    """Compare frames pairwise.
+
+    Parameters
+    ----------
+    tolerance
+        Largest difference that is ignored, relative to the size of the scene.
+
+    Raises
+    ------
+    SceneError
+        If coordinates are too large to compare, or the tolerance is invalid.
+    """
     if not tolerance >= 0.0:
         raise SceneError("value", f"`tolerance`: expected a number of at least 0, got {tolerance:g}")
     changes: list[Change] = []
     matched = 0
     for number, (a, b) in enumerate(zip(frames_a, frames_b)):
-        found = compare_frames(a, b, tolerance)
-        matched += found.matched
-        changes += _changes(number, a, b, found)
+        difference = compare_frames(a, b, tolerance)
+        matched += difference.matched
+        changes += _changes(number, a, b, difference)
     return Changes((len(frames_a), len(frames_b)), matched, tuple(changes))
 
 
-def _changes(frame: int, a: ComparedFrame, b: ComparedFrame, found: FrameDifference) -> Iterator[Change]:
-    rows_a = [*found.moved[:, 0].tolist(), *found.recolored[:, 0].tolist(), *found.missing.tolist()]
-    rows_b = [*found.moved[:, 1].tolist(), *found.recolored[:, 1].tolist(), *found.extra.tolist()]
-    before = [_side(a, row, label, found.positions_a[row]) for row, label in zip(rows_a, a.labels(rows_a))]
-    after = [_side(b, row, label, found.positions_b[row]) for row, label in zip(rows_b, b.labels(rows_b))]
-    moved, paired = len(found.moved), len(found.moved) + len(found.recolored)
+def _changes(frame: int, a: ComparedFrame, b: ComparedFrame, difference: FrameDifference) -> Iterator[Change]:
+    """Yield the changes of a frame: moved and recolored primitives first, then missing, then extra ones."""
+    rows_a = [*difference.moved[:, 0].tolist(), *difference.recolored[:, 0].tolist(), *difference.missing.tolist()]
+    rows_b = [*difference.moved[:, 1].tolist(), *difference.recolored[:, 1].tolist(), *difference.extra.tolist()]
+    before = [_side(a, row, label, difference.positions_a[row]) for row, label in zip(rows_a, a.labels(rows_a))]
+    after = [_side(b, row, label, difference.positions_b[row]) for row, label in zip(rows_b, b.labels(rows_b))]
+    moved, paired = len(difference.moved), len(difference.moved) + len(difference.recolored)
     for i in range(paired):
         kind = "moved" if i < moved else "recoloured"
         yield Change(kind, frame, a.solid(rows_a[i]).word, before[i], after[i])
@@ -137,26 +159,32 @@ def _changes(frame: int, a: ComparedFrame, b: ComparedFrame, found: FrameDiffere
 
 
 def _side(frame: ComparedFrame, row: int, label: str, place: Any) -> dict[str, Any]:
+    """Describe a primitive as one side of a change."""
     solid = frame.solid(row)
     look: dict[str, Any] = {"block": solid.look} if solid.is_block else {"color": list(solid.color)}
     return {"path": label, "at": place.tolist(), **look}
 
 
-def paired_by_path(found: Changes) -> Changes:
-    """Combine removed and added primitives at the same path, in order, into one change: an object whose size, or
-    position and look, changed."""
+def paired_by_path(comparison: Changes) -> Changes:
+    """Combine removed and added primitives of the same path, in order, into one change.
+
+    It is an object whose size, or both position and look, changed; the comparison matches only primitives that have one
+    of
+    these in common.
+    """
     left: dict[tuple[int, str, str], list[Change]] = {}
-    for change in found.changes:
+    for change in comparison.changes:
         if change.kind == "extra":
             left.setdefault(_address(change), []).append(change)
     paired: list[Change] = []
-    for change in found.changes:
+    for change in comparison.changes:
         partners = left.get(_address(change), []) if change.kind == "missing" else []
         if partners:
             paired.append(Change(_PAIRED, change.frame, change.word, change.before, partners.pop(0).after))
         elif change.kind != "extra":
             paired.append(change)
-    return Changes(found.frames, found.matched, (*paired, *(change for rest in left.values() for change in rest)))
+    added = (change for rest in left.values() for change in rest)
+    return Changes(comparison.frames, comparison.matched, (*paired, *added))
 
 
 def _address(change: Change) -> tuple[int, str, str]:
@@ -168,15 +196,20 @@ def _address(change: Change) -> tuple[int, str, str]:
 # --- formatting --------------------------------------------------------------------------------------------------
 
 
-def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_IS) -> Iterator[str]:
-    """Format the comparison, with at most ``limit`` changes grouped by word. ``names`` maps kinds of changes to the
-    displayed verbs."""
-    frames, changes, counts = found.frames, found.changes, found.counts
+def change_lines(comparison: Changes, limit: int, names: Mapping[str, str] = _AS_IT_IS) -> Iterator[str]:
+    """Format a comparison, with at most ``limit`` changes grouped by word.
+
+    Parameters
+    ----------
+    names
+        Displayed verb of each kind of change, such as ``OF_AN_EDIT``.
+    """
+    frames, changes, counts = comparison.frames, comparison.changes, comparison.counts
     of_frames = f" in {frames[0]} frames" if frames[0] == frames[1] > 1 else ""
-    if found.equal:
-        yield f"equal: {found.matched:,} primitives{of_frames}"
+    if comparison.equal:
+        yield f"equal: {comparison.matched:,} primitives{of_frames}"
         return
-    parts = [f"{found.matched:,} matched", *(f"{counts[kind]:,} {names[kind]}" for kind in _KINDS if counts[kind])]
+    parts = [f"{comparison.matched:,} matched", *(f"{counts[kind]:,} {names[kind]}" for kind in _KINDS if counts[kind])]
     yield f"different: {', '.join(parts)}{of_frames}"
     if frames[0] != frames[1]:
         yield f"A has {frames[0]:,} frame{_s(frames[0])}, B has {frames[1]:,}; the first {min(frames):,} were compared"
@@ -193,6 +226,7 @@ def change_lines(found: Changes, limit: int, names: Mapping[str, str] = _AS_IT_I
 
 
 def _s(count: int) -> str:
+    """Return the plural ending for a count."""
     return "" if count == 1 else "s"
 
 
@@ -213,14 +247,17 @@ def _change_line(change: Change, kind: str) -> str:
 
 
 def _look(side: dict[str, Any]) -> str:
+    """Format the block or the color of a side."""
     return _clean(side["block"]) if "block" in side else _point(side["color"])
 
 
 def _point(numbers: Sequence[float]) -> str:
+    """Format numbers as a vector of the language."""
     return "[" + " ".join(f"{x + 0.0:.6g}" for x in map(_unsigned_zero, numbers)) + "]"
 
 
 def _unsigned_zero(x: float) -> float:
+    """Round what is nearly zero to zero, so that noise is not printed."""
     return 0.0 if math.isclose(x, 0.0, abs_tol=1e-12) else x
 
 
@@ -237,10 +274,6 @@ def _clean(text: str) -> str:
 # SceneError.
 
 
-_MAX_FILE_SIZE = 128_000_000  # bytes; parsed data can take thirty times as much memory
-_MAX_PATH_LENGTH = 1_000
-
-
 def read_compared_frames(path: str, limit: int) -> list[ComparedFrame]:
     """Read the frames of a file, with at most ``limit`` primitives in total; raises SceneError if it is malformed."""
     try:
@@ -254,10 +287,8 @@ def read_compared_frames(path: str, limit: int) -> list[ComparedFrame]:
         raise SceneError("file", f"{path} is not a flattened scene: {error}", _HINT) from None
 
 
-_HINT = "create one with `scenelang flatten FILE --json`"
-
-
 def _text(path: str) -> str:
+    """Read a file as text; raises SceneError."""
     try:
         data = read_regular(path, _MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
@@ -271,10 +302,12 @@ def _text(path: str) -> str:
 
 
 def _refuse_constant(name: str) -> NoReturn:
+    """Reject ``NaN`` and ``Infinity``, which Python's JSON reader accepts."""
     raise ValueError(f"invalid number {name}")
 
 
 def _member(data: Any, name: str, where: str) -> list[Any]:
+    """Return a member of JSON data that must be a list; raises ValueError."""
     value = data.get(name) if isinstance(data, dict) else None
     if not isinstance(value, list):
         raise ValueError(f'{where} has no list "{name}"')
@@ -282,6 +315,7 @@ def _member(data: Any, name: str, where: str) -> list[Any]:
 
 
 def _compared_frames(data: Any, path: str, limit: int) -> list[ComparedFrame]:
+    """Convert the JSON data of a file; raises ValueError if it is malformed, LimitError if it is too large."""
     frames = _member(data, "frames", "the file")
     lists = [_member(frame, "primitives", f"frames[{i}]") for i, frame in enumerate(frames)]
     total = sum(map(len, lists))
@@ -292,6 +326,7 @@ def _compared_frames(data: Any, path: str, limit: int) -> list[ComparedFrame]:
 
 
 def _compared_frame(primitives: Sequence[Any], frame: int) -> ComparedFrame:
+    """Convert the primitives of a frame; equal ones share a solid and a path."""
     solids: dict[ComparedSolid, int] = {}
     paths: dict[tuple[str, ...], int] = {}
     count = len(primitives)
@@ -309,6 +344,7 @@ def _compared_frame(primitives: Sequence[Any], frame: int) -> ComparedFrame:
 
 
 def _solid(primitive: Any) -> ComparedSolid:
+    """Convert one primitive, of a golden file or of ``flatten``."""
     if not isinstance(primitive, dict):
         raise ValueError("is not a JSON object")
     attributes = primitive.get("attributes")
@@ -339,6 +375,7 @@ def _matrix(value: Any) -> list[list[float]]:
 
 
 def _path(value: Any) -> tuple[str, ...]:
+    """Return the words of a path, empty for None; raises ValueError."""
     if value is None:
         return ()
     if not isinstance(value, list) or len(value) > _MAX_PATH_LENGTH or not all(isinstance(word, str) for word in value):

@@ -13,7 +13,7 @@ from codecs import BOM_UTF8
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -78,17 +78,19 @@ T = TypeVar("T")
 Rewording = Callable[[Diagnostic], Diagnostic]
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
-_STACK = 512 * 1024 * 1024
-_STACK_OF_CALL = 8 * 1024
+_STACK_BYTES = 512 * 1024 * 1024
+_STACK_BYTES_PER_CALL = 8 * 1024
 _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
-_MAX_FILE_SIZE = 16_000_000
+_MAX_FILE_SIZE = 16_000_000  # bytes of a program
 MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
-EXPANSION_DEPTH = 60_000
-_MAX_FRAMES = 400  # of Python that are read after a stack overflow, of ten or fewer for each call
-_DEEPEST_CALLS = 40
-_FIX_ROUNDS = 20
-_MAX_IMPORTERS = 300
-_MAX_RECOVERED = 30_000  # characters of a program whose brackets are matched
+EXPANSION_DEPTH = 60_000  # Python frames: expansion and compilation recurse over forms, whose depth the reader bounds
+_MAX_TRACEBACK_FRAMES = 400  # Python frames read after a stack overflow; a call of the language takes ten or fewer
+_MAX_SHOWN_CALLS = 40  # innermost calls in the diagnostic of a stack overflow
+_MAX_FIX_ROUNDS = 20
+# A missing bracket is looked for by indentation, then by meaning. Every candidate text (up to 16 for each broken
+# chunk) is checked, which only the command `check` does: editors check at every key.
+_MAX_RECOVERED_LENGTH = 30_000  # characters
+_MAX_IMPORTERS = 300  # neighboring files that may import a program
 _MAX_IMPORTER_SIZE = 500_000  # bytes
 
 
@@ -146,13 +148,31 @@ class Checked:
 
     @property
     def ok(self) -> bool:
+        """Whether there are no errors."""
         return not any(d.is_error for d in self.diagnostics)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluated:
-    """Result of an evaluation. ``scene`` is None if there were errors; ``log`` contains the printed lines; ``draws`` is
-    False if it is the same for every seed; ``subject`` is the entity or the mesh that an error is about."""
+    """Result of an evaluation.
+
+    Attributes
+    ----------
+    program
+        The program; None for a scene in JSON.
+    scene
+        The scene; None if there were errors.
+    diagnostics
+        Errors and warnings in source order.
+    log
+        Printed lines.
+    steps
+        Steps of the evaluator, the unit of ``Limits.steps``.
+    draws
+        Whether it used random numbers; if not, the scene is the same for every seed.
+    subject
+        Entity or mesh that an error is about, so that `check --picture` can draw it.
+    """
 
     program: Program | None = field(repr=False)
     scene: Scene | None
@@ -164,6 +184,7 @@ class Evaluated:
 
     @property
     def ok(self) -> bool:
+        """Whether there is a scene."""
         return self.scene is not None
 
     def require(self) -> Scene:
@@ -180,7 +201,7 @@ def _has_room(depth: int) -> bool:
     except ImportError:  # Windows
         return False
     size, _ = resource.getrlimit(resource.RLIMIT_STACK)
-    is_large = size == resource.RLIM_INFINITY or size >= min(_STACK, depth * _STACK_OF_CALL)
+    is_large = size == resource.RLIM_INFINITY or size >= min(_STACK_BYTES, depth * _STACK_BYTES_PER_CALL)
     return is_large and threading.current_thread() is threading.main_thread()
 
 
@@ -189,8 +210,14 @@ def run_with_room(
 ) -> T:
     """Run ``action`` with a large stack for deep recursion: in a thread, unless the main thread's stack suffices.
 
-    Ctrl-C calls ``cancel`` and then waits for the thread to end. In a supervised process the thread has read-only
-    access to ``folders`` and no other access to the file system.
+    Parameters
+    ----------
+    depth
+        Python frames that it may need.
+    cancel
+        Called at Ctrl-C, before waiting for the thread to end; a second Ctrl-C does not wait.
+    folders
+        In a supervised process, the thread may only read these folders and has no other access to the file system.
     """
     watched = link()
     if watched is None and _has_room(depth):
@@ -200,6 +227,7 @@ def run_with_room(
     done = threading.Event()  # Thread.join cannot be used: in Python 3.11 Ctrl-C marks the thread as ended
 
     def target() -> None:
+        """Record the result or the exception of the action."""
         try:
             with recursion_room(depth), watched.evaluating(folders) if watched is not None else nullcontext():
                 outcome.append((True, action()))
@@ -209,7 +237,7 @@ def run_with_room(
             done.set()
 
     with _STARTING:
-        old = threading.stack_size(_STACK)
+        old = threading.stack_size(_STACK_BYTES)
         try:
             thread = threading.Thread(target=target, daemon=True)
             thread.start()
@@ -236,6 +264,7 @@ def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], 
     runners: list[RunMacro] = []
 
     def run(function: Datum, arguments: list[Any]) -> tuple[Any, bool]:
+        """Run a macro, with a runner that is created for the first one."""
         if not runners:
             from scenelang.interpreter.evaluation.evaluate import macro_runner
 
@@ -261,6 +290,7 @@ class Session:
 
     @staticmethod
     def _folder(main: Source) -> Path:
+        """Return the folder of a file; the current folder for a text without one."""
         return Path(main.name).parent if not main.name.startswith("<") else Path.cwd()
 
     def _project(self, main: Source) -> Path:
@@ -282,6 +312,7 @@ class Session:
         """Return the function that loads a font file; what reads fonts is imported at its first use."""
 
         def load(file: str, charge: Callable[[int], None]) -> Typeface:
+            """Load a font file within the project."""
             from scenelang.interpreter.scene.modelling.outlines import FontFiles
 
             return FontFiles(self._folder(main), self._project(main), self.options.allow_outside).load(file, charge)
@@ -300,6 +331,7 @@ class Session:
         project = self._project(main)
 
         def load(path: str, importing: Source, span: Span) -> Source:
+            """Read the file of an ``import`` form at ``span``, after checking that it may be read."""
             from scenelang.interpreter.scene.primitives.asset import is_hidden
 
             folder = Path(importing.name).parent if not importing.name.startswith("<") else Path.cwd()
@@ -337,18 +369,26 @@ class Session:
             return Checked(None, self._read_scene(source).diagnostics)
         try:
             with limited(self.options.limits), rare_collection():
-                front_end = python_front_end() if is_python(source) else None
-                check = lambda: self.check_forms(source) if front_end is None else front_end.check(self, source)
+                if is_python(source):
+                    front_end = python_front_end()
+                    check = partial(front_end.check, self, source)
+                else:
+                    check = partial(self.check_forms, source)
                 return run_with_room(check, EXPANSION_DEPTH, folders=self.folders(source))
         except RecursionError:
             return Checked(None, (Diagnostic("nesting", "the program is nested too deeply", Span(source, 0, 1)),))
 
     @typed
     def autofix(self, source: Source) -> tuple[Source, int]:
-        """Apply all safe fixes, repeatedly, since one fix may enable another. Returns the source and the number of
-        fixes."""
+        """Apply all safe fixes, repeatedly, because one fix may enable another.
+
+        Returns
+        -------
+        source, number
+            The fixed source, and the number of fixes.
+        """
         total = 0
-        for _ in range(_FIX_ROUNDS):
+        for _ in range(_MAX_FIX_ROUNDS):
             text, number = apply_fixes(source, self.check(source).diagnostics)
             if not number:
                 break
@@ -372,6 +412,7 @@ class Session:
             raise SceneError("nesting", "the expansion is nested too deeply to be printed") from None
 
     def _expansion(self, program: Program) -> str:
+        """Lay out the expanded forms; raises SceneError if they are nested too deeply to be read again."""
         from scenelang.grammar.layout import layout
         from scenelang.interpreter.compile.analyse import mentioned
         from scenelang.interpreter.compile.unparse import unparse
@@ -409,11 +450,13 @@ class Session:
         return python_front_end().lift(self, source)
 
     def recovered(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-        """Return the findings of a check; where brackets do not match, as if they were where they are expected.
+        """Return the diagnostics of a check; if brackets do not match, as if they were where they are expected.
 
-        The brackets are those that fit the indentation and the calls best; the diagnostics have fixes that set them.
+        The positions are those that fit the indentation and the calls best. The diagnostics have fixes that add or
+        remove
+        these brackets, and those of the code behind them are reported too.
         """
-        if not any(d.is_error for d in checked) or len(source.text) > _MAX_RECOVERED or is_python(source):
+        if not any(d.is_error for d in checked) or len(source.text) > _MAX_RECOVERED_LENGTH or is_python(source):
             return checked
         from scenelang.grammar.recovery import wrong_chunks
 
@@ -423,35 +466,37 @@ class Session:
             return checked
         try:
             with limited(self.options.limits), rare_collection():
-                work = lambda: self._recovered(source, Checked(None, tuple(checked))).diagnostics
-                return run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source))
+                work = partial(self._recovered, source, Checked(None, tuple(checked)))
+                return run_with_room(work, EXPANSION_DEPTH, folders=self.folders(source)).diagnostics
         except RecursionError:
             return checked
 
     def _recovered(self, source: Source, checked: Checked) -> Checked:
-        """Return the findings of a text with brackets added or removed, with the fixes that do so.
+        """Return the diagnostics of a text with brackets added or removed, with the fixes that do so.
 
-        Of the edits that fit the indentation, those are chosen that leave the fewest errors and warnings. Nothing
-        changes if errors of another kind say more, as in a text of another language.
+        Of the edits that contradict the fewest lines of the indentation, those with the fewest errors and warnings are
+        chosen,
+        the last of equals. Nothing changes if errors of another kind say more, as in a text of another language.
         """
         from scenelang.grammar.recovery import MAX_CHUNKS, Recovered, bracket_edits, quote_edits, wrong_chunks
 
-        best, found = Recovered(source, source), checked
+        best, recovered = Recovered(source, source), checked
         while chunks := wrong_chunks(best.source.text):
-            edits = quote_edits(best.source.text) or bracket_edits(chunks[0])[::-1]  # of equals, the shortest string
+            # Of equal edits, `min` takes the first: the shortest string, or the last bracket.
+            edits = quote_edits(best.source.text) or bracket_edits(chunks[0])[::-1]
             trials = [best.edited(edit) for edit in edits]
             if not trials or len(best.edits) == MAX_CHUNKS:
                 return checked
             results = [self.check_forms(trial.source) for trial in trials]
             chosen = min(range(len(trials)), key=lambda i: _weight(results[i]))
-            best, found = trials[chosen], results[chosen]
+            best, recovered = trials[chosen], results[chosen]
         is_about_brackets = any(d.name in ("unclosed", "extra-close") for d in checked.diagnostics)
-        if not is_about_brackets and _weight(found)[0] > _weight(checked)[0]:
+        if not is_about_brackets and _weight(recovered)[0] > _weight(checked)[0]:
             return checked
-        problems = best.explained([with_fixes(d) for d in read_pieces(source).diagnostics], found.ok)
-        behind = [d for d in found.diagnostics if d.is_error or d.fixes]  # other warnings wait
-        found_behind = [moved_diagnostic(d, best.original) for d in behind]
-        return Checked(checked.program, tuple(_sorted([*problems, *found_behind])))
+        problems = best.explained([with_fixes(d) for d in read_pieces(source).diagnostics], recovered.ok)
+        behind = [d for d in recovered.diagnostics if d.is_error or d.fixes]  # other warnings wait
+        moved_behind = [moved_diagnostic(d, best.original) for d in behind]
+        return Checked(checked.program, tuple(_sorted([*problems, *moved_behind])))
 
     def check_forms(
         self,
@@ -493,17 +538,27 @@ class Session:
     def load(
         self, source: Source, forms: Sequence[Datum] | None = None, overrides: Mapping[str, Datum] | None = None
     ) -> Program:
-        """Read and expand a program without checking it; ``forms`` are as for ``check_forms``, ``overrides`` the values
-        of params by name."""
+        """Read and expand a program without checking it.
+
+        Parameters
+        ----------
+        forms : sequence of Datum, optional
+            As for ``check_forms``.
+        overrides : mapping, optional
+            Values of params by name, which replace their defaults.
+        """
         runner = macro_runner(self.library, self._macro_limits)
         return load_program(source, self.library, self.importer(source), runner, overrides or {}, forms)
 
     def warnings(self, program: Program, reworded: Rewording | None = None) -> list[Diagnostic]:
-        """Return what the kinds of a program show to be wrong, and the lint warnings of a program without errors,
-        including those about its root.
+        """Return errors of value kinds, and the lint warnings of a program without errors.
 
-        ``reworded`` is given for translated programs, as for ``check_forms``; their unused definitions and the layout
-        of their text are not reported.
+        Parameters
+        ----------
+        reworded
+            As for ``check_forms``, for translated programs: their unused definitions and the layout of their text are
+            not
+            reported.
         """
         try:
             word, root = self.root_of(program)
@@ -515,7 +570,11 @@ class Session:
         kind_errors = findings(program, word, is_written=True)
         if not program.ok:
             return [*kind_errors, *lint_forms(program)]
-        is_scene = lambda: word is not None and not root and not self._is_imported(program.main)
+
+        def is_scene() -> bool:
+            """Return whether the program is a scene, not a library; reads other files, so only on demand."""
+            return word is not None and not root and not self._is_imported(program.main)
+
         return [*kind_errors, *lint(program, is_scene), *root]
 
     def _is_imported(self, source: Source) -> bool:
@@ -524,10 +583,11 @@ class Session:
             return False
         path = Path(source.name).resolve()
         names = {path.name, f"{path.parent.name}/{path.name}"}
-        around = [*path.parent.glob("*.scene"), *path.parent.parent.glob("*.scene")][:_MAX_IMPORTERS]
-        return any(other != path and _imports(other, names) for other in around)
+        neighbors = [*path.parent.glob("*.scene"), *path.parent.parent.glob("*.scene")][:_MAX_IMPORTERS]
+        return any(other != path and _imports(other, names) for other in neighbors)
 
     def root_of(self, program: Program) -> tuple[str, list[Diagnostic]]:
+        """Return the root's word and warnings about its choice; raises SceneError if there is none."""
         if self.options.root is not None:
             return self.options.root, []
         return find_root(program)
@@ -547,6 +607,7 @@ class Session:
             return self._evaluate(source)
 
     def _evaluate(self, source: Source) -> Evaluated:
+        """Evaluate a program, a language model's Python or a JSON scene, within limits that are already set."""
         if is_scene_file(source):
             return self._read_scene(source)
         if is_python(source):
@@ -560,13 +621,14 @@ class Session:
             return Evaluated(program, None, checked.diagnostics)
         runtime = self.runtime_of(source)
         runtime.meter.reset(spent_seconds())
-        run = lambda: self._run(program, runtime)
+        run = partial(self._run, program, runtime)
         try:
             scene = run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
             problem = subject = None
         except (SceneError, RecursionError, MemoryError) as error:
             scene, problem, subject = None, self.problem_of(error), getattr(error, "subject", None)
         if problem is not None and self.options.z_entries:
+            # Entries change what the program computes, so one may be the cause.
             used = ", ".join(f"<{name}>" for name in list(self.options.z_entries)[:8])
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
@@ -584,9 +646,9 @@ class Session:
             return [*result.diagnostics, *linted(result, SERVICES.find("geometry"))]
 
     def declarations(self, source: Source) -> tuple[Declaration, ...]:
-        """Return the declarations that the top level of a file states; raises SceneError with its first mistake.
+        """Return the declarations at the top level of a file; raises SceneError with its first error.
 
-        Options of the program that they are about, such as values of its params, have no meaning for the file.
+        Options of the program that they are about, such as values of its params, do not apply to the file.
         """
         if self.options.defines or self.options.root or self.options.z_entries:
             return Session(replace(self.options, defines={}, root=None, z_entries={})).declarations(source)
@@ -596,7 +658,7 @@ class Session:
             if wrong is not None or checked.program is None:
                 raise error_of(wrong or checked.diagnostics[0])
             runtime, program = self.runtime_of(source), checked.program
-            run = lambda: _run_forms(self.library, runtime, program)
+            run = partial(_run_forms, self.library, runtime, program)
             run_with_room(run, self.options.limits.depth, runtime.meter.cancel, self.folders(source))
             return tuple(runtime.declarations)
 
@@ -612,8 +674,18 @@ class Session:
         )
 
     def top_level(self, main: Source, started: Callable[[Runtime], None]) -> TopLevel:
-        """Create an interactive top level in the context of the file ``main``. ``started`` is called with each runtime
-        in which macros run, to make it cancellable. Raises SceneError for a malformed ``--define``."""
+        """Create an interactive top level in the context of the file ``main``.
+
+        Parameters
+        ----------
+        started
+            Called with each runtime in which macros run, so that it can be cancelled.
+
+        Raises
+        ------
+        SceneError
+            If a ``--define`` is malformed.
+        """
         from scenelang.interpreter.evaluation.interactive import TopLevel
         from scenelang.interpreter.runtime.runtime import JournaledRuntime
 
@@ -623,7 +695,7 @@ class Session:
         runtime = JournaledRuntime(
             library, options.limits, options.seed, options.z_entries, asset=asset, font=self._load_font(main)
         )
-        new_macros = lambda: macro_runner(library, self._macro_limits, started)
+        new_macros = partial(macro_runner, library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
 
     def problem_of(self, error: BaseException) -> Diagnostic | None:
@@ -648,6 +720,7 @@ class Session:
         return Evaluated(None, scene, ())
 
     def _run(self, program: Program, runtime: Runtime) -> Scene:
+        """Run a program and apply embeddings."""
         from scenelang.interpreter.evaluation.evaluate import ProgramRun
 
         with rare_collection():
@@ -660,6 +733,15 @@ class Session:
             return self._with_entries(program, runtime, word, scene) if self.options.z_entries else scene
 
     def runtime_of(self, main: Source, snapshots: frozenset[int] = frozenset()) -> Runtime:
+        """Create the runtime of a program.
+
+        Parameters
+        ----------
+        main
+            The program's file, to which paths of meshes and fonts are relative.
+        snapshots
+            Serial numbers of the calls at which the states of the random streams are recorded.
+        """
         from scenelang.interpreter.runtime.runtime import Runtime
 
         options = self.options
@@ -669,6 +751,7 @@ class Session:
         )  # fmt: skip
 
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:
+        """Run the forms and the root; a supervisor is told where, for its report if it has to end the process."""
         from scenelang.interpreter.evaluation.evaluate import ProgramRun
 
         run = ProgramRun(self.library, runtime)
@@ -682,8 +765,11 @@ class Session:
         return run.run_root(program, word, self.options.seed)
 
     def _with_entries(self, program: Program, runtime: Runtime, word: str, scene: Scene) -> Scene:
-        """Apply embeddings to entities with automatic handles; the program runs again to restore the states of the
-        random streams."""
+        """Apply embeddings to entities with automatic handles.
+
+        Handles are numbered after a run, so the program runs again to record the random streams at the entities
+        concerned.
+        """
         from scenelang.interpreter.inspection.numbering import apply_overrides, overrides_by_path, serials_at
 
         entries, unused = overrides_by_path(scene, self.options.z_entries)
@@ -698,30 +784,38 @@ class Session:
 
 
 class TranslatedProgram(Protocol):
-    """Program of the language made from a text in another; ``text`` is empty if ``ok`` is false."""
+    """Program translated from a text in another language."""
 
     @property
-    def text(self) -> str: ...
+    def text(self) -> str:
+        """Text of the program; empty if the translation failed."""
 
     @property
-    def ok(self) -> bool: ...
+    def ok(self) -> bool:
+        """Whether the translation succeeded."""
 
     @property
-    def diagnostics(self) -> Sequence[Diagnostic]: ...
+    def diagnostics(self) -> Sequence[Diagnostic]:
+        """Errors and warnings, at their positions in the translated text."""
 
 
 class FrontEnd(Protocol):
     """Front end for another language: ``scenelang/translation/python_programs`` for a language model's Python."""
 
-    def check(self, session: Session, source: Source) -> Checked: ...
+    def check(self, session: Session, source: Source) -> Checked:
+        """As ``Session.check``, on the current stack."""
 
-    def evaluate(self, session: Session, source: Source) -> Evaluated: ...
+    def evaluate(self, session: Session, source: Source) -> Evaluated:
+        """As ``Session.evaluate``."""
 
-    def transpile(self, session: Session, source: Source, literal: bool) -> TranslatedProgram: ...
+    def transpile(self, session: Session, source: Source, literal: bool) -> TranslatedProgram:
+        """As ``Session.transpile``."""
 
-    def lift(self, session: Session, source: Source) -> tuple[str | None, Sequence[Diagnostic]]: ...
+    def lift(self, session: Session, source: Source) -> tuple[str | None, Sequence[Diagnostic]]:
+        """As ``Session.lift``."""
 
-    def notebook_code(self, text: str, name: str) -> str: ...
+    def notebook_code(self, text: str, name: str) -> str:
+        """Return the code of a Jupyter notebook; raises SceneError if it is malformed."""
 
 
 def python_front_end() -> FrontEnd:
@@ -733,19 +827,20 @@ def python_front_end() -> FrontEnd:
 
 
 def linted(result: Evaluated, *lints: Callable[[Scene], list[Diagnostic]]) -> list[Diagnostic]:
-    """Return what ``lints`` find in the scene of an evaluation, without what comments of the program suppress."""
+    """Return what ``lints`` report about the scene of an evaluation, unless comments of the program suppress it."""
     if result.scene is None:
         return []
-    found: list[Diagnostic] = []
-    for each in lints:
+    reported: list[Diagnostic] = []
+    for check in lints:
         try:
-            found += each(result.scene)
+            reported += check(result.scene)
         except SceneError as error:
-            found.append(error.diagnostic)
-    return without_suppressed(found, result.program.sources if result.program is not None else ())
+            reported.append(error.diagnostic)
+    return without_suppressed(reported, result.program.sources if result.program is not None else ())
 
 
 def _run_forms(library: Library, runtime: Runtime, program: Program) -> None:
+    """Run the top level of a program without its root."""
     from scenelang.interpreter.evaluation.evaluate import ProgramRun
 
     ProgramRun(library, runtime).run_forms(program)
@@ -780,11 +875,16 @@ def may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
-    """Create the diagnostic of a stack overflow; the innermost calls are read from Python's traceback."""
+    """Create the diagnostic of a stack overflow.
+
+    The innermost calls are read from the local variables of Python's frames: ``call`` of the interpreter has the word,
+    the
+    closures and functions of the compiler (``compile/generate``) the function and the span.
+    """
     from scenelang.interpreter.compile.generated import site_of
     from scenelang.interpreter.runtime.procedures import Closure
 
-    innermost: deque[TracebackType] = deque(maxlen=_MAX_FRAMES)
+    innermost: deque[TracebackType] = deque(maxlen=_MAX_TRACEBACK_FRAMES)
     traceback = error.__traceback__
     while traceback is not None:
         innermost.append(traceback)
@@ -812,12 +912,12 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         chain[0][1] if chain else None,
         hint,
         (),
-        tuple(chain[:_DEEPEST_CALLS]),
+        tuple(chain[:_MAX_SHOWN_CALLS]),
     )
 
 
 def _weight(checked: Checked) -> tuple[int, int, int]:
-    """Return the numbers of errors, of those without a fix or in the form of the text, and of warnings of a text."""
+    """Rank a checked text by its errors, by those without a fix or about its syntax, and by its warnings."""
     errors = [d for d in checked.diagnostics if d.is_error]
     open_ = [d for d in errors if not d.fixes or d.name == "syntax"]
     return len(errors), len(open_), len(checked.diagnostics) - len(errors)
@@ -826,23 +926,27 @@ def _weight(checked: Checked) -> tuple[int, int, int]:
 def settled(
     diagnostics: Iterable[Diagnostic], sources: Iterable[Source], program: Program | None = None
 ) -> tuple[Diagnostic, ...]:
-    """Prepare diagnostics for display: explain constructs of other languages, sort by position, remove duplicates and
-    those suppressed by comments."""
+    """Prepare diagnostics for display.
+
+    Constructs of other languages are explained, consequences of other errors, duplicates and suppressed diagnostics
+    removed,
+    and the rest sorted by position.
+    """
     sources = tuple(sources)
-    found = list(diagnostics)
+    remaining = list(diagnostics)
     for source in sources:
-        if not is_python(source) and any(d.is_error for d in found):
+        if not is_python(source) and any(d.is_error for d in remaining):
             from scenelang.interpreter.checker.habits import explain
 
-            found = explain(source, [with_fixes(d) for d in found])
-    found = without_consequences(found, program)
-    return tuple(with_fixes(d) for d in _sorted(without_suppressed(found, sources)))
+            remaining = explain(source, [with_fixes(d) for d in remaining])
+    remaining = without_consequences(remaining, program)
+    return tuple(with_fixes(d) for d in _sorted(without_suppressed(remaining, sources)))
 
 
 def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Sort diagnostics by position and remove duplicates."""
     unique: dict[Any, Diagnostic] = {}
-    names: set[str] = set()  # report each unbound name only once
+    names: set[str] = set()  # each unbound name is reported only once
     for d in sorted(diagnostics, key=lambda d: d.span.start if d.span else -1):
         place = (d.span.source.name, d.span.start) if d.span else ("", -1)
         if d.name == "unbound":
@@ -872,7 +976,7 @@ def _reading_hint(error: Exception) -> str | None:
 
 
 def other_file_error(path: Path) -> SceneError | None:
-    """Return the error of a file that cannot be a program, with what to do with it, or None."""
+    """Return the error for a file of another kind, with a hint what to do with it; None if it may be a program."""
     from scenelang.interpreter.scene.primitives import MESH_ENDINGS
 
     ending = path.suffix.lower()
@@ -886,6 +990,7 @@ def other_file_error(path: Path) -> SceneError | None:
 
 
 def _read_source(path: str, shown: str) -> Source:
+    """Read a program, ``-`` for standard input; ``shown`` is its name in diagnostics. Raises SceneError."""
     wrong = other_file_error(Path(path))
     if wrong is not None:
         raise wrong

@@ -60,6 +60,7 @@ def transpile(session: Session, source: Source, literal: bool) -> Translation:
     finish: Finish | None = None if literal else lambda forms, notes, texts: lift_forms(forms, notes, texts, names)
 
     def work() -> Translation:
+        """Translate on a large stack."""
         translation, checked = _translated(session, source, finish, with_text=True)
         return translation.with_diagnostics(checked.diagnostics)
 
@@ -85,8 +86,11 @@ def lift(session: Session, source: Source) -> tuple[str | None, Sequence[Diagnos
 def _translated(
     session: Session, source: Source, finish: Finish | None, *, with_text: bool
 ) -> tuple[Translation, Checked]:
-    """Translate Python and check the program; parts in which the checker finds errors are evaluated if that leaves
-    none. A program whose text is wanted and that changes data is tried as well."""
+    """Translate Python and check the program.
+
+    Parts in which the checker finds errors are evaluated if that leaves none. A program whose text is wanted and that
+    changes data is run briefly as well, because the checker does not follow data.
+    """
     translation = translate(source, with_text, finish)
     checked = _check(session, source, translation)
     errors = [d for d in checked.diagnostics if d.is_error]
@@ -102,6 +106,7 @@ def _translated(
 
 
 def _check(session: Session, source: Source, translation: Translation) -> Checked:
+    """Check a translated program, or the parts of it that could be translated."""
     if translation.ok:
         return session.check_forms(source, translation.forms, translation.diagnostics, in_python)
     findings_in_parts = _partial_findings(session, source, translation)
@@ -134,8 +139,11 @@ def _evaluated_in_part(session: Session, source: Source, problem: Diagnostic) ->
     if place is None or session.options.seed:
         return None
     error = replace(problem, span=place)
-    work = lambda: with_evaluated_parts(source, translate(source, False), [error], False)
-    translation = run_with_room(work, EXPANSION_DEPTH, folders=session.folders(source))
+    translation = run_with_room(
+        lambda: with_evaluated_parts(source, translate(source, False), [error], False),
+        EXPANSION_DEPTH,
+        folders=session.folders(source),
+    )
     exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
     if exception is not None:
         if exception.span is not None and exception.span.overlaps(place):  # whose place is more exact
@@ -143,8 +151,9 @@ def _evaluated_in_part(session: Session, source: Source, problem: Diagnostic) ->
         return Evaluated(None, None, (exception,))
     if not translation.ok:
         return None
-    check = lambda: _check(session, source, translation)
-    checked = run_with_room(check, EXPANSION_DEPTH, folders=session.folders(source))
+    checked = run_with_room(
+        lambda: _check(session, source, translation), EXPANSION_DEPTH, folders=session.folders(source)
+    )
     result = session.evaluate_checked(source, checked)
     return result if result.scene is not None else None
 

@@ -96,7 +96,7 @@ def test_batches_agree_with_single_solids(make: Any, monkeypatch: pytest.MonkeyP
     stage = staged(make.random(300), Viewpoint(), 160, 160)
     caster = caster_for(stage.solids, camera_rays(stage.camera))
     together = caster.cast()
-    monkeypatch.setattr("scenelang.backends.pictures.rays._SMALL", 0)
+    monkeypatch.setattr("scenelang.backends.pictures.rays._MAX_BATCHED_SAMPLES", 0)
     assert (caster.cast() == together).all()
 
 
