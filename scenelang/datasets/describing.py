@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.labels.dataset import depth_picture, flow_picture, instance_color, with_tracks
 from scenelang.backends.labels.ground_truth import HIDDEN, VISIBLE, Flow, Tracks
-from scenelang.backends.labels.things import OTHER
+from scenelang.backends.labels.object_labels import OTHER
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.film import save_picture
 from scenelang.backends.surfaces.appearance import word_color
@@ -32,7 +32,7 @@ from scenelang.grammar.settings import typed
 
 Picture = npt.NDArray[np.uint8]
 Color = tuple[int, int, int]
-Entry = tuple[str, Color | None]  # a text, and the colour that it explains
+Entry = tuple[str, Color | None]  # a text, and the color that it explains
 MAX_PREVIEW = 400
 _MAX_DRAWN = 2_000  # samples whose draws are shown
 _BARS = 16  # of a histogram
@@ -224,7 +224,7 @@ def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Prev
     spec : path
         Spec of the dataset.
     path : path
-        Picture to write: ``.png``, ``.jpg``, ``.jpeg`` or ``.webp``.
+        Image to write: ``.png``, ``.jpg``, ``.jpeg`` or ``.webp``.
     count : int
         Number of samples to make.
 
@@ -273,12 +273,12 @@ def _drawn(spec: Spec) -> Iterator[dict[str, Any]]:
             yield found | {"split": draw.split}
 
 
-# --- what the sheet shows of a picture -------------------------------------------------------------------------------
+# --- what the sheet shows of an image -------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """What is shown of one picture: tiles with titles, and lines of text below, whose words may have colours."""
+    """What is shown of one image: tiles with titles, and lines of text below, whose words may have colors."""
 
     tiles: Sequence[tuple[str, Picture]]
     words: Mapping[str, Color]
@@ -318,7 +318,7 @@ def _shown_of(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
 
 
 def _words_of(arrays: Mapping[str, Any], record: Mapping[str, Any]) -> dict[str, Color]:
-    """Return the colours of the words of a picture, as its boxes and its classes have them."""
+    """Return the colors of the words of an image, as its boxes and its classes have them."""
     words = {thing["word"]: word_color(thing["word"]) for thing in record.get("things", ())}
     is_other = "semantic.png" in arrays and (arrays["semantic.png"] == OTHER).any()
     return words | ({_OTHER: word_color(_OTHER)} if is_other else {})
@@ -340,7 +340,7 @@ def _painted(name: str, arrays: Mapping[str, Any], record: Mapping[str, Any]) ->
 
 
 def _numbers_painted(name: str, values: npt.NDArray[Any], record: Mapping[str, Any]) -> Picture:
-    """Return a map of numbers (H, W) in colours; 0 is black."""
+    """Return a map of numbers (H, W) in colors; 0 is black."""
     words = {thing["class"]: thing["word"] for thing in record.get("things", ())} | {OTHER: _OTHER}
     paint: Callable[[int], Color] = instance_color
     if name == "semantic.png":
@@ -353,7 +353,7 @@ def _numbers_painted(name: str, values: npt.NDArray[Any], record: Mapping[str, A
 
 
 def _fitted(picture: npt.NDArray[Any], is_smooth: bool = False) -> Picture:
-    """Return a picture in the size of a tile: small ones are enlarged to whole multiples."""
+    """Return an image in the size of a tile: small ones are enlarged to whole multiples."""
     modules = require("PIL.Image", "pillow")
     scale = _scale(picture)
     size = [max(1, round(side * scale)) for side in (picture.shape[1], picture.shape[0])]
@@ -395,7 +395,7 @@ def _with_tracks(color: Picture, values: Mapping[str, npt.NDArray[Any]]) -> Pict
 
 
 def _sheet(spec: Spec, rows: Sequence[_Row], quantities: Sequence[Quantity]) -> Picture:
-    """Return the sheet: the colours of the words, tiles for each sample, then a histogram for each quantity."""
+    """Return the sheet: the colors of the words, tiles for each sample, then a histogram for each quantity."""
     columns = max(len(row.tiles) for row in rows)
     chart = (2 * _TILE + _GAP, _TILE)
     width = max(2 * _MARGIN + columns * (_TILE + _GAP), 2 * _MARGIN + 2 * (chart[0] + _GAP))
@@ -452,7 +452,7 @@ def _wide(text: str, color: Color | None) -> float:
 
 
 def _entries(pen: Any, entries: Sequence[Entry], corner: tuple[int, int], width: int) -> None:
-    """Draw entries in a line of ``width`` pixels: a swatch of the colour, if an entry has one, and the text."""
+    """Draw entries in a line of ``width`` pixels: a swatch of the color, if an entry has one, and the text."""
     (x, y), end = corner, corner[0] + width
     for text, color in _wrapped(entries, width, 1)[0]:
         start = x

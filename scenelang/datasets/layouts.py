@@ -1,7 +1,7 @@
 """Formats that are made from the shards: COCO, KITTI, BOP, nerfstudio, COLMAP, MOT and TAP (docs/datasets.md).
 
 Camera frames are OpenCV's (x right, y down, z forward) unless a format says otherwise. Lengths are scene units; BOP's
-are millimetres, a scene unit being a metre.
+are millimeters, a scene unit being a meter.
 
 The records of a dataset count pixels from the corner of the image, so that the center of the first pixel is at
 (0.5, 0.5). COLMAP, nerfstudio and TAP do so too; the readers of BOP and KITTI put it at (0, 0) (``_of_centers``).
@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.files import replaced_folder
-from scenelang.backends.labels.things import OTHER, rigid_parts
+from scenelang.backends.labels.object_labels import OTHER, rigid_parts
 from scenelang.backends.surfaces.trs import quaternions
 from scenelang.datasets.making import decoded, png
 from scenelang.datasets.spec import CODE
@@ -34,7 +34,7 @@ Record = dict[str, Any]
 _MILLIMETRES = 1_000.0
 _POINTS = 2_000  # of a COLMAP model
 _MAX_DEPTH = 65_535
-_FINEST_DEPTH = 0.1  # millimetres: a step of depth images where the depths of a scene allow it
+_FINEST_DEPTH = 0.1  # millimeters: a step of depth images where the depths of a scene allow it
 _SAME_DEPTH = 0.01  # relative difference of the depths of one point, within a pixel of a slope
 _HIDDEN, _LARGELY = 0.9, 0.5  # visibility above which KITTI calls a thing fully visible or partly occluded
 _MIN_TRUNCATION = 0.005
@@ -42,7 +42,7 @@ FILMS = ("tap",)  # formats that have nothing of still scenes
 
 
 class StoredItem:
-    """A picture with its labels, decoded when they are used; ``is_named`` if the spec names the words of things."""
+    """An image with its labels, decoded when they are used; ``is_named`` if the spec names the words of things."""
 
     def __init__(self, key: str, split: str, files: Mapping[str, bytes], is_named: bool = False) -> None:
         self.key, self.split, self._files, self._is_named = key, split, files, is_named
@@ -56,7 +56,7 @@ class StoredItem:
 
     @property
     def picture(self) -> bytes:
-        """The encoded picture."""
+        """The encoded image."""
         return self._files["color.png"]
 
     @property
@@ -89,7 +89,7 @@ class StoredItem:
 
     @property
     def sample(self) -> str:
-        """Key of the sample that the picture belongs to."""
+        """Key of the sample that the image belongs to."""
         return self.key.partition("-")[0]
 
     @property
@@ -98,7 +98,7 @@ class StoredItem:
 
     @property
     def sequence(self) -> str:
-        """Name of the film that the picture belongs to: its sample and camera."""
+        """Name of the video that the image belongs to: its sample and camera."""
         return self.key.partition("-f")[0]
 
 
@@ -158,7 +158,7 @@ def _write_json(path: Path, data: Any) -> None:
 
 
 def _coco(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
-    """``annotations/instances_SPLIT.json`` and ``panoptic_SPLIT.json``, pictures in ``SPLIT/``."""
+    """``annotations/instances_SPLIT.json`` and ``panoptic_SPLIT.json``, images in ``SPLIT/``."""
     categories = _Categories(plan)
     annotations = _folder(folder, "annotations")
     for split in splits:
@@ -272,7 +272,7 @@ def run_lengths(mask: npt.NDArray[np.bool_]) -> list[int]:
 
 
 def _panoptic(item: StoredItem, categories: _Categories) -> tuple[list[Record], npt.NDArray[np.uint8]]:
-    """Return the segments of a picture and its map of ids as colours; what shows no object is 0."""
+    """Return the segments of an image and its map of ids as colors; what shows no object is 0."""
     ids = item["instance.png"].astype(np.int64)
     ids = np.where(np.isin(ids, [thing["id"] for thing in item.objects]), ids, 0)
     segments = []
@@ -359,7 +359,7 @@ def _kitti_calibration(item: StoredItem) -> str:
 
 
 def _bop(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
-    """``SPLIT/NNNNNN`` with a scene for each sample: pictures, visible masks, cameras, poses, visibility."""
+    """``SPLIT/NNNNNN`` with a scene for each sample: images, visible masks, cameras, poses, visibility."""
     models = _folder(folder, "models")
     sizes: dict[str, Record] = {}
     categories = _Categories(plan)
@@ -394,7 +394,7 @@ class _BopScene:
             _folder(folder, name)
 
     def add(self, item: StoredItem, sizes: dict[str, Record], categories: _Categories) -> None:
-        """Add a picture; ``sizes`` collects the extents of each class."""
+        """Add an image; ``sizes`` collects the extents of each class."""
         number = len(self._tables["scene_camera"])
         depth, ids = item["depth.npy"], item["instance.png"]
         finite = np.where(np.isfinite(depth), depth * _MILLIMETRES, 0.0)
@@ -449,7 +449,7 @@ def _bop_info(item: StoredItem, thing: Record, mask: npt.NDArray[np.bool_], dept
 
 
 def _note_size(sizes: dict[str, Record], thing: Record, number: str) -> None:
-    """Keep the largest extents of a class, in millimetres, as BOP describes its models."""
+    """Keep the largest extents of a class, in millimeters, as BOP describes its models."""
     size = np.array(thing["box3d"]["size"]) * _MILLIMETRES
     known = sizes.get(number)
     if known is not None:
@@ -466,7 +466,7 @@ def _nerfstudio(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> N
     """A folder for each sample with ``transforms.json`` (OpenGL cameras), ``images`` and ``depths``.
 
     Depths are arrays of thousandths, nerfstudio's default unit: its data parser reads no other from the file, and
-    16-bit images would round them by half a millimetre and end at 65 metres.
+    16-bit images would round them by half a millimeter and end at 65 meters.
     """
     for place, views in _samples(plan, read, splits):
         own = _folder(folder, place)
@@ -498,7 +498,7 @@ def _pinhole(item: StoredItem) -> Record:
 def _samples(plan: Plan, read: Any, splits: Sequence[str]) -> Iterator[tuple[Path, list[StoredItem]]]:
     """Yield the first frames of the views of each sample, with its folder, in that of its split if the spec has splits.
 
-    A picture without views is a sample of one.
+    An image without views is a sample of one.
     """
     has_splits = "splits" in tomllib.loads(plan.text)
     for split in splits:
@@ -536,9 +536,9 @@ def _colmap(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:
 def _points(
     views: Sequence[StoredItem],
 ) -> tuple[FloatArray, npt.NDArray[np.uint8], list[list[tuple[int, int]]], dict[int, list[tuple[float, float, int]]]]:
-    """Return exact points of the views: places (N, 3), colours (N, 3), their tracks, and the keypoints of each view.
+    """Return exact points of the views: places (N, 3), colors (N, 3), their tracks, and the keypoints of each view.
 
-    They are pixel centres of each view, and are in the track of every view that sees them.
+    They are pixel centers of each view, and are in the track of every view that sees them.
     """
     places, colors = [], []
     share = max(1, _POINTS // len(views))
@@ -569,14 +569,14 @@ def _points(
 
 
 def _unprojected(item: StoredItem, x: FloatArray, y: FloatArray, depth: FloatArray) -> FloatArray:
-    """Return the points (N, 3) in the world at pixel positions (N,) and depths (N,) of a picture."""
+    """Return the points (N, 3) in the world at pixel positions (N,) and depths (N,) of an image."""
     local = np.stack([x, y, np.ones_like(x)], axis=1) @ np.linalg.inv(item.intrinsics).T * depth[:, None]
     pose = item.world_to_camera
     return np.asarray((local - pose[:3, 3]) @ pose[:3, :3], np.float64)
 
 
 def _seen(item: StoredItem, points: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Return where a picture shows points (N, 3) of the world, and whether it shows them."""
+    """Return where an image shows points (N, 3) of the world, and whether it shows them."""
     pose, depth = item.world_to_camera, item["depth.npy"]
     local = points @ pose[:3, :3].T + pose[:3, 3]
     ahead = np.maximum(local[:, 2], 1e-12)
@@ -594,7 +594,7 @@ def _quaternion(rotation: FloatArray) -> list[float]:
     return [w, x, y, z]
 
 
-# --- films: MOT and TAP ----------------------------------------------------------------------------------------------
+# --- videos: MOT and TAP ----------------------------------------------------------------------------------------------
 
 
 def _mot(folder: Path, plan: Plan, read: Any, splits: Sequence[str]) -> None:

@@ -1,4 +1,4 @@
-"""Makes samples: evaluates the program of a draw, and pictures and labels it as files in memory."""
+"""Makes samples: evaluates the program of a draw, and images and labels it as files in memory."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from scenelang.backends.base import Backend, require
 from scenelang.backends.geometry.arrangement import scene_relations
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import violations
-from scenelang.backends.labels import things as labels
-from scenelang.backends.labels.things import Things
+from scenelang.backends.labels import object_labels as labels
+from scenelang.backends.labels.object_labels import ObjectLabels
 from scenelang.backends.labels.views import LabelledView, SceneFacts
 from scenelang.backends.pictures.camera import Camera, camera_to_json
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
@@ -77,7 +77,7 @@ class EncodedFiles(Files):
 
 @dataclass(frozen=True, slots=True)
 class LabelledItem:
-    """One picture with its labels: ``files`` by ending (``color.png``), which follow the ``key`` of the item."""
+    """One image with its labels: ``files`` by ending (``color.png``), which follow the ``key`` of the item."""
 
     key: str
     files: Files
@@ -86,7 +86,7 @@ class LabelledItem:
 @dataclass(frozen=True, slots=True)
 class Sample:
     """A made sample: its draw, its items, one for each camera and frame, where its first camera is, and how many things
-    of each word its pictures show."""
+    of each word its images show."""
 
     draw: Draw
     items: tuple[LabelledItem, ...]
@@ -109,7 +109,7 @@ class Candidate:
 
     scene: LoadedScene
     values: Mapping[str, Any]
-    things: Sequence[Things]
+    things: Sequence[ObjectLabels]
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ FILTERS = PluginRegistry(PREDICATES, "filter", Predicate, CODE)
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """An evaluated scene with what its pictures share."""
+    """An evaluated scene with what its images share."""
 
     scene: LoadedScene
     facts: SceneFacts
@@ -163,7 +163,7 @@ class Maker:
     --------
     >>> from pathlib import Path
     >>> from scenelang.datasets.spec import spec_of
-    >>> spec = spec_of('programs = "chessboard.scene"\\n[pictures]\\nsize = 16', "spec", Path("examples").resolve())
+    >>> spec = spec_of('programs = "chessboard.scene"\\n[images]\\nsize = 16', "spec", Path("examples").resolve())
     >>> [item.key for item in Maker(spec).make(3).items]
     ['000000003']
     """
@@ -246,7 +246,7 @@ class Maker:
         first = []
         for view in views:
             for frame in frames if least else frames[:1]:
-                things = view.things(frame, self.spec.labels.words)
+                things = view.objects(frame, self.spec.labels.words)
                 first += [things] if frame == frames[0] else []
                 shares = things.shares(list(least))
                 for word in least:
@@ -268,7 +268,7 @@ class Maker:
         if len(frames) < 2 or "boxes" not in self.spec.labels.write:
             return frozenset()
         words = self.spec.labels.words
-        shown = (view.paths(frame)[view.things(frame, words).shown] for frame in frames)
+        shown = (view.paths(frame)[view.objects(frame, words).shown] for frame in frames)
         return frozenset(int(number) for numbers in shown for number in numbers)
 
     # --- scenes ---
@@ -363,12 +363,12 @@ def _listed(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-# --- the files of one picture ----------------------------------------------------------------------------------------
+# --- the files of one image ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class _ItemWriter:
-    """Makes the files of one picture."""
+    """Makes the files of one image."""
 
     maker: Maker
     stage: _Stage
@@ -380,8 +380,8 @@ class _ItemWriter:
     film: frozenset[int]
 
     @cached_property
-    def things(self) -> Things:
-        return self.view.things(self.frame, self.maker.spec.labels.words)
+    def things(self) -> ObjectLabels:
+        return self.view.objects(self.frame, self.maker.spec.labels.words)
 
     def files(self) -> Files:
         """Return the files by ending, encoded when they are read."""
@@ -427,18 +427,18 @@ class _ItemWriter:
         if "boxes" in wanted or "visibility" in wanted or "instance" in wanted:
             covered = labels.pixels_alone(self.things, *self.view.facts.unit) if "visibility" in wanted else None
             handles = self.view.some_handles(self.frame, self.things.shown.tolist())
-            record["things"] = labels.things_data(self.things, handles, self.maker.classes, covered)
+            record["things"] = labels.object_records(self.things, handles, self.maker.classes, covered)
         if "boxes" in wanted and self.film:
             record["hidden"] = self._hidden()
         if "keypoints" in wanted:
-            record["keypoints"] = labels.keypoints_data(self.things, spec.labels.keypoints)
+            record["keypoints"] = labels.keypoint_records(self.things, spec.labels.keypoints)
         return record
 
     def _hidden(self) -> list[dict[str, Any]]:
-        """Return the things inside the picture that only other frames show."""
+        """Return the things inside the image that only other frames show."""
         paths, things = self.view.paths(self.frame), self.things
         others = np.flatnonzero(np.isin(paths, list(self.film)))
-        return labels.hidden_data(things, np.setdiff1d(others, things.shown))
+        return labels.hidden_records(things, np.setdiff1d(others, things.shown))
 
     @property
     def _root(self) -> Any:

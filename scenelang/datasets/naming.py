@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from scenelang.backends.labels import things as labels
+from scenelang.backends.labels import object_labels as labels
 from scenelang.datasets.spec import CODE, Distribution, Spec
 from scenelang.files.toml_places import KeyPath, parsed, shown
 from scenelang.grammar.datum import Atom, Source

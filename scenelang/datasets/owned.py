@@ -96,7 +96,7 @@ def writing_derived(store: Store, plan: Plan) -> Iterator[None]:
 def _digests(store: Store, name: str) -> dict[str, str]:
     if name == CARD:
         return {"": store.digest(name)[0]}
-    paths = _paths(store, name) if store.exists(name) else []  # a format of films has nothing for still scenes
+    paths = _paths(store, name) if store.exists(name) else []  # a format of videos has nothing for still scenes
     return {path: store.digest(f"{name}/{path}")[0] for path in paths}
 
 

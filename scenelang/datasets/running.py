@@ -96,7 +96,7 @@ def _clock(seconds: float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class DatasetReport:
-    """A dataset as it is: its folder, samples that it has and is to have, pictures, failures by code, the digest of
+    """A dataset as it is: its folder, samples that it has and is to have, images, failures by code, the digest of
     its files, whether all shards are committed, the most bytes that a worker has used, how many of the failures are for
     reasons of the machine, how many records are damaged, the part that is complete, notes, and warnings of the spec."""
 
@@ -203,7 +203,7 @@ def dataset(
     max_failures: int = MAX_FAILURES,
     progress: Callable[[DatasetProgress], None] | None = None,
 ) -> DatasetReport:
-    """Make a labelled dataset from programs.
+    """Make a labeled dataset from programs.
 
     Parameters
     ----------
@@ -439,19 +439,19 @@ def dataset_sample(spec: str | Path, key: str, count: int | None = None) -> dict
     spec : path
         Spec of the dataset.
     key : str
-        Key of a sample, or of one of its pictures.
+        Key of a sample, or of one of its images.
     count : int, optional
         Number of samples of the dataset; by default that of the spec.
 
     Returns
     -------
     dict
-        Contents by file name, which begins with the key of a picture.
+        Contents by file name, which begins with the key of an image.
 
     Raises
     ------
     SceneError
-        If the sample fails, as it does in the dataset, or there is no such sample or picture.
+        If the sample fails, as it does in the dataset, or there is no such sample or image.
     """
     read = read_spec(spec)
     index = index_of(key)
@@ -591,8 +591,8 @@ def _file_findings(
 
 
 def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]) -> Iterator[Diagnostic]:
-    """Yield a finding if another sample has the same picture, or the same values and camera, or if one of another split
-    has the same scene or picture, unless nothing is seen."""
+    """Yield a finding if another sample has the same image, or the same values and camera, or if one of another split
+    has the same scene or image, unless nothing is seen."""
     record = json.loads(files["json"])
     if not record.get("things"):
         return
@@ -620,7 +620,7 @@ def _repeats(key: str, other: str, what: str) -> Diagnostic:
 
 
 def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> list[str]:
-    """Return what is wrong with the labels of one picture."""
+    """Return what is wrong with the labels of one image."""
     try:
         return list(_label_findings(key, files, split, plan))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:

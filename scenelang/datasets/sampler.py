@@ -77,7 +77,7 @@ def key_of(index: int) -> str:
 
 
 def index_of(key: str) -> int:
-    """Return the number of a sample's key, or of the key of one of its pictures; raises SceneError("value")."""
+    """Return the number of a sample's key, or of the key of one of its images; raises SceneError("value")."""
     number = key.partition("-")[0]
     if not (number.isascii() and number.isdecimal() and len(number) <= 18):
         raise SceneError("value", f"`{key[:60]}` is not the key of a sample", f"such as {key_of(42)}")

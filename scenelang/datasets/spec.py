@@ -53,7 +53,7 @@ LABELS = (
 DEFAULT_LABELS = ("instance", "semantic", "depth", "normals", "boxes", "captions")
 FORMATS = ("webdataset", "parquet", "coco", "kitti", "bop", "nerfstudio", "colmap", "mot", "tap")
 SHARD_FORMATS = ("webdataset", "parquet")
-# Labels that a format is made of; the pictures are always there.
+# Labels that a format is made of; the images are always there.
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "coco": ("instance", "boxes"), "kitti": ("boxes", "visibility"),
     "bop": ("instance", "depth", "boxes", "visibility"),
@@ -249,7 +249,7 @@ class CameraPlan:
 
 @dataclass(frozen=True, slots=True)
 class PicturePlan:
-    """Pictures: size in pixels, quality, environment, ground, settings of the backend, and frames of a 4D scene."""
+    """Images: size in pixels, quality, environment, ground, settings of the backend, and frames of a 4D scene."""
 
     width: int = 256
     height: int = 256
@@ -283,7 +283,7 @@ class SplitPlan:
 
 @dataclass(frozen=True, slots=True)
 class FilterPlan:
-    """Filters: least visible share of the picture by word, no findings of the geometric check, nothing that moves under
+    """Filters: least visible share of the image by word, no findings of the geometric check, nothing that moves under
     gravity, declarations that hold, predicates by name."""
 
     visible: Mapping[str, float]
@@ -934,7 +934,7 @@ def _check_projection(table: TomlTable, spec: Spec) -> None:
 
 
 def _check_memory(table: TomlTable, spec: Spec) -> None:
-    """Raise an error for pictures that cannot be made within the limit of memory."""
+    """Raise an error for images that cannot be made within the limit of memory."""
     width, height, limit = spec.pictures.width, spec.pictures.height, spec.limits.memory
     needed = width * height * _BYTES_PER_PIXEL
     if needed > MEMORY_SLACK * limit:

@@ -436,7 +436,7 @@ class _TarFile:
 
 
 class _ParquetFile:
-    """Parquet: a row for each item, pictures as encoded bytes with the features that ``datasets`` reads."""
+    """Parquet: a row for each item, images as encoded bytes with the features that ``datasets`` reads."""
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self._arrow = require("pyarrow", INSTALL)
@@ -482,7 +482,7 @@ def _ending_of(column: str) -> str:
 
 
 def _schema(arrow: Any, columns: Sequence[str]) -> Any:
-    """Return the schema of a Parquet file, with Hugging Face's description of its pictures."""
+    """Return the schema of a Parquet file, with Hugging Face's description of its images."""
     picture = arrow.struct([("bytes", arrow.binary()), ("path", arrow.string())])
     fields, features = [("__key__", arrow.string())], {"__key__": {"dtype": "string", "_type": "Value"}}
     for ending in columns:

@@ -276,7 +276,7 @@ def invert(
     ----------
     scene : LoadedScene
         Scene that contains the entities.
-    pictures : path or PIL image, or a sequence of them
+    images : path or PIL image, or a sequence of them
         Input images; each entity is learned from the image with the most confident detection.
     entities : sequence of str
         Words, paths of words (``tower/roof``) or of child indices (``0/2``), or handles (``<z4>``); default: all
@@ -360,7 +360,7 @@ def learn_style(
     ----------
     scene : LoadedScene
         Scene that gets the style.
-    picture : path or PIL image
+    image : path or PIL image
         Image with the style; ``subject`` restricts it to a region.
     entity : str, optional
         Part of the scene, specified as in ``invert``; default: the whole scene.

@@ -1,4 +1,4 @@
-"""Tools that look at a scene: measures, instances, relations, contact sheets with overlays, and reference pictures.
+"""Tools that look at a scene: measures, instances, relations, contact sheets with overlays, and reference images.
 
 They run in a worker, and are thin calls of the library.
 """
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.geometry.arrangement import Arrangement, Thing, scene_relations
+from scenelang.backends.geometry.arrangement import Arrangement, PlacedObject, scene_relations
 from scenelang.backends.labels.maps import maps_of
 from scenelang.backends.pictures.images import Size, View, image_of, picture_options
 from scenelang.grammar.diagnostics import SceneError
@@ -43,7 +43,7 @@ _SHEET = 1024  # pixels of the longer side of a sheet
 _REFERENCE_HEIGHT = 384  # pixels
 _LEGEND = 24  # entries
 _ROW = 14  # pixels of a line of the legend
-_SHARE = 0.6  # of an overlay, over the picture
+_SHARE = 0.6  # of an overlay, over the image
 _THINGS = 20  # that are measured in one call
 _PAIRS = 400
 _SINGLE = ("supported", "symmetric", "evenly-spaced", "aligned")
@@ -137,9 +137,9 @@ def _quoted(text: str) -> str:
     return text.replace("\\", "\\\\").replace('"', '\\"')
 
 
-def _things(here: Arrangement, name: str) -> list[Thing]:
+def _things(here: Arrangement, name: str) -> list[PlacedObject]:
     """Return the things of a path; raises SceneError with a hint if there are none."""
-    found = here.things(name)
+    found = here.objects(name)
     if not found:
         Locator(here.scene, here.scene.frames.index(here.root)).find(name)  # raises, or it has no primitives
         raise SceneError("empty-scene", f"`{name}` has no geometry")
@@ -149,7 +149,7 @@ def _things(here: Arrangement, name: str) -> list[Thing]:
 def _add_boxes(here: Arrangement, names: Sequence[str], lines: list[str], data: dict[str, Any]) -> None:
     boxes: list[dict[str, Any]] = []
     for name in names:
-        things = _things(here, name) if name else [here.thing(0)]
+        things = _things(here, name) if name else [here.object_at(0)]
         for thing in things[:_THINGS]:
             low, high = here.box(thing)
             path = here.path(thing)
@@ -266,7 +266,7 @@ def related(project: Project, program: ProjectProgram, words: Sequence[str], fra
 @dataclass(frozen=True, slots=True)
 class SheetView:
     """What a contact sheet shows: cameras, an overlay, a frame, the path of a part (empty: everything), and the side of
-    each picture in pixels."""
+    each image in pixels."""
 
     cameras: tuple[str, ...] = CAMERAS
     overlay: str = "none"
@@ -304,7 +304,7 @@ def _wrong(message: str) -> Exception:
 
 
 class _Sheet:
-    """Pictures of a scene with an overlay, and the legend of its colours."""
+    """Images of a scene with an overlay, and the legend of its colors."""
 
     def __init__(self, api: LoadedScene, scene: Scene, frame: int, view: SheetView) -> None:
         self._scene = api.part(view.part) if view.part else api
@@ -316,7 +316,7 @@ class _Sheet:
         self._depths: list[tuple[float, float]] = []
 
     def cell(self, camera: Any, size: tuple[int, int]) -> Pixels:
-        """Draw one picture."""
+        """Draw one image."""
         if self._overlay == "none":
             return _pixels(self._scene.graph, camera, size, self._frame)
         maps = maps_of(self._scene.graph, picture_options(camera, size, frame=self._frame))
@@ -329,13 +329,13 @@ class _Sheet:
 
     def _masks(self, maps: Any) -> list[tuple[npt.NDArray[np.bool_], str]]:
         """Return the pixels of each visible word or thing, with its name."""
-        from scenelang.backends.labels.things import things_of
+        from scenelang.backends.labels.object_labels import objects_of
 
         truth = maps.truth
-        things = things_of(truth)
+        objects = objects_of(truth)
         found = []
-        for number, instance in enumerate(things.shown.tolist(), 1):
-            mask = things.ids == number
+        for number, instance in enumerate(objects.shown.tolist(), 1):
+            mask = objects.ids == number
             if mask.any():
                 entity = truth.ancestry.entity(instance)
                 name = entity.word if self._overlay == "word" else self._path(truth.ancestry.path(instance))
@@ -343,7 +343,7 @@ class _Sheet:
         return found
 
     def _path(self, positions: tuple[int, ...]) -> str:
-        """Return the path in the scene of an instance of the picture."""
+        """Return the path in the scene of an instance of the image."""
         if self._origins and positions:
             positions = (*self._origins[positions[0]], *positions[1:])
         return self._locator.path(positions)
@@ -356,7 +356,7 @@ class _Sheet:
         return self._legend[name]
 
     def _depth(self, depth: npt.NDArray[np.float64]) -> Pixels:
-        """Draw near as white and far as dark grey, on black."""
+        """Draw near as white and far as dark gray, on black."""
         seen = np.isfinite(depth)
         if not seen.any():
             return np.zeros((*depth.shape, 3), np.uint8)
@@ -375,7 +375,7 @@ class _Sheet:
         return [*names[:_LEGEND], *([f"... and {left:,} more colours"] if left > 0 else [])]
 
     def png(self, cells: Sequence[Pixels], columns: int, labels: Sequence[str]) -> bytes:
-        """Return the sheet with the cameras above the pictures and the legend below."""
+        """Return the sheet with the cameras above the images and the legend below."""
         from PIL import Image, ImageDraw
 
         height, width = cells[0].shape[:2]
@@ -406,13 +406,13 @@ def _png(image: Any) -> bytes:
     return stream.getvalue()
 
 
-# --- reference pictures ----------------------------------------------------------------------------------------------
+# --- reference images ----------------------------------------------------------------------------------------------
 
 
 def compare(
     project: Project, program: ProjectProgram, reference: str, camera: str, frame: int, score: bool = False
 ) -> ToolAnswer:
-    """Draw the scene beside a picture of the project; with ``score`` also how similar they are for CLIP."""
+    """Draw the scene beside an image of the project; with ``score`` also how similar they are for CLIP."""
     from scenelang.backends.pictures.film import open_image
 
     file = project.file(reference)
@@ -441,7 +441,7 @@ def compare(
 
 
 def _score(wanted: Any, ours: Any) -> str:
-    """Return the similarity of two pictures for CLIP, or why there is none."""
+    """Return the similarity of two images for CLIP, or why there is none."""
     if find_spec("open_clip") is None or find_spec("torch") is None:
         return "no score: CLIP is not installed"
     try:

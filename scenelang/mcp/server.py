@@ -409,7 +409,7 @@ def _add_pictures(server: SceneServer, bench: Bench) -> None:
         frame: Number = 0,
         score: Annotated[bool, Field(description="also the CLIP similarity, if installed; takes seconds")] = False,
     ) -> CallToolResult:
-        """Render the scene (right) beside a reference picture (left), PNG."""
+        """Render the scene (right) beside a reference image (left), PNG."""
         program = bench.sessions[session].program()
         return await bench.result(inspection.compare, program, reference, camera, frame, score, writes=score)
 

@@ -82,7 +82,7 @@ class Rearranged:
             lifted = ~contacts.loose & (contacts.owner > 1)
             first = dict(zip(contacts.owner[lifted].tolist(), np.flatnonzero(lifted).tolist()))
             pairs = [(i, first[owner]) for i, owner in enumerate(contacts.owner.tolist()) if lifted[i]]
-            own[row] = at + row[clusters(len(row), [*enumerate(contacts.thing.tolist()), *pairs])]
+            own[row] = at + row[clusters(len(row), [*enumerate(contacts.object_of.tolist()), *pairs])]
             labels.append(own)
         _, thing, counts = np.unique(np.repeat(np.concatenate(labels), 2), return_inverse=True, return_counts=True)
         return cls(thing, counts)
@@ -119,7 +119,7 @@ def aims_of(frame: CheckedFrame, finding: Finding, cluster: IntArray, at: int) -
     from scenelang.backends.geometry.lint import ground_height
     from scenelang.backends.geometry.stability import loads_of
 
-    bodies, thing = frame.bodies, frame.contacts.thing
+    bodies, thing = frame.bodies, frame.contacts.object_of
     if finding.shift is not None:
         members, shares, feet = loads_of(bodies, frame.contacts, finding.body, ground_height(bodies))
         heavy, standing = rows_of(bodies.row[members], at), rows_of(bodies.row[feet], at)
@@ -149,7 +149,7 @@ def _falls(frame: CheckedFrame, cluster: IntArray, finding: Finding) -> Iterator
     bodies = frame.bodies
     low, high = bodies.boxes
     if finding.kind == "hanging":  # it touches only what it is to fall from
-        cluster = frame.contacts.thing
+        cluster = frame.contacts.object_of
     own = cluster == cluster[finding.body]
     foot, least, most = float(low[own, 1].min()), low[own].min(axis=0), high[own].max(axis=0)
     below = ~own & (high[:, 1] <= foot + bodies.touch)
@@ -226,7 +226,7 @@ def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> boo
 
 def _is_left(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
     """Return whether a thing that stood on something touches it only at the side, or a thing touches nothing more."""
-    things = before.contacts.thing
+    things = before.contacts.object_of
     return bool((_hold(after, things) < _hold(before, things)).any())
 
 

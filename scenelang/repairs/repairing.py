@@ -836,7 +836,7 @@ def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) 
     found = []
     for number, at in offsets.items():
         frame = frames[number]
-        bodies, thing = frame.bodies, frame.contacts.thing
+        bodies, thing = frame.bodies, frame.contacts.object_of
         cluster = clusters(len(bodies), bodies.contacts[0].tolist()) if frame.findings else thing
         for each in frame.findings:
             words = "/".join(frame.words(each)), "" if each.other is None else "/".join(bodies.words(each.other))
