@@ -432,7 +432,7 @@ class _Tree:
     fine: Fineness
     least: int = 0
     repeated: set[int] = field(default_factory=set)
-    room: int = MAX_PRIMS
+    remaining: int = MAX_PRIMS
     _prototypes: Any = None
     _paths: dict[int, Any] = field(default_factory=dict)
     _names: dict[Any, PrimNames] = field(default_factory=dict)

@@ -45,7 +45,7 @@ Warn = Callable[[Diagnostic], None]
 METHODS = ("regional", "gligen", "migc")
 SCHEDULERS = ("own", "ddim")
 _LAYOUT_SIZE = (512, 512)
-_MAX_IMAGES = 1000
+_MAX_IMAGES = 1000  # of one call
 
 
 # --- imagine: settings -----------------------------------------------------------------------------------------------
@@ -109,6 +109,7 @@ class ImagineSettings:
     )
 
     def __post_init__(self) -> None:
+        """Raise SceneError for numbers out of range and unknown names."""
         from scenelang.backends.neural.imagine.sampling import check_sampling
 
         if not 0.0 <= self.strength <= 1e6:
@@ -145,6 +146,7 @@ class SceneLayout:
 
     @property
     def size(self) -> Size:
+        """Width and height in pixels."""
         return self._shot_layout.layout.width, self._shot_layout.layout.height
 
     @property
@@ -388,8 +390,8 @@ def imagine_layout(
     <SceneLayout 96 x 64: 1 instances>
     """
     context, _ = Embeddings.of(scene, embeddings).prompt_context(template)
-    own = size or _own_size(camera, _LAYOUT_SIZE)
-    shot_layout = _shot_layout(scene, camera, own, frame, granularity, method, limit, warn or (lambda _: None))
+    image_size = size or _own_size(camera, _LAYOUT_SIZE)
+    shot_layout = _shot_layout(scene, camera, image_size, frame, granularity, method, limit, warn or (lambda _: None))
     prompts = shot_layout.prompts(context)
     return SceneLayout(shot_layout, shot_layout.conditions(prompts), prompts, scene_prompt(scene, prompt))
 
@@ -427,6 +429,7 @@ def check_size(camera: View | None, size: Size | None) -> None:
 
 
 def _own_size(camera: View | None, default: Size) -> Size:
+    """Return the size of a placed camera, or the default."""
     return (camera.width, camera.height) if isinstance(camera, PlacedCamera) else default
 
 
@@ -440,6 +443,7 @@ def _shot_layout(
     limit: int,
     warn: Warn,
 ) -> ShotLayout:
+    """Return the layout of one image; raises SceneError for an invalid size."""
     from scenelang.backends.neural.imagine.sampling import max_instances_of, shot_layout_of
     from scenelang.backends.neural.prompts import Granularity
     from scenelang.backends.pictures.stage import still
@@ -450,6 +454,7 @@ def _shot_layout(
 
 
 def _checkpoint(settings: ImagineSettings, models: Models) -> Checkpoint:
+    """Load the checkpoint of the settings, by default that of the method."""
     from scenelang.backends.neural.imagine import layout, migc, sampling
 
     default = {"gligen": layout.DEFAULT_MODEL, "migc": migc.DEFAULT_MODEL}.get(settings.method, sampling.DEFAULT_MODEL)
