@@ -400,7 +400,7 @@ def node_fields(decomposition: Decomposition, index: int) -> list[Node]:
 
 
 def all_fields(decomposition: Decomposition) -> list[list[Node]]:
-    """Return what ``node_fields`` returns for every pose."""
+    """Return the node fields of every pose, as ``node_fields`` does for one."""
     fields: list[list[Node]] = [[{}] for _ in range(len(decomposition.translation))]
     for name, neutral in _NEUTRAL.items():
         values = getattr(decomposition, name)
@@ -455,7 +455,7 @@ class Nodes:
             start += len(item.parts)
 
     def _all_placed(self, items: Sequence[ExportItem], poses: FloatArray) -> FloatArray:
-        """Return what ``placed`` returns for each of the items under its pose (K, 3, 4)."""
+        """Return the poses of the items' nodes under the poses (K, 3, 4), as ``placed`` does for one."""
         numbers: dict[int, int] = {}
         index = [numbers.setdefault(id(item), len(numbers)) for item in items]
         item_poses = np.array([self.placed(item, IDENTITY) for item in {id(item): item for item in items}.values()])
@@ -629,7 +629,7 @@ class Nodes:
     # --- animated objects ---
 
     def add_moving(self, root: Moving, tracks: AnimationTracks) -> None:
-        """Add a node for each path over all frames, with tracks for what changes."""
+        """Add a node for each path over all frames, with tracks for the properties that change."""
         waiting: list[tuple[Moving, list[int] | None]] = [(root, None)]
         while waiting:
             moving, siblings = waiting.pop()

@@ -74,7 +74,7 @@ class _Outline:
     form: str
 
 
-def _outline(piece: LeafPiece, is_body: bool, number: str) -> _Outline:
+def _outline(piece: LeafPiece, number: str, *, is_body: bool) -> _Outline:
     """Return a piece as an object; ``number`` is the format of its positions."""
     surface, colors = piece.surface, piece.colors
     columns = surface.vertices
@@ -163,7 +163,7 @@ class _ObjText:
         """Return the outline of a piece, computed once for equal surfaces and colors."""
         key = id(piece.surface), None if piece.surface.colors is None else piece.look.color
         if key not in self._outlines:
-            self._outlines[key] = _outline(piece, self._shares, self._number)
+            self._outlines[key] = _outline(piece, self._number, is_body=self._shares)
         return self._outlines[key]
 
     def _head(self, leaf: int, look: Look) -> str:

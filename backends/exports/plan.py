@@ -388,7 +388,7 @@ def is_round(shape: Primitive) -> bool:
     return placed is not None and placed.form.is_curved
 
 
-def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
+def _of_mesh(mesh: Mesh, *, own_colors: bool) -> ExportSurface:
     """Return the surface of a mesh; if it has colors or no normals, its triangles share no vertices."""
     if mesh.normals is not None and not own_colors:
         return ExportSurface(mesh.vertices, _unit_normals(mesh.normals), mesh.faces, joints=mesh.joints)
@@ -447,7 +447,7 @@ class Solid:
         if placed is not None:
             return unit_surface(placed.form, placed.ratios, segments).under(placed.matrix[None])
         mesh = own_mesh(self.shape)
-        return None if mesh is None else _of_mesh(mesh, self.own_colors)
+        return None if mesh is None else _of_mesh(mesh, own_colors=self.own_colors)
 
 
 def solid_of(entity: Entity) -> Solid | None:
@@ -485,7 +485,7 @@ def unit_surface(form: CanonicalForm, ratios: tuple[float, ...], segments: int =
 
 
 MAX_VERTICES = 24_000_000  # of a file
-WHITE = (1.0, 1.0, 1.0)
+WHITE = (1.0, 1.0, 1.0)  # color of a look whose surface has vertex colors
 # sides of full circles that are tried, in this order, until the file fits
 _SIDE_CHOICES = (SEGMENTS, 48, 32, 24, 16, 12, 8)
 

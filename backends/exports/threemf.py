@@ -108,12 +108,12 @@ class _Model:
         for patch in self._surfaces.patches(leaf.item, sides):
             key = id(patch), mirrored
             if key not in self._meshes:
-                self._meshes[key] = self._mesh(leaf.item.word, patch.look, patch.surface, mirrored)
+                self._meshes[key] = self._mesh(leaf.item.word, patch.look, patch.surface, mirrored=mirrored)
             offset = np.array(patch.pose[3::4]) * (_MIRROR if mirrored else 1.0)
             place = np.column_stack([pose[:, :3], pose[:, 3] + pose[:, :3] @ offset])
             yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(place)}"/>\n'
 
-    def _mesh(self, word: str, look: Look, surface: ExportSurface, mirrored: bool) -> int:
+    def _mesh(self, word: str, look: Look, surface: ExportSurface, *, mirrored: bool) -> int:
         """Add a mesh and return its number; the most frequent color is that of the object."""
         vertices, faces, face_numbers = points_of(surface)
         colors = self._face_colors(look, surface, face_numbers)

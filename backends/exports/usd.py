@@ -200,8 +200,11 @@ class Prims:
     # --- geometry ---
 
     def shape(self, parent: Any, name: str, solid: Solid, look: Look, segments: int = SEGMENTS) -> Any:
-        """Add a canonical form: a reference to a shared prim, of a built-in USD schema if the form has one, else a
-        mesh."""
+        """Add a canonical form as a reference to a shared prim.
+
+        The prim has a built-in USD schema if the form has one, such as Capsule, which is exact; else it is a mesh.
+        There is one for each form, because Blender 5 binds materials to meshes only.
+        """
         form = solid.form
         assert form is not None
         schema = form.usd(solid.ratios)
@@ -318,13 +321,13 @@ class Materials:
         """Bind the material of ``look`` to the geometry ``prim``."""
         key = (look, painted)
         if key not in self._made:
-            self._made[key] = self._add(f"material_{len(self._made) + 1}", look, painted)
+            self._made[key] = self._add(f"material_{len(self._made) + 1}", look, painted=painted)
         sdf = self.prims.sdf
         prim.SetInfo("apiSchemas", sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"]))
         binding = sdf.RelationshipSpec(prim, "material:binding", custom=False, variability=sdf.VariabilityUniform)
         binding.targetPathList.explicitItems = [self._made[key]]
 
-    def _add(self, name: str, look: Look, painted: bool) -> Any:
+    def _add(self, name: str, look: Look, *, painted: bool) -> Any:
         """Add a material with a UsdPreviewSurface shader and return its path."""
         prims, gf = self.prims, self.prims.gf
         material = prims.prim(self.scope, name, "Material")
@@ -516,14 +519,16 @@ class _Tree:
         """Count a prim; raises LimitError for too many or too deeply nested ones."""
         self.remaining -= 1
         if self.remaining < 0 or level > _MAX_LEVELS:
-            what = (
+            limit = (
                 f"prims are nested deeper than the limit of {_MAX_LEVELS:,}"
                 if level > _MAX_LEVELS
                 else f"more than the limit of {MAX_PRIMS:,} prims"
             )
-            raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
+            raise LimitError(
+                "primitives", f"the scene is too large for USD: {limit}", hint="merge parts with --depth N"
+            )
 
-    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix], has_order: bool = False) -> Any:
+    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix], *, has_order: bool = False) -> Any:
         """Add a prim below ``parent`` with a pose, or one per frame; two nested ones for a pose with shear."""
         pair = unsheared(poses[0]) if len(set(poses)) == 1 else None
         if pair is not None:  # Blender's objects have no shear, but nested ones do

@@ -428,8 +428,8 @@ def _buried(bodies: Bodies, contacts: Contacts, pairs: IntArray) -> list[Finding
     buried: dict[int, Finding] = {}
     for first, second in ((0, 1), (1, 0)):
         inner, outer = pairs[:, first], pairs[:, second]
-        room = 1e-4 * bodies.size
-        boxed = ((low[inner] >= low[outer] - room) & (high[inner] <= high[outer] + room)).all(axis=1)
+        tolerance = 1e-4 * bodies.size
+        boxed = ((low[inner] >= low[outer] - tolerance) & (high[inner] <= high[outer] + tolerance)).all(axis=1)
         for i, o in pairs[boxed & bodies.opaque[outer]][:, [first, second]].tolist():
             if i not in buried and _is_inside(bodies, i, o):
                 buried[i] = Finding("buried", i, o, _extent(bodies, i))
@@ -574,7 +574,7 @@ def _drop_of(bodies: Bodies, members: IntArray, others: IntArray, most: float) -
     (conservative advancement; Mirtich, 1996).
     """
     low, high = bodies.boxes
-    room = bodies.touch
+    tolerance = bodies.touch
     lowest = members[np.argsort(low[members, 1], kind="stable")][:_MAX_FALL_PAIRS]
     above, below = np.repeat(lowest, len(others)), np.tile(others, len(lowest))
     near = ((low[above] <= high[below]) & (high[above] >= low[below]))[:, [0, 2]].all(axis=1)
@@ -590,12 +590,12 @@ def _drop_of(bodies: Bodies, members: IntArray, others: IntArray, most: float) -
         near_pairs = pairs.take(rows)
         near_pairs.a.matrices[:, 1, 3] -= dropped[rows]
         gaps = distances(near_pairs)
-        met = rows[gaps <= _CONTACT_GAP * room]
+        met = rows[gaps <= _CONTACT_GAP * tolerance]
         if len(met) and dropped[met].min() < best:
             which = int(met[np.argmin(dropped[met])])
             best = float(dropped[which])
         dropped[rows] += gaps
-        rows = rows[(gaps > _CONTACT_GAP * room) & (dropped[rows] <= min(most, best))]
+        rows = rows[(gaps > _CONTACT_GAP * tolerance) & (dropped[rows] <= min(most, best))]
         if not len(rows):
             break
     return best, int(above[order[which]]), int(below[order[which]])
@@ -610,7 +610,7 @@ def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[tuple[Finding,
     Objects below y = 0 count only if the scene stands there.
     """
     low, high = bodies.boxes
-    room = 2.0 * bodies.touch
+    tolerance = 2.0 * bodies.touch
     names, object_of = np.unique(contacts.object_of, return_inverse=True)
     bottom, top = np.full(len(names), np.inf), np.full(len(names), -np.inf)
     np.minimum.at(bottom, object_of, low[:, 1])
@@ -619,14 +619,14 @@ def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[tuple[Finding,
     hard[object_of[~bodies.solids.that_are("is_rounded")]] = False  # True: all its bodies are round
     limit = np.where(hard, _MAX_SUNK_BALL, _MAX_SUNK) * np.maximum(top - bottom, 1e-12)
     lowest = np.lexsort((low[:, 1], object_of))[np.searchsorted(np.sort(object_of), np.arange(len(names)))]
-    below = -low[:, 1] > room
+    below = -low[:, 1] > tolerance
     ground = _ground(bodies, contacts, below)
     own = np.where(bodies.solids.that_are("is_rounded"), _MAX_SUNK_BALL, _MAX_SUNK) * (high[:, 1] - low[:, 1])
-    legs = object_of[(-low[:, 1] > np.maximum(own, room)) & (low[:, 1] <= bottom[object_of] + room)]
+    legs = object_of[(-low[:, 1] > np.maximum(own, tolerance)) & (low[:, 1] <= bottom[object_of] + tolerance)]
     least = np.minimum(limit, _least_dips(bodies, lowest, bottom, top))
-    sunk = (-bottom > np.maximum(least, room)) | np.isin(np.arange(len(names)), legs)
+    sunk = (-bottom > np.maximum(least, tolerance)) | np.isin(np.arange(len(names)), legs)
     sunk &= ~np.isin(np.arange(len(names)), object_of[ground])
-    standing = int(np.count_nonzero((np.abs(bottom) <= room) & ~np.isin(np.arange(len(names)), object_of[ground])))
+    standing = int(np.count_nonzero((np.abs(bottom) <= tolerance) & ~np.isin(np.arange(len(names)), object_of[ground])))
     dips: dict[int, tuple[float, int | None]] = {}
     if standing >= max(int(np.count_nonzero(sunk)), 1):
         dips |= {int(t): (-float(bottom[t]), None) for t in np.flatnonzero(sunk)}
@@ -653,11 +653,11 @@ def _least_dips(bodies: Bodies, lowest: IntArray, bottom: FloatArray, top: Float
             equals.setdefault(words, []).append(number)
             if is_put_down(words[1:]):
                 least_dips[number] = _MAX_SUNK_FURNITURE * height[number]
-    room = 2.0 * bodies.touch
+    tolerance = 2.0 * bodies.touch
     for members in equals.values():
         level = float(np.quantile(bottom[members], 0.5, method="higher"))
-        at_level = [number for number in members if abs(bottom[number] - level) <= room]
-        under = [number for number in members if bottom[number] < level - room]
+        at_level = [number for number in members if abs(bottom[number] - level) <= tolerance]
+        under = [number for number in members if bottom[number] < level - tolerance]
         if len(members) > 1 and len(at_level) >= len(under):
             least_dips[under] = np.minimum(least_dips[under], _MAX_SUNK_PEER * height[under])
     return least_dips
@@ -677,13 +677,13 @@ def _in_floors(
     deep = high[floor_of, 1] - bottom[object_of[body_of]] > np.maximum(least[object_of[body_of]], 2.0 * bodies.touch)
     for body, floor in zip(body_of[deep].tolist(), floor_of[deep].tolist()):
         number, height = int(object_of[body]), float(high[floor, 1])
-        dip, room = height - float(bottom[number]), float(least[number])
+        dip, tolerance = height - float(bottom[number]), float(least[number])
         if is_soft(bodies.words(floor)):
-            room = float(limit[number]) * _MAX_SUNK_BALL / _MAX_SUNK
+            tolerance = float(limit[number]) * _MAX_SUNK_BALL / _MAX_SUNK
         is_flat = float(limit[number]) < _INLAY_HEIGHT * float((high - low)[body, [0, 2]].max())
         if contacts.floor[body] or object_of[floor] == number or bodies.hollow[floor] or is_flat:
             continue
-        if dip > max(room, 2.0 * bodies.touch) and dip > dips.get(number, (0.0, None))[0]:
+        if dip > max(tolerance, 2.0 * bodies.touch) and dip > dips.get(number, (0.0, None))[0]:
             dips[number] = dip, (None if abs(height) <= bodies.touch else floor)
     return dips
 
@@ -694,15 +694,15 @@ def _ground(bodies: Bodies, contacts: Contacts, below: npt.NDArray[np.bool_]) ->
     They are broad bodies that reach below 0, and bodies below 0 connected to them, such as a board's squares.
     """
     low, high = bodies.boxes
-    room = 2.0 * bodies.touch
+    tolerance = 2.0 * bodies.touch
     extent = high.max(axis=0) - low.min(axis=0)
-    deep = -low[:, 1] > np.maximum(_MAX_SUNK * (high[:, 1] - low[:, 1]), room)
+    deep = -low[:, 1] > np.maximum(_MAX_SUNK * (high[:, 1] - low[:, 1]), tolerance)
     is_broad = (high - low)[:, 0] * (high - low)[:, 2] >= _GROUND_AREA * extent[0] * extent[2]
     ground: npt.NDArray[np.bool_] = deep & is_broad
     pairs, depth = contacts.pairs, contacts.depth
-    under = below & (high[:, 1] <= room)
-    level = high[:, 1] >= -room
-    is_joined = (under | ground)[pairs].all(axis=1) & (level[pairs].all(axis=1) | (depth <= 2.0 * room))
+    under = below & (high[:, 1] <= tolerance)
+    level = high[:, 1] >= -tolerance
+    is_joined = (under | ground)[pairs].all(axis=1) & (level[pairs].all(axis=1) | (depth <= 2.0 * tolerance))
     pairs = pairs[is_joined]
     while True:
         reached = ground.copy()
@@ -817,7 +817,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
                 _incomplete(f"more than the limit of {MAX_PAIRS:,} pairs of nearby primitives", number, count)
             )
     persistent = [group for group in groups.values() if 2 * len({named.frame for named in group}) > len(frames)]
-    shown = [_diagnostic(group, scene.animated) for group in persistent[:_MAX_DIAGNOSTICS]]
+    shown = [_diagnostic(group, animated=scene.animated) for group in persistent[:_MAX_DIAGNOSTICS]]
     if len(persistent) > _MAX_DIAGNOSTICS:
         shown.append(Diagnostic("geometry-limit", f"{len(persistent) - _MAX_DIAGNOSTICS} more findings are not shown"))
     return [*shown, *remarks[:1]]
@@ -861,7 +861,7 @@ def message_of(checked: CheckedFrame, finding: Finding) -> str:
     return _MESSAGES[finding.kind][1](_named(checked, finding, 0))
 
 
-def _diagnostic(group: Iterable[_Named], animated: bool) -> Diagnostic:
+def _diagnostic(group: Iterable[_Named], *, animated: bool) -> Diagnostic:
     """Return one warning for equal findings, about the gravest one."""
     findings = list(group)
     named = max(findings, key=lambda named: named.finding.amount)

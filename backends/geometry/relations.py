@@ -213,6 +213,7 @@ def _tested(
     scene: Scene,
     extra: Sequence[Declaration] = (),
     only: Callable[[Declaration], bool] = lambda _: True,
+    *,
     first: bool = False,
 ) -> Iterator[Violation | SceneError]:
     """Yield the violations of all declarations, and an error once for each that cannot be tested.
@@ -388,7 +389,7 @@ def _hint(worst: Violation) -> str | None:
     return f'`(translate [{rounded(worst.move)}])` of "{worst.subject}" would fix it'
 
 
-# --- relations of two things -----------------------------------------------------------------------------------------
+# --- relations of two objects ---------------------------------------------------------------------------------------
 
 
 _Test = Callable[[_Context, PlacedObject, PlacedObject], "_Failure | None"]
@@ -556,9 +557,9 @@ def _dropped(
     arrangement: Arrangement, a: PlacedObject, b: PlacedObject, sideways: FloatArray, up: float
 ) -> float | None:
     """Return the height by which ``a``, moved sideways, comes to rest on ``b``."""
-    room = 1e-9 * arrangement.bodies.size
-    fall = arrangement.fall(a, [b], up + room, sideways)
-    return None if fall is None else up + room - fall
+    tolerance = 1e-9 * arrangement.bodies.size
+    fall = arrangement.fall(a, [b], up + tolerance, sideways)
+    return None if fall is None else up + tolerance - fall
 
 
 def _inside(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
@@ -597,8 +598,8 @@ def _clear_of(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure |
     if _gap(context.arrangement, a, b) >= max(least, 1e-12):
         return None
     separation = context.arrangement.separation(a, b)
-    room = context.arrangement.touch(a) if least == 0.0 else 1e-9 * context.arrangement.bodies.size
-    if separation is None or separation.distance >= least - room:
+    tolerance = context.arrangement.touch(a) if least == 0.0 else 1e-9 * context.arrangement.bodies.size
+    if separation is None or separation.distance >= least - tolerance:
         return None
     lacking = least - separation.distance
     move = _apart(context.arrangement, a, b, least, _scaled(context.arrangement.away(separation), lacking))
@@ -609,9 +610,9 @@ def _clear_of(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure |
 
 def _apart(arrangement: Arrangement, a: PlacedObject, b: PlacedObject, least: float, move: Vector) -> Vector:
     """Return ``move`` if it separates ``a`` from ``b`` by ``least``, else the shortest that separates their boxes."""
-    room = 1e-6 * arrangement.bodies.size
+    tolerance = 1e-6 * arrangement.bodies.size
     separation = arrangement.separation(a, b, move)
-    if separation is None or separation.distance >= least - room:
+    if separation is None or separation.distance >= least - tolerance:
         return move
     (low, high), (under, over) = arrangement.box(a), arrangement.box(b)
     lengths = np.concatenate([over - low + least, under - high - least])
@@ -643,11 +644,11 @@ def _off(context: _Context, value: float) -> float:
     if expected is not None:
         within = float(context.option("within", _LENGTH_TOLERANCE * expected))
         return 0.0 if abs(value - expected) <= within + 1e-9 else value - expected
-    room = 1e-9 * max(1.0, context.arrangement.bodies.size)
+    tolerance = 1e-9 * max(1.0, context.arrangement.bodies.size)
     least, most = context.option("min"), context.option("max")
-    if least is not None and value < least - room:
+    if least is not None and value < least - tolerance:
         return float(value - least)
-    if most is not None and value > most + room:
+    if most is not None and value > most + tolerance:
         return float(value - most)
     return 0.0
 
@@ -750,7 +751,7 @@ def _beside_segment(arrangement: Arrangement, a: PlacedObject, start: FloatArray
     return max(float(np.linalg.norm((center - start - share * along)[[0, 2]])), 1e-9)
 
 
-# --- relations of one thing, or of all together ----------------------------------------------------------------------
+# --- relations of one object, or of all together --------------------------------------------------------------------
 
 
 def _size(context: _Context) -> list[_Failure]:
@@ -767,15 +768,15 @@ def _size(context: _Context) -> list[_Failure]:
     return _measured(context, extents(), f"measures {{:.3g}} along {axis}")
 
 
-def _measured(context: _Context, amounts: Iterable[float], what: str) -> list[_Failure]:
-    """Return the subjects whose amounts are not as declared; ``what`` is a format of the message."""
+def _measured(context: _Context, amounts: Iterable[float], message_format: str) -> list[_Failure]:
+    """Return the subjects whose amounts are not as declared; ``message_format`` is a format of the message."""
     failures = []
     for a, amount in zip(context.objects(context.declaration.things[0]), amounts):
         off = _off(context, amount)
         if off == 0.0 and context.option("any"):
             return []
         if off != 0.0:
-            failures.append(_Failure(f'"{a.entity.word}" {what.format(amount)}', abs(off), a))
+            failures.append(_Failure(f'"{a.entity.word}" {message_format.format(amount)}', abs(off), a))
     return failures[:1] if context.option("any") else failures
 
 
@@ -810,10 +811,10 @@ def _has_color(context: _Context) -> list[_Failure]:
         for body in range(a.first, a.last):
             name = basic_color(bodies.colors[body].tolist())
             shares[name] = shares.get(name, 0.0) + float(area[body])
-        whole = sum(shares.values())
-        if whole <= 0.0:
+        total = sum(shares.values())
+        if total <= 0.0:
             raise SceneError("declaration-subject", f'"{a.entity.word}" has no surface that can be seen')
-        share = shares.get(str(context.declaration.color), 0.0) / whole
+        share = shares.get(str(context.declaration.color), 0.0) / total
         if share > 0.5 and context.option("any"):
             return []
         if share <= 0.5:
@@ -1045,8 +1046,8 @@ def _scaled(direction: Sequence[float], length: float) -> Vector:
     return _vector(length * x for x in direction)
 
 
-_CONTACTS = (_on, _touching, _clear_of)  # relations of things that are near
-_NEARNESS = (_on, _touching)  # those that fail by at least the distance of the boxes
+_CONTACTS = (_on, _touching, _clear_of)  # relations of objects that are near each other
+_NEARNESS = (_on, _touching)  # relations that fail by at least the distance of the boxes
 _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "on": _pairwise(_on),
     "inside": _pairwise(_inside),

@@ -419,14 +419,14 @@ class _Balance:
     def _nearly(self, group: int, lower: int) -> Iterator[FloatArray]:
         """Yield corners (4, 3) of bodies that are barely above or below a support of another body of their group."""
         low, high = self.bodies.boxes
-        room = _NEAR_SUPPORT * float((self.high[group] - self.low[group])[[0, 2]].max())
+        tolerance = _NEAR_SUPPORT * float((self.high[group] - self.low[group])[[0, 2]].max())
         members = self.members[group]
         if len(members) == 1 or len(members) > _MAX_GROUP_BODIES:
             return
         for i in set(members.tolist()) - self.standing_on(group):
             gap = low[i, 1] - high[lower, 1]
             first, last = np.maximum(low[i], low[lower]), np.minimum(high[i], high[lower])
-            if abs(gap) <= room and (first <= last)[[0, 2]].all():
+            if abs(gap) <= tolerance and (first <= last)[[0, 2]].all():
                 yield np.array([[x, low[i, 1], z] for x in (first[0], last[0]) for z in (first[2], last[2])])
 
     def _contact(self, upper: int, lower: int, gap: float) -> FloatArray:
@@ -640,17 +640,17 @@ def unstable(
         first = int(balance.members[group][0])
         under = [lower for _, lower, _ in balance.below[group]]
         rooted = all(contacts.floor[lower] or balance.is_pavement(lower, group) for lower in under)
-        room = margins[1 if rooted else 0] * breadth
-        if room < 0.0:  # a foot has at most a quarter of its width as a margin
-            room = max(room, -0.25 * width_of(balance.supports(group)[:, [0, 2]]))
-        if balance.above[group] and verdict.beside <= room:
+        margin = margins[1 if rooted else 0] * breadth
+        if margin < 0.0:  # a foot has at most a quarter of its width as a margin
+            margin = max(margin, -0.25 * width_of(balance.supports(group)[:, [0, 2]]))
+        if balance.above[group] and verdict.beside <= margin:
             verdict = _with_load(balance, group, verdict)
-        falls = verdict.beside > room
+        falls = verdict.beside > margin
         if not (falls or verdict.edge) or (rooted and is_rooted(bodies.words(first)[1:])):
             continue
         lowest = int(balance.members[group][np.argmin(bodies.boxes[0][balance.members[group], 1])])
         below = under[0] if under and not balance.grounded[lowest] else None
-        if falls and beyond_edge(balance.supports(group)[:, [0, 2]], balance.with_load(group)[[0, 2]])[0] > room:
+        if falls and beyond_edge(balance.supports(group)[:, [0, 2]], balance.with_load(group)[[0, 2]])[0] > margin:
             shift = float(verdict.back[0]), 0.0, float(verdict.back[1])
             yield Fault(lowest, below, verdict.beside, None if balance.is_everywhere(group) else shift, shift)
         elif verdict.edge:
@@ -665,10 +665,10 @@ def _verdict(balance: _Balance, group: int) -> _Verdict:
     breadth = float((balance.high[group] - balance.low[group])[[0, 2]].max())
     edge = _is_on_edge(balance.bodies, balance.standing_on(group), points, breadth)
     inward = points[:, [0, 2]].mean(axis=0) - nearest
-    room = _FIX_MARGIN * breadth / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
+    margin = _FIX_MARGIN * breadth / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
     if balance.is_everywhere(group):
-        room = min(room, 0.5)  # moving does not broaden its foot
-    return _Verdict(beside, nearest - middle + room * inward, edge)
+        margin = min(margin, 0.5)  # moving does not broaden its foot
+    return _Verdict(beside, nearest - middle + margin * inward, edge)
 
 
 def _with_load(balance: _Balance, group: int, alone: _Verdict) -> _Verdict:
@@ -704,14 +704,14 @@ def _vertices(form: CanonicalForm, ratios: Ratios) -> FloatArray:
 def _lowest(bodies: Bodies, i: int, near: float = _FOOT_HEIGHT) -> FloatArray:
     """Return the vertices (K, 3) of a body near its lowest point, within ``near`` of its longest side."""
     low, high = bodies.boxes
-    room = min(near * float((high[i] - low[i]).max()), 2.0 * bodies.touch)
+    tolerance = min(near * float((high[i] - low[i]).max()), 2.0 * bodies.touch)
     if bodies.hollow[i] and (surface := bodies.surface(i)) is not None:
         vertices = np.asarray(surface.to_mesh64().vert_properties[:, :3], np.float64)
     else:
         form, ratios = bodies.solids.form(i)
         matrix = bodies.solids.matrices[i]
         vertices = _vertices(form, ratios) @ matrix[:, :3].T + matrix[:, 3]
-    foot: FloatArray = vertices[vertices[:, 1] <= vertices[:, 1].min() + room]
+    foot: FloatArray = vertices[vertices[:, 1] <= vertices[:, 1].min() + tolerance]
     return foot
 
 
@@ -838,17 +838,19 @@ def _is_ornament(bodies: Bodies, contacts: Contacts, i: int, j: int) -> bool:
     return bool((contacts.loose[i] and size[i] < size[j]) or (contacts.loose[j] and size[j] < size[i]))
 
 
-def _pierces(low: FloatArray, high: FloatArray, a: int, b: int, room: float, ground: float) -> bool:
+def _pierces(low: FloatArray, high: FloatArray, a: int, b: int, tolerance: float, ground: float) -> bool:
     """Return whether body ``a`` comes out of two opposite sides of body ``b``, within its other sides.
 
     A body on the ground has no lower side.
     """
     for axis in range(3):
-        if axis == 1 and low[b, 1] <= ground + room:
+        if axis == 1 and low[b, 1] <= ground + tolerance:
             continue
         across = [other for other in range(3) if other != axis]
-        out = low[a, axis] < low[b, axis] - room and high[a, axis] > high[b, axis] + room
-        within = ((low[a, across] >= low[b, across] - room) & (high[a, across] <= high[b, across] + room)).all()
+        out = low[a, axis] < low[b, axis] - tolerance and high[a, axis] > high[b, axis] + tolerance
+        within = (
+            (low[a, across] >= low[b, across] - tolerance) & (high[a, across] <= high[b, across] + tolerance)
+        ).all()
         if out and within:
             return True
     return False

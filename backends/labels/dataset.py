@@ -548,7 +548,7 @@ def write_maps(
     Raises SceneError. No shot is left half-written.
     """
     box_of(scene)  # report an empty scene before anything is written
-    scene = drawn_scene(scene, options.pictures.limit, options.pictures.warn)  # label what is drawn
+    scene = drawn_scene(scene, options.pictures.limit, options.pictures.warn)  # label the drawn geometry
     facts, total = SceneFacts(scene), len(items)
     for view in dict.fromkeys(item.view for item in items):
         view_items = [item for item in items if item.view == view]

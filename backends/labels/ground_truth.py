@@ -169,7 +169,8 @@ class Correspondence:
 def correspondence_of(truth: Truth) -> Correspondence:
     """Return the correspondence between repeated instances.
 
-    These are the topmost instances in the hierarchy, below the root, whose word occurs more than once.
+    These are the topmost instances in the hierarchy, below the root, whose word occurs more than once. Instances of one
+    word correspond at equal positions in their boxes, whatever their embeddings.
     """
     ancestry = truth.ancestry
     instances = np.bincount(ancestry.node[1:], minlength=len(ancestry.nodes))
@@ -407,7 +408,7 @@ class Places:
 
 
 def places_of(truth: Truth, paths: IntArray, pixels: IntArray) -> Places:
-    """Return the attachments of the points seen by the flat ``pixels`` (N,), none of which is background.
+    """Return the attachments of the points that the flat ``pixels`` (N,) show; no pixel may be background.
 
     ``paths`` are the path numbers of the instances.
     """

@@ -195,10 +195,10 @@ def hidden_records(objects: ObjectLabels, rows: IntArray) -> list[dict[str, Any]
 def _truncations(full: FloatArray, truth: Truth) -> list[float | None]:
     """Return the fraction of each rectangle (K, 4) outside the image, None if it is partly behind the camera."""
     size = np.array([truth.camera.width, truth.camera.height])
-    whole = np.prod(full[:, 2:] - full[:, :2], axis=1)
-    inside = np.prod(np.clip(full[:, 2:], 0, size) - np.clip(full[:, :2], 0, size), axis=1)
+    areas = np.prod(full[:, 2:] - full[:, :2], axis=1)
+    visible_areas = np.prod(np.clip(full[:, 2:], 0, size) - np.clip(full[:, :2], 0, size), axis=1)
     with np.errstate(all="ignore"):
-        share = np.where(whole > 0.0, np.maximum(0.0, 1.0 - inside / whole), 0.0)
+        share = np.where(areas > 0.0, np.maximum(0.0, 1.0 - visible_areas / areas), 0.0)
     behind: list[bool] = np.asarray(np.isnan(full).any(axis=1)).tolist()
     return [None if hidden else value for hidden, value in zip(behind, share.tolist(), strict=True)]
 

@@ -120,8 +120,8 @@ def connected(shape: str, around: Surroundings, traits: Traits) -> Choices:
 def _carries(other: IntArray, side: int, traits: Traits) -> BoolArray:
     """Return whether the blocks ``other``, at ``side``, have a full face here: cubes, double slabs, backs of stairs."""
     back = (traits.shape[other] == "stairs") & (traits.facing[other] == (side + 2) % 4)
-    whole: BoolArray = traits.solid[other] | back
-    return whole
+    is_full: BoolArray = traits.solid[other] | back
+    return is_full
 
 
 def _gate_across(other: IntArray, side: int, traits: Traits) -> BoolArray:

@@ -67,7 +67,7 @@ class Bar:
         return self.turn == 0.0 and self.low[axis] == 0.0 and self.high[axis] == 16.0
 
 
-WHOLE = (Bar((0.0, 0.0, 0.0), (16.0, 16.0, 16.0)),)
+WHOLE = (Bar((0.0, 0.0, 0.0), (16.0, 16.0, 16.0)),)  # box of a full block
 
 
 def model_of(state: BlockState, kind: BlockKind) -> tuple[Bar, ...]:

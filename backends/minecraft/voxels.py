@@ -402,8 +402,10 @@ _PRODUCT_TOLERANCE = 1e-6  # in cells: rounding error of multiplied poses
 def first_cells(flat: FlatFrame) -> IntArray:
     """Return the first cell of each instance (N, 3): its position truncated toward zero, up to rounding errors."""
     position = flat.matrices[:, :, 3]
-    whole = np.rint(position)
-    first: IntArray = np.where(np.abs(position - whole) < _SUM_TOLERANCE, whole, np.trunc(position)).astype(np.int64)
+    nearest = np.rint(position)
+    first: IntArray = np.where(np.abs(position - nearest) < _SUM_TOLERANCE, nearest, np.trunc(position)).astype(
+        np.int64
+    )
     return first
 
 

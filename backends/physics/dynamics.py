@@ -31,7 +31,7 @@ IntArray = npt.NDArray[np.int64]
 
 GRAVITY = 9.81  # m/s^2
 FRICTION = 0.6  # coefficient of bodies without `:friction`
-MAX_SECONDS = 600.0
+MAX_SECONDS = 600.0  # of simulated time
 MAX_STEPS = 400_000  # time steps of one simulation
 MAX_SAMPLES = 20_000_000  # samples times bodies, whose poses are stored
 _STEP_RANGE_S = (1 / 4000, 1 / 500)  # least and greatest time step
@@ -43,7 +43,7 @@ _MIN_PIECE_M = 1e-9  # smaller pieces have no volume in MuJoCo's arithmetic
 # in scene sizes: a simulation farther from the origin starts at the origin, because contacts lose digits
 _MAX_OFFSET_SIZES = 100.0
 _SUPPORT_STEPS = 5  # after which contacts are taken as the supports of the start; before, bodies still settle into them
-_MIN_SUPPORT_NORMAL = 0.2  # vertical component of a contact's normal: a wall does not support what leans on it
+_MIN_SUPPORT_NORMAL = 0.2  # vertical component of a contact's normal: a wall does not support leaning objects
 
 # In MuJoCo 4.0 a cylinder that is upright up to rounding has false contacts with a plane: the plane's normal without
 # its component along the axis is divided by its length, which is nearly zero. A tilt by a millionth avoids that.

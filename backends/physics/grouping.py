@@ -60,9 +60,9 @@ from scenelang.interpreter.values.values import IDENTITY, Matrix
 IntArray = npt.NDArray[np.int64]
 
 MAX_PARTS = 20_000  # primitives of a frame
-MAX_COLLIDERS = 40_000
+MAX_COLLIDERS = 40_000  # of a frame
 MAX_PAIRS = 400_000  # of colliders that are near each other
-MAX_BODIES = 4_000
+MAX_BODIES = 4_000  # of a frame
 MAX_UNITED_PARTS = 400  # parts of a body that are united to be measured; in larger bodies overlaps count in each part
 TOUCH = 2e-3  # of the smaller part's diagonal: parts with smaller gaps touch
 # of a scene without a given unit, so that verdicts do not depend on its unit; exports use 1 m per unit, as USD does
@@ -578,16 +578,16 @@ class _Grouping:
             return False
         rows = list(group)
         low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
-        room = TOUCH * self.diagonal[rows].max()
-        beside = (self.low <= high + room).all(axis=1) & (self.high >= low - room).all(axis=1)
+        tolerance = TOUCH * self.diagonal[rows].max()
+        beside = (self.low <= high + tolerance).all(axis=1) & (self.high >= low - tolerance).all(axis=1)
         beside[rows] = False
         if is_rooted(words) and (
-            low[1] <= ground + room or (beside & (self.broad | self._paved(float(high[1] - low[1])))).any()
+            low[1] <= ground + tolerance or (beside & (self.broad | self._paved(float(high[1] - low[1])))).any()
         ):
             return True
         touched = {other for part in rows for other in self.touching[part]} - set(rows)
-        below = [other for other in touched if self.high[other, 1] <= low[1] + max(room, SUNK * (high - low)[1])]
-        if low[1] <= ground + room or below:
+        below = [other for other in touched if self.high[other, 1] <= low[1] + max(tolerance, SUNK * (high - low)[1])]
+        if low[1] <= ground + tolerance or below:
             return False
         return bool(touched) or is_airborne(words)
 
@@ -636,11 +636,11 @@ class _Grouping:
         """
         densities = [(self._inherited(part, "density") or 1000.0) * self.unit**3 for part in group]
         weights = self._weights(group)
-        whole = [mass for mass, members in weights if len(members) == len(group)]
+        declared_masses = [mass for mass, members in weights if len(members) == len(group)]
         inner = [members for _, members in weights if len(members) < len(group)]
         if len(set(densities)) == 1 and not inner and len(group) <= MAX_UNITED_PARTS:
             united = self._united(at, group).times(densities[0])
-            return united.times(whole[-1] / united.mass) if whole and united.mass > 0.0 else united
+            return united.times(declared_masses[-1] / united.mass) if declared_masses and united.mass > 0.0 else united
         parts = {part: self._of_part(part).times(density) for part, density in zip(group, densities)}
         for mass, members in weights:  # inner ones first, so that an outer mass is distributed last
             member_mass = sum(parts[part].mass for part in members)

@@ -25,7 +25,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import Matrix, Pair
 
-SETTLE_SECONDS = 5.0
+SETTLE_SECONDS = 5.0  # simulated by default until the scene is taken to be at rest
 MAX_SPEED = 1e4  # scene units per second, of an initial velocity
 # of a body's size, and in radians: a smaller change keeps the pose, since contacts give way by about as much
 _MIN_MOTION = 1e-3

@@ -298,12 +298,12 @@ def _geometries(
         if key is None:
             continue
         if key not in numbers:
-            numbers[key] = _add(geometries, key, int(used.sum()) > _MAX_FINE_INSTANCES)
+            numbers[key] = _add(geometries, key, has_coarse=int(used.sum()) > _MAX_FINE_INSTANCES)
         geometry_of[i], local[i] = numbers[key], pose
     return geometries, geometry_of, local
 
 
-def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool) -> int:
+def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, *, has_coarse: bool) -> int:
     """Add the geometry of ``key``, preceded by its coarse version if there is one; return its index."""
     shape, detail = key
     if isinstance(shape, Primitive):
@@ -311,7 +311,7 @@ def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool)
         assert mesh is not None, "a mesh without faces has no key"
         offset = own_offset(mesh.vertices, mesh.faces)
         near = mesh if offset is None else replace(mesh, vertices=mesh.vertices - offset)
-        geometries.append(_mesh_geometry(near, bool(detail)))
+        geometries.append(_mesh_geometry(near, own_colors=bool(detail)))
         return len(geometries) - 1
     assert isinstance(detail, tuple)
     if shape.is_curved and has_coarse:
@@ -355,7 +355,7 @@ def _smooth_geometry(mesh: Mesh) -> Geometry:
     )
 
 
-def _mesh_geometry(mesh: Mesh, own_colors: bool) -> Geometry:
+def _mesh_geometry(mesh: Mesh, *, own_colors: bool) -> Geometry:
     """Return a primitive's own mesh, flat-shaded if it has no normals; it may be open."""
     if mesh.normals is not None and not own_colors:
         return _smooth_geometry(mesh)
@@ -507,7 +507,7 @@ def _json(data: Any) -> bytes:
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True).encode()
 
 
-# Changes between packets: a page that has the last version of a scene only receives what is new.
+# Changes between packets: a page that has the last version of a scene receives only new parts.
 
 
 CHANGES_MAGIC = b"SCNC"

@@ -114,7 +114,7 @@ def _shown(value: Any) -> str:
 
 
 def write_card(store: Store, plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> None:
-    """Write the dataset card: what the dataset has, how it was made, and how it is read."""
+    """Write the dataset card: contents, origin and use of the dataset."""
     store.write(CARD, card_of(plan, records, digest).encode("utf-8"))
 
 
@@ -220,10 +220,10 @@ class Preview:
 
 @typed
 def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Preview:
-    """Make the first samples of a spec and show them with their labels, and the distribution of what varies.
+    """Make the first samples of a spec and show them with their labels, and the distributions of varying quantities.
 
     The distributions are those of the draws of the first 2,000 samples, before filters. Splits by scene are decided by
-    the evaluated scene, so theirs is an example of the shares.
+    the evaluated scene, so their distribution is approximate.
 
     Parameters
     ----------
@@ -281,7 +281,7 @@ def _drawn(spec: Spec) -> Iterator[dict[str, Any]]:
             yield values | {"split": draw.split}
 
 
-# --- what the sheet shows of an image -------------------------------------------------------------------------------
+# --- rows of the sheet ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,7 +303,7 @@ def _row(key: str, files: Mapping[str, bytes]) -> _Row:
     """Return the row of one item."""
     record, arrays = json.loads(files["json"]), {name: decoded(name, files[name]) for name in files}
     color = arrays["color.png"]
-    tiles = [(key, _fitted(color, True))]
+    tiles = [(key, _fitted(color, is_smooth=True))]
     if "things" in record:
         tiles.append(("boxes", _with_boxes(color, record)))
     for name in sorted(arrays):
@@ -367,7 +367,7 @@ def _numbers_painted(name: str, values: npt.NDArray[Any], record: Mapping[str, A
     return np.asarray(table[inverse.reshape(-1)].reshape(*values.shape, 3))
 
 
-def _fitted(picture: npt.NDArray[Any], is_smooth: bool = False) -> Picture:
+def _fitted(picture: npt.NDArray[Any], *, is_smooth: bool = False) -> Picture:
     """Return an image in the size of a tile: small ones are enlarged to whole multiples."""
     modules = require("PIL.Image", "pillow")
     scale = _scale(picture)
@@ -384,7 +384,7 @@ def _scale(picture: npt.NDArray[Any]) -> float:
 
 def _with_boxes(color: Picture, record: Mapping[str, Any]) -> Picture:
     """Return a tile with the boxes of objects below the root, and the keypoints: white if they are visible."""
-    image = require("PIL.Image", "pillow").fromarray(_fitted(color, True))
+    image = require("PIL.Image", "pillow").fromarray(_fitted(color, is_smooth=True))
     pen = require("PIL.ImageDraw", "pillow").Draw(image)
     scale = _scale(color)
     for instance in record["things"]:
@@ -404,7 +404,7 @@ def _with_tracks(color: Picture, values: Mapping[str, npt.NDArray[Any]]) -> Pict
     """Return a tile with the trajectories of the tracked points through all frames."""
     frames = len(values["pixels"])
     tracks = Tracks(values["pixels"] * _scale(color), values["world"], values["state"])
-    return with_tracks(_fitted(color, True), tracks, frames - 1, frames)
+    return with_tracks(_fitted(color, is_smooth=True), tracks, frames - 1, frames)
 
 
 # --- the contact sheet -----------------------------------------------------------------------------------------------

@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 Files = Mapping[str, bytes]
-Part = bytes | partial[bytes]  # the contents of a file, or what encodes them
+Part = bytes | partial[bytes]  # content of a file, or a function that encodes it
 _MAX_CACHED_SCENES = 4  # evaluated scenes that are cached, since draws repeat them
 _LARGE_SCENE_PRIMITIVES = 200_000  # primitives of a scene from which it is cached alone, to bound the memory
 _LIMIT_OPTION = re.compile(r"--max-(steps|depth|entities|primitives|size|memory|seconds)\b")
@@ -508,7 +508,7 @@ class _ItemWriter:
         return _FIELD.sub(lambda match: self._field(match[1]), template)
 
     def _field(self, name: str) -> str:
-        """Return what a field of a caption's template stands for."""
+        """Return the value of a field of a caption's template."""
         kind, _, rest = name.partition(":")
         counts = count_words(self._root)
         if kind == "count":
@@ -527,12 +527,12 @@ class _ItemWriter:
 
     @cached_property
     def seen(self) -> Mapping[str, int]:
-        """Numbers of visible things by word."""
+        """Numbers of visible objects by word."""
         ancestry = self.objects.truth.ancestry
         return Counter(ancestry.entity(i).word for i in self.objects.shown.tolist())
 
     def _listing(self, counts: Mapping[str, int]) -> str:
-        """Return the words that count as things with their numbers, such as "3 pawns and 1 king"."""
+        """Return the words of objects with their numbers, such as "3 pawns and 1 king"."""
         spec = self.maker.spec
         entities = {e.word: e for e in descendants(self._root)}
         chosen = spec.labels.words or [w for w, e in entities.items() if is_object(e) and e is not self._root]

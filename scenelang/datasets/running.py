@@ -159,9 +159,9 @@ class DatasetReport:
         return "\n".join([*lines, *_failure_lines(self.failed)])
 
 
-def _counted(count: int, what: str) -> str:
+def _counted(count: int, noun: str) -> str:
     """Return a count with its noun."""
-    return f"{count:,} {what}{'s' * (count != 1)}"
+    return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
 def _machine_line(count: int) -> str:
@@ -269,17 +269,18 @@ def _dataset(
     spec: Spec, out: str, jobs: int, resume: bool, ray: str | None, gpus: float, part: tuple[int, int] | None,
     count: int | None, max_failures: int, progress: Callable[[DatasetProgress], None] | None,
 ) -> DatasetReport:  # fmt: skip
+    """Make a dataset as ``dataset`` documents, from a spec that is read."""
     _check_numbers(jobs, part, count, max_failures, gpus)
     for package in _packages(spec):
         require(package, stores.INSTALL)
     store = Store(out)
-    _check_store(spec.output.formats, store, jobs > 0 or ray is not None)
+    _check_store(spec.output.formats, store, has_workers=jobs > 0 or ray is not None)
     plan = stores.plan_of(spec, classes_of(spec), count)
     is_new = stores.read_plan(store) is None
-    kept = _prepared(store, plan, resume)
+    intact = _prepared(store, plan, resume=resume)
     first, step = part or (0, 1)
-    numbers = stores.ShardNumbers(range(first, plan.shards, step), frozenset(kept))
-    tally = _Tally(plan, numbers, kept, max_failures, progress)
+    numbers = stores.ShardNumbers(range(first, plan.shards, step), frozenset(intact))
+    tally = _Tally(plan, numbers, intact, max_failures, progress)
     try:
         _make(spec, plan, out, numbers, tally, jobs, ray, gpus)
     except SceneError:
@@ -308,7 +309,7 @@ def _make(
         tally.check()
 
 
-def _check_store(formats: Sequence[str], store: Store, has_workers: bool) -> None:
+def _check_store(formats: Sequence[str], store: Store, *, has_workers: bool) -> None:
     """Raise an error if the store cannot keep the formats, or workers cannot see it."""
     if store.local is not None:
         return
@@ -358,7 +359,7 @@ def _packages(spec: Spec) -> Iterator[str]:
         yield "pyarrow"
 
 
-def _prepared(store: Store, plan: Plan, resume: bool) -> dict[int, dict[str, Any]]:
+def _prepared(store: Store, plan: Plan, *, resume: bool) -> dict[int, dict[str, Any]]:
     """Write the plan, and return the records of intact shards of an earlier run by number.
 
     Shards with failures for reasons of the machine are made again.
@@ -507,7 +508,7 @@ def write_sample(spec: str | Path, key: str, folder: str | Path, count: int | No
     return [target / name for name in files]
 
 
-# --- what a dataset has ----------------------------------------------------------------------------------------------
+# --- state and checks -----------------------------------------------------------------------------------------------
 
 
 @typed
@@ -651,9 +652,9 @@ def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]
         yield _repeats(key, other, "values and cameras")
 
 
-def _repeats(key: str, other: str, what: str) -> Diagnostic:
+def _repeats(key: str, other: str, equal_parts: str) -> Diagnostic:
     """Return the warning that a sample repeats another."""
-    return Diagnostic("dataset", f"{key} repeats {other}: equal {what}", None, "vary more, or make less")
+    return Diagnostic("dataset", f"{key} repeats {other}: equal {equal_parts}", None, "vary more, or make less")
 
 
 def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> list[str]:
@@ -729,7 +730,7 @@ def merge_datasets(parts: str | Path | Sequence[str | Path], out: str | Path) ->
         if not plan.fits(plans[0]) or plan.count != plans[0].count:
             raise SceneError(CODE, f"{part} is a part of another dataset than {parts[0]}")
     target = Store(out)
-    _check_store(plans[0].formats, target, False)
+    _check_store(plans[0].formats, target, has_workers=False)
     merged = _prepared(target, plans[0], resume=True)
     for source in sources:
         for record in stores.records_of(source, plans[0]):

@@ -22,7 +22,7 @@ from scenelang.backends.pictures.viewpoints import View, hemisphere_views, orbit
 from scenelang.datasets.spec import CameraPlan, Distribution, Spec
 from scenelang.grammar.diagnostics import SceneError
 
-KEY_DIGITS = 9
+KEY_DIGITS = 9  # of a sample's key, so that keys sort as numbers
 
 
 def stream(seed: int, *names: object) -> np.random.Generator:

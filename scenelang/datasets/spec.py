@@ -31,9 +31,9 @@ from scenelang.session.session import IMPORT_FORM
 
 CODE = "dataset"
 VERSION = 1
-MAX_SAMPLES = 1_000_000_000
-MAX_VIEWS = 1_000
-MAX_PROGRAMS = 100_000
+MAX_SAMPLES = 1_000_000_000  # of a dataset
+MAX_VIEWS = 1_000  # of a sample
+MAX_PROGRAMS = 100_000  # of a spec
 MAX_SHARD = 100_000  # samples of a shard
 _MAX_CHOICES = 100_000  # of a distribution
 _MAX_SIDE_PX = 8_192  # pixels of an image along each axis
@@ -939,7 +939,7 @@ def _check_split_names(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -
 
 
 def _check_shares(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
-    """Raise an error if there are fewer programs than splits to deal them to."""
+    """Raise an error if there are fewer programs than splits."""
     different = len(set(spec.texts.values()))
     if all(isinstance(rule, float) for rule in rules.values()) and different < len(rules):
         count = "one program" if different == 1 else f"{different:,} different programs"

@@ -91,7 +91,7 @@ class Store:
         return f"{self._root.rstrip('/')}/{name}" if name else self._root
 
     @contextmanager
-    def _failing(self, what: str, passing: tuple[type[Exception], ...] = ()) -> Iterator[None]:
+    def _failing(self, action: str, passing: tuple[type[Exception], ...] = ()) -> Iterator[None]:
         """Raise SceneError("file") for errors of the file system but those in ``passing``.
 
         Packages of remote stores raise exceptions of any class: that of S3, for instance, for a missing server or key.
@@ -105,7 +105,7 @@ class Store:
             is_remote = self._remote is not None
             if not is_remote and not isinstance(error, OSError):
                 raise
-            message = f"cannot {what} in {self.address}: {reason_of(error)}"
+            message = f"cannot {action} in {self.address}: {reason_of(error)}"
             raise SceneError("file", message, _REMOTE if is_remote else None) from error
 
     def _make_remote(self, path: str) -> None:
@@ -137,7 +137,7 @@ class Store:
                 paths = self._remote.ls(path, detail=False)
             except FileNotFoundError:
                 paths = []
-            return sorted(each.rstrip("/").rsplit("/", 1)[-1] for each in paths)
+            return sorted(entry.rstrip("/").rsplit("/", 1)[-1] for entry in paths)
 
     def read(self, name: str) -> bytes:
         """Return the content of a file."""
@@ -169,7 +169,7 @@ class Store:
             temporary = Path(folder) / Path(name).name
             yield temporary
             parent = self._path(name).rsplit("/", 1)[0]
-            with suppress(OSError, NotImplementedError):  # the file cannot be written then, which is told
+            with suppress(OSError, NotImplementedError):  # writing the file then reports the error
                 self._make_remote(parent)
             self._remote.put_file(str(temporary), self._path(name))
 

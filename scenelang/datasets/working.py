@@ -116,7 +116,7 @@ class Encoder:
         self._last = self._thread.submit(self._files.add, sample)
 
     def finish(self) -> None:
-        """Wait for the last sample; raises what it raised."""
+        """Wait for the last sample; raises its error."""
         if self._last is not None:
             self._last.result()
         self._thread.shutdown()
@@ -173,7 +173,7 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the pool, which ends its workers
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # removes temporary files
     replies = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)  # what a library prints is no reply
+    os.dup2(2, 1)  # output of libraries must not be read as replies
     if is_supported():
         become_child(Status())  # programs are confined, and the worker ends with the pool
 
@@ -441,7 +441,7 @@ class Pool:
 def in_process(
     spec: Spec, plan: Plan, out: str, report: Report
 ) -> Callable[[Collection[int]], Iterator[dict[str, Any]]]:
-    """Return what makes shards in this process: for stores that no other process sees, and without hard limits."""
+    """Return a maker of shards in this process, without hard limits: for stores that other processes cannot see."""
     maker, store = Maker(spec, plan.classes), Store(out)
 
     def run(numbers: Collection[int]) -> Iterator[dict[str, Any]]:
@@ -534,7 +534,7 @@ class RayPool:
         return [node["Resources"] for node in self._ray.nodes() if node["Alive"]]
 
     def _check_resources(self) -> None:
-        """Raise SceneError("backend") if no node has what an actor asks for, which Ray would wait for silently."""
+        """Raise SceneError("backend") if no node has an actor's resources, for which Ray would wait silently."""
         nodes = self._nodes()
         if not any(map(self._fits, nodes)):
             listed = "; ".join(map(_resources, nodes[:_MAX_LISTED_NODES])) + (
@@ -566,7 +566,7 @@ class RayPool:
             self._starting.clear()
 
     def _grow(self, shards: int) -> None:
-        """Start actors for the processors that the cluster has now, but not more than there are shards."""
+        """Start actors for the processors that the cluster has now, at most one per shard."""
         if not self._actors:
             self._check_resources()  # a node may have been lost
         wanted = min(shards, max(1, int(sum(node.get("CPU", 0.0) for node in self._nodes()))))

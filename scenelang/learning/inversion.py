@@ -326,14 +326,14 @@ def invert(
     if before is not None:
         parts = _load_parts(work, before, targets)
     else:
-        parts, missing = _parts(work, _opened(pictures), targets, bool(entities), missing_ok)
+        parts, missing = _parts(work, _opened(pictures), targets, named=bool(entities), missing_ok=missing_ok)
     learned = tuple(LearnedPart(part.target.text, part.target.handles) for part in parts)
     if on_start is not None:
         on_start(InversionStart(learned, tuple(missing), work.folder))
     if not parts:
         return Inversion(work.z, work.folder, (), (), tuple(missing), float("nan"), float("nan"), True)
     styles = (style_handle(scene.graph),)
-    outcome = _learn(work, before, parts, styles, False, _step_callback(progress, on_step), stop)
+    outcome = _learn(work, before, parts, styles, _step_callback(progress, on_step), stop, style_only=False)
     return Inversion(
         work.z, work.folder, learned, styles, tuple(missing), outcome.before, outcome.after, outcome.finished
     )
@@ -396,7 +396,7 @@ def learn_style(
             raise SceneError("value", f'no "{subject.text}" detected in {inputs[0].name}')
     if on_start is not None:
         on_start(InversionStart((LearnedPart(target.text, target.handles),), (), work.folder))
-    outcome = _learn(work, before, parts, target.handles, True, _step_callback(progress, on_step), stop)
+    outcome = _learn(work, before, parts, target.handles, _step_callback(progress, on_step), stop, style_only=True)
     return Inversion(work.z, work.folder, (), target.handles, (), outcome.before, outcome.after, outcome.finished)
 
 
@@ -525,7 +525,7 @@ def _opened(pictures: PictureSource) -> list[_Input]:
 
 
 def _parts(
-    work: _Work, inputs: Sequence[_Input], targets: Sequence[InversionTarget], named: bool, missing_ok: bool
+    work: _Work, inputs: Sequence[_Input], targets: Sequence[InversionTarget], *, named: bool, missing_ok: bool
 ) -> tuple[list[_Part], list[str]]:
     """Locate the targets in the images; return their parts, and the texts of the missing ones.
 
@@ -624,13 +624,16 @@ def _learn(
     before: SavedInversion | None,
     parts: Sequence[_Part],
     styles: Sequence[str],
-    style_only: bool,
     on_step: Callable[[InversionProgress], None],
     stop: Callable[[], bool] | None,
+    *,
+    style_only: bool,
 ) -> InversionOutcome:
-    """Optimize the embeddings of ``parts`` and their common style. At the end, store each part's embedding for the
-    handles of its target, and the style for the handles ``styles``. With ``style_only``, the prompt uses the plain
-    class word instead of a learned embedding."""
+    """Optimize the embeddings of ``parts`` and their common style.
+
+    At the end, each part's embedding is stored for the handles of its target, and the style for the handles ``styles``.
+    With ``style_only``, the prompt uses the plain class word instead of a learned embedding.
+    """
     from scenelang.backends.files import new_folder
     from scenelang.backends.neural.diffusion import translate_out_of_memory
     from scenelang.backends.neural.diffusion_loading import MULTIVIEW_MODEL, load_any
@@ -641,7 +644,7 @@ def _learn(
         model = load_any(work.networks.model or MULTIVIEW_MODEL, work.models.hub(), work.models.resolve_device())
         words = {} if style_only else {p.target.name: work.subject.class_word or p.target.text for p in parts}
         words[STYLE] = work.subject.style_word
-        subjects = [_subject(work, part, model.size, style_only) for part in parts]
+        subjects = [_subject(work, part, model.size, style_only=style_only) for part in parts]
         initial = {name: initial_vector(model.text_encoder, word) for name, word in words.items()}
         config = run_config(work.settings, model.name, subjects, words)
         config["parts"] = {part.target.name: part.source for part in parts}
@@ -649,11 +652,11 @@ def _learn(
         trainer = InversionTrainer(model, subjects, initial, work.settings)
         outcome = run_steps(trainer, work.folder, config, before, on_step, stop or (lambda: False))
     if outcome.finished:
-        _store(work.z.place(), trainer.vectors(), parts, styles, model.name, style_only)
+        _store(work.z.place(), trainer.vectors(), parts, styles, model.name, style_only=style_only)
     return outcome
 
 
-def _subject(work: _Work, part: _Part, size: int, style_only: bool) -> LearnedSubject:
+def _subject(work: _Work, part: _Part, size: int, *, style_only: bool) -> LearnedSubject:
     """Return a training image with its prompt; the style alone is learned with the plain class word."""
     import torch
 
@@ -680,7 +683,7 @@ def _step_callback(
 
 
 def _store(
-    z: Path, vectors: Mapping[str, Any], parts: Sequence[_Part], styles: Sequence[str], model: str, style_only: bool
+    z: Path, vectors: Mapping[str, Any], parts: Sequence[_Part], styles: Sequence[str], model: str, *, style_only: bool
 ) -> None:
     """Write the embeddings with their provenance to the embeddings file."""
     from scenelang.backends.neural.inversion import STYLE

@@ -44,7 +44,7 @@ Pixels = npt.NDArray[np.uint8]
 Warn = Callable[[Diagnostic], None]
 METHODS = ("regional", "gligen", "migc")
 SCHEDULERS = ("own", "ddim")
-_LAYOUT_SIZE = (512, 512)
+_LAYOUT_SIZE = (512, 512)  # width and height in pixels of a layout without a camera
 _MAX_IMAGES = 1000  # of one call
 
 
@@ -397,7 +397,11 @@ def imagine_layout(
 
 
 def scene_prompt(scene: LoadedScene, prompt: str | None = None) -> str:
-    """Return the prompt of the whole scene: ``prompt``, else the head comment of the program, else the root's word."""
+    """Return the prompt of the whole scene: ``prompt``, else the program's first comment, else the root's word.
+
+    A line `; task: ...` of the comment takes precedence; otherwise its first sentence is used, which usually describes
+    the scene.
+    """
     from scenelang.backends.neural.descriptions import noun_of
     from scenelang.reference.primer import stated_task
 
@@ -722,13 +726,14 @@ def _reused(run: RunFolder, scene_groups: SceneGroups) -> dict[int, Any]:
         return {}
     from scenelang.backends.neural.distillation.run import load_checkpoint, unchanged_groups
 
-    found = unchanged_groups(load_checkpoint(Path(run.start)), scene_groups)
-    if len(found) == len(scene_groups.groups):
+    unchanged = unchanged_groups(load_checkpoint(Path(run.start)), scene_groups)
+    if len(unchanged) == len(scene_groups.groups):
         raise SceneError("value", f"nothing to optimize: all objects are unchanged since {run.start}")
-    return found
+    return unchanged
 
 
 def _teachers(networks: DistillationModels, models: Models, prompt: str, vectors: Mapping[str, Any]) -> Teachers:
+    """Load the diffusion models that supervise a distillation."""
     from scenelang.backends.neural.diffusion_loading import load_multiview
     from scenelang.backends.neural.distillation.training import Teachers
 
@@ -742,6 +747,7 @@ def _teachers(networks: DistillationModels, models: Models, prompt: str, vectors
 
 
 def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> DiffusionModel:
+    """Load the depth-conditioned model of the whole scene."""
     from scenelang.backends.neural.diffusion_loading import load_depth
 
     named: dict[str, Any] = {} if networks.scene_model is None else {"name": networks.scene_model}
@@ -750,9 +756,10 @@ def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> Di
 
 
 def _start(scene_groups: SceneGroups, trainer: DistillationTrainer, folder: Path) -> DistillationStart:
-    left = trainer.steps - trainer.step_number
+    """Return the summary of a run before its first step."""
+    remaining_steps = trainer.steps - trainer.step_number
     prompts = tuple(group.condition.plain for group in scene_groups.groups)
-    return DistillationStart(len(scene_groups.instances), trainer.learned, left, folder, prompts)
+    return DistillationStart(len(scene_groups.instances), trainer.learned, remaining_steps, folder, prompts)
 
 
 def _step_callback(

@@ -175,7 +175,7 @@ def _add_boxes(arrangement: Arrangement, names: Sequence[str], lines: list[str],
 
 
 def _add_volume(scene: LoadedScene, path: str, frame: int, lines: list[str], data: dict[str, Any]) -> None:
-    """Add volume, surface and centroid, or why there are none."""
+    """Add volume, surface and centroid, or the reason why they are unknown."""
     try:
         measures = scene.measure(path, frame)
     except SceneError as error:
@@ -457,7 +457,7 @@ def _png(image: Any) -> bytes:
 def compare(
     project: Project, program: ProjectProgram, reference: str, camera: str, frame: int, score: bool = False
 ) -> ToolAnswer:
-    """Draw the scene beside an image of the project; with ``score`` also how similar they are for CLIP."""
+    """Draw the scene next to an image of the project; with ``score``, also their CLIP similarity."""
     from scenelang.backends.pictures.film import open_image
 
     file = project.file(reference)
@@ -487,7 +487,7 @@ def compare(
 
 
 def _score(wanted: Any, ours: Any) -> str:
-    """Return the similarity of two images for CLIP, or why there is none."""
+    """Return the CLIP similarity of two images, or why it is unknown."""
     if find_spec("open_clip") is None or find_spec("torch") is None:
         return "no score: CLIP is not installed"
     try:

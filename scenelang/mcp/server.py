@@ -285,18 +285,18 @@ class Bench:
     ) -> CallToolResult:
         """Return the answer about a session that changed, with what a check finds."""
         is_empty = not draft.text.strip()
-        found = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
-        if isinstance(found, ToolAnswer):
-            return _result(found)
-        errors, findings = found
-        told, _ = tools.diagnosed(findings[:3])
-        left = [f"... and {len(findings) - 3} more findings"] if len(findings) > 3 else []
+        checked = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
+        if isinstance(checked, ToolAnswer):
+            return _result(checked)
+        errors, findings = checked
+        finding_lines, _ = tools.diagnosed(findings[:3])
+        omitted = [f"... and {len(findings) - 3} more findings"] if len(findings) > 3 else []
         warnings = len(findings) - errors
         counted = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
         state = {"ok": True, **draft.state(), "errors": errors, "warnings": warnings, **(data or {})}
         if findings:
             state["findings"] = workbench.findings_data(findings)
-        return _result(tools.answer([*lines, f"check: {counted}", *told, *left], state))
+        return _result(tools.answer([*lines, f"check: {counted}", *finding_lines, *omitted], state))
 
     async def rewrite(self, draft: WorkingProgram, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
         """Run a tool that returns a new program, put that into the session, and return the answer about it.
@@ -304,13 +304,13 @@ class Bench:
         Raises WrongArguments if another call has changed the session meanwhile.
         """
         base = draft.text
-        found = await self.ask(tool, draft.program(), *arguments)
-        if found.program is None:
-            return _result(found)
+        rewritten = await self.ask(tool, draft.program(), *arguments)
+        if rewritten.program is None:
+            return _result(rewritten)
         if draft.text != base:
             raise WrongArguments(f"`{draft.name}` was changed while the program was edited; call again")
-        draft.set(found.program)
-        return await self.changed(draft, found.text.splitlines(), {**(found.data or {}), **draft.state()})
+        draft.set(rewritten.program)
+        return await self.changed(draft, rewritten.text.splitlines(), {**(rewritten.data or {}), **draft.state()})
 
 
 # --- tools that inspect ----------------------------------------------------------------------------------------------

@@ -350,9 +350,9 @@ def _checked(text: str) -> str:
 
 
 MAX_SIDE = 1024  # pixels per side of an image
-SIZE = 512
+SIZE = 512  # default width and height of an image, in pixels
 _MAX_WORDS = 200  # in counts
-_MAX_WORD_LENGTH = 200
+_MAX_WORD_LENGTH = 200  # characters of a word in counts
 _MAX_LISTED_CHANGES = 20  # changes that the text lists
 
 

@@ -297,7 +297,7 @@ def target_of(project: Project, path: str, endings: Iterable[str], overwrite: bo
     target = project.root / relative
     try:
         _check_folders(project.root, target, shown)
-        _check_file(target, shown, overwrite)
+        _check_file(target, shown, overwrite=overwrite)
     except (OSError, ValueError):
         raise WrongArguments(f"invalid path `{shown}`", "file") from None
     return target
@@ -314,7 +314,7 @@ def _check_folders(root: Path, target: Path, shown: str) -> None:
             raise WrongArguments(f"`{shown}` is below a link or a file; folders of the project only", "file")
 
 
-def _check_file(target: Path, shown: str, overwrite: bool) -> None:
+def _check_file(target: Path, shown: str, *, overwrite: bool) -> None:
     """Check that a file is a regular one without other links, and may be replaced."""
     if not os.path.lexists(target):
         return
@@ -451,7 +451,7 @@ def export(project: Project, program: ProjectProgram, path: str, frame: int | No
             options = base.BackendOptions(frame, project.limits.primitives, None, {}, warned.append)
             with atomic_write_all(target.parent) as folder:
                 backend.run(result.scene, folder / target.name, options)
-                files = _written(folder, target, overwrite)
+                files = _written(folder, target, overwrite=overwrite)
     except SceneError as error:
         return refused([error.diagnostic])
     lines, data = diagnosed(warned)
@@ -459,12 +459,12 @@ def export(project: Project, program: ProjectProgram, path: str, frame: int | No
     return answer([*rows, *lines], {"ok": True, "files": [name for name, _ in files], **data})
 
 
-def _written(folder: Path, target: Path, overwrite: bool) -> list[tuple[str, int]]:
+def _written(folder: Path, target: Path, *, overwrite: bool) -> list[tuple[str, int]]:
     """Check the files of an export before they are moved to their folder, and return their names and sizes."""
     files = []
     for file in sorted(folder.iterdir()):
         if file.name != target.name:
-            _check_file(target.parent / file.name, file.name, overwrite)
+            _check_file(target.parent / file.name, file.name, overwrite=overwrite)
         if not stat.S_ISREG(os.lstat(file).st_mode):
             raise SceneError("unsupported", f"an export to `{target.name}` makes a folder; use the command line")
         files.append((file.name, file.stat().st_size))

@@ -257,7 +257,7 @@ class Stamps:
     def folders(self) -> frozenset[str]:
         """Folders in which a change may concern the files; a file may be replaced by another one."""
         names = {name for name, _ in self.files}
-        files = names | set(map(os.path.realpath, names))  # a symbolic link, and what it leads to
+        files = names | set(map(os.path.realpath, names))  # symbolic links and their targets
         return frozenset(
             os.path.abspath(name) for name in {*map(os.path.dirname, files), *filter(os.path.isdir, names)}
         )
