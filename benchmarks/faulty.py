@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.stability import is_airborne, is_part_of_thing
+from scenelang.backends.geometry.stability import is_airborne, is_part_of_object
 from scenelang.backends.surfaces.convex import Bodies, bodies_of, clusters
 from scenelang.backends.surfaces.distance import depths
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, subdatums
@@ -133,7 +133,7 @@ class Program:
         for axis in range(3):
             frame[:3, axis] = shifted[axis][0][1][:3, 3] / (_PROBE * size)
         frame[:3, 3] = -shifted[3][0][1][:3, 3]
-        is_part = is_part_of_thing(shifted[0][0][2])
+        is_part = is_part_of_object(shifted[0][0][2])
         return _Candidate(form, parent, rows, frame, is_part) if abs(np.linalg.det(frame)) > 1e-12 else None
 
 

@@ -67,23 +67,23 @@ IntArray = npt.NDArray[np.int64]
 # Metadata of an entity that an export includes besides geometry: word, handle, text, attributes.
 
 
-_MAX_LENGTH = 4_000  # maximum characters of an attribute; longer ones are omitted
+_MAX_ATTRIBUTE_LENGTH = 4_000  # characters of an attribute; longer ones are omitted
 
 
 def facts_of(entity: Entity) -> dict[str, Any]:
     """Return ``word`` and, if present, ``handle`` (without brackets), ``text`` and plain ``attributes``, as JSON
     data."""
     embedding = entity.embedding
-    found: dict[str, Any] = {"word": entity.word}
+    facts: dict[str, Any] = {"word": entity.word}
     if embedding.handle is not None:
-        found["handle"] = embedding.handle
+        facts["handle"] = embedding.handle
     if embedding.text is not None:
-        found["text"] = embedding.text
+        facts["text"] = embedding.text
     if embedding.attributes:
         attributes = {name: value for name, value in plain_attributes(entity).items() if _is_short(value)}
         if attributes:
-            found["attributes"] = attributes
-    return found
+            facts["attributes"] = attributes
+    return facts
 
 
 def merged_facts(entity: Entity) -> dict[str, Any]:
@@ -91,27 +91,36 @@ def merged_facts(entity: Entity) -> dict[str, Any]:
     ``primitives``."""
     words = count_words(entity)
     words[entity.word] -= 1
-    below = {word: count for word, count in words.items() if count}
-    return facts_of(entity) | {"words": below, "primitives": primitive_count(entity)}
+    other_words = {word: count for word, count in words.items() if count}
+    return facts_of(entity) | {"words": other_words, "primitives": primitive_count(entity)}
 
 
 def _is_short(value: Any) -> bool:
-    return len(json.dumps(value)) <= _MAX_LENGTH
+    """Return whether a value is short enough to be written."""
+    return len(json.dumps(value)) <= _MAX_ATTRIBUTE_LENGTH
 
 
 # Correspondence between the frames of a 4D scene: entities with the same path (child positions from the root) are one
 # object over time. If the word at a path changes, each word is a separate object, present in the frames that have it.
 
 
-MAX_MOVING = 1_000_000  # limit of the changing items of all frames
+MAX_MOVING = 1_000_000  # changing items of all frames together
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moving:
-    """One path over F frames.
+    """Object at one path over F frames.
 
-    ``items`` and ``poses`` are None in frames without it. ``fixed`` is its item if that never changes; then nothing
-    below it changes either, and ``children`` is empty.
+    Attributes
+    ----------
+    word
+        Its word.
+    items, poses
+        Its item and pose in each frame, None in frames without it.
+    fixed
+        Its item if that never changes. Then its descendants do not change either, and ``children`` is empty.
+    children
+        Objects at the child positions.
     """
 
     word: str
@@ -127,21 +136,21 @@ class Moving:
 
     @property
     def shown(self) -> tuple[bool, ...]:
-        """For each frame, whether the object is present."""
+        """Whether the object is present, for each frame."""
         return tuple(item is not None for item in self.items)
 
     @property
     def is_still(self) -> bool:
-        """Whether it is in all frames, under one pose."""
+        """Whether the object is in all frames, with one pose."""
         return None not in self.items and len(set(self.poses)) == 1
 
     def filled_poses(self) -> tuple[Matrix, ...]:
         """Return a pose for every frame; frames without the object repeat the previous pose."""
-        found = next(pose for pose in self.poses if pose is not None)
+        current = next(pose for pose in self.poses if pose is not None)
         filled = []
-        for own in self.poses:
-            found = own if own is not None else found
-            filled.append(found)
+        for frame_pose in self.poses:
+            current = frame_pose if frame_pose is not None else current
+            filled.append(current)
         return tuple(filled)
 
 
@@ -149,14 +158,14 @@ def matched(roots: Sequence[ExportItem]) -> Moving:
     """Match the roots of all frames into one object over time; raises LimitError if too much of it changes."""
     top = _moving(roots[0].word, list(roots), [IDENTITY] * len(roots))
     waiting = [top]
-    room = MAX_MOVING
+    remaining = MAX_MOVING
     while waiting:
         moving = waiting.pop()
         if moving.fixed is not None:
             continue
         moving.children.extend(_children(moving))
-        room -= sum(len(item.parts) for item in moving.items if item is not None)
-        if room < 0:
+        remaining -= sum(len(item.parts) for item in moving.items if item is not None)
+        if remaining < 0:
             raise LimitError(
                 "primitives",
                 f"more than {MAX_MOVING:,} entities change between frames, too many for an animation",
@@ -167,6 +176,7 @@ def matched(roots: Sequence[ExportItem]) -> Moving:
 
 
 def _moving(word: str, items: Sequence[ExportItem | None], poses: Sequence[Matrix | None]) -> Moving:
+    """Return the object of a word from its items and poses in each frame."""
     kinds = {id(item): item for item in items if item is not None}
     fixed = next(iter(kinds.values())) if len(kinds) == 1 else None
     return Moving(word, tuple(items), tuple(poses), fixed)
@@ -190,13 +200,13 @@ def _children(moving: Moving) -> Iterator[Moving]:
 
 def variants(moving: Moving) -> list[tuple[ExportItem, tuple[bool, ...]]]:
     """Return the distinct meshes of the object over time, each with the frames that show it."""
-    found: dict[Hashable, tuple[ExportItem, list[bool]]] = {}
+    shown_by_mesh: dict[Hashable, tuple[ExportItem, list[bool]]] = {}
     for frame, item in enumerate(moving.items):
         if item is None or not item.is_leaf:
             continue
-        _, shown = found.setdefault(leaf_key(item), (item, [False] * len(moving.items)))
+        _, shown = shown_by_mesh.setdefault(leaf_key(item), (item, [False] * len(moving.items)))
         shown[frame] = True
-    return [(item, tuple(shown)) for item, shown in found.values()]
+    return [(item, tuple(shown)) for item, shown in shown_by_mesh.values()]
 
 
 def leaf_key(item: ExportItem) -> Hashable:
@@ -227,20 +237,20 @@ SIDES = Option(
 UNITS = {"micron": 0.001, "millimeter": 1.0, "centimeter": 10.0, "meter": 1000.0, "inch": 25.4, "foot": 304.8}
 _SUFFIXES = {"um": "micron", "mm": "millimeter", "cm": "centimeter", "m": "meter", "in": "inch", "ft": "foot"}
 _TOLERANCE = re.compile(r"\s*(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+(?:e[+-]?\d+)?)\s*(px|[a-z]*)\s*(?:@\s*(\d{1,9}))?\s*", re.I)
-_PIXELS = 1_000  # along the longest side of the scene, where a tolerance in pixels does not say
+_DEFAULT_PIXELS = 1_000  # along the longest side of the scene, for tolerances in pixels without a size
 
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """Greatest distance of round surfaces from their triangles.
+    """Maximum distance of round surfaces from their triangles.
 
-    ``unit`` is a key of ``UNITS``, "px" for pixels of a picture that the scene fills with ``pixels`` along its longest
-    side, or "" for scene units.
+    ``unit`` is a key of ``UNITS``, "px" for pixels of an image that the scene fills with ``pixels`` along its longest
+    side, or "" for scene units. Lengths and pixels exist because nobody thinks in scene units when printing.
     """
 
     amount: float
     unit: str = ""
-    pixels: int = _PIXELS
+    pixels: int = _DEFAULT_PIXELS
 
     def in_scene(self, scene: Scene, unit: str) -> float:
         """Return the distance in scene units, each of which is a ``unit``."""
@@ -255,17 +265,17 @@ def read_tolerance(value: Any) -> Tolerance:
     """Read a number of scene units, or a text such as ``.1mm`` or ``1px@1080``; raises SceneError("value")."""
     if type(value) in (int, float) and math.isfinite(value) and value >= 0.0:
         return Tolerance(float(value))
-    found = _TOLERANCE.fullmatch(value) if type(value) is str else None
-    name = "" if found is None else found[2].lower()
+    match = _TOLERANCE.fullmatch(value) if type(value) is str else None
+    name = "" if match is None else match[2].lower()
     unit = name if name in ("", "px") else _SUFFIXES.get(name)
-    if found is None or unit is None or (found[3] and (name != "px" or int(found[3]) < 1)):
+    if match is None or unit is None or (match[3] and (name != "px" or int(match[3]) < 1)):
         units = ", ".join(_SUFFIXES)
         raise SceneError(
             "value",
             f"`--tolerance` must be a number of at least 0, not {value!r}",
             hint=f"in scene units, or with {units}, or in pixels: `.01`, `.1mm`, `1px@1080`",
         )
-    return Tolerance(float(found[1]), unit, int(found[3] or _PIXELS))
+    return Tolerance(float(match[1]), unit, int(match[3] or _DEFAULT_PIXELS))
 
 
 TOLERANCE = Option(
@@ -284,17 +294,38 @@ INSTANCING = Option(
     minimum=0,
 )
 WHOLE = Option("solid", "join everything to one watertight body", False)
-MAX_FILES = 10_000
+MAX_FILES = 10_000  # of an export with a file for each part
 Node = TypeVar("Node", ExportItem, Entity)
 Links = Sequence[tuple[Node, Matrix]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Job:
-    """Input of a writer. ``limit`` is the maximum number of expanded primitives.
+    """Input of a writer.
 
-    ``solid``: the plan is one body, whose faces share points in formats that number them. ``warn`` is called with what
-    the format cannot hold.
+    Attributes
+    ----------
+    plan
+        Items to write.
+    fps
+        Frames per second of an animation.
+    instances
+        Number of nodes from which repeated parts are merged.
+    limit
+        Maximum number of expanded primitives.
+    progress
+        Called with a fraction from 0 to 1.
+    segments, tolerance
+        Sides of a full circle, or the maximum distance of round surfaces from their triangles in scene units.
+    unit
+        Unit of the file, a key of ``UNITS``.
+    instancing
+        Number of copies from which they are one instanced node, 0 for never, None for the format's default.
+    solid
+        Whether the plan is one body. Its faces share points in formats that number them, because a body is closed by
+        its numbers alone: readers split points that have several normals or materials.
+    warn
+        Called with warnings about content that the format cannot hold.
     """
 
     plan: ExportPlan
@@ -327,15 +358,16 @@ def mesh_backend(
 ) -> Backend:
     """Return an export backend that writes meshes with ``write``; adds ``--depth``, ``--parts`` and ``--solid``.
 
-    ``unit`` is what a unit of the file is to those who read it, if there is no option for it.
+    ``unit`` is the unit of the file for its readers, if the format has no option for it.
     """
 
-    def run(scene: Scene, path: Path, given: BackendOptions) -> list[Path]:
-        return _export(made, write, scene, Path(path), given, unit)
+    def run(scene: Scene, path: Path, settings: BackendOptions) -> list[Path]:
+        return _export(backend, write, scene, Path(path), settings, unit)
 
     accepts = Accepts(attributes=attributes, animated=animated)
-    made = Backend(name, doc, Work.EXPORT, endings, run, (DEPTH, PARTS, WHOLE, *options), accepts, packages, install)
-    return made
+    common = (DEPTH, PARTS, WHOLE)
+    backend = Backend(name, doc, Work.EXPORT, endings, run, (*common, *options), accepts, packages, install)
+    return backend
 
 
 def _export(
@@ -345,10 +377,10 @@ def _export(
     check_settings(options, [backend])
     depth, parts = backend.setting(options, "depth"), backend.setting(options, "parts")
     frame = options.frame if options.frame is not None or backend.accepts.animated else 0
-    given = _setting(backend, options, "tolerance")
+    tolerance_setting = _setting(backend, options, "tolerance")
     tolerance = None
-    if isinstance(given, Tolerance):
-        tolerance = given.in_scene(scene, _setting(backend, options, "unit") or unit) or None
+    if isinstance(tolerance_setting, Tolerance):
+        tolerance = tolerance_setting.in_scene(scene, _setting(backend, options, "unit") or unit) or None
     if backend.setting(options, "solid"):
         scene = drawn_scene(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
@@ -374,7 +406,7 @@ def _export(
 
 
 def _warn_of_crowded_edges(scene: Scene, warn: Callable[[Diagnostic], None]) -> None:
-    """Warn once of the edges along which bodies only touch, which have more faces where readers join equal points."""
+    """Warn once of edges with more than two faces, where bodies only touch and readers join equal points."""
     entities = {entity.shape: entity for entity in descendants(*scene.frames) if entity.is_primitive}  # of all frames
     solids = map(solid_of, entities.values())
     surfaces = (solid.surface() for solid in solids if solid is not None)
@@ -386,7 +418,7 @@ def _warn_of_crowded_edges(scene: Scene, warn: Callable[[Diagnostic], None]) -> 
 
 
 def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
-    """Return the value of a setting, None for a backend that does not have it."""
+    """Return the value of a setting, None if the backend lacks it."""
     return backend.setting(options, name) if any(option.name == name for option in backend.options) else None
 
 
@@ -397,20 +429,21 @@ def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> S
 
 
 def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> Entity:
-    """Return a frame as one computed solid, or as several ones that are far apart, each about its own center."""
+    """Return a frame as one computed solid, or as several distant ones, each about its own center."""
     largest = {} if tolerance is None else _largest(list(descendants(root)), [root], _children_of)
 
     def sides_of(entity: Entity) -> int:
+        """Return the sides of full circles of a primitive."""
         if tolerance is None:
             return sides
         return int(sides_within(entity, largest[id(entity)] * np.eye(3, 4)[None], tolerance)[0])
 
-    parts = [(each, joined_solid(each, sides_of), offset) for each, offset in _near_parts(root)]
+    parts = [(joined_solid(part, sides_of), offset) for part, offset in _near_parts(root)]
     look = next((e.embedding for e in descendants(root) if e.is_primitive), ANONYMOUS)
     material = {name: value for name, value in look.attributes.items() if name in LOOKS and name != "color"}
     solids = [
         (Entity(word, Embedding(None, None, material), (), SolidShape.of(expression, material)), offset)
-        for _, expression, offset in parts
+        for expression, offset in parts
         if expression is not None
     ]
     if not solids:
@@ -421,14 +454,14 @@ def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> E
 
 
 def _near_parts(root: Entity) -> list[tuple[Entity, FloatArray | None]]:
-    """Return a frame in parts that single precision can hold, each about its own center, with their offsets.
+    """Return a frame in parts that single precision can hold, with their offsets from the origin.
 
-    All is one part about the origin if it can be. Boxes that overlap stay in one part.
+    It is one part about the origin if possible. Boxes that overlap stay in one part.
     """
     frame = flatten_entity(root, snap_blocks=False)
     boxes = [entity_box(primitive) for primitive in frame.primitives]
-    known = np.array([box is not None for box in boxes])
-    rows = np.flatnonzero(known[frame.index]) if len(boxes) else np.zeros(0, np.int64)
+    has_box = np.array([box is not None for box in boxes])
+    rows = np.flatnonzero(has_box[frame.index]) if len(boxes) else np.zeros(0, np.int64)
     if not len(rows):
         return [(root, None)]
     index, matrices = frame.index[rows], np.asarray(frame.matrices[rows])
@@ -438,18 +471,19 @@ def _near_parts(root: Entity) -> list[tuple[Entity, FloatArray | None]]:
     low, high = copies.centers - copies.radii[:, None], copies.centers + copies.radii[:, None]
     near, _ = neighbours(low, high, 0.0, MAX_VERTICES)
     _, group = np.unique(clusters(len(rows), near.tolist()), return_inverse=True)
-    found: list[tuple[Entity, FloatArray | None]] = []
+    near_parts: list[tuple[Entity, FloatArray | None]] = []
     for groups, offset in chunks_of(copies.grouped(group)):
-        inside = np.flatnonzero(np.isin(group, groups))
+        members = np.flatnonzero(np.isin(group, groups))
         pairs = [
             Pair(frame.primitives[k], Matrix(about(matrix, offset).ravel().tolist()))
-            for k, matrix in zip(index[inside].tolist(), matrices[inside], strict=True)
+            for k, matrix in zip(index[members].tolist(), matrices[members], strict=True)
         ]
-        found.append((Entity(root.word, ANONYMOUS, tuple(pairs)), offset))
-    return found
+        near_parts.append((Entity(root.word, ANONYMOUS, tuple(pairs)), offset))
+    return near_parts
 
 
 def _children_of(entity: Entity) -> Links[Entity]:
+    """Return the children of an entity with their poses."""
     return [(part.car, part.cdr) for part in entity.children]
 
 
@@ -460,17 +494,17 @@ def _largest(order: Sequence[Node], roots: Sequence[Node], parts: Callable[[Node
     """
     largest = dict.fromkeys(map(id, order), 0.0) | dict.fromkeys(map(id, roots), 1.0)
     for node in reversed(order):
-        below = parts(node)
-        linear = pose.stacked([place for _, place in below]).reshape(-1, 3, 4)[:, :, :3]
-        norms = np.linalg.norm(linear, 2, axis=(1, 2)).tolist() if below else []
-        for (child, _), norm in zip(below, norms, strict=True):
+        links = parts(node)
+        linear = pose.stacked([place for _, place in links]).reshape(-1, 3, 4)[:, :, :3]
+        norms = np.linalg.norm(linear, 2, axis=(1, 2)).tolist() if links else []
+        for (child, _), norm in zip(links, norms, strict=True):
             largest[id(child)] = max(largest[id(child)], largest[id(node)] * norm)
     return largest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fineness:
-    """How finely items that are shared are divided: with a tolerance, as their largest copies need."""
+    """Division of shared items: fixed, or with a tolerance as fine as their largest copies need."""
 
     sides: int
     tolerance: float | None
@@ -487,7 +521,7 @@ class Fineness:
 
 
 def fineness(job: Job, roots: Sequence[ExportItem]) -> Fineness:
-    """Return how finely the items below and including ``roots`` are divided."""
+    """Return the division of the items below and including ``roots``."""
     largest = {} if job.tolerance is None else _largest(list(distinct(*roots)), roots, lambda item: item.parts)
     return Fineness(job.segments or SEGMENTS, job.tolerance, largest)
 
@@ -500,19 +534,20 @@ def merged_sides(job: Job, entities: Sequence[Entity], hint: str | None = None) 
 
 
 def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]:
-    found = list(parts_of(job.plan))
-    if len(found) > MAX_FILES:
+    """Write a file for each part and return the names; raises LimitError for too many."""
+    plans = list(parts_of(job.plan))
+    if len(plans) > MAX_FILES:
         raise LimitError(
-            "size", f"the scene has {len(found):,} parts, more than the limit of {MAX_FILES:,} files of an export"
+            "size", f"the scene has {len(plans):,} parts, more than the limit of {MAX_FILES:,} files of an export"
         )
-    digits = max(3, len(str(len(found))))
+    digits = max(3, len(str(len(plans))))
     names = []
-    for number, plan in enumerate(found, start=1):
+    for number, plan in enumerate(plans, start=1):
         name = f"{path.stem}-{number:0{digits}d}-{safe_name(plan.word)}{path.suffix}"
         quiet = replace(job, plan=plan, progress=lambda _: None)
         write(quiet, folder / name)
         names.append(name)
-        job.progress(0.99 * number / len(found))
+        job.progress(0.99 * number / len(plans))
     return names
 
 
@@ -528,16 +563,16 @@ def parts_of(plan: ExportPlan) -> Iterator[ExportPlan]:
     """Yield a plan for each part with geometry: the leaves of the hierarchy, posed in the world, over time."""
     frames = len(plan.roots)
     stack: list[tuple[Moving, tuple[Matrix, ...]]] = [(matched(plan.roots), (IDENTITY,) * frames)]
-    room = MAX_FILES
+    remaining = MAX_FILES
     while stack:
-        moving, above = stack.pop()
-        world = tuple(pose.compose(a, b) for a, b in zip(above, moving.filled_poses(), strict=True))
+        moving, parent_poses = stack.pop()
+        world = tuple(pose.compose(a, b) for a, b in zip(parent_poses, moving.filled_poses(), strict=True))
         children = moving.children if moving.fixed is None else _still_parts(moving)
         stack.extend((child, world) for child in reversed(children))
         leaves = [item if item is not None and item.is_leaf else None for item in moving.items]
         if any(item is not None and entity_box(item.entity) is not None for item in leaves):
-            room -= 1
-            if room < 0:
+            remaining -= 1
+            if remaining < 0:
                 raise LimitError("size", f"the scene has more than the limit of {MAX_FILES:,} parts, one file each")
             yield ExportPlan(
                 moving.word, tuple(_wrapped(moving.word, i, w) for i, w in zip(leaves, world)), plan.animated
@@ -575,17 +610,26 @@ def unsupported_frames(roots: Sequence[ExportItem], ending: str) -> None:
 # and all copies of a surface in a block of some hundred thousand vertices are computed at once.
 
 
-_LARGE_FILE = 200e6  # bytes; an OBJ file of that size takes ten seconds
-_BLOCK = 1 << 18  # vertices computed at a time
-_SIDES = 2048  # more than a full circle has sides
+_LARGE_FILE_BYTES = 200e6  # an OBJ file of that size takes ten seconds
+# computed at a time: time per primitive is a tenth of that of one by one, and only PLY keeps faces in memory
+_BLOCK_VERTICES = 1 << 18
+_SIDES_BASE = 2048  # more than a full circle has sides, to combine two numbers in one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Leaves:
-    """The items of a frame that are meshes, N instances in depth-first order.
+    """Items of a frame that are meshes, N instances in depth-first order.
 
-    Instance ``i`` is ``items[index[i]]`` under the world pose ``matrices[i]`` (3, 4). ``paths[path_index[i]]`` are the
-    words from the root to its parent, and ``branch[i]`` is the part of the root that it is in.
+    Attributes
+    ----------
+    items
+        Distinct items.
+    index, matrices : (N,), (N, 3, 4)
+        Item and world pose of each instance.
+    paths, path_index : (N,)
+        Words from the root to the parent of each instance, ``paths[path_index[i]]``.
+    branch : (N,)
+        Number of the root's part that contains each instance.
     """
 
     items: tuple[ExportItem, ...]
@@ -637,10 +681,10 @@ def leaves_of(plan: ExportPlan, limit: int) -> Leaves:
     entity, items = _as_entities(root)
     merged_ones = {key for key, item in items.items() if item.merged}
     flat = flatten_entity(entity, merged_ones, snap_blocks=False)
-    found = tuple(items[id(primitive)] for primitive in flat.primitives)
-    below = [counts[id(child)] for child, _ in root.parts]
-    branch = np.repeat(np.arange(len(below)), below) if below else np.zeros(len(flat), np.int64)
-    return Leaves(found, flat.index, flat.matrices, flat.paths, flat.path_index, branch)
+    leaf_items = tuple(items[id(primitive)] for primitive in flat.primitives)
+    part_counts = [counts[id(child)] for child, _ in root.parts]
+    branch = np.repeat(np.arange(len(part_counts)), part_counts) if part_counts else np.zeros(len(flat), np.int64)
+    return Leaves(leaf_items, flat.index, flat.matrices, flat.paths, flat.path_index, branch)
 
 
 def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:
@@ -657,23 +701,23 @@ def leaf_counts(root: ExportItem) -> dict[int, int]:
 
 
 def _as_entities(root: ExportItem) -> tuple[Entity, dict[int, ExportItem]]:
-    """Return the graph of items as one of entities, in which a merged item is a leaf, and the items of its leaves."""
+    """Return the items as entities, in which a merged item is a leaf, and the items of the leaves by ``id``."""
     order = list(distinct(root))
     if not any(item.merged for item in order):
         return root.entity, {id(item.entity): item for item in order if item.is_leaf}
-    made: dict[int, Entity] = {}
+    entities: dict[int, Entity] = {}
     for item in order:
-        parts = tuple(Pair(made[id(child)], place) for child, place in item.parts)
-        own = item.entity
-        made[id(item)] = own if own.is_primitive else Entity(own.word, own.embedding, parts)
-    return made[id(root)], {id(made[id(item)]): item for item in order if item.is_leaf}
+        parts = tuple(Pair(entities[id(child)], place) for child, place in item.parts)
+        entity = item.entity
+        entities[id(item)] = entity if entity.is_primitive else Entity(entity.word, entity.embedding, parts)
+    return entities[id(root)], {id(entities[id(item)]): item for item in order if item.is_leaf}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LeafPiece:
     """A surface with one look, and the pose (3, 4) in the leaf that it belongs to.
 
-    If the surface has colours, they are multiplied by the look's colour.
+    If the surface has colors, they are multiplied by the look's color.
     """
 
     look: Look
@@ -682,20 +726,20 @@ class LeafPiece:
 
     @property
     def colors(self) -> FloatArray | None:
-        """The complete colour of every vertex (V, 3), None if it is the look's."""
+        """The complete color of every vertex (V, 3), None if it is the look's."""
         return None if self.surface.colors is None else self.surface.colors * np.array(self.look.color)
 
     @property
     def face_colors(self) -> FloatArray | None:
-        """The complete colour of every face (F, 3), None if points have the colours."""
+        """The complete color of every face (F, 3), None if points have the colors."""
         return None if self.surface.face_colors is None else self.surface.face_colors * np.array(self.look.color)
 
     def srgb(self) -> npt.NDArray[np.uint8]:
-        """Return the colour of every vertex, or one for all, as 8-bit sRGB (V or 1, 4), with the opacity."""
+        """Return the color of every vertex, or one for all, as 8-bit sRGB (V or 1, 4), with the opacity."""
         return self._srgb(self.colors)
 
     def face_srgb(self) -> npt.NDArray[np.uint8]:
-        """Return the colour of every face, or one for all, as ``srgb``."""
+        """Return the color of every face, or one for all, as ``srgb``."""
         return self._srgb(self.face_colors)
 
     def _srgb(self, own: FloatArray | None) -> npt.NDArray[np.uint8]:
@@ -712,11 +756,11 @@ class WorldBlock:
     Attributes
     ----------
     kinds, kind, leaf : (K,), (P,), (P,)
-        Distinct pieces, which of them each is, and the number of its leaf.
+        Distinct pieces, and the kind and leaf number of each piece.
     mirrored : (P,)
-        Whether its faces are reversed.
+        Whether the faces of a piece are reversed.
     first : (P + 1,)
-        Its first vertex in ``vertices`` and ``normals`` (V, 3).
+        First vertex of each piece in ``vertices`` and ``normals`` (V, 3).
     """
 
     kinds: Sequence[LeafPiece]
@@ -729,7 +773,7 @@ class WorldBlock:
 
     @property
     def pieces(self) -> Sequence[LeafPiece]:
-        """What each piece is."""
+        """Kind of each piece."""
         return [self.kinds[kind] for kind in self.kind.tolist()]
 
     def faces(self) -> IntArray:
@@ -742,7 +786,7 @@ class WorldBlock:
         return out
 
     def srgb(self) -> npt.NDArray[np.uint8]:
-        """Return the colour of every vertex (V, 4) as 8-bit sRGB, with the opacity."""
+        """Return the color of every vertex (V, 4) as 8-bit sRGB, with the opacity."""
         out = np.empty((self.first[-1], 4), np.uint8)
         for number, rows in _grouped(self.kind):
             piece = self.kinds[number]
@@ -750,16 +794,18 @@ class WorldBlock:
         return out
 
     def face_srgb(self) -> npt.NDArray[np.uint8]:
-        """Return the colour of every face (F, 4) of pieces whose faces share points, as ``srgb``."""
+        """Return the color of every face (F, 4) of pieces whose faces share points, as ``srgb``."""
         sizes = _face_counts(self.kinds)
         return np.concatenate([np.broadcast_to(self.kinds[k].face_srgb(), (sizes[k], 4)) for k in self.kind.tolist()])
 
 
 def _vertex_counts(kinds: Sequence[LeafPiece]) -> IntArray:
+    """Return the number of vertices of each kind of piece."""
     return np.array([len(piece.surface.vertices) for piece in kinds], np.int64)
 
 
 def _face_counts(kinds: Sequence[LeafPiece]) -> IntArray:
+    """Return the number of faces of each kind of piece."""
     return np.array([len(piece.surface.faces) for piece in kinds], np.int64)
 
 
@@ -790,12 +836,12 @@ def _grouped(numbers: IntArray) -> Iterator[tuple[int, IntArray]]:
     yield from zip(distinct_numbers.tolist(), np.split(order, first[1:]), strict=True)
 
 
-def _scales_of_merged(found: Leaves) -> dict[int, float]:
+def _scales_of_merged(scene_leaves: Leaves) -> dict[int, float]:
     """Return the scale of the largest copy of each item that is merged."""
     scales = {}
-    for item, rows in found.by_item():
+    for item, rows in scene_leaves.by_item():
         if item.merged:
-            norms = np.linalg.norm(found.matrices[rows][:, :, :3], 2, axis=(1, 2))
+            norms = np.linalg.norm(scene_leaves.matrices[rows][:, :, :3], 2, axis=(1, 2))
             scales[id(item)] = max(float(norms.max(initial=0.0)), 1e-300)
     return scales
 
@@ -808,6 +854,7 @@ class Surfaces:
     """
 
     def __init__(self, job: Job, ending: str, shares: bool = False) -> None:
+        """Flatten the job's frame and choose the sides of round primitives."""
         unsupported_frames(job.plan.roots, ending)
         self.leaves = leaves_of(job.plan, min(job.limit, MAX_VERTICES))
         self._job, self.shares = job, shares
@@ -836,18 +883,19 @@ class Surfaces:
         return self._row_sides
 
     def _sides_of_rows(self) -> IntArray:
+        """Return the sides of full circles of each leaf, as the tolerance needs; raises LimitError."""
         sides = np.full(len(self.leaves), self._sides)
         tolerance = self._job.tolerance
         if tolerance is None:
             return sides
-        room = MAX_VERTICES
+        remaining = MAX_VERTICES
         for item, rows in self.leaves.by_item():
             if item.merged:
                 continue
             sides[rows] = sides_within(item.entity, self.leaves.matrices[rows], tolerance)
             for count, times in zip(*np.unique(sides[rows], return_counts=True), strict=True):
-                room -= int(times) * vertex_count(item.entity, int(count))
-        if room < 0:
+                remaining -= int(times) * vertex_count(item.entity, int(count))
+        if remaining < 0:
             raise too_fine(self._job.plan.word)
         return sides
 
@@ -874,7 +922,7 @@ class Surfaces:
 
     def announce(self, size: float, ending: str) -> None:
         """Warn, before it is written, of a file of an estimated ``size`` in bytes that is large."""
-        if size > _LARGE_FILE:
+        if size > _LARGE_FILE_BYTES:
             message = f"the {ending} file will have about {size / 1e6:,.0f} MB"
             self._job.warn(Diagnostic("large-file", message, None, "write .glb or .usd, which share repeated parts"))
 
@@ -884,9 +932,9 @@ class Surfaces:
 
     def changed(self, rounding: Rounding) -> Iterator[tuple[str, ChangedBody]]:
         """Yield the words and bodies whose volumes rounded world coordinates change by more than .1 %."""
-        for value, rows in _grouped(self.leaves.index * _SIDES + self.sides()):
-            item = self.leaves.items[value // _SIDES]
-            for piece in self.pieces(item, value % _SIDES):
+        for value, rows in _grouped(self.leaves.index * _SIDES_BASE + self.sides()):
+            item = self.leaves.items[value // _SIDES_BASE]
+            for piece in self.pieces(item, value % _SIDES_BASE):
                 poses = composed(self.leaves.matrices[rows], piece.pose)
                 fits = Copies.of(piece.surface.vertices, piece.surface.faces, poses).fit(rounding.error)
                 if fits.all():
@@ -899,10 +947,11 @@ class Surfaces:
         """Return the surface of a leaf, one piece per material, as surfaces that equal forms share."""
         key = id(item), sides
         if key not in self._pieces:
-            self._pieces[key] = self._made(item, sides)
+            self._pieces[key] = self._make_pieces(item, sides)
         return self._pieces[key]
 
-    def _made(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
+    def _make_pieces(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
+        """Return the surface of a leaf as pieces that share surfaces by their keys."""
         if item.merged:
             return [LeafPiece(p.look, p.surface, _rows_of(p.pose)) for p in self._patches_of(item, sides)]
         look, solid = look_of(item.entity), solid_of(item.entity)
@@ -910,34 +959,36 @@ class Surfaces:
             return []
         key = solid.key, sides
         if key not in self._shared:
-            made = solid.surface(sides)
-            self._shared[key] = shared(made) if made is not None and self.shares else made
+            unshared = solid.surface(sides)
+            self._shared[key] = shared(unshared) if unshared is not None and self.shares else unshared
         surface = self._shared[key]
         return [] if surface is None else [LeafPiece(look, surface, _rows_of(solid.pose))]
 
     def _patches_of(self, item: ExportItem, sides: int) -> Sequence[Patch]:
+        """Return a merged item as patches, with the tolerance of its largest copy."""
         tolerance = self._job.tolerance
         return merged(item.entity, sides, None if tolerance is None else tolerance / self._merged[id(item)])
 
     def blocks(self) -> Iterator[WorldBlock]:
         """Yield all visible leaves with their triangles in the world, in order."""
-        key, which = np.unique(self.leaves.index * _SIDES + self.sides(), return_inverse=True)
-        made = [self.pieces(self.leaves.items[k // _SIDES], k % _SIDES) for k in key.tolist()]
-        kinds = [piece for pieces in made for piece in pieces]
-        first = _starts([len(pieces) for pieces in made])
+        key, kind_of_row = np.unique(self.leaves.index * _SIDES_BASE + self.sides(), return_inverse=True)
+        pieces_of_key = [self.pieces(self.leaves.items[k // _SIDES_BASE], k % _SIDES_BASE) for k in key.tolist()]
+        kinds = [piece for pieces in pieces_of_key for piece in pieces]
+        first = _starts([len(pieces) for pieces in pieces_of_key])
         sizes = np.diff(_starts(_vertex_counts(kinds))[first])
-        which = which.reshape(-1)
-        full = np.cumsum(sizes[which]) // _BLOCK
-        for rows in np.split(np.arange(len(which)), np.flatnonzero(np.diff(full)) + 1):
-            counts = np.diff(first)[which[rows]]
+        kind_of_row = kind_of_row.reshape(-1)
+        block_of_row = np.cumsum(sizes[kind_of_row]) // _BLOCK_VERTICES
+        for rows in np.split(np.arange(len(kind_of_row)), np.flatnonzero(np.diff(block_of_row)) + 1):
+            counts = np.diff(first)[kind_of_row[rows]]
             if counts.any():
-                kind = np.repeat(first[which[rows]] - _starts(counts)[:-1], counts) + np.arange(counts.sum())
+                kind = np.repeat(first[kind_of_row[rows]] - _starts(counts)[:-1], counts) + np.arange(counts.sum())
                 yield self._block(kinds, kind, np.repeat(rows, counts))
 
     def _block(self, kinds: Sequence[LeafPiece], kind: IntArray, leaf: IntArray) -> WorldBlock:
+        """Return pieces of leaves as vertices and normals in the world."""
         first = _starts(_vertex_counts(kinds)[kind])
-        own = np.array([piece.pose for piece in kinds])[kind]
-        poses = composed(self.leaves.matrices[leaf], own)
+        piece_poses = np.array([piece.pose for piece in kinds])[kind]
+        poses = composed(self.leaves.matrices[leaf], piece_poses)
         vertices, normals = np.empty((first[-1], 3)), np.empty((first[-1], 3))
         mirrored = np.zeros(len(kind), np.bool_)
         for surface, rows in _by_surface(kinds, kind):
@@ -947,6 +998,7 @@ class Surfaces:
 
 
 def _rows_of(place: Matrix) -> FloatArray:
+    """Return a pose as an array (3, 4)."""
     return np.array(place).reshape(3, 4)
 
 
@@ -963,7 +1015,7 @@ def _word_at(item: ExportItem, piece: LeafPiece, point: FloatArray) -> str:
 
 
 def _as_patch(piece: LeafPiece) -> Patch:
-    """Return a piece with its complete colours, in the frame of its leaf or about an offset from it."""
+    """Return a piece with its complete colors, in the frame of its leaf or about an offset from it."""
     surface = replace(_in_leaf(piece), colors=piece.colors, face_colors=piece.face_colors)
     offset = own_offset(surface.vertices, surface.faces)
     return Patch(piece.look, surface if offset is None else surface.moved(-offset), translation(offset))

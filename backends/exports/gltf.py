@@ -57,7 +57,7 @@ from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 _ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
 _COMPONENTS = {"float32": 5126, "uint32": 5125, "uint16": 5123}
-_MAX_SIZE = 2**32 - 1
+_MAX_GLB_BYTES = 2**32 - 1  # bytes of a GLB file, whose lengths are 32-bit integers
 
 
 PlacedMesh = tuple[Matrix, int]  # the pose of a mesh in its node, the identity unless it is far away, and its index
@@ -93,6 +93,7 @@ class GltfDocument:
         return self._mesh_numbers[key]
 
     def _add_solid(self, word: str, solid: Solid, look: Look, segments: int) -> int | None:
+        """Add the shared mesh of a primitive with its look; return its index, None if it is invisible."""
         if look.opacity == 0.0:
             return None
         key = solid.key, segments
@@ -108,28 +109,33 @@ class GltfDocument:
         return self._add_mesh(word, [geometry | {"material": self._material(look)}], extras)
 
     def merged_meshes(self, entity: Entity, tolerance: float | None = None) -> list[PlacedMesh]:
-        """Return the merged meshes of everything below ``entity``: one about its origin, or several about offsets where
-        single precision cannot hold all in one; none if it is invisible."""
+        """Return the merged meshes of all primitives below ``entity``; none if it is invisible.
+
+        They are one mesh about the entity's origin, or several about offsets if single precision cannot hold all in
+        one.
+        """
         key = id(entity), tolerance
         if key not in self._merged:
             groups: dict[Matrix, list[dict[str, Any]]] = {}
             for patch in merged(entity, self.segments, tolerance):
-                made = self._add_surface(patch.surface) | {"material": self._material(patch.look)}
-                groups.setdefault(patch.pose, []).append(made)
-            self._merged[key] = [(place, self._add_mesh(entity.word, made)) for place, made in groups.items()]
+                primitive = self._add_surface(patch.surface) | {"material": self._material(patch.look)}
+                groups.setdefault(patch.pose, []).append(primitive)
+            self._merged[key] = [(place, self._add_mesh(entity.word, group)) for place, group in groups.items()]
         return self._merged[key]
 
     def _add_mesh(self, name: str, primitives: list[dict[str, Any]], extras: dict[str, Any] | None = None) -> int:
+        """Add a mesh and return its index."""
         more = {} if extras is None else {"extras": extras}
         self.meshes.append({"name": name, "primitives": primitives} | more)
         return len(self.meshes) - 1
 
     def _add_surface(self, surface: ExportSurface) -> dict[str, Any]:
+        """Add the arrays of a surface and return the fields of its glTF primitive."""
         attributes = {"POSITION": self.add_array(surface.vertices.astype(np.float32), "VEC3", _ARRAY_BUFFER)}
         if not self.shares:
             attributes["NORMAL"] = self.add_array(surface.normals.astype(np.float32), "VEC3", _ARRAY_BUFFER)
         if surface.colors is not None:
-            # linear; 8 bits would cause banding in dark colours
+            # linear; 8 bits would cause banding in dark colors
             shades = np.full((len(surface.colors), 4), 65535, np.uint16)
             shades[:, :3] = np.rint(np.clip(surface.colors, 0.0, 1.0) * 65535.0)
             attributes["COLOR_0"] = self.add_array(shades, "VEC4", _ARRAY_BUFFER, normalized=True)
@@ -165,6 +171,7 @@ class GltfDocument:
     # --- materials ---
 
     def _material(self, look: Look) -> int:
+        """Return the index of the material of a look, added on first use."""
         if look not in self._material_numbers:
             self._material_numbers[look] = len(self.materials)
             self.materials.append(material(look))
@@ -173,23 +180,23 @@ class GltfDocument:
     # --- names ---
 
     def name_uniquely(self) -> None:
-        """Give every node and every mesh a name of its own, as three.js reads names; the first of each keeps its word.
+        """Give every node and every mesh a unique name for three.js; the first of each keeps its word.
 
-        three.js finds animated nodes by names without the characters `[].:/`, in which white space is `_`, and numbers
-        those that are equal by `_1`, `_2`, ...; it names nodes first, then the parts of meshes (GLTFLoader,
-        PropertyBinding.sanitizeNodeName). So that no number it gives is the name of a node, meshes of several parts
-        are named after a word that no node's name begins with.
+        three.js (GLTFLoader, PropertyBinding.sanitizeNodeName) finds animated nodes by names without the characters
+        `[].:/`, in which white space is `_`, and numbers equal ones by `_1`, `_2`, ...; it names nodes first, then the
+        parts of meshes. So that none of its numbered names is the name of a node, meshes of several parts are named
+        after a word with which no node's name begins.
         """
-        given = {read_name(node["name"]) for node in self.nodes}
-        names = _UniqueNames(given)
+        node_names = {read_name(node["name"]) for node in self.nodes}
+        names = _UniqueNames(node_names)
         for node in self.nodes:
             node["name"] = names.fresh(node["name"])
         parts = {name.rpartition("_")[0] for name in names.taken if name.rpartition("_")[2].isdigit()}
-        own = _UniqueNames({read_name(mesh["name"]) for mesh in self.meshes})
+        mesh_names = _UniqueNames({read_name(mesh["name"]) for mesh in self.meshes})
         for mesh in self.meshes:
-            name = own.fresh(mesh["name"])
+            name = mesh_names.fresh(mesh["name"])
             while len(mesh["primitives"]) > 1 and read_name(name) in parts:
-                name = own.fresh(f"{name} mesh")
+                name = mesh_names.fresh(f"{name} mesh")
             mesh["name"] = name
 
     # --- the file ---
@@ -197,7 +204,7 @@ class GltfDocument:
     def to_json(self, uri: str | None = None) -> bytes:
         """Return the JSON document; ``uri`` locates the binary buffer, None for the chunk of the same file."""
         buffer: dict[str, Any] = {"byteLength": self.size} | ({"uri": uri} if uri is not None else {})
-        used = {name for made in self.materials for name in made.get("extensions", ())}
+        used = {name for entry in self.materials for name in entry.get("extensions", ())}
         document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": _generator()},
             "scene": 0,
@@ -228,7 +235,7 @@ class GltfDocument:
     @property
     def is_too_large(self) -> bool:
         """Whether the arrays alone exceed the size of a .glb file."""
-        return self.size > _MAX_SIZE
+        return self.size > _MAX_GLB_BYTES
 
 
 def read_name(name: str) -> str:
@@ -249,11 +256,11 @@ _UNREAD = re.compile(r"[\[\].:/]")
 
 
 class _UniqueNames:
-    """Numbers equal names: the first stays, the others get numbers that make names that are not ``given``."""
+    """Numbers equal names: the first keeps its word, the others get numbers that form no other given name."""
 
-    def __init__(self, given: set[str]) -> None:
+    def __init__(self, reserved: set[str]) -> None:
         self.taken = set(_MEMBERS)
-        self._given = given
+        self._reserved = reserved
         self._numbers: dict[str, int] = {}
 
     def fresh(self, name: str) -> str:
@@ -263,7 +270,7 @@ class _UniqueNames:
             self.taken.add(key)
             return name
         number = self._numbers.get(key, 1) + 1
-        while f"{key}_{number}" in self.taken or f"{key}_{number}" in self._given:
+        while f"{key}_{number}" in self.taken or f"{key}_{number}" in self._reserved:
             number += 1
         self._numbers[key] = number
         self.taken.add(f"{key}_{number}")
@@ -271,8 +278,8 @@ class _UniqueNames:
 
 
 def material(look: Look) -> dict[str, Any]:
-    """Return the glTF material of a look; its factors are linear, like colours."""
-    made: dict[str, Any] = {
+    """Return the glTF material of a look; its factors are linear, like colors."""
+    fields: dict[str, Any] = {
         "pbrMetallicRoughness": {
             "baseColorFactor": [*look.color, look.opacity],
             "metallicFactor": look.metallic,
@@ -281,17 +288,17 @@ def material(look: Look) -> dict[str, Any]:
         "doubleSided": True,
     }
     if look.opacity < 1.0:
-        made["alphaMode"] = "BLEND"
+        fields["alphaMode"] = "BLEND"
     extensions: dict[str, Any] = {}
     brightest = max(look.emission)
     if brightest > 0.0:
         strength = max(1.0, brightest)
-        made["emissiveFactor"] = [channel / strength for channel in look.emission]
+        fields["emissiveFactor"] = [channel / strength for channel in look.emission]
         if strength > 1.0:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
     if look.ior is not None:
         extensions["KHR_materials_ior"] = {"ior": look.ior}
-    return made | ({"extensions": extensions} if extensions else {})
+    return fields | ({"extensions": extensions} if extensions else {})
 
 
 def wrote_glb(path: Path) -> bool:
@@ -307,6 +314,7 @@ def wrote_glb(path: Path) -> bool:
 
 
 def _generator() -> str:
+    """Return the `generator` of files, with the version if scenelang is installed."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:
@@ -320,8 +328,9 @@ def _generator() -> str:
 
 FloatArray = npt.NDArray[np.float64]
 
-_SAME = 2e-7  # relative precision of float32
-_FLIP = 0.01  # frames in which a pose becomes its mirror image, which no rotation and scale are between
+_FLOAT32_PRECISION = 2e-7  # relative precision of float32, within which values of a track are equal
+# frames in which a pose becomes its mirror image, because no rotation and scale interpolate between them
+_FLIP_FRAMES = 0.01
 
 
 @dataclass(slots=True)
@@ -340,7 +349,7 @@ class AnimationTracks:
         Constant properties get no track. Of a run of equal values only the ends are stored, or the first if stepwise.
         Before each of the frames ``flips`` the values stay, and change within a hundredth of a frame.
         """
-        if (np.abs(values - values[0]) <= _SAME * np.abs(values[0]).max()).all():
+        if (np.abs(values - values[0]) <= _FLOAT32_PRECISION * np.abs(values[0]).max()).all():
             return
         same = (values[1:] == values[:-1]).all(axis=1)
         before = np.concatenate([[False], same])
@@ -350,7 +359,7 @@ class AnimationTracks:
         keep[[frame - 1 for frame in flips]] = keep[list(flips)] = True
         frames = np.flatnonzero(keep)
         rows = np.sort(np.concatenate([frames, [frame - 1 for frame in flips]])).astype(np.int64)
-        times = np.sort(np.concatenate([frames, [frame - _FLIP for frame in flips]]))
+        times = np.sort(np.concatenate([frames, [frame - _FLIP_FRAMES for frame in flips]]))
         output = self.document.add_array(
             np.ascontiguousarray(values[rows], np.float32), "VEC4" if path == "rotation" else "VEC3"
         )
@@ -360,6 +369,7 @@ class AnimationTracks:
         self.channels.append({"sampler": len(self.samplers) - 1, "target": {"node": node, "path": path}})
 
     def _input(self, times: FloatArray) -> int:
+        """Return the accessor of the times of keys, shared by equal tracks."""
         key = tuple(times.tolist())
         if key not in self._times:
             self._times[key] = self.document.add_array((times / self.fps).astype(np.float32), "SCALAR")
@@ -371,9 +381,10 @@ class AnimationTracks:
             self.document.animations.append({"name": name, "samplers": self.samplers, "channels": self.channels})
 
 
-# The hierarchy of a scene as glTF nodes, named by words, and its frames as an animation. Every instance of an entity is
-# a node whose ``extras`` contain its metadata. A primitive's node places its canonical solid (a unit cube, ball,
-# cylinder or cone, shared by all with the same look), so its pose is the product of the entity's and the solid's.
+# glTF has no primitives of its own (its extension is a draft), so that all are meshes, and `extras` names the form of
+# newer ones. The hierarchy of a scene as glTF nodes, named by words, and its frames as an animation. Every instance of
+# an entity is a node whose ``extras`` contain its metadata. A primitive's node places its canonical solid (a unit cube,
+# ball, cylinder or cone, shared by all with the same look), so its pose is the product of the entity's and the solid's.
 # Additional child nodes: ``word/shear`` for a pose with shear, ``word/shown`` with scale 0 or 1 for an object that is
 # not in all frames, and ``word/1``, ``word/2``, ... for the looks of a primitive whose look changes.
 
@@ -389,29 +400,32 @@ def node_fields(decomposition: Decomposition, index: int) -> list[Node]:
 
 
 def all_fields(decomposition: Decomposition) -> list[list[Node]]:
-    """Return what ``node_fields`` returns for every pose."""
-    found: list[list[Node]] = [[{}] for _ in range(len(decomposition.translation))]
+    """Return the node fields of every pose, as ``node_fields`` does for one."""
+    fields: list[list[Node]] = [[{}] for _ in range(len(decomposition.translation))]
     for name, neutral in _NEUTRAL.items():
         values = getattr(decomposition, name)
         rows = np.flatnonzero((values != neutral).any(axis=1))
         for row, value in zip(rows.tolist(), values[rows].tolist(), strict=True):
-            found[row][0][name] = value
+            fields[row][0][name] = value
     for row in np.flatnonzero(decomposition.shears).tolist():
-        found[row].append({"rotation": decomposition.inner[row].tolist()})
-    return found
+        fields[row].append({"rotation": decomposition.inner[row].tolist()})
+    return fields
 
 
 _NEUTRAL = {"translation": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0)}
 INSTANCED = "EXT_mesh_gpu_instancing"
-_CHUNK = 1 << 16  # poses decomposed at a time
+_BATCH_POSES = 1 << 16  # poses decomposed at a time
 
 
 @dataclass(slots=True)
 class Nodes:
-    """Adds nodes to ``document``, with caches for poses, primitives and what nodes of an item have in common.
+    """Adds nodes to ``document``, with caches for poses, primitives and the shared content of nodes of an item.
 
-    ``sides`` are those of full circles of an item, ``within`` the tolerance in its frame. From ``least`` copies of an
-    item in another one on, they are instances of one node for each mesh (``EXT_mesh_gpu_instancing``); 0 for never.
+    ``sides`` returns the sides of full circles of an item, ``within`` the tolerance in its frame. From ``least`` copies
+    of an item in another one on, they are instances of one node for each mesh (``EXT_mesh_gpu_instancing``); 0 for
+    never. The extension repeats one node's mesh and not its children, so copies are grouped by mesh below the copied
+    entity: the hierarchy of words remains, once for all copies. It must be in ``extensionsRequired``, and readers
+    without it refuse the file, hence only on request.
     """
 
     document: GltfDocument
@@ -432,8 +446,8 @@ class Nodes:
         children = [child for item in order for child, _ in item.parts]
         poses = pose.stacked([place for item in order for _, place in item.parts]).reshape(-1, 3, 4)
         fields: list[list[Node]] = []
-        for start in range(0, len(children), _CHUNK):
-            rows = slice(start, start + _CHUNK)
+        for start in range(0, len(children), _BATCH_POSES):
+            rows = slice(start, start + _BATCH_POSES)
             fields += all_fields(decompose(self._all_placed(children[rows], poses[rows])))
         start = 0
         for item in order:
@@ -441,11 +455,11 @@ class Nodes:
             start += len(item.parts)
 
     def _all_placed(self, items: Sequence[ExportItem], poses: FloatArray) -> FloatArray:
-        """Return what ``placed`` returns for each of the items under its pose (K, 3, 4)."""
+        """Return the poses of the items' nodes under the poses (K, 3, 4), as ``placed`` does for one."""
         numbers: dict[int, int] = {}
         index = [numbers.setdefault(id(item), len(numbers)) for item in items]
-        own = np.array([self.placed(item, IDENTITY) for item in {id(item): item for item in items}.values()])
-        return composed(poses, own.reshape(-1, 3, 4)[index])
+        item_poses = np.array([self.placed(item, IDENTITY) for item in {id(item): item for item in items}.values()])
+        return composed(poses, item_poses.reshape(-1, 3, 4)[index])
 
     def add_still(self, root: ExportItem, place: Matrix, siblings: list[int] | None) -> None:
         """Add a node for each instance below and including ``root``, without recursion."""
@@ -468,10 +482,10 @@ class Nodes:
         """Return the parts of an item that are instanced, with their poses."""
         if not self.least or len(item.parts) < self.least:
             return {}
-        found: dict[int, tuple[ExportItem, list[Matrix]]] = {}
+        copies: dict[int, tuple[ExportItem, list[Matrix]]] = {}
         for child, place in item.parts:
-            found.setdefault(id(child), (child, []))[1].append(place)
-        return {key: value for key, value in found.items() if len(value[1]) >= self.least}
+            copies.setdefault(id(child), (child, []))[1].append(place)
+        return {key: value for key, value in copies.items() if len(value[1]) >= self.least}
 
     def _add_copies(self, root: ExportItem, places: FloatArray, siblings: list[int]) -> None:
         """Add a node for each item below and including ``root`` that stands for all its instances.
@@ -487,14 +501,14 @@ class Nodes:
             children: list[int] = []
             node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": len(poses)}}
             self._append(node, siblings)
-            below: dict[int, tuple[ExportItem, list[Matrix]]] = {}
+            copies_by_child: dict[int, tuple[ExportItem, list[Matrix]]] = {}
             for child, place in item.parts:
-                below.setdefault(id(child), (child, []))[1].append(place)
-            for child, own in reversed(list(below.values())):
-                inner = np.array(own).reshape(-1, 3, 4)
+                copies_by_child.setdefault(id(child), (child, []))[1].append(place)
+            for child, child_poses in reversed(list(copies_by_child.values())):
+                inner = np.array(child_poses).reshape(-1, 3, 4)
                 product_ = composed(np.repeat(poses, len(inner), axis=0), np.tile(inner, (len(poses), 1, 1)))
                 waiting.append((child, product_, children))
-            if below:
+            if copies_by_child:
                 node["children"] = children
 
     def _add_instances(self, item: ExportItem, poses: FloatArray, siblings: list[int]) -> None:
@@ -502,8 +516,8 @@ class Nodes:
         places = self._all_placed([item] * len(poses), poses)
         offset = common_offset(places[:, :, 3], size_of([item.entity]))  # translations of instances are float32
         near = places if offset is None else about(places, offset)
-        found = decompose(near)
-        plain = ~found.shears & (found.scale > 0.0).all(axis=1)
+        decomposition = decompose(near)
+        plain = ~decomposition.shears & (decomposition.scale > 0.0).all(axis=1)
         rows = np.flatnonzero(plain)
         if len(rows):
             node: Node = {"name": item.word, "extras": self.extras(item) | {"instances": len(rows)}}
@@ -512,20 +526,25 @@ class Nodes:
             self._append(node, siblings)
             meshes = self.meshes_of(item)
             for number, (inner, mesh) in enumerate(meshes, start=1):
-                own = found if inner is IDENTITY else decompose(composed(near, np.array(inner).reshape(1, 3, 4)))
+                mesh_decomposition = (
+                    decomposition if inner is IDENTITY else decompose(composed(near, np.array(inner).reshape(1, 3, 4)))
+                )
                 holder = node if len(meshes) == 1 else self._add_part(f"{item.word}/{number}", {}, node)
                 self.document.required.add(INSTANCED)
-                holder |= {"mesh": mesh, "extensions": {INSTANCED: {"attributes": self._instances(own, rows)}}}
+                holder |= {
+                    "mesh": mesh,
+                    "extensions": {INSTANCED: {"attributes": self._instances(mesh_decomposition, rows)}},
+                }
         for row in np.flatnonzero(~plain).tolist():
             fields = node_fields(decompose(places[row : row + 1]), 0)
             self._give_meshes(self._add_posed(item.word, fields, self.extras(item), siblings), item)
 
-    def _instances(self, found: Decomposition, rows: npt.NDArray[np.int64]) -> dict[str, int]:
+    def _instances(self, decomposition: Decomposition, rows: npt.NDArray[np.int64]) -> dict[str, int]:
         """Add the attributes of instances; ``_INSTANCE`` counts them as the scene does, ordinary nodes included."""
         add = self.document.add_array
-        attributes = {"TRANSLATION": add(found.translation[rows].astype(np.float32), "VEC3")}
+        attributes = {"TRANSLATION": add(decomposition.translation[rows].astype(np.float32), "VEC3")}
         for name, kind in (("rotation", "VEC4"), ("scale", "VEC3")):
-            values = getattr(found, name)[rows]
+            values = getattr(decomposition, name)[rows]
             if (values != _NEUTRAL[name]).any():
                 attributes[name.upper()] = add(values.astype(np.float32), kind)
         return attributes | {"_INSTANCE": add(rows.astype(np.uint32), "SCALAR")}
@@ -549,6 +568,7 @@ class Nodes:
         return self._extras[id(item)]
 
     def _fields(self, place: Matrix) -> list[Node]:
+        """Return the node fields of a pose, decomposed once."""
         if place not in self._poses:
             self._poses[place] = node_fields(decompose(np.array(place).reshape(1, 3, 4)), 0)
         return self._poses[place]
@@ -563,12 +583,14 @@ class Nodes:
         return node
 
     def _append(self, node: Node, siblings: list[int] | None) -> int:
+        """Add a node below its siblings' parent and return its index."""
         if siblings is not None:
             siblings.append(len(self.document.nodes))
         self.document.nodes.append(node)
         return len(self.document.nodes) - 1
 
     def _add_inner(self, name: str, fields: Node, outer: Node) -> Node:
+        """Add a node as the only child of another."""
         node = {"name": name, **fields}
         outer["children"] = [self._append(node, None)]
         return node
@@ -591,10 +613,11 @@ class Nodes:
     def meshes_of(self, item: ExportItem) -> list[PlacedMesh]:
         """Return the meshes of the item."""
         if id(item) not in self._meshes:
-            self._meshes[id(item)] = self._made_meshes(item)
+            self._meshes[id(item)] = self._make_meshes(item)
         return self._meshes[id(item)]
 
-    def _made_meshes(self, item: ExportItem) -> list[PlacedMesh]:
+    def _make_meshes(self, item: ExportItem) -> list[PlacedMesh]:
+        """Add the meshes of an item."""
         if item.merged:
             return self.document.merged_meshes(item.entity, self.within(item))
         solid = self.solid(item)
@@ -606,7 +629,7 @@ class Nodes:
     # --- animated objects ---
 
     def add_moving(self, root: Moving, tracks: AnimationTracks) -> None:
-        """Add a node for each path over all frames, with tracks for what changes."""
+        """Add a node for each path over all frames, with tracks for the properties that change."""
         waiting: list[tuple[Moving, list[int] | None]] = [(root, None)]
         while waiting:
             moving, siblings = waiting.pop()
@@ -623,15 +646,16 @@ class Nodes:
     def _add_changing(
         self, moving: Moving, siblings: list[int] | None, tracks: AnimationTracks, children: list[int]
     ) -> None:
+        """Add the node of an object that changes between frames, with its tracks and meshes."""
         kinds = variants(moving)
-        one = len(kinds) == 1 and not moving.children
+        has_one_mesh = len(kinds) == 1 and not moving.children
         places = list(moving.filled_poses())
-        if one:
+        if has_one_mesh:
             items = _filled(moving.items)
             places = [self.placed(item, place) for item, place in zip(items, places, strict=True)]
         size = size_of([moving.first.entity])
         node = self._add_track(moving.word, places, moving.shown, self.extras(moving.first), siblings, tracks, size)
-        if one:
+        if has_one_mesh:
             self._give_meshes(node, kinds[0][0])
         elif kinds:
             self._add_variants(moving, kinds, children, tracks)
@@ -647,8 +671,8 @@ class Nodes:
     ) -> None:
         """Add a child node for each mesh of the object over time, visible only in its frames."""
         for number, (item, shown) in enumerate(kinds, start=1):
-            mine = [other if seen else None for other, seen in zip(moving.items, shown, strict=True)]
-            places = [self.placed(other, IDENTITY) for other in _filled(mine)]
+            variant_items = [other if is_shown else None for other, is_shown in zip(moving.items, shown, strict=True)]
+            places = [self.placed(other, IDENTITY) for other in _filled(variant_items)]
             name, size = f"{moving.word}/{number}", size_of([item.entity])
             node = self._add_track(name, places, shown, None, children, tracks, size)
             self._give_meshes(node, item)
@@ -663,22 +687,24 @@ class Nodes:
         tracks: AnimationTracks,
         size: float,
     ) -> Node:
-        """Add a node with one pose per frame, visible in the frames ``shown``; return the innermost, which gets the
-        content."""
-        still = len(set(places)) == 1
+        """Add a node with one pose per frame, visible in the frames ``shown``.
+
+        Returns the innermost of its nodes, which gets the content.
+        """
+        is_still = len(set(places)) == 1
         poses = np.array(places).reshape(-1, 3, 4)
-        offset = None if still else common_offset(poses[:, :, 3], size)  # tracks are float32
+        offset = None if is_still else common_offset(poses[:, :, 3], size)  # tracks are float32
         if offset is not None:
             self._add_posed(name, [{"translation": offset.tolist()}], extras, siblings)
             name, extras, siblings = f"{name}/motion", None, self.document.nodes[-1].setdefault("children", [])
             poses = about(poses, offset)
-        decomposition = None if still else decompose_track(poses)
+        decomposition = None if is_still else decompose_track(poses)
         fields = self._fields(places[0]) if decomposition is None else node_fields(decomposition, 0)
         number = len(self.document.nodes)
         node = self._add_posed(name, fields, extras, siblings)
         if decomposition is not None:
-            way = np.sign(decomposition.scale).prod(axis=1)
-            flips = (np.flatnonzero(way[1:] * way[:-1] < 0.0) + 1).tolist()
+            handedness = np.sign(decomposition.scale).prod(axis=1)
+            flips = (np.flatnonzero(handedness[1:] * handedness[:-1] < 0.0) + 1).tolist()
             tracks.add(number, "translation", decomposition.translation, flips=flips)
             tracks.add(number, "rotation", decomposition.rotation, flips=flips)
             tracks.add(number, "scale", decomposition.scale, flips=flips)
@@ -693,11 +719,11 @@ class Nodes:
 
 def _filled(items: Sequence[ExportItem | None]) -> list[ExportItem]:
     """Return an item for every frame; frames without one repeat the previous item."""
-    found = next(item for item in items if item is not None)
+    current = next(item for item in items if item is not None)
     filled = []
     for item in items:
-        found = item if item is not None else found
-        filled.append(found)
+        current = item if item is not None else current
+        filled.append(current)
     return filled
 
 
@@ -722,8 +748,8 @@ def write(job: Job, path: Path) -> None:
 def document_of(job: Job) -> GltfDocument:
     """Return the glTF document of a plan; raises LimitError if it would be too large."""
     plan = _within_limits(job)
-    whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    document = GltfDocument(merged_sides(job, whole, _HINT), job.solid)
+    merged_entities = [item.entity for item in distinct(*plan.roots) if item.merged]
+    document = GltfDocument(merged_sides(job, merged_entities, _HINT), job.solid)
     fine = fineness(job, plan.roots)
     nodes = Nodes(document, fine.of, fine.within, job.instancing or 0)
     if plan.animated:
@@ -738,7 +764,7 @@ def document_of(job: Job) -> GltfDocument:
 
 
 def _within_limits(job: Job) -> ExportPlan:
-    """Return the plan with repeated parts merged as far as its nodes must be fewer; instances need none."""
+    """Return the plan with repeated parts merged as far as the limit of nodes requires; instances need none."""
     if not job.instancing:
         return cut_below(job.plan, job.instances)
     most = max(leaf_counts(root)[id(root)] for root in job.plan.roots)
@@ -749,6 +775,7 @@ def _within_limits(job: Job) -> ExportPlan:
 
 
 def _add_frames(nodes: Nodes, plan: ExportPlan, fps: float) -> None:
+    """Add the frames of a 4D scene as one animated hierarchy."""
     root = matched(plan.roots)
     nodes.prepare(list(_fixed_items(root)))
     tracks = AnimationTracks(nodes.document, fps)
@@ -757,6 +784,7 @@ def _add_frames(nodes: Nodes, plan: ExportPlan, fps: float) -> None:
 
 
 def _fixed_items(root: Moving) -> Iterator[ExportItem]:
+    """Yield the items that never change."""
     waiting = [root]
     while waiting:
         moving = waiting.pop()

@@ -1,9 +1,10 @@
 """Export of triangle meshes: Wavefront OBJ with an .mtl file, PLY, and binary STL.
 
-An OBJ file has one object for each leaf, named by the words from the root to it.
+An OBJ file has one object for each leaf, named by the words from the root to it. It numbers positions and normals
+separately, which halves the files of boxes.
 
-By convention colours in .mtl files are sRGB-encoded, so ``Kd`` is. A merged part, whose colours vary, has vertex
-colours (``v x y z r g b``), which most programs support.
+By convention colors in .mtl files are sRGB-encoded, so ``Kd`` is. A merged part, whose colors vary, has vertex
+colors (``v x y z r g b``), which most programs support.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ IntArray = npt.NDArray[np.int64]
 
 _CONTROLS = re.compile(r"[\x00-\x1f\x7f]")
 _HEAD, _ROW, _NORMAL_ROW = 60, 34, 24  # bytes of the lines of an object, of a point and of a normal in an OBJ file
-_MAX_SHININESS = 1000.0  # maximum of Ns, which is 0 for a rough surface
+_MAX_SHININESS = 1000.0  # maximum of Ns, whose minimum 0 is a rough surface
 
 
 def _write_obj(job: Job, path: Path) -> None:
@@ -50,11 +51,19 @@ def _write_obj(job: Job, path: Path) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outline:
-    """A surface as an object of OBJ has it, where positions and normals are numbered apart and each is there once.
+    """Surface as an OBJ object, with distinct positions and normals.
 
-    ``points`` and ``normals`` are the vertices that they are taken from, ``colors`` the colours of the points.
-    ``faces`` and ``mirrored`` are the numbers of three corners, position and normal, from 0. ``form`` is the text of
-    the object but for its numbers. A body has no normals: readers would tear its points apart for them.
+    Attributes
+    ----------
+    points, normals
+        Numbers of the vertices that they are taken from. A body has no normals, for which readers would split its
+        points.
+    colors : (P, 3), optional
+        Colors of the points.
+    faces, mirrored
+        Numbers of the position and normal at each corner, from 0, and those of the mirrored surface.
+    form
+        Text of the object, with formats for its numbers.
     """
 
     points: IntArray
@@ -65,7 +74,7 @@ class _Outline:
     form: str
 
 
-def _outline(piece: LeafPiece, is_body: bool, number: str) -> _Outline:
+def _outline(piece: LeafPiece, number: str, *, is_body: bool) -> _Outline:
     """Return a piece as an object; ``number`` is the format of its positions."""
     surface, colors = piece.surface, piece.colors
     columns = surface.vertices
@@ -79,18 +88,19 @@ def _outline(piece: LeafPiece, is_body: bool, number: str) -> _Outline:
     if surface.joints is None or colors is not None:
         points, place = _firsts(columns)
         point = place[surface.faces]
-    else:  # what only touches itself stays apart
+    else:  # points where the solid only touches itself stay separate
         _, first, place = np.unique(surface.joints, return_index=True, return_inverse=True)
         points, point = surface.faces.ravel()[first], place.reshape(surface.faces.shape)
     normals, normal = _firsts(surface.normals)
     corners = np.stack([point, normal[surface.faces]], axis=2)
     form = _vertex_form(columns, number) * len(points) + "vn %.6g %.6g %.6g\n" * len(normals)
     form += "f %d//%d %d//%d %d//%d\n" * len(surface.faces)
-    own = None if colors is None else colors[points]
-    return _Outline(points, normals, own, corners.reshape(-1), corners[:, ::-1].reshape(-1), form)
+    point_colors = None if colors is None else colors[points]
+    return _Outline(points, normals, point_colors, corners.reshape(-1), corners[:, ::-1].reshape(-1), form)
 
 
 def _vertex_form(columns: FloatArray, number: str) -> str:
+    """Return the format of a line of a position, with a color if the columns have one."""
     colors: int = columns.shape[1] - 3
     return f"v {number} {number} {number}" + " %.9g" * colors + "\n"
 
@@ -108,6 +118,7 @@ class _ObjText:
     """Writes the objects of an OBJ file, which number positions and normals through the file."""
 
     def __init__(self, surfaces: Surfaces) -> None:
+        """Choose nine digits, or all if rounding to nine would change the volume of a body."""
         self.materials: dict[Look, str] = {}
         self._surfaces, self._leaves, self._shares = surfaces, surfaces.leaves, surfaces.shares
         self._number = "%.9g" if surfaces.keeps_shapes(NINE_DIGITS) else "%.17g"
@@ -117,8 +128,8 @@ class _ObjText:
         self._next = np.array([1, 1])
 
     def estimated_size(self) -> float:
-        """Return about how many bytes the objects take, within a fifth."""
-        found = 0.0
+        """Return the approximate size of the objects in bytes, within a fifth."""
+        size = 0.0
         vertices, _ = self._surfaces.size()
         digits = len(str(max(vertices, 1)))
         for pieces, count in self._surfaces.kinds():
@@ -126,8 +137,8 @@ class _ObjText:
                 outline = self._outline(piece)
                 normals = 0 if outline.normals is None else len(outline.normals)
                 corners = len(outline.faces) * (digits + 1)
-                found += count * (_HEAD + _ROW * len(outline.points) + _NORMAL_ROW * normals + corners)
-        return found
+                size += count * (_HEAD + _ROW * len(outline.points) + _NORMAL_ROW * normals + corners)
+        return size
 
     def objects(self, block: WorldBlock) -> Iterator[str]:
         """Yield the text of each object of a block."""
@@ -149,9 +160,10 @@ class _ObjText:
             yield outline.form % numbers
 
     def _outline(self, piece: LeafPiece) -> _Outline:
+        """Return the outline of a piece, computed once for equal surfaces and colors."""
         key = id(piece.surface), None if piece.surface.colors is None else piece.look.color
         if key not in self._outlines:
-            self._outlines[key] = _outline(piece, self._shares, self._number)
+            self._outlines[key] = _outline(piece, self._number, is_body=self._shares)
         return self._outlines[key]
 
     def _head(self, leaf: int, look: Look) -> str:
@@ -174,7 +186,10 @@ def _escaped(word: str) -> str:
 
 
 def _material(name: str, look: Look) -> str:
+    """Return the lines of a material; Pr, Pm and Ke are the PBR extension of MTL."""
+
     def spelled(linear: tuple[float, ...]) -> str:
+        """Return a linear color as three sRGB numbers."""
         return " ".join(f"{x:.6f}" for x in to_srgb(np.clip(np.array(linear), 0.0, 1.0)).tolist())
 
     lines = [f"newmtl {name}", f"Kd {spelled(look.color)}", f"d {look.opacity:g}"]
@@ -198,8 +213,8 @@ OBJ = mesh_backend(
 )
 
 
-# Binary PLY: one mesh in world coordinates, with normals and the sRGB colour and opacity of every vertex; a body has
-# points without normals, and the colours of its faces.
+# Binary PLY: one mesh in world coordinates, with normals and the sRGB color and opacity of every vertex; a body has
+# points without normals, and the colors of its faces.
 
 
 _COMMENT = "scenelang: y up, colours are sRGB"
@@ -222,21 +237,22 @@ def _write_ply(job: Job, path: Path) -> None:
     if job.solid:
         blocks = list(surfaces.blocks())
         points = [block.vertices.astype(code).view([("position", code, 3)]) for block in blocks]
-        painted, start = [], 0
+        face_rows, start = [], 0
         for block in blocks:
-            painted.append(_painted_faces(block, start))
+            face_rows.append(_painted_faces(block, start))
             start += len(block.vertices)
-        write_ply(path, positions, points, painted, _COMMENT, face_properties=_COLORS)
+        write_ply(path, positions, points, face_rows, _COMMENT, face_properties=_COLORS)
         return
     row = np.dtype([("position", code, 3), ("normal", "<f4", 3), ("color", "u1", 4)])
     faces: list[npt.NDArray[Any]] = []
 
     def vertices() -> Iterator[npt.NDArray[Any]]:
+        """Yield the vertices block by block, and collect the faces, which are only written after all vertices."""
         start = 0
         for block in surfaces.blocks():
             rows = np.empty(len(block.vertices), row)
             rows["position"], rows["normal"], rows["color"] = block.vertices, block.normals, block.srgb()
-            faces.append(_ply_faces(block.faces() + start))  # written after all vertices
+            faces.append(_ply_faces(block.faces() + start))
             start += len(rows)
             yield rows
 
@@ -283,13 +299,14 @@ def write_ply(
 
 
 def _ply_faces(corners: IntArray) -> npt.NDArray[Any]:
+    """Return triangles as PLY's rows of faces."""
     rows = np.empty(len(corners), _FACE)
     rows["count"], rows["corners"] = 3, corners
     return rows
 
 
 def _painted_faces(block: WorldBlock, start: int) -> npt.NDArray[Any]:
-    """Return the rows of the faces of a block, whose first vertex is ``start``, with their colours."""
+    """Return the faces of a block with their colors; ``start`` is its first vertex in the file."""
     corners = block.faces() + start
     rows = np.empty(len(corners), _PAINTED)
     rows["count"], rows["corners"], rows["color"] = 3, corners, block.face_srgb()
@@ -301,7 +318,7 @@ PLY = mesh_backend(
 )
 
 
-# Binary STL: the triangles in world coordinates with their normals; the format has no colours or names.
+# Binary STL: the triangles in world coordinates with their normals; the format has no colors or names.
 
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -325,13 +342,13 @@ def _write_stl(job: Job, path: Path) -> None:
 
 
 def _single(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Return a closed surface that stays closed when its vertices are rounded to float32 and joined by their places."""
+    """Return a closed surface that stays closed after rounding to float32 and joining of equal points."""
     points, corners, _ = contracted(vertices, faces, np.arange(len(faces)), 0.0)
     return (points, corners) if len(corners) else (vertices, faces)
 
 
 def _warnings(surfaces: Surfaces) -> Iterator[Diagnostic]:
-    """Yield a warning for each word that has bodies whose volumes single precision changes, about the worst one."""
+    """Yield a warning for each word with bodies whose volumes change in single precision, about the worst."""
     worst: dict[str, tuple[ChangedBody, int]] = {}
     for word, body in surfaces.changed(SINGLE):
         other, count = worst.get(word, (body, 0))
@@ -346,6 +363,7 @@ def _warnings(surfaces: Surfaces) -> Iterator[Diagnostic]:
 
 
 def _triangles(vertices: FloatArray, faces: IntArray) -> npt.NDArray[np.void]:
+    """Return triangles as STL's rows, with their normals."""
     rows = np.zeros(len(faces), _TRIANGLE)
     corners = vertices[faces]
     rows["corners"], rows["normal"] = corners, triangle_normals(corners)

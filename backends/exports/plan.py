@@ -1,4 +1,4 @@
-"""What is exported: the entity DAG, with some entities marked to be merged into one mesh, and triangle surfaces.
+"""Plan of an export: the entity DAG, with some entities marked to be merged into one mesh, and triangle surfaces.
 
 An ``ExportItem`` is a distinct entity in one role. ``--depth N`` marks the entities at level N (the root is level 0),
 so that each becomes one part; ``--instance-limit`` marks repeated small subtrees, so that a strict tree of nodes stays
@@ -31,12 +31,12 @@ from scenelang.interpreter.scene.primitives.mesh import Mesh, posed_points
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 MAX_NODES = 1_000_000  # of a strict tree
-_MAX_COORDINATE = 1e30  # limit for single precision, with a margin for products
+_MAX_COORDINATE = 1e30  # below the maximum of single precision, with a margin for products
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportItem:
-    """An entity to export; ``parts`` are pairs of item and pose. ``merged``: the whole subtree becomes one mesh."""
+    """Entity to export; ``parts`` are pairs of item and pose. ``merged``: the whole subtree becomes one mesh."""
 
     entity: Entity
     parts: tuple[tuple[ExportItem, Matrix], ...] = ()
@@ -44,6 +44,7 @@ class ExportItem:
 
     @property
     def word(self) -> str:
+        """Word of the entity."""
         return self.entity.word
 
     @property
@@ -128,20 +129,24 @@ class _Items:
             self._made[key] = self._item(entity, left)
         return self._made[self._key(root, levels)]
 
-    def _key(self, entity: Entity, left: float) -> tuple[int, float]:
-        return id(entity), (left if left < self._heights[id(entity)] else math.inf)
+    def _key(self, entity: Entity, levels: float) -> tuple[int, float]:
+        """Return the cache key of an entity; levels beyond its height do not matter."""
+        return id(entity), (levels if levels < self._heights[id(entity)] else math.inf)
 
-    def _missing(self, entity: Entity, left: float) -> list[tuple[Entity, float]]:
-        return [(child, left) for child in _distinct_children(entity) if self._key(child, left) not in self._made]
+    def _missing(self, entity: Entity, levels: float) -> list[tuple[Entity, float]]:
+        """Return the children of an entity that have no item yet."""
+        return [(child, levels) for child in _distinct_children(entity) if self._key(child, levels) not in self._made]
 
-    def _item(self, entity: Entity, left: float) -> ExportItem:
-        if left <= 0 and entity.children:
+    def _item(self, entity: Entity, levels: float) -> ExportItem:
+        """Return the item of an entity whose children have items."""
+        if levels <= 0 and entity.children:
             return ExportItem(entity, merged=True)
-        made = {id(child): self._made[self._key(child, left - 1)] for child in _distinct_children(entity)}
-        return ExportItem(entity, tuple([(made[id(part.car)], part.cdr) for part in entity.children]))
+        child_items = {id(child): self._made[self._key(child, levels - 1)] for child in _distinct_children(entity)}
+        return ExportItem(entity, tuple([(child_items[id(part.car)], part.cdr) for part in entity.children]))
 
 
 def _distinct_children(entity: Entity) -> Iterable[Entity]:
+    """Return the distinct children of an entity, in order."""
     return {id(part.car): part.car for part in entity.children}.values()
 
 
@@ -158,15 +163,15 @@ def _heights(roots: Iterable[Entity]) -> dict[int, int]:
 
 def distinct(*roots: ExportItem) -> Iterator[ExportItem]:
     """Yield every distinct item below and including ``roots``, children before parents."""
-    seen: set[int] = set()
+    visited: set[int] = set()
     for root in roots:
-        stack = [(root, iter(root.parts))] if id(root) not in seen else []
-        seen.add(id(root))
+        stack = [(root, iter(root.parts))] if id(root) not in visited else []
+        visited.add(id(root))
         while stack:
             item, parts = stack[-1]
             for child, _ in parts:
-                if id(child) not in seen:
-                    seen.add(id(child))
+                if id(child) not in visited:
+                    visited.add(id(child))
                     stack.append((child, iter(child.parts)))
                     break
             else:
@@ -209,7 +214,7 @@ def cut_below(plan: ExportPlan, limit: int) -> ExportPlan:
 
 def _repeated(roots: Sequence[ExportItem]) -> set[int]:
     """Return the ids of the items that occur in several places of one frame."""
-    found: set[int] = set()
+    repeated: set[int] = set()
     for root in {id(root): root for root in roots}.values():
         order = list(distinct(root))
         places = dict.fromkeys((id(item) for item in order), 0)
@@ -217,8 +222,8 @@ def _repeated(roots: Sequence[ExportItem]) -> set[int]:
         for item in reversed(order):
             for child, _ in item.parts:
                 places[id(child)] += places[id(item)]
-        found.update(key for key, count in places.items() if count > 1)
-    return found
+        repeated.update(key for key, count in places.items() if count > 1)
+    return repeated
 
 
 def _nodes(roots: Sequence[ExportItem], counts: Mapping[int, int], repeated: Set[int], threshold: int) -> int:
@@ -232,15 +237,18 @@ def _nodes(roots: Sequence[ExportItem], counts: Mapping[int, int], repeated: Set
 
 
 def _merged_below(plan: ExportPlan, counts: Mapping[int, int], repeated: Set[int], threshold: int) -> ExportPlan:
-    made: dict[int, ExportItem] = {}
+    """Return the plan with repeated subtrees of at most ``threshold`` instances merged."""
+    new_items: dict[int, ExportItem] = {}
     for item in distinct(*plan.roots):
         if item.is_leaf or not item.parts:
-            made[id(item)] = item
+            new_items[id(item)] = item
         elif counts[id(item)] <= threshold and id(item) in repeated:
-            made[id(item)] = ExportItem(item.entity, merged=True)
+            new_items[id(item)] = ExportItem(item.entity, merged=True)
         else:
-            made[id(item)] = ExportItem(item.entity, tuple((made[id(child)], pose) for child, pose in item.parts))
-    return ExportPlan(plan.word, tuple(made[id(root)] for root in plan.roots), plan.animated)
+            new_items[id(item)] = ExportItem(
+                item.entity, tuple((new_items[id(child)], pose) for child, pose in item.parts)
+            )
+    return ExportPlan(plan.word, tuple(new_items[id(root)] for root in plan.roots), plan.animated)
 
 
 # --- surfaces ---------------------------------------------------------------------------------------------------------
@@ -249,18 +257,27 @@ def _merged_below(plan: ExportPlan, counts: Mapping[int, int], repeated: Set[int
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-SEGMENTS = 64
-_FINEST = 5e-7  # of the largest coordinate about a body's own center, some steps of single precision
+SEGMENTS = 64  # sides of a full circle by default
+# of the largest coordinate about a body's own center: some steps of single precision (2^-23 = 1.2e-7)
+_MIN_EDGE_RATIO = 5e-7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportSurface:
-    """A triangle mesh with normals.
+    """Triangle mesh with normals.
 
-    ``vertices`` and unit ``normals`` (V, 3); ``faces`` (F, 3), counter-clockwise seen from outside; ``colors`` (V, 3)
-    linear sRGB if the surface has its own, which multiply the look's colour. ``joints`` (F, 3) are the points of the
-    closed surface that the corners are, None if equal places are equal points. ``face_colors`` (F, 3) are those of a
-    surface whose faces share points (``shared``), where ``colors`` are means.
+    Attributes
+    ----------
+    vertices, normals : (V, 3)
+        Points and unit normals.
+    faces : (F, 3)
+        Vertex numbers, counter-clockwise seen from outside.
+    colors : (V, 3), optional
+        Linear sRGB, which multiply the look's color.
+    joints : (F, 3), optional
+        Points of the closed surface at each corner; None if equal positions are equal points.
+    face_colors : (F, 3), optional
+        Colors of the faces of a surface whose faces share points (``shared``), whose ``colors`` are means.
     """
 
     vertices: FloatArray
@@ -293,9 +310,9 @@ class ExportSurface:
 
 
 def points_of(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return the points of a surface, the faces between them, and the number that each face has in the surface.
+    """Return the points of a surface, the faces between them, and the original number of each face.
 
-    Points of a computed solid that are at one place stay apart where the solid only touches itself.
+    Points of a computed solid at one place stay separate where the solid only touches itself.
     """
     if surface.joints is None:
         return welded(surface.vertices, surface.faces)
@@ -305,24 +322,25 @@ def points_of(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
 
 
 def _closed(surface: ExportSurface) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return points, faces and the number that each face has in the surface, closed by the numbers of the points."""
-    points, faces, kept = points_of(surface)
-    return contracted(points, faces, kept, _FINEST * float(np.abs(points).max(initial=0.0)))
+    """Return points, faces and original face numbers of a surface that is closed by its point numbers alone."""
+    points, faces, face_numbers = points_of(surface)
+    return contracted(points, faces, face_numbers, _MIN_EDGE_RATIO * float(np.abs(points).max(initial=0.0)))
 
 
 def crowded_edges_of(surface: ExportSurface) -> int:
-    """Return how many edges of a body have more than two faces for readers that join points by their places."""
+    """Return the number of edges of a body with more than two faces for readers that join equal points."""
     return crowded_edges(*_closed(surface)[:2])
 
 
 def shared(surface: ExportSurface) -> ExportSurface:
     """Return the surface with one vertex for each point, so that it is closed by its numbers alone.
 
-    Points that single precision may not tell apart about the origin of the surface are one, so that it stays closed
-    where readers weld it by places (``contracted``). The normal and the colour of a point are means of the faces around
-    it, by the angles of their corners.
+    Points that single precision cannot tell apart about the origin of the surface are merged, so that it stays closed
+    for readers that weld equal positions (``contracted``). The normal and the color of a point are means over the faces
+    around it, weighted by the angles of their corners (Thürmer and Wüthrich, "Computing vertex normals from polygonal
+    facets", 1998).
     """
-    points, faces, kept = _closed(surface)
+    points, faces, face_numbers = _closed(surface)
     corners = points[faces]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     turn = np.cross(ahead, back)
@@ -337,7 +355,7 @@ def shared(surface: ExportSurface) -> ExportSurface:
     normals = _unit_normals(around(_unit_normals(turn[:, 0])[:, None]))
     if surface.colors is None:
         return ExportSurface(points, normals, faces, None, faces)
-    painted = surface.colors[surface.faces[kept, 0]]
+    painted = surface.colors[surface.faces[face_numbers, 0]]
     weights = around(np.ones((len(faces), 1, 3)))
     sums = around(painted[:, None])
     colors = np.divide(sums, weights, out=np.ones_like(sums), where=weights > 0.0)
@@ -347,7 +365,7 @@ def shared(surface: ExportSurface) -> ExportSurface:
 def surface_of(entity: Entity, segments: int = SEGMENTS) -> ExportSurface | None:
     """Return the triangles of a primitive, None if it is invisible (removed blocks, a cylinder of zero length).
 
-    Round primitives have ``segments`` sides and vertices on the exact surface. A mesh file's own colours are used
+    Round primitives have ``segments`` sides and vertices on the exact surface. A mesh file's own colors are used
     unless the primitive has a ``:color``. Raises SceneError for unreadable files.
     """
     solid = solid_of(entity)
@@ -365,13 +383,13 @@ def vertex_count(entity: Entity, segments: int) -> int:
 
 
 def is_round(shape: Primitive) -> bool:
-    """Whether the shape's surface depends on the number of sides."""
+    """Return whether the shape's surface depends on the number of sides."""
     placed = shape.placed()
     return placed is not None and placed.form.is_curved
 
 
-def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
-    """Return the surface of a mesh; if it has colours or no normals, its triangles share no vertices."""
+def _of_mesh(mesh: Mesh, *, own_colors: bool) -> ExportSurface:
+    """Return the surface of a mesh; if it has colors or no normals, its triangles share no vertices."""
     if mesh.normals is not None and not own_colors:
         return ExportSurface(mesh.vertices, _unit_normals(mesh.normals), mesh.faces, joints=mesh.joints)
     corners = mesh.corners
@@ -384,7 +402,7 @@ def _of_mesh(mesh: Mesh, own_colors: bool) -> ExportSurface:
 
 
 def _unit_normals(normals: FloatArray) -> FloatArray:
-    """Normalise ``normals``; degenerate ones point up."""
+    """Normalize ``normals``; degenerate ones point up."""
     largest = np.abs(normals).max(axis=1, keepdims=True, initial=0.0)
     sound = np.isfinite(largest[:, 0]) & (largest[:, 0] > 0.0)
     out = np.where(sound[:, None], normals / np.where(sound[:, None], largest, 1.0), (0.0, 1.0, 0.0))
@@ -429,7 +447,7 @@ class Solid:
         if placed is not None:
             return unit_surface(placed.form, placed.ratios, segments).under(placed.matrix[None])
         mesh = own_mesh(self.shape)
-        return None if mesh is None else _of_mesh(mesh, self.own_colors)
+        return None if mesh is None else _of_mesh(mesh, own_colors=self.own_colors)
 
 
 def solid_of(entity: Entity) -> Solid | None:
@@ -466,14 +484,15 @@ def unit_surface(form: CanonicalForm, ratios: tuple[float, ...], segments: int =
 # Merged meshes of everything below an entity, for ``--depth`` and ``--instance-limit``.
 
 
-MAX_VERTICES = 24_000_000
-WHITE = (1.0, 1.0, 1.0)
-_COARSER = (SEGMENTS, 48, 32, 24, 16, 12, 8)
+MAX_VERTICES = 24_000_000  # of a file
+WHITE = (1.0, 1.0, 1.0)  # color of a look whose surface has vertex colors
+# sides of full circles that are tried, in this order, until the file fits
+_SIDE_CHOICES = (SEGMENTS, 48, 32, 24, 16, 12, 8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """The triangles of one material; the look's colour is white because ``surface.colors`` (V, 3) contains it.
+    """The triangles of one material; the look's color is white because ``surface.colors`` (V, 3) contains it.
 
     ``pose`` translates the surface to its place, if it is too far from the origin for single precision.
     """
@@ -484,7 +503,7 @@ class Patch:
 
 
 def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = None) -> tuple[Patch, ...]:
-    """Return all primitives below ``entity``, in its frame, as patches, one per material, ignoring colour.
+    """Return all primitives below ``entity``, in its frame, as patches, one per material, ignoring color.
 
     Where single precision cannot hold all copies of a material in one frame, they are several patches with poses. With
     a ``tolerance`` of the entity's frame, every copy has the sides that it needs; raises LimitError if they are too
@@ -492,7 +511,7 @@ def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = N
     """
     frame = flatten_entity(entity, snap_blocks=False)
     copies: dict[Look, list[tuple[Look, ExportSurface, FloatArray]]] = {}
-    room = MAX_VERTICES
+    remaining = MAX_VERTICES
     for number, primitive in enumerate(frame.primitives):
         look = look_of(primitive)
         if look.opacity == 0.0:
@@ -505,11 +524,11 @@ def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = N
             surface = surface_of(primitive, count)
             if surface is None:
                 continue
-            same = matrices[sides == count]
-            room -= len(same) * len(surface.vertices)
-            if room < 0:
+            copies_of_count = matrices[sides == count]
+            remaining -= len(copies_of_count) * len(surface.vertices)
+            if remaining < 0:
                 raise too_fine(entity.word)
-            copies.setdefault(replace(look, color=WHITE), []).append((look, surface, same))
+            copies.setdefault(replace(look, color=WHITE), []).append((look, surface, copies_of_count))
     return tuple(patch for look, parts in copies.items() for patch in _patches(look, parts))
 
 
@@ -538,20 +557,20 @@ def sides_within(entity: Entity, worlds: FloatArray, tolerance: float) -> IntArr
     return np.array(sides, np.int64)[place]
 
 
-def too_fine(what: str) -> LimitError:
+def too_fine(word: str) -> LimitError:
     """Return the error for a tolerance that needs too many vertices."""
-    message = f'"{what}" would have more than the limit of {MAX_VERTICES:,} vertices'
+    message = f'"{word}" would have more than the limit of {MAX_VERTICES:,} vertices'
     return LimitError("size", message, hint="give a larger --tolerance, or --segments")
 
 
 def _painted(surface: ExportSurface, look: Look) -> ExportSurface:
-    """Return the surface with the look's colour on every vertex."""
-    own = np.ones((len(surface.vertices), 3)) if surface.colors is None else surface.colors
-    return replace(surface, colors=own * np.array(look.color))
+    """Return the surface with the look's color on every vertex."""
+    surface_colors = np.ones((len(surface.vertices), 3)) if surface.colors is None else surface.colors
+    return replace(surface, colors=surface_colors * np.array(look.color))
 
 
 def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
-    """Concatenate coloured surfaces."""
+    """Concatenate colored surfaces."""
     if len(surfaces) == 1:
         return surfaces[0]
     starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
@@ -567,13 +586,13 @@ def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
 def segments_for(
     entities: Sequence[Entity], what: str, hint: str | None = None, counts: Sequence[int] | None = None
 ) -> int:
-    """Return the largest number of sides of round primitives for which the merged ``entities`` fit; raises LimitError.
+    """Return the largest number of sides of round primitives for which the merged ``entities`` fit a file.
 
-    ``what`` names the file in the message, ``hint`` is the hint of the error. Entity ``i`` is there ``counts[i]``
-    times, by default once.
+    ``what`` names the file in the message, ``hint`` is the hint of the error. Entity ``i`` occurs ``counts[i]`` times,
+    by default once. Raises LimitError.
     """
     shapes = _primitives_in(entities, [1] * len(entities) if counts is None else counts, what, hint)
-    for segments in _COARSER:
+    for segments in _SIDE_CHOICES:
         total = sum(count * vertex_count(primitive, segments) for primitive, count in shapes)
         if total <= MAX_VERTICES:
             return segments
@@ -587,13 +606,13 @@ def segments_for(
 def _primitives_in(
     entities: Sequence[Entity], counts: Sequence[int], what: str, hint: str | None
 ) -> list[tuple[Entity, int]]:
-    """Return the primitives below the entities, with how often they are there."""
+    """Return the primitives below the entities with the numbers of their instances."""
     total = sum(count * primitive_count(entity) for entity, count in zip(entities, counts, strict=True))
     if 3 * total > MAX_VERTICES:  # check before anything is expanded
         raise LimitError("primitives", f"{what} would have {total:,} primitives, more than the limit", hint=hint)
-    found: list[tuple[Entity, int]] = []
+    primitives: list[tuple[Entity, int]] = []
     for entity, times in zip(entities, counts, strict=True):
         order = list(descendants(entity))
-        below = instance_counts(order)
-        found.extend((each, times * below[id(each)]) for each in order if each.is_primitive)
-    return found
+        instances = instance_counts(order)
+        primitives.extend((one, times * instances[id(one)]) for one in order if one.is_primitive)
+    return primitives

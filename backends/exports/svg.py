@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-# What is to the right, up, and towards the viewer in a drawing, by the side that it is seen from.
+# Directions to the right, up, and toward the viewer, by the side of the view.
 _SIDES = {
     "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
     "top": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
@@ -36,7 +36,7 @@ _PLANE = re.compile(r"([xyz])=([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)", re.I)
 
 
 def _check_plane(text: str) -> None:
-    """Raise SceneError("value") for a text that names no plane."""
+    """Raise SceneError("value") for a text that is not a plane."""
     if text and _PLANE.fullmatch(text) is None:
         hint = "write an axis and a number, such as y=1.5"
         raise SceneError("value", f"`--section` must be a plane, not `{text[:40]}`", hint)
@@ -49,6 +49,7 @@ UNIT = Option("unit", "what a scene unit is in print", "millimeter", tuple(_UNIT
 
 
 def _run(scene: Scene, path: Path, options: BackendOptions) -> None:
+    """Write the outline of one frame."""
     check_settings(options, [SVG])
     frame = drawn_scene(chosen(scene, options.frame or 0), options.limit, options.warn)
     section, side = str(SVG.setting(options, "section")), str(SVG.setting(options, "side"))
@@ -67,23 +68,24 @@ def outline_of(root: Entity, section: str, side: str, segments: int = SEGMENTS) 
         raise SceneError("solid", f'the scene "{root.word}" has nothing with a volume')
     match = _PLANE.fullmatch(section)
     axes = np.array(_SIDES[side if match is None else _ACROSS[match[1].lower()]])
-    turned = manifold_of(expression).manifold.transform(np.concatenate([axes, np.zeros((3, 1))], axis=1))
-    drawn: CrossSection = turned.project() if match is None else turned.slice(float(match[2]))
-    contours = [np.array(each, np.float64) for each in drawn.to_polygons()]
+    rotated = manifold_of(expression).manifold.transform(np.concatenate([axes, np.zeros((3, 1))], axis=1))
+    drawn: CrossSection = rotated.project() if match is None else rotated.slice(float(match[2]))
+    contours = [np.array(polygon, np.float64) for polygon in drawn.to_polygons()]
     if not contours:
         raise SceneError("solid", f"the plane {section} meets nothing of the scene")
     return contours
 
 
 def _document(contours: Sequence[FloatArray], unit: str) -> Iterator[str]:
+    """Yield the lines of the SVG, with y down and the origin at the top left corner."""
     points = np.concatenate(contours)
-    (left, bottom), (right, top) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
-    width, height = right - left, top - bottom
+    (min_x, min_y), (max_x, max_y) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    width, height = max_x - min_x, max_y - min_y
     yield '<svg xmlns="http://www.w3.org/2000/svg" '
     yield f'width="{width:.6g}{unit}" height="{height:.6g}{unit}" viewBox="0 0 {width:.6g} {height:.6g}">\n'
     yield '<path fill="#404040" fill-rule="evenodd" d="'
     for contour in contours:
-        x, y = contour[:, 0] - left, top - contour[:, 1]
+        x, y = contour[:, 0] - min_x, max_y - contour[:, 1]
         yield "M" + "L".join(f"{a:.6g} {b:.6g}" for a, b in zip(x.tolist(), y.tolist(), strict=True)) + "Z"
     yield '"/>\n</svg>\n'
 

@@ -1,4 +1,4 @@
-"""Export to 3MF, the format of printers and slicers: named parts with colours, in real units.
+"""Export to 3MF, the format of printers and slicers: named parts with colors, in real units.
 
 Each part of the root is an object of its word, whose components are the meshes below it; equal meshes are stored once.
 3MF is z up and has no mirrored transforms, so mirrored meshes are stored themselves (3MF Core Specification 1.3).
@@ -42,12 +42,12 @@ _RELATIONS = """<?xml version="1.0" encoding="UTF-8"?>
 </Relationships>
 """
 _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
-_MATERIALS = 1  # the id of the table of colours
-_STANDING = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # y up to z up
+_MATERIALS_ID = 1  # id of the table of colors
+_TO_Z_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # y up to z up
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 _NO_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-_LARGE = 1e4  # larger numbers have more than nine digits, so that distances of far bodies keep four decimals and more
-_TIME = (1980, 1, 1, 0, 0, 0)  # the same bytes for the same scene
+_MAX_NINE_DIGIT = 1e4  # larger numbers get more than nine digits, so that distant bodies keep at least four decimals
+_TIME = (1980, 1, 1, 0, 0, 0)  # fixed, so that equal scenes give equal bytes
 
 
 def _write_3mf(job: Job, path: Path) -> None:
@@ -60,22 +60,24 @@ def _write_3mf(job: Job, path: Path) -> None:
 
 
 class _Model:
-    """The document: colours, meshes, parts and what is built."""
+    """3MF model under construction: colors, meshes, objects and build items."""
 
     def __init__(self, job: Job) -> None:
+        """Flatten the scene of a job."""
         self._job, self._surfaces = job, Surfaces(job, ".3mf", shares=job.solid)
         self._leaves = list(zip(self._surfaces.leaves.each(), self._surfaces.sides().tolist(), strict=True))
         self._colors: dict[str, int] = {}
         self._meshes: dict[tuple[int, bool], int] = {}
         self._objects: list[str] = []
-        self._next = _MATERIALS + 1
+        self._next = _MATERIALS_ID + 1
 
     def lines(self) -> Iterator[str]:
+        """Yield the lines of the model document."""
         parts = self._parts()
         unit = self._job.unit
         yield f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="{unit}" xml:lang="en-US" xmlns="{_NAMESPACE}">\n'
         yield '<metadata name="Application">scenelang</metadata>\n<resources>\n'
-        yield f'<basematerials id="{_MATERIALS}">\n'
+        yield f'<basematerials id="{_MATERIALS_ID}">\n'
         yield from (f'<base name="{color}" displaycolor="{color}"/>\n' for color in self._colors)
         yield "</basematerials>\n"
         yield from self._objects
@@ -84,63 +86,69 @@ class _Model:
         yield "</build>\n</model>\n"
 
     def _parts(self) -> list[int]:
-        """Make the objects, and return the numbers of those that are built."""
+        """Add the objects, and return the numbers of those to build."""
         groups: dict[int, tuple[str, list[tuple[WorldLeaf, int]]]] = {}
         for leaf, sides in self._leaves:
             word = leaf.path[1] if len(leaf.path) > 1 else leaf.path[0]
             groups.setdefault(leaf.branch, (word, []))[1].append((leaf, sides))
-        found = []
+        numbers = []
         for word, members in groups.values():
             components = [line for leaf, sides in members for line in self._components(leaf, sides)]
             if components:
-                found.append(self._add(f"name={_quoted(word)}", f"<components>\n{''.join(components)}</components>"))
-        return found
+                numbers.append(self._add(f"name={_quoted(word)}", f"<components>\n{''.join(components)}</components>"))
+        return numbers
 
     def _components(self, leaf: WorldLeaf, sides: int) -> Iterator[str]:
+        """Yield the components of a leaf, one for each of its meshes; mirrored meshes are stored mirrored."""
         pose = np.array(leaf.pose, np.float64).reshape(3, 4)
-        pose = np.concatenate([_STANDING @ pose[:, :3], (_STANDING @ pose[:, 3])[:, None]], axis=1)
+        pose = np.concatenate([_TO_Z_UP @ pose[:, :3], (_TO_Z_UP @ pose[:, 3])[:, None]], axis=1)
         mirrored = bool(np.linalg.det(pose[:, :3]) < 0.0)
         if mirrored:
             pose[:, :3] *= _MIRROR
         for patch in self._surfaces.patches(leaf.item, sides):
             key = id(patch), mirrored
             if key not in self._meshes:
-                self._meshes[key] = self._mesh(leaf.item.word, patch.look, patch.surface, mirrored)
+                self._meshes[key] = self._mesh(leaf.item.word, patch.look, patch.surface, mirrored=mirrored)
             offset = np.array(patch.pose[3::4]) * (_MIRROR if mirrored else 1.0)
             place = np.column_stack([pose[:, :3], pose[:, 3] + pose[:, :3] @ offset])
             yield f'<component objectid="{self._meshes[key]}" transform="{_spelled(place)}"/>\n'
 
-    def _mesh(self, word: str, look: Look, surface: ExportSurface, mirrored: bool) -> int:
-        vertices, faces, kept = points_of(surface)
-        colors = self._face_colors(look, surface, kept)
+    def _mesh(self, word: str, look: Look, surface: ExportSurface, *, mirrored: bool) -> int:
+        """Add a mesh and return its number; the most frequent color is that of the object."""
+        vertices, faces, face_numbers = points_of(surface)
+        colors = self._face_colors(look, surface, face_numbers)
         if mirrored:
             vertices, faces = vertices * _MIRROR, faces[:, ::-1]
         common = int(np.bincount(colors).argmax()) if len(colors) else 0
         points = ('<vertex x="%.9g" y="%.9g" z="%.9g"/>\n' * len(vertices)) % tuple((vertices + 0.0).ravel().tolist())
         lines = [f"<mesh>\n<vertices>\n{points}</vertices>\n<triangles>\n"]
         for (a, b, c), color in zip(faces.tolist(), colors.tolist(), strict=True):
-            own = "" if color == common else f' pid="{_MATERIALS}" p1="{color}"'
-            lines.append(f'<triangle v1="{a}" v2="{b}" v3="{c}"{own}/>\n')
+            color_fields = "" if color == common else f' pid="{_MATERIALS_ID}" p1="{color}"'
+            lines.append(f'<triangle v1="{a}" v2="{b}" v3="{c}"{color_fields}/>\n')
         lines.append("</triangles>\n</mesh>")
-        return self._add(f'name={_quoted(word)} pid="{_MATERIALS}" pindex="{common}"', "".join(lines))
+        return self._add(f'name={_quoted(word)} pid="{_MATERIALS_ID}" pindex="{common}"', "".join(lines))
 
-    def _face_colors(self, look: Look, surface: ExportSurface, kept: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-        """Return the number of the colour of each of the faces ``kept``."""
-        own = surface.face_colors
-        if own is None and surface.colors is not None:
-            own = surface.colors[surface.faces[:, 0]]
-        linear = np.array(look.color)[None] if own is None else own[kept]
+    def _face_colors(
+        self, look: Look, surface: ExportSurface, face_numbers: npt.NDArray[np.int64]
+    ) -> npt.NDArray[np.int64]:
+        """Return the number of the color of each face, whose original numbers are ``face_numbers``."""
+        colors = surface.face_colors
+        if colors is None and surface.colors is not None:
+            colors = surface.colors[surface.faces[:, 0]]
+        linear = np.array(look.color)[None] if colors is None else colors[face_numbers]
         srgb = np.rint(255.0 * to_srgb(np.clip(linear, 0.0, 1.0))).astype(np.int64)
         opacity = round(255 * look.opacity)
         distinct, inverse = np.unique(srgb, axis=0, return_inverse=True)
         numbers = [self._color((*row, opacity)) for row in distinct.tolist()]
-        found = np.array(numbers, np.int64)[inverse.reshape(-1)]
-        return np.broadcast_to(found, len(kept)) if len(found) == 1 else found
+        color_numbers = np.array(numbers, np.int64)[inverse.reshape(-1)]
+        return np.broadcast_to(color_numbers, len(face_numbers)) if len(color_numbers) == 1 else color_numbers
 
     def _color(self, rgba: Sequence[int]) -> int:
+        """Return the number of a color in the table, added on first use."""
         return self._colors.setdefault("#" + "".join(f"{value:02X}" for value in rgba), len(self._colors))
 
     def _add(self, attributes: str, content: str) -> int:
+        """Add an object and return its number."""
         number, self._next = self._next, self._next + 1
         self._objects.append(f'<object id="{number}" type="model" {attributes}>\n{content}\n</object>\n')
         return number
@@ -148,14 +156,16 @@ class _Model:
 
 def _quoted(word: str) -> str:
     """Return a word as an attribute of XML, without the characters that XML does not have."""
-    text = html.escape(_NO_CHARACTER.sub("", word), quote=False).replace('"', "&quot;")  # readers know no numbers
+    text = html.escape(_NO_CHARACTER.sub("", word), quote=False).replace(
+        '"', "&quot;"
+    )  # some readers do not know numeric references
     return f'"{text}"'
 
 
 def _spelled(pose: FloatArray) -> str:
-    """Return a transform as 3MF has it: for row vectors, column by column."""
+    """Return a transform as 3MF writes it: twelve numbers of the matrix for row vectors."""
     return " ".join(
-        f"{value + 0.0:.9g}" if abs(value) < _LARGE else f"{value:.15g}" for value in pose.T.ravel().tolist()
+        f"{value + 0.0:.9g}" if abs(value) < _MAX_NINE_DIGIT else f"{value:.15g}" for value in pose.T.ravel().tolist()
     )
 
 

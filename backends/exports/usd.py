@@ -103,6 +103,7 @@ class Prims:
     """
 
     def __init__(self, layer: Any, shares: bool = False) -> None:
+        """Import USD's modules; raises SceneError("backend") without usd-core."""
         self.shares = shares
         self.sdf, self.gf, self.vt = (require(f"pxr.{name}", INSTALL) for name in ("Sdf", "Gf", "Vt"))
         self.layer = layer
@@ -117,11 +118,11 @@ class Prims:
     def attribute(self, prim: Any, name: str, kind: str, value: Any = None, custom: bool = False) -> Any:
         """Add an attribute of the type ``kind``, a name in Sdf.ValueTypeNames."""
         sdf = self.sdf
-        how = sdf.VariabilityUniform if name in _UNIFORM or name.startswith("info:") else sdf.VariabilityVarying
-        made = sdf.AttributeSpec(prim, name, getattr(sdf.ValueTypeNames, kind), how, custom)
+        variability = sdf.VariabilityUniform if name in _UNIFORM or name.startswith("info:") else sdf.VariabilityVarying
+        spec = sdf.AttributeSpec(prim, name, getattr(sdf.ValueTypeNames, kind), variability, custom)
         if value is not None:
-            made.default = value
-        return made
+            spec.default = value
+        return spec
 
     def points(self, values: npt.NDArray[Any]) -> Any:
         """Convert rows of three numbers to USD's array type."""
@@ -139,27 +140,27 @@ class Prims:
         moves = len(set(poses)) > 1
         if not moves and poses[0] == IDENTITY:
             return
-        made = self.attribute(prim, "xformOp:transform", "Matrix4d", None if moves else self.matrix(poses[0]))
+        transform = self.attribute(prim, "xformOp:transform", "Matrix4d", None if moves else self.matrix(poses[0]))
         if not has_order:
             self.order(prim)
         if moves:
             last = len(poses) - 1
             for frame, pose in enumerate(poses):
                 if frame in (0, last) or pose != poses[frame - 1] or pose != poses[frame + 1]:
-                    self.layer.SetTimeSample(made.path, frame, self.matrix(pose))
+                    self.layer.SetTimeSample(transform.path, frame, self.matrix(pose))
 
     def order(self, prim: Any) -> None:
-        """Say that the pose of a prim, or of what refers to it, is its ``xformOp:transform``."""
+        """Set the ``xformOpOrder`` of a prim, or of a prototype for its references."""
         self.attribute(prim, "xformOpOrder", "TokenArray", self.vt.TokenArray(["xformOp:transform"]))
 
     def show(self, prim: Any, shown: Sequence[bool]) -> None:
         """Hide the prim in the frames without it."""
         if all(shown):
             return
-        made = self.attribute(prim, "visibility", "Token")
-        for frame, seen in enumerate(shown):
-            if frame == 0 or seen != shown[frame - 1]:
-                self.layer.SetTimeSample(made.path, frame, "inherited" if seen else "invisible")
+        visibility = self.attribute(prim, "visibility", "Token")
+        for frame, is_shown in enumerate(shown):
+            if frame == 0 or is_shown != shown[frame - 1]:
+                self.layer.SetTimeSample(visibility.path, frame, "inherited" if is_shown else "invisible")
 
     # --- metadata ---
 
@@ -179,11 +180,11 @@ class Prims:
         """Set the bounding box of the whole scene, which can be read without loading anything below ``prim``."""
         boxes = [entity_box(root.entity) for root in roots]
         known = next(box for box in boxes if box is not None)
-        made = self.attribute(prim, "extentsHint", "Float3Array")
+        extents = self.attribute(prim, "extentsHint", "Float3Array")
         values = [self.points(np.array(box or known).reshape(2, 3)) for box in boxes]
-        made.default = values[0]
+        extents.default = values[0]
         for frame, value in enumerate(values if len(set(boxes)) > 1 else ()):
-            self.layer.SetTimeSample(made.path, frame, value)
+            self.layer.SetTimeSample(extents.path, frame, value)
 
     def hint_instances(self, prim: Any, items: Sequence[ExportItem], poses: FloatArray) -> None:
         """Set the extent of a PointInstancer, whose instances are the items under the poses (K, 3, 4)."""
@@ -199,8 +200,11 @@ class Prims:
     # --- geometry ---
 
     def shape(self, parent: Any, name: str, solid: Solid, look: Look, segments: int = SEGMENTS) -> Any:
-        """Add a canonical form: a reference to a shared prim, of a built-in USD schema if the form has one, else a
-        mesh."""
+        """Add a canonical form as a reference to a shared prim.
+
+        The prim has a built-in USD schema if the form has one, such as Capsule, which is exact; else it is a mesh.
+        There is one for each form, because Blender 5 binds materials to meshes only.
+        """
         form = solid.form
         assert form is not None
         schema = form.usd(solid.ratios)
@@ -216,38 +220,40 @@ class Prims:
         if key not in self._solids:
             root = self.layer.GetPrimAtPath(f"/{self.layer.defaultPrim}")
             holder = root.nameChildren.get(SHAPES) or self.prim(root, SHAPES, "", abstract=True)
-            made = self.prim(holder, self._shape_names.fresh(form.name), "Mesh" if schema is None else schema[0])
+            shape_prim = self.prim(holder, self._shape_names.fresh(form.name), "Mesh" if schema is None else schema[0])
             if schema is None:
-                self._triangles(made, unit_surface(form, ratios, segments))
+                self._triangles(shape_prim, unit_surface(form, ratios, segments))
             else:
                 for name, (kind, value) in schema[1].items():
-                    self.attribute(made, name, kind, value)
+                    self.attribute(shape_prim, name, kind, value)
                 reach = np.abs(form.hull(ratios)).max(axis=0)
-                self.attribute(made, "extent", "Float3Array", self.points(np.stack([-reach, reach])))
-            self._solids[key] = made.path
+                self.attribute(shape_prim, "extent", "Float3Array", self.points(np.stack([-reach, reach])))
+            self._solids[key] = shape_prim.path
         return self._solids[key]
 
     def instancer(
         self, prim: Any, prototypes: Sequence[Any], index: IntArray, poses: FloatArray, ids: IntArray
     ) -> None:
-        """Make ``prim`` a PointInstancer of the paths ``prototypes``: instance ``i`` is ``prototypes[index[i]]`` under
-        ``poses[i]`` (3, 4), which have no shear."""
-        vt, found = self.vt, decompose(poses)
+        """Make ``prim`` a PointInstancer of the paths ``prototypes``.
+
+        Instance ``i`` is ``prototypes[index[i]]`` under ``poses[i]`` (3, 4), which have no shear.
+        """
+        vt, decomposition = self.vt, decompose(poses)
         relation = self.sdf.RelationshipSpec(prim, "prototypes", custom=False)
         relation.targetPathList.explicitItems = list(prototypes)
         self.attribute(prim, "protoIndices", "IntArray", vt.IntArray.FromNumpy(index.astype(np.int32)))
-        self.attribute(prim, "positions", "Point3fArray", self.points(found.translation))
+        self.attribute(prim, "positions", "Point3fArray", self.points(decomposition.translation))
         self.attribute(prim, "ids", "Int64Array", vt.Int64Array.FromNumpy(ids.astype(np.int64)))
-        if (found.scale != 1.0).any():
-            self.attribute(prim, "scales", "Float3Array", self.points(found.scale))
-        if (found.rotation != (0.0, 0.0, 0.0, 1.0)).any():
-            turns = np.ascontiguousarray(found.rotation, np.float32)
-            half = turns.astype(np.float16)  # for readers that do not know the exact ones
-            self.attribute(prim, "orientations", "QuathArray", vt.QuathArray.FromNumpy(half))
-            self.attribute(prim, "orientationsf", "QuatfArray", vt.QuatfArray.FromNumpy(turns))
+        if (decomposition.scale != 1.0).any():
+            self.attribute(prim, "scales", "Float3Array", self.points(decomposition.scale))
+        if (decomposition.rotation != (0.0, 0.0, 0.0, 1.0)).any():
+            rotations = np.ascontiguousarray(decomposition.rotation, np.float32)
+            half_rotations = rotations.astype(np.float16)  # for readers without orientationsf
+            self.attribute(prim, "orientations", "QuathArray", vt.QuathArray.FromNumpy(half_rotations))
+            self.attribute(prim, "orientationsf", "QuatfArray", vt.QuatfArray.FromNumpy(rotations))
 
     def mesh(self, parent: Any, name: str, surface: ExportSurface, look: Look) -> Any:
-        """Add triangles with their normals and, if the surface has them, colours."""
+        """Add triangles with their normals and, if the surface has them, colors."""
         prim = self.prim(parent, name, "Mesh")
         if self.shares:
             return self._body(prim, surface, look)
@@ -259,17 +265,21 @@ class Prims:
         return prim
 
     def _body(self, prim: Any, surface: ExportSurface, look: Look) -> Any:
-        """Add triangles that share points, with normals of their corners and colours of their own."""
+        """Add triangles that share points, with normals of their corners and colors of their own."""
         body = shared(surface)
         corners = surface.normals[surface.faces[points_of(surface)[2]]].reshape(-1, 3)
         self._triangles(prim, replace(body, normals=corners), "faceVarying")
-        own = body.face_colors
+        face_colors = body.face_colors
         self._paint(
-            prim, np.array([look.color]) if own is None else own, "constant" if own is None else "uniform", look
+            prim,
+            np.array([look.color]) if face_colors is None else face_colors,
+            "constant" if face_colors is None else "uniform",
+            look,
         )
         return prim
 
     def _triangles(self, prim: Any, surface: ExportSurface, interpolation: str = "vertex") -> None:
+        """Set the mesh attributes of a surface."""
         counts = self.vt.IntArray(len(surface.faces), 3)
         indices = self.vt.IntArray.FromNumpy(np.ascontiguousarray(surface.faces.reshape(-1), np.int32))
         low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
@@ -283,11 +293,12 @@ class Prims:
         self.attribute(prim, "doubleSided", "Bool", True)
 
     def _paint(self, prim: Any, colors: npt.NDArray[np.float64], interpolation: str, look: Look) -> None:
-        made = self.attribute(prim, "primvars:displayColor", "Color3fArray", self.points(colors))
-        made.SetInfo("interpolation", interpolation)
+        """Set the display color and opacity of a prim."""
+        primvar = self.attribute(prim, "primvars:displayColor", "Color3fArray", self.points(colors))
+        primvar.SetInfo("interpolation", interpolation)
         if look.opacity < 1.0:
-            clear = self.vt.FloatArray([look.opacity])
-            self.attribute(prim, "primvars:displayOpacity", "FloatArray", clear).SetInfo("interpolation", "constant")
+            opacity = self.vt.FloatArray([look.opacity])
+            self.attribute(prim, "primvars:displayOpacity", "FloatArray", opacity).SetInfo("interpolation", "constant")
 
 
 def _text(text: str) -> str:
@@ -295,12 +306,12 @@ def _text(text: str) -> str:
     return text.encode("utf-8", "replace").decode("utf-8").replace("\0", "")
 
 
-# UsdPreviewSurface materials, one for each look. USD's colours are linear, like the language's.
+# UsdPreviewSurface materials, one for each look. USD's colors are linear, like the language's.
 
 
 @dataclass(slots=True)
 class Materials:
-    """Adds materials below ``scope``; ``painted`` ones take their colour from the mesh's vertices."""
+    """Adds materials below ``scope``; ``painted`` ones take their color from the mesh's vertices."""
 
     prims: Prims
     scope: Any
@@ -310,13 +321,14 @@ class Materials:
         """Bind the material of ``look`` to the geometry ``prim``."""
         key = (look, painted)
         if key not in self._made:
-            self._made[key] = self._add(f"material_{len(self._made) + 1}", look, painted)
+            self._made[key] = self._add(f"material_{len(self._made) + 1}", look, painted=painted)
         sdf = self.prims.sdf
         prim.SetInfo("apiSchemas", sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"]))
         binding = sdf.RelationshipSpec(prim, "material:binding", custom=False, variability=sdf.VariabilityUniform)
         binding.targetPathList.explicitItems = [self._made[key]]
 
-    def _add(self, name: str, look: Look, painted: bool) -> Any:
+    def _add(self, name: str, look: Look, *, painted: bool) -> Any:
+        """Add a material with a UsdPreviewSurface shader and return its path."""
         prims, gf = self.prims, self.prims.gf
         material = prims.prim(self.scope, name, "Material")
         surface = prims.prim(material, "surface", "Shader")
@@ -338,7 +350,7 @@ class Materials:
         return material.path
 
     def _reader(self, material: Any) -> Any:
-        """Return the output of a shader node that reads the vertex colours."""
+        """Return the output of a shader node that reads the vertex colors."""
         reader = self.prims.prim(material, "color", "Shader")
         self.prims.attribute(reader, "info:id", "Token", "UsdPrimvarReader_float3")
         self.prims.attribute(reader, "inputs:varname", "String", "displayColor")
@@ -346,9 +358,12 @@ class Materials:
         return reader.path.AppendProperty("outputs:result")
 
 
-MAX_PRIMS = 1_000_000
-INSTANCER_COPIES = 10_000  # copies in one place from which they are one PointInstancer unless --instancing says so
-_MAX_DEPTH = 1_000  # USD composes recursively
+MAX_PRIMS = 1_000_000  # of a file
+# copies in one place from which they are one PointInstancer by default. A prim for each copy can be selected, hidden
+# and changed, which is worth more than size as long as programs stay fast: 100,000 cubes as prims take six times as
+# long to write, twice the memory and three times the space.
+INSTANCER_COPIES = 10_000
+_MAX_LEVELS = 1_000  # levels: USD composes recursively
 
 
 def write(job: Job, path: Path) -> None:
@@ -368,6 +383,7 @@ def write(job: Job, path: Path) -> None:
 
 
 def _not_written(path: Path) -> OSError:
+    """Return the error for a file that USD could not write."""
     return OSError(errno.EIO, "USD cannot write the file; the disk may be full", str(path))
 
 
@@ -383,21 +399,22 @@ def _package(layer: Any, path: Path) -> None:
 
 
 def _fill(layer: Any, job: Job) -> None:
+    """Fill a layer with the scene: metadata, materials and the hierarchy."""
     plan = job.plan
-    whole = [item.entity for item in distinct(*plan.roots) if item.merged]
+    merged_entities = [item.entity for item in distinct(*plan.roots) if item.merged]
     prims = Prims(layer, job.solid)
     root = prims.prim(layer, PrimNames().fresh(plan.word), "Xform")
     root.SetInfo("kind", "component")
     root.SetInfo("apiSchemas", prims.sdf.TokenListOp.Create(prependedItems=["GeomModelAPI"]))
     layer.defaultPrim = root.name
-    facts: dict[str, Any] = {"upAxis": "Y", "metersPerUnit": 1.0, "timeCodesPerSecond": job.fps}
+    metadata: dict[str, Any] = {"upAxis": "Y", "metersPerUnit": 1.0, "timeCodesPerSecond": job.fps}
     if plan.animated:
-        facts |= {"framesPerSecond": job.fps, "startTimeCode": 0.0, "endTimeCode": float(len(plan.roots) - 1)}
-    for name, value in facts.items():
+        metadata |= {"framesPerSecond": job.fps, "startTimeCode": 0.0, "endTimeCode": float(len(plan.roots) - 1)}
+    for name, value in metadata.items():
         layer.pseudoRoot.SetInfo(name, value)
     prims.hint_extent(root, plan.roots)
     materials = Materials(prims, prims.prim(root, "Materials", "Scope"))
-    segments = merged_sides(job, whole)
+    segments = merged_sides(job, merged_entities)
     least = INSTANCER_COPIES if job.instancing is None else job.instancing
     tree = _Tree(prims, materials, root, segments, fineness(job, plan.roots), least)
     tree.add_frames(matched(plan.roots)) if plan.animated else tree.add_root(plan)
@@ -418,7 +435,7 @@ class _Tree:
     fine: Fineness
     least: int = 0
     repeated: set[int] = field(default_factory=set)
-    room: int = MAX_PRIMS
+    remaining: int = MAX_PRIMS
     _prototypes: Any = None
     _paths: dict[int, Any] = field(default_factory=dict)
     _names: dict[Any, PrimNames] = field(default_factory=dict)
@@ -432,12 +449,12 @@ class _Tree:
 
     def _find_repeated(self, roots: Sequence[ExportItem]) -> None:
         """Record the items that occur in several places; duplicates in ``roots`` count."""
-        seen: set[int] = set()
+        visited: set[int] = set()
         for root in roots:
-            self.repeated.add(id(root)) if id(root) in seen else seen.add(id(root))
+            self.repeated.add(id(root)) if id(root) in visited else visited.add(id(root))
         for item in distinct(*roots):
             for child, _ in item.parts:
-                self.repeated.add(id(child)) if id(child) in seen else seen.add(id(child))
+                self.repeated.add(id(child)) if id(child) in visited else visited.add(id(child))
 
     def _fill_prim(self, item: ExportItem, prim: Any, level: int = 0) -> None:
         """Add the metadata, geometry and parts of ``item`` to ``prim``, and the prototypes they need."""
@@ -452,11 +469,11 @@ class _Tree:
             for position, (child, pose) in enumerate(item.parts):
                 if position in copied:
                     continue
-                made = self._posed(prim, child, (pose,), has_order=id(child) in self.repeated)
+                child_prim = self._posed(prim, child, (pose,), has_order=id(child) in self.repeated)
                 if id(child) in self.repeated:
-                    self._refer_to(made, child, waiting)
+                    self._refer_to(child_prim, child, waiting)
                 else:
-                    waiting.append((child, made, level + 1))
+                    waiting.append((child, child_prim, level + 1))
 
     def _refer_to(self, prim: Any, item: ExportItem, waiting: list[tuple[ExportItem, Any, int]]) -> None:
         """Make a prim an instance of the prototype of a repeated item, which is filled later if it is new."""
@@ -465,17 +482,18 @@ class _Tree:
         self._refer(prim, item)
 
     def _instancer(self, item: ExportItem, prim: Any, waiting: list[tuple[ExportItem, Any, int]]) -> set[int]:
-        """Add a PointInstancer for the parts of an item that are there often; return their positions among the parts.
+        """Add a PointInstancer for the frequent parts of an item; return their positions among the parts.
 
-        Instances cannot be sheared, so such parts are not among them. ``ids`` are the positions.
+        Instances cannot be sheared, so sheared parts are not included. ``ids`` are the positions. Words and handles are
+        in the attributes of the prototypes, because copies are instances only if they are the same entity.
         """
         rows: dict[int, list[int]] = {}
         for position, (child, _) in enumerate(item.parts if self.least else ()):
             rows.setdefault(id(child), []).append(position)
-        often = [found for found in rows.values() if len(found) >= self.least]
-        if not often:
+        frequent = [copies for copies in rows.values() if len(copies) >= self.least]
+        if not frequent:
             return set()
-        positions = np.array(sorted(position for found in often for position in found), np.int64)
+        positions = np.array(sorted(position for copies in frequent for position in copies), np.int64)
         poses = np.array([item.parts[position][1] for position in positions.tolist()]).reshape(-1, 3, 4)
         plain = ~decompose(poses).shears
         positions, poses = positions[plain], poses[plain]
@@ -484,32 +502,36 @@ class _Tree:
         index = np.array([numbers.setdefault(id(child), len(numbers)) for child in children], np.int64)
         if not len(index):
             return set()
-        made = self.prims.prim(prim, self._name(prim, "instances"), "PointInstancer")
+        instancer = self.prims.prim(prim, self._name(prim, "instances"), "PointInstancer")
         prototypes = []
         for child in {id(child): child for child in children}.values():
-            prototypes.append(self.prims.prim(made, self._name(made, child.word), "Xform"))
+            prototypes.append(self.prims.prim(instancer, self._name(instancer, child.word), "Xform"))
             self._refer_to(prototypes[-1], child, waiting)
         offset = common_offset(poses[:, :, 3], size_of(child.entity for child in children))  # positions are float32
         if offset is not None:
-            self.prims.place(made, (translation(offset),))
+            self.prims.place(instancer, (translation(offset),))
             poses = about(poses, offset)
-        self.prims.instancer(made, [each.path for each in prototypes], index, poses, positions)
-        self.prims.hint_instances(made, children, poses)
+        self.prims.instancer(instancer, [prototype.path for prototype in prototypes], index, poses, positions)
+        self.prims.hint_instances(instancer, children, poses)
         return set(positions.tolist())
 
     def _count_prim(self, level: int) -> None:
-        self.room -= 1
-        if self.room < 0 or level > _MAX_DEPTH:
-            what = (
-                f"prims are nested deeper than the limit of {_MAX_DEPTH:,}"
-                if level > _MAX_DEPTH
+        """Count a prim; raises LimitError for too many or too deeply nested ones."""
+        self.remaining -= 1
+        if self.remaining < 0 or level > _MAX_LEVELS:
+            limit = (
+                f"prims are nested deeper than the limit of {_MAX_LEVELS:,}"
+                if level > _MAX_LEVELS
                 else f"more than the limit of {MAX_PRIMS:,} prims"
             )
-            raise LimitError("primitives", f"the scene is too large for USD: {what}", hint="merge parts with --depth N")
+            raise LimitError(
+                "primitives", f"the scene is too large for USD: {limit}", hint="merge parts with --depth N"
+            )
 
-    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix], has_order: bool = False) -> Any:
+    def _posed(self, parent: Any, item: ExportItem, poses: Sequence[Matrix], *, has_order: bool = False) -> Any:
+        """Add a prim below ``parent`` with a pose, or one per frame; two nested ones for a pose with shear."""
         pair = unsheared(poses[0]) if len(set(poses)) == 1 else None
-        if pair is not None:  # objects of Blender have no shear of their own
+        if pair is not None:  # Blender's objects have no shear, but nested ones do
             parent = self.prims.prim(parent, self._name(parent, f"{item.word}_shear"), "Xform")
             self.prims.place(parent, pair[:1])
             poses = pair[1:]
@@ -518,6 +540,7 @@ class _Tree:
         return prim
 
     def _name(self, parent: Any, word: str) -> str:
+        """Return a name for a child of ``parent`` that no sibling has."""
         if parent.path not in self._names:
             reserved = (
                 {"Materials": 1, "Prototypes": 1, SHAPES: 1, "geometry": 1} if parent == self.root else {"geometry": 1}
@@ -529,13 +552,14 @@ class _Tree:
         """Add the prim of a prototype."""
         if self._prototypes is None:
             self._prototypes = self.prims.prim(self.root, "Prototypes", "", abstract=True)
-        made = self.prims.prim(self._prototypes, self._name(self._prototypes, item.word), "Xform")
-        self.prims.attribute(made, "xformOp:transform", "Matrix4d", self.prims.matrix(IDENTITY))
-        self.prims.order(made)
-        self._paths[id(item)] = made.path
-        return made
+        prototype = self.prims.prim(self._prototypes, self._name(self._prototypes, item.word), "Xform")
+        self.prims.attribute(prototype, "xformOp:transform", "Matrix4d", self.prims.matrix(IDENTITY))
+        self.prims.order(prototype)
+        self._paths[id(item)] = prototype.path
+        return prototype
 
     def _refer(self, prim: Any, item: ExportItem) -> None:
+        """Make a prim an instance of the prototype of an item."""
         reference = self.prims.sdf.Reference("", self._paths[id(item)])
         prim.referenceList.prependedItems = [reference]
         prim.instanceable = True
@@ -552,7 +576,7 @@ class _Tree:
         self._solid(item, prim, "geometry", None)
 
     def _solid(self, item: ExportItem, prim: Any, name: str, poses: Sequence[Matrix] | None) -> Any:
-        """Add the geometry of a primitive, with its solid's pose or one per frame; returns None if it is invisible."""
+        """Add the geometry of a primitive with its solid's pose, or one per frame; return None if it is invisible."""
         solid = solid_of(item.entity)
         if solid is None:
             return None
@@ -560,16 +584,16 @@ class _Tree:
         if look.opacity == 0.0:
             return None
         if solid.form is not None:
-            made = self.prims.shape(prim, name, solid, look, self.fine.of(item))
-            self.materials.bind(made, look)
+            geometry = self.prims.shape(prim, name, solid, look, self.fine.of(item))
+            self.materials.bind(geometry, look)
         else:
             surface = solid.surface(self.fine.of(item))
             if surface is None:
                 return None
-            made = self.prims.mesh(prim, name, surface, look)
-            self.materials.bind(made, look, painted=surface.colors is not None)
-        self.prims.place(made, poses or (solid.pose,))
-        return made
+            geometry = self.prims.mesh(prim, name, surface, look)
+            self.materials.bind(geometry, look, painted=surface.colors is not None)
+        self.prims.place(geometry, poses or (solid.pose,))
+        return geometry
 
     # --- animated objects ---
 
@@ -586,9 +610,9 @@ class _Tree:
             self.prims.describe(prim, moving.first)
             self._changing(moving, prim)
             for child in moving.children:
-                made = self._posed(prim, child.first, child.filled_poses())
-                self.prims.show(made, child.shown)
-                waiting.append((child, made, level + 1))
+                child_prim = self._posed(prim, child.first, child.filled_poses())
+                self.prims.show(child_prim, child.shown)
+                waiting.append((child, child_prim, level + 1))
 
     def _add_fixed(self, item: ExportItem, prim: Any, level: int) -> None:
         """Add an item that never changes, whose prim may move."""
@@ -597,8 +621,8 @@ class _Tree:
             return
         waiting: list[tuple[ExportItem, Any, int]] = []
         self._refer_to(prim, item, waiting)
-        for each in waiting:
-            self._fill_prim(*each)
+        for waiting_item in waiting:
+            self._fill_prim(*waiting_item)
 
     def _changing(self, moving: Moving, prim: Any) -> None:
         """Add the geometry of a leaf whose look or shape changes: one prim for each variant, visible in its frames."""
@@ -609,38 +633,38 @@ class _Tree:
                 self._geometry(item, holder)
                 self.prims.show(holder, _hidden_or_shown(shown, moving))
                 continue
-            made = self._solid(item, prim, name, _solid_poses(moving, item, shown))
-            if made is not None:
-                self.prims.show(made, _hidden_or_shown(shown, moving))
+            geometry = self._solid(item, prim, name, _solid_poses(moving, item, shown))
+            if geometry is not None:
+                self.prims.show(geometry, _hidden_or_shown(shown, moving))
 
 
 def _hidden_or_shown(shown: Sequence[bool], moving: Moving) -> tuple[bool, ...]:
     """Return ``shown``, but True in the frames in which the whole object is hidden anyway."""
-    return tuple(seen or not there for seen, there in zip(shown, moving.shown, strict=True))
+    return tuple(is_shown or not is_there for is_shown, is_there in zip(shown, moving.shown, strict=True))
 
 
 def _solid_poses(moving: Moving, item: ExportItem, shown: Sequence[bool]) -> tuple[Matrix, ...]:
     """Return the poses of a leaf's solid in every frame; frames without it repeat the previous pose."""
     solid = None if item.merged else solid_of(item.entity)
-    found = IDENTITY if solid is None else solid.pose
+    current = IDENTITY if solid is None else solid.pose
     poses = []
-    for other, seen in zip(moving.items, shown, strict=True):
-        if seen and other is not None:
+    for other, is_shown in zip(moving.items, shown, strict=True):
+        if is_shown and other is not None:
             solid = solid_of(other.entity)
-            found = found if solid is None else solid.pose
-        poses.append(found)
+            current = current if solid is None else solid.pose
+        poses.append(current)
     return tuple(poses)
 
 
 def _fixed_items(root: Moving) -> list[ExportItem]:
     """Return the items that never change, once for each occurrence."""
-    found, waiting = [], [root]
+    fixed, waiting = [], [root]
     while waiting:
         moving = waiting.pop()
         if moving.fixed is not None:
-            found.append(moving.fixed)
+            fixed.append(moving.fixed)
         waiting.extend(moving.children)
-    return found
+    return fixed
 
 
 PLAIN_USD = mesh_backend(
@@ -658,6 +682,7 @@ PHYSICS = Option("physics", "add rigid bodies, colliders and masses (UsdPhysics)
 
 
 def _run(scene: Scene, path: Path, options: BackendOptions) -> Sequence[Path]:
+    """Write a USD file, with rigid bodies for ``--physics``."""
     check_settings(options, [USD])
     settings = {name: value for name, value in options.settings.items() if name != PHYSICS.name}
     plain = replace(options, settings=settings)

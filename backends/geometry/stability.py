@@ -1,8 +1,10 @@
-"""Things that would fall over or pass through each other: rigid groups of solids, what they rest on, and their balance.
+"""Objects that would fall over or pass through each other: rigid groups of solids, their supports and their balance.
 
-Solids are welded into rigid groups where people model one thing of several: where they overlap, touch at the side, or
-belong to one thing. What is left are things that rest on each other. A group topples if its centre of mass is beside
-the convex hull of the places where it rests.
+Solids form one object by words and nesting, because programs build an object from several parts: in the entity that
+contains both, one is a shape ("cube"), has a noun of parts ("leg", "wheel") or has the word of its container. Only
+different objects rest on each other, and only they can topple or pass through each other. Objects that are set into
+each other are welded into a rigid group; a group topples if its center of mass is outside the convex hull of its
+contacts.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
-# Nouns of parts: what is named so belongs to the thing beside it.
+# Nouns of parts, which belong to the object next to them.
 PARTS = _words(
     """
     arm armrest back bracket backrest baluster balustrade bar base beam blade body border bottom branch brick bristle
@@ -42,7 +44,7 @@ PARTS = _words(
     wall wheel window wing wire
     """
 )
-# Nouns of what is made to float or to hang.
+# Nouns of objects that float, fly or hang.
 AIRBORNE = _words(
     """
     aeroplane airplane airship angel arrow asteroid atom balloon banner bat bee bird blimp blind bubble bulb butterfly
@@ -53,7 +55,7 @@ AIRBORNE = _words(
     sparkle sprite star steam sun text ufo wave
     """
 )
-# Nouns of what a person lifts from what it stands on.
+# Nouns of objects that are lifted from their support.
 _PORTABLE = _words(
     """
     apple backpack bag ball banana barrel basket beaker bell book bottle bowl box bread brush bucket burger cake
@@ -65,21 +67,21 @@ _PORTABLE = _words(
     toaster tool toy trophy tv urn vase watermelon
     """
 )
-# Nouns of what stands on a floor by nothing but its weight.
+# Nouns of objects that stand on a floor by their weight alone.
 _FURNITURE = _words(
     """
     armchair bed bench bookcase bookshelf cabinet couch crib cupboard desk drawers dresser fridge nightstand oven piano
     refrigerator sideboard sofa stove table wardrobe workbench
     """
 )
-# Nouns of what is held by the ground that it stands in.
+# Nouns of objects that are anchored in the ground.
 _ROOTED = _words(
     """
     cactus crane flagpole floodlight flower hydrant lamppost mast palm plant pole post ramp sapling sign
     signpost stair staircase step streetlamp streetlight tree
     """
 )
-# Nouns of what others are set into or hang from.
+# Nouns of objects that others are set into or hang from.
 _HOLDERS = _words(
     """
     arm bar basket beam bin bowl box bracket branch bucket cable canopy ceiling chain cone container crane cup
@@ -87,7 +89,7 @@ _HOLDERS = _words(
     shade stand string tray tree tub vase wire
     """
 )
-# Nouns of what gives way, flows or grows: to be inside it is no fault.
+# Nouns of objects that give way, flow or grow: an object may be inside them.
 _SOFT = _words(
     """
     air beard blanket blossom bough boulder bubble bush canopy carpet cloth cloud cream crown curtain cushion
@@ -97,59 +99,60 @@ _SOFT = _words(
     terrain towel tree tuft water wave weed wig wool
     """
 )
-# Nouns of buildings, which stand in one another.
+# Nouns of buildings, which may be set into each other.
 _BUILDINGS = _words(
     """
     arch barn battlement bridge building buttress castle chapel chimney church city cottage drum dungeon gate
     gatehouse hall house hut keep parapet porch pyramid skyscraper temple terrace tower turret village
     """
 )
-# Nouns of what is fastened to a wall or a ceiling that it touches.
+# Nouns of objects that are fastened to a wall or a ceiling that they touch.
 _MOUNTED = _words(
     """
     antenna banner bell board bookshelf bracket cabinet clock curtain dartboard ivy mirror monitor painting photo
     picture plaque poster projector rack radiator ring screen shelf shutter sink socket speaker switch tv vent
     """
 )
-# Nouns of parts of buildings, which are no parts of what stands beside them.
+# Nouns of parts of buildings, which are not parts of the objects next to them.
 _STRUCTURE = _words(
     """
     board border ceiling column door fence floor frame panel pillar plate post railing roof shelf side slab
     square stair step tabletop tile top wall window
     """
 )
-_BROAD = 0.3  # of the scene's area: what is that broad and at its bottom is the ground
-_TOP = 1e-3  # of the scene's height: how near to 0 the top of the ground is
-_SUNK = 0.25  # of a thing's height: what is deeper in another thing is held by it
-_WELD = 0.05  # of the smaller body's least side: things that are deeper in each other, aside, hold each other
-_VERTICAL = 0.8  # of the normal of a contact between a thing and what it rests on
-_MARGIN = 0.02  # of a group's breadth: how far its centre of mass may be beside its support
-_ROOTED_MARGIN = 0.05  # the same on the ground
-_ROOM = 0.1  # of a group's breadth: how far inside its support the centre of mass of what stands well is
-_MAX_DEPTH = 0.25  # of the smaller extent: how deep equal things may be in each other
-_MAX_SHARED = 0.12  # of the smaller thing's volume: how much of it may be inside another
-_MAX_PART = 0.2  # of the smaller body's volume: how much of it may be inside a body of another thing
-_CLOSE = 0.02  # of a body's longest side: what is that near to its lowest point is its foot
-_NEARLY = 0.05  # of a group's breadth: a part that is this near to what another part rests on does not let it tip far
-_MANY = 200  # bodies of a group that are compared so
-_NARROW = 0.05  # of a body's breadth: a foot that is narrower is an edge
-_SLIM = 4.0  # times as long as thick: pencils and flowers are set into things
+_FLOOR_AREA = 0.3  # of the scene's area: a body this broad, at the bottom of the scene, is the ground
+_ZERO_TOLERANCE = 1e-3  # of the scene's height: tolerance for the top of the ground at y = 0
+_MAX_REST_DEPTH = 0.25  # of an object's height: an object deeper in another does not rest on it but is held by it
+_MIN_HOLD_DEPTH = 0.05  # of the smaller body's least side: objects that overlap more, sideways, hold each other
+_MIN_REST_NORMAL = 0.8  # vertical component of a contact's normal, from which one object rests on the other
+_BALANCE_MARGIN = 0.02  # of a group's breadth: tolerance of the center of mass beyond the support
+_GROUND_BALANCE_MARGIN = 0.05  # the same on the ground: posts and trees are held by parts that are not modeled
+_FIX_MARGIN = 0.1  # of a group's breadth: a fix moves the center of mass this far inside the support
+_MAX_PENETRATION = 0.25  # of the smaller extent: equal objects that overlap more are reported
+_MAX_SHARED_VOLUME = 0.12  # of the smaller object's volume: more of it inside another object is reported
+_MAX_SHARED_BODY = 0.2  # of the smaller body's volume: more of it inside a body of another object is reported
+_FOOT_HEIGHT = 0.02  # of a body's longest side: vertices this near to its lowest point are its foot
+_NEAR_SUPPORT = 0.05  # of a group's breadth: a part this near above a support stops the group from tipping far
+# bodies of a group whose near supports are tested, and groups of a pile: both grow quadratically
+_MAX_GROUP_BODIES = 200
+_EDGE_WIDTH = 0.05  # of a body's breadth: a narrower foot is an edge
+_SLIM_RATIO = 4.0  # length over thickness of pencils and flowers, which are set into other objects
 
 
 class Fault(NamedTuple):
-    """A body that would fall, or passes through another.
+    """Body that would fall, or that passes through another.
 
     Attributes
     ----------
     body, other
         The body, and the one that it rests on or passes through; None is the ground.
     amount
-        How far its centre of mass is beside its support, or how deep it is in the other, in scene units; the breadth of
-        what stands on an edge.
+        Distance of its center of mass beyond its support, or penetration depth, in scene units; the breadth of an
+        object that stands on an edge.
     move
-        The translation that would fix it; None for what stands on an edge, and for what moving it does not help.
+        Translation that fixes it; None for objects on an edge, and if moving does not help.
     shift
-        How far the centre of mass must move over the support to be inside it, with room; None for what stands on an
+        Translation of the center of mass alone that brings it over the support, with a margin; None for objects on an
         edge.
     """
 
@@ -162,7 +165,7 @@ class Fault(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ChainLink:
-    """One instance on the way to a primitive: the number of the instance and its entity."""
+    """One instance on the path to a primitive: its number and its entity."""
 
     number: int
     entity: Entity
@@ -175,21 +178,21 @@ def noun_of(word: str) -> str:
 
 
 def is_airborne(words: Sequence[str]) -> bool:
-    """Return whether any of the words names what is made to float or to hang."""
+    """Return whether any of the words names an object that floats, flies or hangs."""
     return any(
         noun_of(part) in AIRBORNE for word in words for part in word.replace("_", "-").replace(" ", "-").split("-")
     )
 
 
-def is_part_of_thing(entity: Entity) -> bool:
-    """Return whether an entity is a part of the thing that contains it, by its word."""
+def is_part_of_object(entity: Entity) -> bool:
+    """Return whether an entity is a part of the object that contains it, by its word."""
     cls = find(entity.word)
     return (cls is not None and cls.is_solid) or noun_of(entity.word) in PARTS
 
 
 def chains_of(root: Entity) -> list[tuple[ChainLink, ...]]:
     """Return for each primitive below ``root``, in depth-first order, the instances from the root to it."""
-    found: list[tuple[ChainLink, ...]] = []
+    chains: list[tuple[ChainLink, ...]] = []
     number = 0
     stack: list[tuple[Entity, tuple[ChainLink, ...]]] = [(root, ())]
     while stack:
@@ -197,16 +200,17 @@ def chains_of(root: Entity) -> list[tuple[ChainLink, ...]]:
         number += 1
         chain = (*above, ChainLink(number, entity))
         if entity.is_primitive:
-            found.append(chain)
+            chains.append(chain)
         stack.extend((part.car, chain) for part in reversed(entity.children))
-    return found
+    return chains
 
 
-def are_one_thing(a: Sequence[ChainLink], b: Sequence[ChainLink], arrangements: Collection[int] = ()) -> bool:
-    """Return whether two primitives that touch belong to one thing.
+def are_one_object(a: Sequence[ChainLink], b: Sequence[ChainLink], arrangements: Collection[int] = ()) -> bool:
+    """Return whether two touching primitives belong to one object.
 
-    In what contains both, one of them is a part: a shape, or by its noun; but not of what a person would lift from it,
-    such as a cup. In an arrangement, which contains a floor, the floor is a part, and only parts belong to each other.
+    In the entity that contains both, one of them is a part: a shape, or a noun of parts; but not a part of an object
+    that is lifted from it, such as a cup. In ``arrangements``, which contain a floor, the floor is a part, and only
+    parts belong together.
     """
     level = 0
     while level + 1 < min(len(a), len(b)) and a[level + 1].number == b[level + 1].number:
@@ -216,7 +220,7 @@ def are_one_thing(a: Sequence[ChainLink], b: Sequence[ChainLink], arrangements: 
     links = a[level + 1], b[level + 1]
     if a[level].entity.word in (links[0].entity.word, links[1].entity.word):  # recursion
         return True
-    parts = [is_part_of_thing(link.entity) or link.number in arrangements for link in links]
+    parts = [is_part_of_object(link.entity) or link.number in arrangements for link in links]
     if a[level].number in arrangements:
         floors = [link.number in arrangements or noun_of(link.entity.word) in _STRUCTURE for link in links]
         shapes = [_is_shape(link.entity) for link in links]
@@ -228,13 +232,13 @@ def are_one_thing(a: Sequence[ChainLink], b: Sequence[ChainLink], arrangements: 
 
 
 def is_mounted(words: Sequence[str]) -> bool:
-    """Return whether any of the words names what hangs or flies, or the last one what is fastened to a wall."""
+    """Return whether any of the words names a hanging or flying object, or the last a wall-mounted one."""
     named = [word for word in words if (cls := find(word)) is None or not cls.is_solid]
     return is_airborne(words) or _has_noun(named[-1:], _MOUNTED)
 
 
 def is_rooted(words: Sequence[str]) -> bool:
-    """Return whether any of the words names what is held by the ground that it stands in, such as a street lamp."""
+    """Return whether any of the words names an object that is anchored in the ground, such as a street lamp."""
     return _has_noun(words, _ROOTED) or _has_noun([_closed(word) for word in words], _ROOTED)
 
 
@@ -245,29 +249,53 @@ def _closed(word: str) -> str:
 
 
 def is_put_down(words: Sequence[str]) -> bool:
-    """Return whether a word of a path names what a person puts on a floor, and none what may be set into it."""
+    """Return whether a path has a word for an object put on a floor, and none for one that may be set into it."""
     return _has_noun(words, _PORTABLE | _FURNITURE) and not may_be_set_in(words)
 
 
 def may_be_set_in(words: Sequence[str]) -> bool:
-    """Return whether any of the words names what may be set into the ground, or is a part of a building."""
+    """Return whether any of the words names an object that may be set into the ground, or a part of a building."""
     return _has_noun(words, _ROOTED | _SOFT | _STRUCTURE | _BUILDINGS | AIRBORNE)
 
 
 def is_portable(entity: Entity) -> bool:
-    """Return whether an entity is what a person lifts from what it stands on, by its noun."""
+    """Return whether an entity is an object that is lifted from its support, by its noun."""
     return not _is_shape(entity) and noun_of(entity.word) in _PORTABLE
 
 
 def _is_shape(entity: Entity) -> bool:
+    """Return whether an entity's word is that of a primitive shape."""
     cls = find(entity.word)
     return cls is not None and cls.is_solid
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contacts:
-    """Touching pairs of bodies (M, 2): which are of two things, which of these rest on each other, and the depth (M,)
-    and direction (M, 3) of each."""
+    """Contacts between the M touching pairs of N bodies, and the groups that they form.
+
+    Attributes
+    ----------
+    pairs : (M, 2)
+        Numbers of the two bodies.
+    gaps : (M,)
+        Distances in scene units.
+    apart : (M,)
+        Whether the bodies belong to two objects.
+    rests : (M,)
+        Whether one of the objects rests on the other.
+    depth : (M,), along : (M, 3)
+        Penetration depth, and the direction that separates the bodies; zeros within an object.
+    object_of : (N,)
+        Number of the object that each body is part of.
+    group : (N,)
+        Number of the rigid group of objects that hold each other.
+    floor : (N,)
+        Whether a body is the ground.
+    loose : (N,)
+        Whether a body is a shape in an arrangement.
+    owner : (N,)
+        Number of the instance that a body is, or whose material it is.
+    """
 
     pairs: IntArray
     gaps: FloatArray
@@ -275,78 +303,78 @@ class Contacts:
     rests: npt.NDArray[np.bool_]
     depth: FloatArray
     along: FloatArray
-    thing: IntArray  # (N,) of each body: the thing that it is part of
-    group: IntArray  # (N,) of each body: the things that hold each other
-    floor: npt.NDArray[np.bool_]  # (N,) whether a body is the ground
-    loose: npt.NDArray[np.bool_]  # (N,) whether a body is a shape in an arrangement
-    owner: IntArray  # (N,) of each body: the number of the instance that it is, or whose material it is
+    object_of: IntArray
+    group: IntArray
+    floor: npt.NDArray[np.bool_]
+    loose: npt.NDArray[np.bool_]
+    owner: IntArray
 
 
 def contacts_of(bodies: Bodies, root: Entity) -> Contacts:
-    """Return the contacts of the bodies of a frame, and the groups that they join.
+    """Return the contacts of the bodies of a frame, and the groups that they form.
 
-    First the parts of each thing are joined, then the things that hold each other because one is set into the other.
+    First the parts of each object are joined, then the objects of which one is set into the other.
     """
-    every = chains_of(root)
-    chains = [every[row] for row in bodies.row.tolist()]
+    all_chains = chains_of(root)
+    chains = [all_chains[row] for row in bodies.row.tolist()]
     pairs, gaps, _ = bodies.contacts
     floor = _is_floor(bodies)
     arrangements = {link.number for i in np.flatnonzero(floor).tolist() for link in chains[i][:-1]}
-    apart = np.array([not are_one_thing(chains[i], chains[j], arrangements) for i, j in pairs.tolist()], bool)
+    apart = np.array([not are_one_object(chains[i], chains[j], arrangements) for i, j in pairs.tolist()], bool)
     depth, along = np.zeros(len(pairs)), np.zeros((len(pairs), 3))
     if apart.any():
         depth[apart], along[apart] = bodies.overlaps(pairs[apart])
-    thing = clusters(len(bodies), pairs[~apart].tolist())
-    low, high = boxes_of_things(bodies, thing)
-    upright = np.abs(along[:, 1]) >= _VERTICAL
-    shallow = np.minimum((high - low)[pairs[:, 0], 1], (high - low)[pairs[:, 1], 1]) * _SUNK
+    object_of = clusters(len(bodies), pairs[~apart].tolist())
+    low, high = boxes_of_groups(bodies, object_of)
+    upright = np.abs(along[:, 1]) >= _MIN_REST_NORMAL
+    shallow = np.minimum((high - low)[pairs[:, 0], 1], (high - low)[pairs[:, 1], 1]) * _MAX_REST_DEPTH
     on_floor = floor[pairs].any(axis=1)
     held_by_floor = on_floor & (depth > 4.0 * bodies.touch)
     for row in np.flatnonzero(held_by_floor & apart).tolist():
         upper = next((i for i in pairs[row].tolist() if not floor[i]), None)
         held_by_floor[row] = upper is None or not is_put_down(bodies.words(upper)[1:])
         if upper is not None:
-            shallow[row] = _SUNK * (high - low)[upper, 1]
+            shallow[row] = _MAX_REST_DEPTH * (high - low)[upper, 1]
     rests = apart & upright & ~held_by_floor & (depth <= np.maximum(shallow, 4.0 * bodies.touch))
-    thin = np.minimum(*(bodies.boxes[1] - bodies.boxes[0]).min(axis=1)[pairs.T]) if len(pairs) else np.zeros(0)
-    held = apart & ~rests & (upright | (depth > np.maximum(_WELD * thin, bodies.touch)))
+    least_side = np.minimum(*(bodies.boxes[1] - bodies.boxes[0]).min(axis=1)[pairs.T]) if len(pairs) else np.zeros(0)
+    held = apart & ~rests & (upright | (depth > np.maximum(_MIN_HOLD_DEPTH * least_side, bodies.touch)))
     group = clusters(len(bodies), pairs[~apart | held].tolist())
     owner = np.array([chain[-2 if len(chain) > 1 and _is_shape(chain[-1].entity) else -1].number for chain in chains])
     loose = np.array(
         [len(chain) > 1 and chain[-2].number in arrangements and _is_shape(chain[-1].entity) for chain in chains], bool
     )
-    return Contacts(pairs, gaps, apart, rests, depth, along, thing, group, floor, loose, owner.astype(np.int64))
+    return Contacts(pairs, gaps, apart, rests, depth, along, object_of, group, floor, loose, owner.astype(np.int64))
 
 
-def boxes_of_things(bodies: Bodies, group: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return for each body the box (N, 3) of all bodies of its group."""
-    low, high = (each.copy() for each in bodies.boxes)
+def boxes_of_groups(bodies: Bodies, group: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return for each body the box of its group: low and high corners (N, 3)."""
+    low, high = (corners.copy() for corners in bodies.boxes)
     np.minimum.at(low, group, bodies.boxes[0])
     np.maximum.at(high, group, bodies.boxes[1])
     return low[group], high[group]
 
 
 def _is_floor(bodies: Bodies) -> npt.NDArray[np.bool_]:
-    """Return which bodies (N,) are the ground: broad ones at the bottom of the scene or
-    whose tops are at 0."""
+    """Return which bodies (N,) are the ground: broad, and at the bottom of the scene or with their top at y = 0."""
     low, high = bodies.boxes
     if not len(low):
         return np.zeros(0, bool)
     wide = (high.max(axis=0) - low.min(axis=0))[[0, 2]].prod()
     tall = float(high[:, 1].max() - low[:, 1].min())
-    found: npt.NDArray[np.bool_] = (high - low)[:, [0, 2]].prod(axis=1) >= _BROAD * wide
-    at_zero = np.abs(high[:, 1]) <= _TOP * tall
-    found &= at_zero | (low[:, 1] <= low[:, 1].min() + 0.1 * tall)
-    return found
+    is_floor: npt.NDArray[np.bool_] = (high - low)[:, [0, 2]].prod(axis=1) >= _FLOOR_AREA * wide
+    at_zero = np.abs(high[:, 1]) <= _ZERO_TOLERANCE * tall
+    is_floor &= at_zero | (low[:, 1] <= low[:, 1].min() + 0.1 * tall)
+    return is_floor
 
 
 # --- balance ---------------------------------------------------------------------------------------------------------
 
 
 class _Balance:
-    """The groups of a frame, what each rests on, and their centres of mass."""
+    """Rigid groups of a frame, their supports and their centers of mass."""
 
     def __init__(self, bodies: Bodies, contacts: Contacts, ground: float) -> None:
+        """Sum masses and centers by group, and collect the contacts at which a group rests on another."""
         self.bodies, self.contacts, self.ground = bodies, contacts, ground
         low, high = bodies.boxes
         names, self.group = np.unique(contacts.group, return_inverse=True)
@@ -373,7 +401,7 @@ class _Balance:
         self.feet = np.bincount(self.group, self.grounded, count)
 
     def supports(self, group: int) -> FloatArray:
-        """Return points (K, 3) whose convex hull supports a group."""
+        """Return the points (K, 3) whose convex hull supports a group."""
         points: list[FloatArray] = []
         for i in self.members[group].tolist() if self.feet[group] else ():
             if self.grounded[i]:
@@ -384,32 +412,32 @@ class _Balance:
         return np.concatenate(points) if points else np.zeros((0, 3))
 
     def standing_on(self, group: int) -> set[int]:
-        """Return the bodies of a group on which it stands."""
+        """Return the bodies of a group that are its feet."""
         feet = {i for i in self.members[group].tolist() if self.grounded[i]} if self.feet[group] else set()
         return feet | {upper for upper, _, _ in self.below[group]}
 
     def _nearly(self, group: int, lower: int) -> Iterator[FloatArray]:
-        """Yield points (4, 3) below bodies of a group that are as good as on what another of its bodies rests on."""
+        """Yield corners (4, 3) of bodies that are barely above or below a support of another body of their group."""
         low, high = self.bodies.boxes
-        room = _NEARLY * float((self.high[group] - self.low[group])[[0, 2]].max())
+        tolerance = _NEAR_SUPPORT * float((self.high[group] - self.low[group])[[0, 2]].max())
         members = self.members[group]
-        if len(members) == 1 or len(members) > _MANY:
+        if len(members) == 1 or len(members) > _MAX_GROUP_BODIES:
             return
         for i in set(members.tolist()) - self.standing_on(group):
             gap = low[i, 1] - high[lower, 1]
             first, last = np.maximum(low[i], low[lower]), np.minimum(high[i], high[lower])
-            if abs(gap) <= room and (first <= last)[[0, 2]].all():
+            if abs(gap) <= tolerance and (first <= last)[[0, 2]].all():
                 yield np.array([[x, low[i, 1], z] for x in (first[0], last[0]) for z in (first[2], last[2])])
 
     def _contact(self, upper: int, lower: int, gap: float) -> FloatArray:
-        """Return points around where a body rests on another."""
+        """Return points (K, 3) around the contact at which a body rests on another."""
         low, high = self.bodies.boxes
         if self.is_whole(upper, lower):
             return _lowest(self.bodies, upper)
         size = min(float((high[i] - low[i]).max()) for i in (upper, lower))
-        near = min(self.bodies.touch, 0.5 * _CLOSE * size)
+        room = min(self.bodies.touch, 0.5 * _FOOT_HEIGHT * size)
         inside = low[upper, 1] < high[lower, 1] - 2.0 * self.bodies.touch
-        if self.bodies.hollow[lower] and inside:  # in a cup or a bowl, whose rim holds it
+        if self.bodies.hollow[lower] and inside:  # in a cup or a bowl, held by its rim
             return np.array(
                 [
                     [x, low[upper, 1], z]
@@ -417,24 +445,24 @@ class _Balance:
                     for z in (low[lower, 2], high[lower, 2])
                 ]
             )
-        found = self.bodies.patch(upper, lower, gap + near)
-        if len(found):
-            # What dips into another rests on its lowest points, what is in a hollow on all of them.
+        patch = self.bodies.patch(upper, lower, gap + room)
+        if len(patch):
+            # A body that dips into another rests on its lowest points, one in a hollow on all of them.
             hollow = self.bodies.hollow[[upper, lower]].any()
-            return found if hollow else found[found[:, 1] <= found[:, 1].min() + near]
+            return patch if hollow else patch[patch[:, 1] <= patch[:, 1].min() + room]
         first, last = np.maximum(low[upper], low[lower]), np.minimum(high[upper], high[lower])
         return np.array([[x, first[1], z] for x in (first[0], last[0]) for z in (first[2], last[2])])
 
     @cached_property
     def level(self) -> npt.NDArray[np.bool_]:
-        """Which bodies (N,) are blocks along the axes of the world."""
+        """Mask (N,) of bodies that are blocks along the axes of the world."""
         matrices = np.abs(self.bodies.solids.matrices[:, :, :3])
         straight = (matrices > 1e-6 * matrices.max(axis=(1, 2), keepdims=True)).sum(axis=(1, 2)) == 3
         blocks = np.array([kind is BLOCK for kind in self.bodies.solids.kinds], bool)[self.bodies.solids.forms]
         return np.asarray(straight & blocks & self.bodies.exact, bool)
 
     def is_pavement(self, lower: int, group: int) -> bool:
-        """Whether a body is a broad, flat shape on the ground, in which a street lamp is planted."""
+        """Return whether a body is a broad, flat shape on the ground, in which a street lamp may be planted."""
         low, high = self.bodies.boxes
         size = high[lower] - low[lower]
         is_broad = 2.0 * size[1] < size[[0, 2]].min() and size[[0, 2]].max() > self.high[group, 1] - self.low[group, 1]
@@ -447,14 +475,14 @@ class _Balance:
         return float(self.bodies.boxes[1][self.contacts.floor, 1].max(initial=self.ground))
 
     def is_whole(self, upper: int, lower: int) -> bool:
-        """Whether all of a body is above a level block that it rests on."""
+        """Return whether all of a body is above a level block that it rests on."""
         low, high = self.bodies.boxes
         if not self.level[lower] or low[upper, 1] < high[lower, 1] - self.bodies.touch:
             return False
         return bool((low[upper] >= low[lower])[[0, 2]].all() and (high[upper] <= high[lower])[[0, 2]].all())
 
     def key(self, group: int) -> tuple[object, ...]:
-        """Return what decides how a group is balanced: equal groups on equal supports have equal keys."""
+        """Return a key of a group's balance: equal groups on equal supports have equal keys."""
         bodies, members = self.bodies, self.members[group]
         lowers = [(upper, lower, self.is_whole(upper, lower)) for upper, lower, _ in self.below[group]]
         rows = [*members.tolist(), *(lower for _, lower, whole in lowers if not whole)]
@@ -468,7 +496,7 @@ class _Balance:
         )  # fmt: skip
 
     def is_easy(self, group: int) -> bool:
-        """Whether a group is one upright body whose whole base is carried."""
+        """Return whether a group is one upright body that stands on the ground with its whole base."""
         if len(self.members[group]) > 1 or len({lower for _, lower, _ in self.below[group]}) > 1:
             return False
         body = int(self.members[group][0])
@@ -479,15 +507,15 @@ class _Balance:
 
     @cached_property
     def neighbours(self) -> list[set[int]]:
-        """For each group the others that it touches."""
-        found: list[set[int]] = [set() for _ in self.members]
+        """Touching groups of each group."""
+        touching: list[set[int]] = [set() for _ in self.members]
         for i, j in self.group[self.contacts.pairs].tolist():
-            found[i].add(j)
-            found[j].add(i)
-        return found
+            touching[i].add(j)
+            touching[j].add(i)
+        return touching
 
     def is_everywhere(self, group: int) -> bool:
-        """Whether a group rests with all of its feet on what it stands on, so that moving it changes nothing."""
+        """Return whether all feet of a group are fully supported, so that moving it changes nothing."""
         floor, level = self.contacts.floor, self.bodies.boxes
         return all(
             self.is_whole(upper, lower) or (floor[lower] and bool(
@@ -497,52 +525,58 @@ class _Balance:
         )  # fmt: skip
 
     def is_supported(self, group: int, but: int) -> bool:
-        """Whether a group stands on the ground, or touches what does, without the group ``but``."""
-        seen, stack = {group, but}, [group]
+        """Return whether a group is connected to the ground without the group ``but``."""
+        visited, stack = {group, but}, [group]
         while stack:
-            at = stack.pop()
-            if self.feet[at]:
+            current = stack.pop()
+            if self.feet[current]:
                 return True
-            fresh = self.neighbours[at] - seen
-            seen |= fresh
-            stack += fresh
+            unvisited = self.neighbours[current] - visited
+            visited |= unvisited
+            stack += unvisited
         return False
 
     def with_own_load(self, group: int) -> FloatArray:
-        """Return the centre of mass (3,) of a group and what rests on it and on nothing else, such as the upper books
-        of a pile."""
-        seen, stack = {group}, [group]
-        while stack and len(seen) <= _MANY:
+        """Return the center of mass (3,) of a group with its own load: objects that rest on nothing else.
+
+        An example is the upper books of a pile.
+        """
+        loaded, stack = {group}, [group]
+        while stack and len(loaded) <= _MAX_GROUP_BODIES:
             for upper, _ in self.above[stack.pop()]:
                 other = int(self.group[upper])
                 below = {int(self.group[lower]) for _, lower, _ in self.below[other]}
-                if other not in seen and not self.feet[other] and below <= seen:
-                    seen.add(other)
+                if other not in loaded and not self.feet[other] and below <= loaded:
+                    loaded.add(other)
                     stack.append(other)
-        return self._center_of({group} if len(seen) > _MANY else seen)
+        return self._center_of({group} if len(loaded) > _MAX_GROUP_BODIES else loaded)
 
     def _center_of(self, groups: Collection[int]) -> FloatArray:
+        """Return the common center of mass (3,) of groups."""
         rows = sorted(groups)
-        found: FloatArray = (self.center[rows] * self.mass[rows, None]).sum(axis=0) / self.mass[rows].sum()
-        return found
+        moment = (self.center[rows] * self.mass[rows, None]).sum(axis=0)
+        return np.asarray(moment / self.mass[rows].sum(), np.float64)
 
     def with_load(self, group: int) -> FloatArray:
-        """Return the centre of mass (3,) of a group and all that rests on it, alone or with others."""
-        seen, stack = {group}, [group]
+        """Return the center of mass (3,) of a group and all objects that rest on it, alone or with others."""
+        loaded, stack = {group}, [group]
         while stack:
             for upper, _ in self.above[stack.pop()]:
                 other = int(self.group[upper])
-                if other not in seen:
-                    seen.add(other)
+                if other not in loaded:
+                    loaded.add(other)
                     stack.append(other)
-        return self._center_of(seen)
+        return self._center_of(loaded)
 
 
 def standing_of(
     bodies: Bodies, contacts: Contacts, body: int, ground: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the points (K, 3) that carry the group of a body, the sides of their hull and the plumb line from its
-    centre of mass (M, 2, 3), and that centre (1, 3)."""
+    """Return marks on the balance of the group of a body.
+
+    These are the corners (K, 3) of its support, the sides of the support and the plumb line from its center of mass (M,
+    2, 3), and that center (1, 3).
+    """
     balance = _Balance(bodies, contacts, ground)
     group = int(balance.group[body])
     points, center = balance.supports(group), balance.center[group]
@@ -556,7 +590,7 @@ def standing_of(
 
 
 def loads_of(bodies: Bodies, contacts: Contacts, body: int, ground: float) -> tuple[IntArray, FloatArray, IntArray]:
-    """Return the bodies of the group of a body, their shares of its mass, and those on which it stands."""
+    """Return the bodies of the group of a body, their shares of its mass, and those that are its feet."""
     balance = _Balance(bodies, contacts, ground)
     group = int(balance.group[body])
     members = balance.members[group]
@@ -565,8 +599,17 @@ def loads_of(bodies: Bodies, contacts: Contacts, body: int, ground: float) -> tu
 
 
 class _Verdict(NamedTuple):
-    """How a group is balanced: how far its centre is beside its support, negative inside, the way to a place inside
-    with room, and whether it is on an edge."""
+    """Balance of a group.
+
+    Attributes
+    ----------
+    beside
+        Distance of its center of mass beyond its support, negative inside.
+    back : (2,)
+        Horizontal translation that brings the center inside, with a margin.
+    edge
+        Whether it stands on an edge.
+    """
 
     beside: float
     back: FloatArray
@@ -574,12 +617,15 @@ class _Verdict(NamedTuple):
 
 
 def unstable(
-    bodies: Bodies, contacts: Contacts, ground: float, margins: tuple[float, float] = (_MARGIN, _ROOTED_MARGIN)
+    bodies: Bodies,
+    contacts: Contacts,
+    ground: float,
+    margins: tuple[float, float] = (_BALANCE_MARGIN, _GROUND_BALANCE_MARGIN),
 ) -> Iterator[Fault]:
-    """Yield the rigid groups that rest on something, but beside their centre of mass or on an edge.
+    """Yield the rigid groups that rest on a support, but not below their center of mass, or on an edge.
 
-    ``margins`` are of a group's breadth: how far its centre may be beside its support, on other things and on the
-    ground; negative ones ask for room.
+    ``margins`` are fractions of a group's breadth: tolerances of the center beyond the support, on other objects and on
+    the ground; negative ones ask for a margin inside.
     """
     balance = _Balance(bodies, contacts, ground)
     known: dict[tuple[object, ...], _Verdict] = {}
@@ -589,43 +635,44 @@ def unstable(
         key = balance.key(group)
         if key not in known:
             known[key] = _verdict(balance, group)
-        found = known[key]
+        verdict = known[key]
         breadth = float((balance.high[group] - balance.low[group])[[0, 2]].max())
         first = int(balance.members[group][0])
         under = [lower for _, lower, _ in balance.below[group]]
-        rooted = all(contacts.floor[each] or balance.is_pavement(each, group) for each in under)
-        room = margins[1 if rooted else 0] * breadth
-        if room < 0.0:  # no foot is asked for more room than it has
-            room = max(room, -0.25 * width_of(balance.supports(group)[:, [0, 2]]))
-        if balance.above[group] and found.beside <= room:
-            found = _with_load(balance, group, found)
-        falls = found.beside > room
-        if not (falls or found.edge) or (rooted and is_rooted(bodies.words(first)[1:])):
+        rooted = all(contacts.floor[lower] or balance.is_pavement(lower, group) for lower in under)
+        margin = margins[1 if rooted else 0] * breadth
+        if margin < 0.0:  # a foot has at most a quarter of its width as a margin
+            margin = max(margin, -0.25 * width_of(balance.supports(group)[:, [0, 2]]))
+        if balance.above[group] and verdict.beside <= margin:
+            verdict = _with_load(balance, group, verdict)
+        falls = verdict.beside > margin
+        if not (falls or verdict.edge) or (rooted and is_rooted(bodies.words(first)[1:])):
             continue
         lowest = int(balance.members[group][np.argmin(bodies.boxes[0][balance.members[group], 1])])
         below = under[0] if under and not balance.grounded[lowest] else None
-        if falls and beyond_edge(balance.supports(group)[:, [0, 2]], balance.with_load(group)[[0, 2]])[0] > room:
-            shift = float(found.back[0]), 0.0, float(found.back[1])
-            yield Fault(lowest, below, found.beside, None if balance.is_everywhere(group) else shift, shift)
-        elif found.edge:
+        if falls and beyond_edge(balance.supports(group)[:, [0, 2]], balance.with_load(group)[[0, 2]])[0] > margin:
+            shift = float(verdict.back[0]), 0.0, float(verdict.back[1])
+            yield Fault(lowest, below, verdict.beside, None if balance.is_everywhere(group) else shift, shift)
+        elif verdict.edge:
             yield Fault(lowest, below, breadth, None)
 
 
 def _verdict(balance: _Balance, group: int) -> _Verdict:
+    """Return the balance of a group without its load."""
     points = balance.supports(group)
     middle = balance.center[group, [0, 2]]
     beside, nearest = beyond_edge(points[:, [0, 2]], middle)
     breadth = float((balance.high[group] - balance.low[group])[[0, 2]].max())
     edge = _is_on_edge(balance.bodies, balance.standing_on(group), points, breadth)
     inward = points[:, [0, 2]].mean(axis=0) - nearest
-    room = _ROOM * breadth / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
+    margin = _FIX_MARGIN * breadth / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
     if balance.is_everywhere(group):
-        room = min(room, 0.5)  # its foot grows no broader
-    return _Verdict(beside, nearest - middle + room * inward, edge)
+        margin = min(margin, 0.5)  # moving does not broaden its foot
+    return _Verdict(beside, nearest - middle + margin * inward, edge)
 
 
 def _with_load(balance: _Balance, group: int, alone: _Verdict) -> _Verdict:
-    """Return the verdict about a group with what it carries alone, if that is worse."""
+    """Return the balance of a group with its own load, if that is worse than ``alone``."""
     middle = balance.with_own_load(group)[[0, 2]]
     beside, nearest = beyond_edge(balance.supports(group)[:, [0, 2]], middle)
     return _Verdict(beside, nearest - middle, alone.edge) if beside > alone.beside else alone
@@ -633,7 +680,7 @@ def _with_load(balance: _Balance, group: int, alone: _Verdict) -> _Verdict:
 
 def _is_on_edge(bodies: Bodies, feet: Collection[int], points: FloatArray, breadth: float) -> bool:
     """Return whether a group stands on edges or corners of bodies that have flat sides."""
-    return bool(feet) and width_of(points[:, [0, 2]]) < _NARROW * breadth and all(_is_edge(bodies, i) for i in feet)
+    return bool(feet) and width_of(points[:, [0, 2]]) < _EDGE_WIDTH * breadth and all(_is_edge(bodies, i) for i in feet)
 
 
 def _is_edge(bodies: Bodies, i: int) -> bool:
@@ -643,7 +690,7 @@ def _is_edge(bodies: Bodies, i: int) -> bool:
     form, _ = bodies.solids.form(i)
     axis = bodies.solids.matrices[i, :, 1]
     if form.is_rounded or (form.is_curved and abs(axis[1]) < 0.05 * np.linalg.norm(axis)):
-        return False  # it lies on its round side
+        return False  # on its round side
     low, high = bodies.boxes
     return width_of(_lowest(bodies, i, near=1e-6)[:, [0, 2]]) <= 1e-5 * float((high[i] - low[i]).max())
 
@@ -654,27 +701,27 @@ def _vertices(form: CanonicalForm, ratios: Ratios) -> FloatArray:
     return np.asarray(form.mesh(32, ratios).vertices, np.float64)
 
 
-def _lowest(bodies: Bodies, i: int, near: float = _CLOSE) -> FloatArray:
+def _lowest(bodies: Bodies, i: int, near: float = _FOOT_HEIGHT) -> FloatArray:
     """Return the vertices (K, 3) of a body near its lowest point, within ``near`` of its longest side."""
     low, high = bodies.boxes
-    room = min(near * float((high[i] - low[i]).max()), 2.0 * bodies.touch)
+    tolerance = min(near * float((high[i] - low[i]).max()), 2.0 * bodies.touch)
     if bodies.hollow[i] and (surface := bodies.surface(i)) is not None:
         vertices = np.asarray(surface.to_mesh64().vert_properties[:, :3], np.float64)
     else:
         form, ratios = bodies.solids.form(i)
         matrix = bodies.solids.matrices[i]
         vertices = _vertices(form, ratios) @ matrix[:, :3].T + matrix[:, 3]
-    found: FloatArray = vertices[vertices[:, 1] <= vertices[:, 1].min() + room]
-    return found
+    foot: FloatArray = vertices[vertices[:, 1] <= vertices[:, 1].min() + tolerance]
+    return foot
 
 
 def hanging(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Fault]:
-    """Yield things that hang below another by nothing but contact, where nothing is made to hang."""
+    """Yield objects that hang below another by contact alone, where nothing is made to hang."""
     balance = _Balance(bodies, contacts, ground)
-    touched = np.zeros(len(balance.members), bool)  # by others at the side, or set into them
+    touched = np.zeros(len(balance.members), bool)  # at the side, or by penetration
     aside = contacts.apart & ~contacts.rests
-    for each in contacts.pairs[aside].T:
-        touched[balance.group[each]] = True
+    for bodies_aside in contacts.pairs[aside].T:
+        touched[balance.group[bodies_aside]] = True
     for group, carried in enumerate(balance.above):
         if balance.below[group] or balance.feet[group] or touched[group] or not carried:
             continue
@@ -692,15 +739,15 @@ def hanging(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Fault
         yield Fault(lower, upper, height, (0.0, up, 0.0))
 
 
-# --- things that pass through each other -----------------------------------------------------------------------------
+# --- objects that pass through each other ----------------------------------------------------------------------------
 
 
 def intersecting(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[Fault]:
-    """Yield pairs of things that pass through each other, the deepest pair of bodies of each.
+    """Yield pairs of objects that pass through each other, with their deepest pair of bodies.
 
-    Things may be set into each other: a tree into the ground, a candle into a cake, a column into the wall beside it.
-    What is reported: equal things that overlap, a thing that comes out of the other side of another, and one that is in
-    another for a large part.
+    Objects may be set into each other: a tree into the ground, a candle into a cake, a column into the wall next to it.
+    Reported are equal objects that overlap, an object that comes out of the other side of another, and one that is
+    inside another for a large part.
     """
     if not len(contacts.pairs):
         return
@@ -711,86 +758,99 @@ def intersecting(bodies: Bodies, contacts: Contacts, ground: float) -> Iterator[
     deep &= contacts.apart & solid[pairs].all(axis=1)
     extent = np.minimum(*(high - low).min(axis=1)[pairs.T])
     rounded = bodies.solids.that_are("is_rounded")
-    own = bodies.masses[0]
-    volume = np.bincount(contacts.thing, own, len(bodies))
+    body_volume = bodies.masses[0]
+    volume = np.bincount(contacts.object_of, body_volume, len(bodies))
     worst: dict[tuple[int, int], Fault] = {}
     shared: dict[tuple[int, int], float] = {}
     reported: set[tuple[int, int]] = set()
     for row in np.flatnonzero(deep).tolist()[:MAX_EXACT]:
         i, j = pairs[row].tolist()
-        cut = bodies.hollow[[i, j]].any() and (bodies.is_cut(i, j) or bodies.is_cut(j, i))
-        if _gives_way(bodies, i, j, not cut) or _is_ornament(bodies, contacts, i, j) or _are_built(bodies, i, j):
+        is_cut = bodies.hollow[[i, j]].any() and (bodies.is_cut(i, j) or bodies.is_cut(j, i))
+        if (
+            _gives_way(bodies, i, j, allows_holders=not is_cut)
+            or _is_ornament(bodies, contacts, i, j)
+            or _are_built(bodies, i, j)
+        ):
             continue
-        key = (int(contacts.thing[i]), int(contacts.thing[j]))
+        key = (int(contacts.object_of[i]), int(contacts.object_of[j]))
         move = contacts.along[row] * contacts.depth[row]
-        found = Fault(j, i, float(contacts.depth[row]), (float(move[0]), float(move[1]), float(move[2])))
-        if key not in worst or worst[key].amount < found.amount:
-            worst[key] = found
-        same = bodies.words(i) == bodies.words(j) and contacts.depth[row] > _MAX_DEPTH * extent[row]
+        fault = Fault(j, i, float(contacts.depth[row]), (float(move[0]), float(move[1]), float(move[2])))
+        if key not in worst or worst[key].amount < fault.amount:
+            worst[key] = fault
+        is_peer = bodies.words(i) == bodies.words(j) and contacts.depth[row] > _MAX_PENETRATION * extent[row]
         if not rounded[[i, j]].any() and (
-            same or _pierces(low, high, i, j, bodies.touch, ground) or _pierces(low, high, j, i, bodies.touch, ground)
+            is_peer
+            or _pierces(low, high, i, j, bodies.touch, ground)
+            or _pierces(low, high, j, i, bodies.touch, ground)
         ):
             reported.add(key)
-        if cut:
+        if is_cut:
             reported.add(key)
         if key not in reported and contacts.depth[row] > 0.1 * extent[row]:
             common = bodies.shared_volume(i, j)
             shared[key] = shared.get(key, 0.0) + common
-            if contacts.depth[row] > _MAX_DEPTH * extent[row] and common > _MAX_PART * min(own[i], own[j]):
+            if contacts.depth[row] > _MAX_PENETRATION * extent[row] and common > _MAX_SHARED_BODY * min(
+                body_volume[i], body_volume[j]
+            ):
                 reported.add(key)
-    for key, found in worst.items():
-        if key in reported or shared.get(key, 0.0) > _MAX_SHARED * min(volume[key[0]], volume[key[1]]):
-            yield found
+    for key, fault in worst.items():
+        if key in reported or shared.get(key, 0.0) > _MAX_SHARED_VOLUME * min(volume[key[0]], volume[key[1]]):
+            yield fault
 
 
-def _gives_way(bodies: Bodies, i: int, j: int, held: bool = True) -> bool:
-    """Return whether two bodies may overlap by what they are: one is soft, or, if ``held``, a slim one is set into a
-    holder."""
+def _gives_way(bodies: Bodies, i: int, j: int, *, allows_holders: bool) -> bool:
+    """Return whether two bodies may overlap by their words.
+
+    One is soft or, if ``allows_holders``, a slim one is set into a holder.
+    """
     names = [bodies.words(k)[1:] for k in (i, j)]
     if any(is_soft(words) for words in names):
         return True
     low, high = bodies.boxes
-    for slim, holder in ((i, names[1]), (j, names[0])) if held else ():
+    for slim, holder in ((i, names[1]), (j, names[0])) if allows_holders else ():
         size = np.sort(high[slim] - low[slim])
-        if size[2] > _SLIM * size[1] and _has_noun(holder, _HOLDERS):
+        if size[2] > _SLIM_RATIO * size[1] and _has_noun(holder, _HOLDERS):
             return True
     return False
 
 
 def is_soft(words: Sequence[str]) -> bool:
-    """Return whether what leads to a body says that it gives way, flows or grows."""
+    """Return whether the last words of a path name an object that gives way, flows or grows."""
     return _has_noun(words[-2:], _SOFT)
 
 
 def _has_noun(words: Sequence[str], nouns: frozenset[str]) -> bool:
+    """Return whether any of the words has one of the nouns."""
     return any(noun_of(word) in nouns for word in words)
 
 
 def _are_built(bodies: Bodies, i: int, j: int) -> bool:
-    """Return whether two bodies are of buildings, such as a wall and a tower."""
+    """Return whether two bodies belong to buildings, such as a wall and a tower."""
     first, second = bodies.words(i), bodies.words(j)
     common = next((k for k, (a, b) in enumerate(zip(first, second)) if a != b), max(len(first) - 2, 1))
     return all(_has_noun(words[common:], _STRUCTURE | _BUILDINGS) for words in (first, second))
 
 
 def _is_ornament(bodies: Bodies, contacts: Contacts, i: int, j: int) -> bool:
-    """Return whether one of two bodies is a shape in an arrangement that is smaller than the other."""
+    """Return whether one of two bodies is a shape in an arrangement and smaller than the other."""
     low, high = bodies.boxes
     size = np.linalg.norm(high - low, axis=1)
     return bool((contacts.loose[i] and size[i] < size[j]) or (contacts.loose[j] and size[j] < size[i]))
 
 
-def _pierces(low: FloatArray, high: FloatArray, a: int, b: int, room: float, ground: float) -> bool:
-    """Return whether body ``a`` reaches out of two opposite sides of body ``b``, within its other sides.
+def _pierces(low: FloatArray, high: FloatArray, a: int, b: int, tolerance: float, ground: float) -> bool:
+    """Return whether body ``a`` comes out of two opposite sides of body ``b``, within its other sides.
 
-    What lies on the ground has no lower side.
+    A body on the ground has no lower side.
     """
     for axis in range(3):
-        if axis == 1 and low[b, 1] <= ground + room:
+        if axis == 1 and low[b, 1] <= ground + tolerance:
             continue
-        others = [each for each in range(3) if each != axis]
-        out = low[a, axis] < low[b, axis] - room and high[a, axis] > high[b, axis] + room
-        within = ((low[a, others] >= low[b, others] - room) & (high[a, others] <= high[b, others] + room)).all()
+        across = [other for other in range(3) if other != axis]
+        out = low[a, axis] < low[b, axis] - tolerance and high[a, axis] > high[b, axis] + tolerance
+        within = (
+            (low[a, across] >= low[b, across] - tolerance) & (high[a, across] <= high[b, across] + tolerance)
+        ).all()
         if out and within:
             return True
     return False

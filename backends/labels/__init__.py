@@ -1,5 +1,5 @@
 """Per-pixel ground truth (docs/maps.md).
 
 ``ground_truth`` computes instances, depth, normals, boxes and motion of a shot; ``dataset`` writes them, including COCO
-annotations. Colour pictures come from the picture backends.
+annotations. Color images come from the image backends.
 """

@@ -1,4 +1,4 @@
-"""Labelled datasets: file layout, contents of each shot, and resuming an interrupted run.
+"""Labeled datasets: file layout, contents of each shot, and resuming an interrupted run.
 
 A single shot is written to the folder itself; several are written to ``NAME/camera-000/frame-000``, omitting levels
 with only one entry. A shot's files are complete once its ``shot.json`` exists.
@@ -45,7 +45,7 @@ from scenelang.interpreter.scene.entity import Scene
 # Annotations in COCO's JSON format: one per visible instance, at every level of the hierarchy. Masks are column-wise
 # run lengths, as in COCO. In addition to COCO's fields an annotation has ``depth`` (in the hierarchy), ``instance`` and
 # ``parent`` (numbers in the maps), ``path`` (child positions from the root), ``handle``, ``bbox_full`` (exact,
-# including hidden parts and parts outside the picture), ``box3d`` (the entity's box in its frame, and the pose of that
+# including hidden parts and parts outside the image), ``box3d`` (the entity's box in its frame, and the pose of that
 # frame in the world).
 
 
@@ -58,11 +58,11 @@ def annotations_of(truth: Truth, boxes: Boxes, handles: Sequence[str], most: int
     ``handles`` are those of all instances. At most ``most`` instances are annotated, topmost in the hierarchy first.
     """
     ancestry = truth.ancestry
-    seen = np.flatnonzero(boxes.area > 0)[:most]
-    low, high = boxes_of(ancestry, seen)
-    masks = _masks(truth, seen, boxes)
-    found = []
-    for k, instance in enumerate(seen.tolist()):
+    visible = np.flatnonzero(boxes.area > 0)[:most]
+    low, high = boxes_of(ancestry, visible)
+    masks = _masks(truth, visible, boxes)
+    annotations = []
+    for k, instance in enumerate(visible.tolist()):
         x0, y0, x1, y1 = (int(edge) for edge in boxes.visible[instance])
         entity = ancestry.entity(instance)
         full = boxes.full[instance]
@@ -84,28 +84,31 @@ def annotations_of(truth: Truth, boxes: Boxes, handles: Sequence[str], most: int
                 "pose": [*ancestry.poses[instance].tolist(), [0.0, 0.0, 0.0, 1.0]],
             },
         }
-        found.append(annotation)
-    return found
+        annotations.append(annotation)
+    return annotations
 
 
 def _corner_and_size(box: npt.NDArray[np.float64]) -> list[float]:
+    """Return a box x0, y0, x1, y1 as x, y, width and height, as COCO writes it."""
     x0, y0, x1, y1 = box.tolist()
     return [x0, y0, x1 - x0, y1 - y0]
 
 
-def _masks(truth: Truth, seen: IntArray, boxes: Boxes) -> list[list[int]]:
-    """Return the run lengths of the instances ``seen``, level by level, each computed inside its box."""
-    out: dict[int, list[int]] = {}
+def _masks(truth: Truth, instances: IntArray, boxes: Boxes) -> list[list[int]]:
+    """Return the run lengths of the instances ``instances``, level by level, each computed inside its box."""
+    run_lengths: dict[int, list[int]] = {}
     for depth in range(truth.ancestry.max_depth + 1):
-        map_ = truth.at_depth(depth)
-        for instance in seen[truth.ancestry.depth[seen] == depth].tolist():
-            out[instance] = _run_lengths(map_, instance, boxes.visible[instance])
-    return [out[instance] for instance in seen.tolist()]
+        instance_map = truth.at_depth(depth)
+        for instance in instances[truth.ancestry.depth[instances] == depth].tolist():
+            run_lengths[instance] = _run_lengths(instance_map, instance, boxes.visible[instance])
+    return [run_lengths[instance] for instance in instances.tolist()]
 
 
 def _run_lengths(map_: IntArray, instance: int, box: IntArray) -> list[int]:
-    """Return COCO's column-wise run lengths, zeros first, of ``map_ == instance`` (H, W), which is false outside
-    ``box``."""
+    """Return the run lengths of ``map_ == instance`` (H, W), column-wise and starting with zeros.
+
+    This is COCO's uncompressed RLE (pycocotools, ``maskApi.c``). The mask is false outside ``box``.
+    """
     height, width = map_.shape
     x0, y0, x1, y1 = (int(edge) for edge in box)
     columns, rows = np.nonzero((map_[y0:y1, x0:x1] == instance).T)
@@ -120,39 +123,41 @@ def _run_lengths(map_: IntArray, instance: int, box: IntArray) -> list[int]:
 
 def dataset(images: Sequence[dict[str, Any]], annotations: Sequence[Sequence[dict[str, Any]]]) -> dict[str, Any]:
     """Return a COCO document of ``images`` (``file_name``, ``width``, ``height``) and the annotations of each."""
-    words = sorted({annotation["category"] for one in annotations for annotation in one})
+    words = sorted({annotation["category"] for image_annotations in annotations for annotation in image_annotations})
     number = {word: i + 1 for i, word in enumerate(words)}
-    listed: list[dict[str, Any]] = []
-    for image, one in enumerate(annotations, start=1):
-        for annotation in one:
+    records: list[dict[str, Any]] = []
+    for image, image_annotations in enumerate(annotations, start=1):
+        for annotation in image_annotations:
             rest = {name: value for name, value in annotation.items() if name != "category"}
-            listed.append(
-                {"id": len(listed) + 1, "image_id": image, "category_id": number[annotation["category"]], **rest}
+            records.append(
+                {"id": len(records) + 1, "image_id": image, "category_id": number[annotation["category"]], **rest}
             )
     return {
         "info": {"description": "maps of scenes, written by scenelang"},
         "images": [{"id": i, **image} for i, image in enumerate(images, start=1)],
         "categories": [{"id": i, "name": word, "supercategory": "word"} for word, i in number.items()],
-        "annotations": listed,
+        "annotations": records,
     }
 
 
-# Visualisation of maps: colours for words, instances, depths and motions; boxes, tracks and legends.
+# Visualization of maps: colors for words, instances, depths and motions; boxes, tracks and legends.
 
 
 Picture = npt.NDArray[np.uint8]
 
 FloatArray = npt.NDArray[np.float64]
-DrawnBox = tuple[Sequence[float], str, tuple[int, int, int]]  # x0, y0, x1, y1 in pixels; word; colour
+DrawnBox = tuple[Sequence[float], str, tuple[int, int, int]]  # x0, y0, x1, y1 in pixels; word; color
 
 _BLACK = (0, 0, 0)
-_LINE = 18  # height of a legend's row in pixels
-_MAX_ROWS = 200
-_MAX_BOXES = 400
+_LEGEND_ROW_PX = 18  # height of a row of the legend
+_MAX_LEGEND_ROWS = 200  # of a legend: 3,600 pixels; further words are counted in the last row
+_MAX_DRAWN_BOXES = 400  # drawn on an image; more cover it, and annotations list all of them
 
 
+# Multiples of the inverse golden ratio (hue) and of the inverse plastic number (value), modulo 1, are low-discrepancy
+# sequences, so that numbers close to each other get dissimilar colors.
 def instance_color(number: int) -> tuple[int, int, int]:
-    """Return a colour for an instance; consecutive numbers get dissimilar colours (low-discrepancy sequence)."""
+    """Return a color for an instance; consecutive numbers get dissimilar colors ."""
     hue, value = (number * 0.618033988749895) % 1.0, 0.62 + 0.33 * ((number * 0.7548776662466927) % 1.0)
     angle = 2.0 * math.pi * hue
     channels = [0.5 + 0.5 * math.cos(angle - shift) for shift in (0.0, 2.0944, 4.1888)]
@@ -161,29 +166,29 @@ def instance_color(number: int) -> tuple[int, int, int]:
 
 
 def colored(numbers: IntArray, colors: Mapping[int, tuple[int, int, int]]) -> Picture:
-    """Return numbers (H, W) as a picture; black for numbers without a colour."""
+    """Return an image of numbers (H, W) by a color table; numbers without a color are black."""
     used, inverse = np.unique(numbers, return_inverse=True)
     table = np.array([colors.get(int(number), _BLACK) for number in used], np.uint8)
     return np.asarray(table[inverse.reshape(-1)].reshape(*numbers.shape, 3))
 
 
 def depth_picture(depth: FloatArray) -> Picture:
-    """Return depths (H, W) as grey levels: nearest white, farthest dark, background black."""
-    seen = np.isfinite(depth)
-    grey = np.zeros(depth.shape)
-    if seen.any():
-        near, far = float(depth[seen].min()), float(depth[seen].max())
-        grey[seen] = 1.0 - 0.85 * (depth[seen] - near) / max(far - near, 1e-12 * abs(far), 1e-300)
-    return np.repeat(np.rint(255 * grey).astype(np.uint8)[:, :, None], 3, axis=2)
+    """Return depths (H, W) as gray levels: nearest white, farthest dark, background black."""
+    is_finite = np.isfinite(depth)
+    level = np.zeros(depth.shape)
+    if is_finite.any():
+        near, far = float(depth[is_finite].min()), float(depth[is_finite].max())
+        level[is_finite] = 1.0 - 0.85 * (depth[is_finite] - near) / max(far - near, 1e-12 * abs(far), 1e-300)
+    return np.repeat(np.rint(255 * level).astype(np.uint8)[:, :, None], 3, axis=2)
 
 
-def normal_picture(normal: FloatArray, seen: npt.NDArray[np.bool_]) -> Picture:
+def normal_picture(normal: FloatArray, is_visible: npt.NDArray[np.bool_]) -> Picture:
     """Map world normals (H, W, 3) from [-1, 1] to [0, 255]; black on the background."""
-    return np.where(seen[:, :, None], np.rint(127.5 * (normal + 1.0)), 0.0).astype(np.uint8)
+    return np.where(is_visible[:, :, None], np.rint(127.5 * (normal + 1.0)), 0.0).astype(np.uint8)
 
 
 def flow_picture(flow: Flow) -> Picture:
-    """Return motion as colours: hue for direction, saturation for length; black where undefined."""
+    """Return motion as colors: hue for direction, saturation for length; black where undefined."""
     motion = np.nan_to_num(flow.motion.astype(np.float64))
     length = np.hypot(motion[:, :, 0], motion[:, :, 1])
     strength = np.sqrt(np.clip(length / max(float(length.max()), 1e-9), 0.0, 1.0))[:, :, None]
@@ -194,11 +199,11 @@ def flow_picture(flow: Flow) -> Picture:
 
 
 def with_boxes(picture: Picture, boxes: Sequence[DrawnBox]) -> Picture:
-    """Return a copy of ``picture`` with boxes x0, y0, x1, y1 and their words, in their colours."""
+    """Return a copy of ``picture`` with boxes x0, y0, x1, y1 and their words, in their colors."""
     image = require("PIL.Image", "pillow").fromarray(picture)
     pen = require("PIL.ImageDraw", "pillow").Draw(image)
     font = require("PIL.ImageFont", "pillow").load_default(11)
-    for (x0, y0, x1, y1), word, color in boxes[:_MAX_BOXES]:
+    for (x0, y0, x1, y1), word, color in boxes[:_MAX_DRAWN_BOXES]:
         pen.rectangle((x0, y0, max(x0, x1 - 1), max(y0, y1 - 1)), outline=color)
         if x1 - x0 > 24:
             pen.text((x0 + 2, y0 + 1), _plain(word)[:24], fill=color, font=font, stroke_width=1, stroke_fill=_BLACK)
@@ -206,7 +211,7 @@ def with_boxes(picture: Picture, boxes: Sequence[DrawnBox]) -> Picture:
 
 
 def with_tracks(picture: Picture, tracks: Tracks, frame: int, trail: int = 12) -> Picture:
-    """Return a copy of ``picture``, frame number ``frame`` of a film, with the recent trajectories of tracked
+    """Return a copy of ``picture``, frame number ``frame`` of a video, with the recent trajectories of tracked
     points."""
     image = require("PIL.Image", "pillow").fromarray(picture)
     pen = require("PIL.ImageDraw", "pillow").Draw(image)
@@ -224,33 +229,34 @@ def with_tracks(picture: Picture, tracks: Tracks, frame: int, trail: int = 12) -
 
 
 def legend_picture(rows: Sequence[tuple[str, tuple[int, int, int]]]) -> Picture:
-    """Return a legend: a colour swatch beside each name."""
+    """Return an image of the legend: a color swatch next to each name."""
     module, draw = require("PIL.Image", "pillow"), require("PIL.ImageDraw", "pillow")
     font = require("PIL.ImageFont", "pillow").load_default(13)
-    shown = list(rows[:_MAX_ROWS])
+    shown = list(rows[:_MAX_LEGEND_ROWS])
     if len(rows) > len(shown):
         shown.append((f"{len(rows) - len(shown):,} more", (255, 255, 255)))
     names = [_plain(name)[:48] for name, _ in shown]
     widest = max((font.getlength(name) for name in names), default=0.0)
-    image = module.new("RGB", (int(widest) + 36, _LINE * max(1, len(shown)) + 8), (255, 255, 255))
+    image = module.new("RGB", (int(widest) + 36, _LEGEND_ROW_PX * max(1, len(shown)) + 8), (255, 255, 255))
     pen: Any = draw.Draw(image)
     for i, (name, (_, color)) in enumerate(zip(names, shown, strict=True)):
-        top = 4 + i * _LINE
-        pen.rectangle((6, top + 2, 20, top + _LINE - 3), fill=color)
+        top = 4 + i * _LEGEND_ROW_PX
+        pen.rectangle((6, top + 2, 20, top + _LEGEND_ROW_PX - 3), fill=color)
         pen.text((28, top), name, fill=(20, 20, 20), font=font)
     return np.asarray(image, np.uint8).copy()
 
 
 def _plain(word: str) -> str:
+    """Return a word with spaces for unprintable characters, so that it stays on one line."""
     return "".join(c if c.isprintable() else " " for c in word)
 
 
-# Files of one labelled picture: PNG for viewing; NPZ, EXR and JSON for processing.
+# Files of one labeled image: PNG for viewing; NPZ, EXR and JSON for processing.
 
 
 FORMAT, VERSION = "scenelang-maps", 1
-_MAX_DEPTH = 64  # levels of the hierarchy with separate maps
-_MIN_AREA = 24  # minimum pixels of an instance for its box to be drawn
+_MAX_MAP_LEVELS = 64  # levels of the hierarchy with separate maps; each is two images and an array (H, W)
+_MIN_BOX_AREA_PX = 24  # smallest instance whose box is drawn; a box around fewer pixels would cover them
 
 
 class ShotMaps:
@@ -273,7 +279,7 @@ class ShotMaps:
         self._layers["flow"] = flow.motion
 
     def add_identities(self, paths: npt.NDArray[np.int64]) -> None:
-        """Add what identifies points across frames; ``paths`` are the instances' path numbers."""
+        """Add the maps that identify points across frames; ``paths`` are the path numbers of the instances."""
         self.arrays |= _identities(self.truth, paths)
 
     def add_tracks(self, tracks: ground_truth.Tracks, frame: int) -> None:
@@ -281,7 +287,7 @@ class ShotMaps:
         self._tracks = tracks, frame
 
     def _drawn(self) -> Iterator[tuple[str, Picture]]:
-        """Yield the maps as pictures, by name."""
+        """Yield the maps as images, by name."""
         yield from _pictures_of(self.truth, self._levels, self._matched, self.boxes, self._picture)
         if self._flow is not None:
             yield "flow", flow_picture(self._flow)
@@ -302,14 +308,14 @@ class ShotMaps:
         write_json(folder / "camera.json", camera_to_json(self.truth.camera))
         write_json(folder / "legend.json", _legend(self.truth, handles))
         save_picture(_legend_picture(self.truth), folder / "legend.png")
-        found = annotations_of(self.truth, self.boxes, handles, annotations)
-        write_json(folder / "annotations.json", found)
+        records = annotations_of(self.truth, self.boxes, handles, annotations)
+        write_json(folder / "annotations.json", records)
 
 
 def _pictures_of(
     truth: Truth, levels: Sequence[IntArray], matched: Correspondence, boxes: Boxes, picture: Picture
 ) -> Iterator[tuple[str, Picture]]:
-    """Yield the maps as pictures, by name; ``levels`` are the instances (H, W) at each depth of the hierarchy."""
+    """Yield the maps as images, by name; ``levels`` are the instances (H, W) at each depth of the hierarchy."""
     ancestry = truth.ancestry
     named = {"": truth.instance} | {f"-depth-{depth}": level for depth, level in enumerate(levels)}
     for ending, instance in named.items():
@@ -330,17 +336,17 @@ def _pictures_of(
 
 
 def _drawn_boxes(truth: Truth, boxes: Boxes) -> list[DrawnBox]:
-    """Return the boxes to draw: those of things and their parts rather than of their plain primitives."""
+    """Return the boxes to draw: those of objects, or of all large instances if none counts as an object."""
     ancestry = truth.ancestry
-    large = np.flatnonzero((boxes.area > _MIN_AREA) & (ancestry.depth > 0)).tolist()
-    things = [i for i in large if is_object(ancestry.entity(i))] or large
-    words = [ancestry.entity(i).word for i in things]
-    return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(things, words, strict=True)]
+    large = np.flatnonzero((boxes.area > _MIN_BOX_AREA_PX) & (ancestry.depth > 0)).tolist()
+    instances = [i for i in large if is_object(ancestry.entity(i))] or large
+    words = [ancestry.entity(i).word for i in instances]
+    return [(boxes.visible[i].tolist(), word, word_color(word)) for i, word in zip(instances, words, strict=True)]
 
 
 def _levels(truth: Truth) -> list[IntArray]:
     """Return the instances (H, W) at each depth of the hierarchy."""
-    return [truth.at_depth(depth) for depth in range(min(truth.ancestry.max_depth, _MAX_DEPTH) + 1)]
+    return [truth.at_depth(depth) for depth in range(min(truth.ancestry.max_depth, _MAX_MAP_LEVELS) + 1)]
 
 
 def _arrays_of(
@@ -352,8 +358,9 @@ def _arrays_of(
     instances = np.stack(levels).astype(np.int32)
 
     def word_of(instance: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
-        own = number[truth.ancestry.node[np.maximum(instance, 0)]]
-        return np.where(instance >= 0, own, 0).astype(np.int32)
+        """Return the word numbers of instances, 0 on the background."""
+        word_number = number[truth.ancestry.node[np.maximum(instance, 0)]]
+        return np.where(instance >= 0, word_number, 0).astype(np.int32)
 
     arrays: dict[str, npt.NDArray[Any]] = {
         "instance": truth.instance.astype(np.int32),
@@ -392,7 +399,7 @@ def word_numbers(truth: Truth) -> dict[str, int]:
 
 
 def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
-    """Return the legend of the maps' numbers and colours, for visible instances and their ancestors."""
+    """Return the legend of the maps' numbers and colors, for visible instances and their ancestors."""
     ancestry = truth.ancestry
     shown = sorted(
         {int(i) for depth in range(ancestry.max_depth + 1) for i in np.unique(truth.at_depth(depth)) if i >= 0}
@@ -423,17 +430,18 @@ def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
 
 
 def _legend_picture(truth: Truth) -> Picture:
+    """Return the legend of the words of a shot."""
     words = sorted({truth.ancestry.entity(int(i)).word for i in np.unique(truth.ancestry.node)})
     return legend_picture([(word, word_color(word)) for word in words])
 
 
 @dataclass(frozen=True, slots=True)
 class MapOptions:
-    """Options of labelled datasets.
+    """Options of labeled datasets.
 
     ``pictures`` sets size, lighting, backend options, seed and limit. ``views`` are the cameras; placed ones keep their
-    own size unless ``resize``. ``tracks`` is the number of tracked points of a 4D scene, ``annotations`` the maximum
-    number of annotated instances of a shot. ``digest`` identifies the program and everything it was run with.
+    size unless ``resize``. ``tracks`` is the number of tracked points of a 4D scene, ``annotations`` the maximum number
+    of annotated instances of a shot. ``digest`` identifies the program and all inputs of its run.
     """
 
     pictures: PictureOptions
@@ -459,14 +467,14 @@ class DatasetItem:
 def items_of(folder: Path, name: str, scene: Scene, views: int, alone: bool, frame: int | None) -> list[DatasetItem]:
     """Return the shots of one scene, camera by camera; ``alone`` if it is the only scene of its dataset."""
     frames = range(len(scene.frames)) if frame is None else [frame]
-    found = []
+    items = []
     for view in range(views):
         for number in frames:
             parts = [] if alone else [name]
             parts += [f"camera-{view:03d}"] if views > 1 else []
             parts += [f"frame-{number:03d}"] if len(frames) > 1 else []
-            found.append(DatasetItem(name, view, number, folder.joinpath(*parts)))
-    return found
+            items.append(DatasetItem(name, view, number, folder.joinpath(*parts)))
+    return items
 
 
 def names_of(files: Sequence[str]) -> list[str]:
@@ -490,7 +498,7 @@ def check_set_folder(folder: Path) -> None:
 
 @dataclass(frozen=True, slots=True)
 class LabelledScene:
-    """A scene of a dataset; ``fingerprint`` is its program and everything it was run with, to detect changes."""
+    """Scene of a dataset; ``fingerprint`` is its program and all inputs of its run, to detect changes."""
 
     name: str
     scene: Scene
@@ -514,14 +522,14 @@ def write_set(
     """
     items: list[DatasetItem] = []
     with new_folder(folder):
-        for each in scenes:
-            digest = hashlib.sha256("\0".join(each.fingerprint).encode("utf-8", "surrogatepass")).hexdigest()
+        for labeled in scenes:
+            digest = hashlib.sha256("\0".join(labeled.fingerprint).encode("utf-8", "surrogatepass")).hexdigest()
             if frame is not None:
-                frame_of(each.scene, frame)
-            mine = items_of(folder, each.name, each.scene, len(options.views), alone, frame)
-            shown = progress(each.name) if progress is not None else None
-            write_maps(each.scene, mine, replace(options, digest=digest), backend, shown, skipped)
-            items += mine
+                frame_of(labeled.scene, frame)
+            scene_items = items_of(folder, labeled.name, labeled.scene, len(options.views), alone, frame)
+            scene_progress = progress(labeled.name) if progress is not None else None
+            write_maps(labeled.scene, scene_items, replace(options, digest=digest), backend, scene_progress, skipped)
+            items += scene_items
         if items:
             write_coco(folder, items)
     return items
@@ -540,37 +548,38 @@ def write_maps(
     Raises SceneError. No shot is left half-written.
     """
     box_of(scene)  # report an empty scene before anything is written
-    scene = drawn_scene(scene, options.pictures.limit, options.pictures.warn)  # label what is drawn
+    scene = drawn_scene(scene, options.pictures.limit, options.pictures.warn)  # label the drawn geometry
     facts, total = SceneFacts(scene), len(items)
     for view in dict.fromkeys(item.view for item in items):
-        mine = [item for item in items if item.view == view]
-        missing = [item for item in mine if not _is_done(item, options)]
-        for item in mine:
+        view_items = [item for item in items if item.view == view]
+        missing = [item for item in view_items if not _is_done(item, options)]
+        for item in view_items:
             if item not in missing and skipped is not None:
                 skipped(item)
         if missing:
-            start = items.index(mine[0]) / total
-            share = sub_progress(progress, start, start + len(mine) / total)
-            _write_view(facts, mine, missing, options, backend, share)
+            start = items.index(view_items[0]) / total
+            share = sub_progress(progress, start, start + len(view_items) / total)
+            _write_view(facts, view_items, missing, options, backend, share)
     if progress is not None:
         progress(1.0)
 
 
 def _is_done(item: DatasetItem, options: MapOptions) -> bool:
-    """Whether a shot is complete and was made from the same program with the same options."""
+    """Return whether a shot is complete and was made from the same program with the same options."""
     try:
-        found = json.loads((item.folder / "shot.json").read_text("utf-8"))
+        record = json.loads((item.folder / "shot.json").read_text("utf-8"))
     except (OSError, ValueError):
         return False
-    return isinstance(found, dict) and found.get("digest") == _digest(item, options)
+    return isinstance(record, dict) and record.get("digest") == _digest(item, options)
 
 
 def _digest(item: DatasetItem, options: MapOptions) -> str:
+    """Return the digest of everything that determines the files of a shot."""
     settings = replace(options.pictures, progress=None, warn=None, camera=Viewpoint())
     view = options.views[item.view]
-    shown = json.dumps(camera_to_json(view)) if isinstance(view, Camera) else repr(view)
-    own = (options.digest, options.resize, options.tracks, options.annotations)
-    fingerprint = repr((FORMAT, VERSION, own, settings, shown, item.frame))
+    view_text = json.dumps(camera_to_json(view)) if isinstance(view, Camera) else repr(view)
+    map_settings = (options.digest, options.resize, options.tracks, options.annotations)
+    fingerprint = repr((FORMAT, VERSION, map_settings, settings, view_text, item.frame))
     return hashlib.sha256(fingerprint.encode()).hexdigest()
 
 
@@ -582,6 +591,7 @@ def _write_view(
     backend: PictureBackend,
     progress: Progress | None,
 ) -> None:
+    """Write the ``missing`` shots of one view, whose shots are ``items``, and its tracks."""
     camera = options.views[items[0].view]
     picture_options = replace(options.pictures, camera=camera)
     if isinstance(camera, Camera) and not options.resize:
@@ -594,6 +604,7 @@ def _write_view(
 
 
 def write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
+    """Write ``tracks.npz``; raises SceneError."""
     with atomic_write(folder / "tracks.npz") as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, pixels=tracks.pixels, world=tracks.world, state=tracks.state)
 
@@ -602,6 +613,7 @@ def write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
 
 
 def _write_shot(view: LabelledView, item: DatasetItem, options: MapOptions, progress: Progress | None) -> None:
+    """Write the files of one shot; its ``shot.json`` is written last and marks it as complete."""
     picture = view.image(item.frame, sub_progress(progress, 0.0, 0.7)).picture
     maps = ShotMaps(view.truth(item.frame), picture)
     flow = view.flow(item.frame)

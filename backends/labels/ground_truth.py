@@ -1,6 +1,6 @@
 """Ground truth per pixel: primitive, instances up the hierarchy, depth, normal, albedo and position.
 
-Rays pass through pixel centres. Transparent surfaces count as visible; surfaces with ``:opacity 0`` do not. The ground
+Rays pass through pixel centers. Transparent surfaces count as visible; surfaces with ``:opacity 0`` do not. The ground
 is not part of the scene.
 """
 
@@ -27,7 +27,7 @@ from scenelang.interpreter.scene.primitives.mesh import inverses_of
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-NOTHING = -1
+NOTHING = -1  # instance number of the background
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,18 +136,18 @@ def truth_in(frame: Expanded, shot: Shot) -> Truth:
 
 def _exact_depths(solids: Solids, number: IntArray, origin: FloatArray, direction: FloatArray) -> FloatArray:
     """Return the ray parameters (N,) of the hits on the solids ``number`` (N,), in double precision."""
-    used, place = np.unique(number, return_inverse=True)
-    inverse = inverses_of(solids.matrices[used, :, :3])[place]
+    solid_numbers, slot = np.unique(number, return_inverse=True)
+    inverse = inverses_of(solids.matrices[solid_numbers, :, :3])[slot]
     local_origin = np.einsum("nij,nj->ni", inverse, origin - solids.matrices[number, :, 3])
     local_direction = np.einsum("nij,nj->ni", inverse, direction)
-    out = np.zeros(len(number))
-    seen = solids.take(number)
-    for form, rows in seen.groups():
-        o, d = local_origin[rows].T, local_direction[rows].T
+    depths = np.zeros(len(number))
+    hit = solids.take(number)
+    for form, rows in hit.groups():
+        start, d = local_origin[rows].T, local_direction[rows].T
         with np.errstate(all="ignore"):
-            ratios = seen.ratios_of(form, rows)
-            out[rows] = nearest_hit(form, (o[0], o[1], o[2]), (d[0], d[1], d[2]), ratios, NEAR)
-    return out
+            ratios = hit.ratios_of(form, rows)
+            depths[rows] = nearest_hit(form, (start[0], start[1], start[2]), (d[0], d[1], d[2]), ratios, NEAR)
+    return depths
 
 
 # --- correspondence of repeated instances ----------------------------------------------------------------------
@@ -157,7 +157,7 @@ def _exact_depths(solids: Solids, number: IntArray, origin: FloatArray, directio
 class Correspondence:
     """Dense correspondence between repeated instances.
 
-    ``unit`` (H, W) is the repeated instance at each pixel, NOTHING elsewhere; ``place`` (H, W, 3) the normalised
+    ``unit`` (H, W) is the repeated instance at each pixel, NOTHING elsewhere; ``place`` (H, W, 3) the normalized
     position in the instance's box, from 0 to 1 along its axes. Pixels of instances of one word with equal places
     correspond.
     """
@@ -169,7 +169,8 @@ class Correspondence:
 def correspondence_of(truth: Truth) -> Correspondence:
     """Return the correspondence between repeated instances.
 
-    These are the topmost instances in the hierarchy, below the root, whose word occurs more than once.
+    These are the topmost instances in the hierarchy, below the root, whose word occurs more than once. Instances of one
+    word correspond at equal positions in their boxes, whatever their embeddings.
     """
     ancestry = truth.ancestry
     instances = np.bincount(ancestry.node[1:], minlength=len(ancestry.nodes))
@@ -181,23 +182,23 @@ def correspondence_of(truth: Truth) -> Correspondence:
     for depth in range(1, ancestry.max_depth + 1):
         rows = np.flatnonzero(ancestry.depth == depth)
         above = unit_of[ancestry.parent[rows]]
-        own = np.where(repeated[ancestry.node[rows]], rows, NOTHING)
-        unit_of[rows] = np.where(above >= 0, above, own)
+        unit_at_depth = np.where(repeated[ancestry.node[rows]], rows, NOTHING)
+        unit_of[rows] = np.where(above >= 0, above, unit_at_depth)
     unit = np.where(truth.seen, unit_of[np.maximum(truth.instance, 0)], NOTHING)
     place = np.zeros((*unit.shape, 3), np.float32)
-    at = np.flatnonzero(unit.reshape(-1) >= 0)
-    numbers, inverse = np.unique(unit.reshape(-1)[at], return_inverse=True)
+    pixels = np.flatnonzero(unit.reshape(-1) >= 0)
+    numbers, inverse = np.unique(unit.reshape(-1)[pixels], return_inverse=True)
     low, high = boxes_of(ancestry, numbers)
-    local = into_local(truth.position.reshape(-1, 3)[at], ancestry.poses[numbers], inverse)
+    local = into_local(truth.position.reshape(-1, 3)[pixels], ancestry.poses[numbers], inverse)
     size = np.where(high > low, high - low, 1.0)
-    place.reshape(-1, 3)[at] = np.clip((local - low[inverse]) / size[inverse], 0.0, 1.0)
+    place.reshape(-1, 3)[pixels] = np.clip((local - low[inverse]) / size[inverse], 0.0, 1.0)
     return Correspondence(unit, place)
 
 
 def boxes_of(ancestry: Ancestry, instances: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return the boxes, low and high (K, 3), of instances in their entities' frames."""
-    found = [entity_box(ancestry.entity(int(i))) or (0.0,) * 6 for i in instances]
-    boxes = np.array(found, np.float64).reshape(-1, 6)
+    """Return the boxes of instances in their entities' frames: low and high corners (K, 3)."""
+    boxes_or_zero = [entity_box(ancestry.entity(int(i))) or (0.0,) * 6 for i in instances]
+    boxes = np.array(boxes_or_zero, np.float64).reshape(-1, 6)
     return boxes[:, :3], boxes[:, 3:]
 
 
@@ -207,11 +208,11 @@ def into_local(points: FloatArray, poses: FloatArray, which: IntArray) -> FloatA
     return np.asarray(np.einsum("nij,nj->ni", inverse[which], points - poses[which, :, 3]), np.float64)
 
 
-# Bounding boxes of instances: of the visible part and of the whole, in the picture and in the world.
+# Bounding boxes of instances: of the visible part and of the whole, in the image and in the world.
 
 
-_NEAR = 1e-9
-_MAX_STEPS = 40  # of the iteration for the edge of a projection
+_MIN_DEPTH = 1e-9  # in scenes of unit size: points closer to the camera plane do not project
+_MAX_DINKELBACH_STEPS = 40  # cap of Dinkelbach's iteration, which converges superlinearly in a few steps
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -219,7 +220,7 @@ class Boxes:
     """Bounding boxes of all instances (M,), in pixels.
 
     ``visible`` (M, 4) is x0, y0, x1, y1 (ends excluded) of the visible part, ``area`` (M,) its number of pixels.
-    ``full`` (M, 4) is the exact rectangle of the whole projection, which may extend beyond the picture; nan if a part
+    ``full`` (M, 4) is the exact rectangle of the whole projection, which may extend beyond the image; nan if a part
     is behind the camera.
     """
 
@@ -233,12 +234,12 @@ def boxes_in(truth: Truth) -> Boxes:
     ancestry = truth.ancestry
     count = len(ancestry)
     rows, columns = np.nonzero(truth.seen)
-    own = truth.instance[rows, columns]
+    instance = truth.instance[rows, columns]
     visible = np.tile(np.array([truth.camera.width, truth.camera.height, 0, 0]), (count, 1))
-    area = np.bincount(own, minlength=count)
+    area = np.bincount(instance, minlength=count)
     for start, values in ((0, columns), (1, rows)):
-        np.minimum.at(visible[:, start], own, values)
-        np.maximum.at(visible[:, start + 2], own, values + 1)
+        np.minimum.at(visible[:, start], instance, values)
+        np.maximum.at(visible[:, start + 2], instance, values + 1)
     full = np.tile(np.array([np.inf, np.inf, -np.inf, -np.inf]), (count, 1))
     solids = truth.solids
     rectangles = rectangles_of(solids, truth.camera)
@@ -283,18 +284,18 @@ def rectangles_of(solids: Solids, camera: Camera) -> FloatArray:
 def _of_outline(outline: Sequence[FloatArray], linear: FloatArray, center: FloatArray, camera: Camera) -> FloatArray:
     """Return the rectangles of the union of posed points, disks and ellipsoids."""
     points = [piece[:, 0] for piece in outline if piece.shape[1] == 1]
-    found = []
+    rectangles = []
     if points:
-        found.append(_of_points(np.einsum("nij,kj->nki", linear, np.array(points)) + center[:, None], camera))
+        rectangles.append(_of_points(np.einsum("nij,kj->nki", linear, np.array(points)) + center[:, None], camera))
     for piece in outline:
         if piece.shape[1] > 1:
             frames = linear @ piece
             frames[:, :, -1] += center
-            found.append(_of_quadrics(frames, camera))
-    whole = found[0]
-    for other in found[1:]:
-        whole = _union(whole, other)
-    return whole
+            rectangles.append(_of_quadrics(frames, camera))
+    bounds = rectangles[0]
+    for rectangle in rectangles[1:]:
+        bounds = _union(bounds, rectangle)
+    return bounds
 
 
 def _of_reach(
@@ -302,11 +303,12 @@ def _of_reach(
 ) -> FloatArray:
     """Return the rectangles of a form given by its support function.
 
-    The maximum of x / z over a body is the limit of the increasing ratios of the support points along (1, 0, -x / z)
-    (Dinkelbach, 1967), which converges after a few steps.
+    The maximum of x / z over a body is the limit of the increasing ratios at the support points along (1, 0, -x / z).
+    Source: Dinkelbach, "On nonlinear fractional programming", Management Science 13 (1967).
     """
 
     def farthest(direction: FloatArray) -> FloatArray:
+        """Return the points (N, 3) of the bodies that are farthest along the directions (N, 3)."""
         local = np.einsum("nij,ni->nj", linear, direction)
         return np.asarray(np.einsum("nij,nj->ni", linear, form.support(local, ratios)) + center, np.float64)
 
@@ -317,46 +319,47 @@ def _of_reach(
             direction[:, axis] = side
             edge = farthest(direction)[:, axis]
             if not camera.is_parallel:
-                edge = center[:, axis] / np.maximum(center[:, 2], _NEAR)
-                for _ in range(_MAX_STEPS):
+                edge = center[:, axis] / np.maximum(center[:, 2], _MIN_DEPTH)
+                for _ in range(_MAX_DINKELBACH_STEPS):
                     direction[:, 2] = -side * edge
                     point = farthest(direction)
-                    before, edge = edge, point[:, axis] / np.maximum(point[:, 2], _NEAR)
+                    before, edge = edge, point[:, axis] / np.maximum(point[:, 2], _MIN_DEPTH)
                     if (np.abs(edge - before) <= 1e-13 * (1.0 + np.abs(edge))).all():
                         break
             out[:, column] = edge * camera.focal[axis] + camera.principal[axis]
     if not camera.is_parallel:
         nearest = farthest(np.tile([0.0, 0.0, -1.0], (len(linear), 1)))[:, 2]
-        out[nearest <= _NEAR] = np.nan
+        out[nearest <= _MIN_DEPTH] = np.nan
     return out
 
 
 def _union(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the smallest rectangles (N, 4) around pairs of rectangles."""
     return np.concatenate([np.minimum(a[:, :2], b[:, :2]), np.maximum(a[:, 2:], b[:, 2:])], axis=1)
 
 
 def _of_points(points: FloatArray, camera: Camera) -> FloatArray:
     """Return the rectangles of point sets (N, K, 3) in camera coordinates."""
     depth = points[:, :, 2]
-    safe = np.ones_like(depth) if camera.is_parallel else np.where(depth > _NEAR, depth, np.nan)
+    safe = np.ones_like(depth) if camera.is_parallel else np.where(depth > _MIN_DEPTH, depth, np.nan)
     flat = points[:, :, :2] / safe[:, :, None] * np.array(camera.focal) + np.array(camera.principal)
     return np.concatenate([flat.min(axis=1), flat.max(axis=1)], axis=1)
 
 
 def _of_quadrics(frames: FloatArray, camera: Camera) -> FloatArray:
-    """Return the rectangles of ellipsoids or ellipses; ``frames`` (N, 3, K) are K - 1 half axes and the centre.
+    """Return the rectangles of ellipsoids or ellipses; ``frames`` (N, 3, K) are K - 1 half axes and the center.
 
-    Their dual quadric is ``F diag(1, .., 1, -1) F'``; a line l of the picture is tangent to the projection if l' C l =
-    0.
+    Their dual quadric is ``F diag(1, .., 1, -1) F'``; a line l of the image is tangent to the projected conic C* if
+    l' C* l = 0. Source: Hartley and Zisserman, *Multiple View Geometry*, section 8.3.
     """
     signs = np.ones(frames.shape[2])
     signs[-1] = -1.0
     projected = frames.copy()
-    if camera.is_parallel:  # the third coordinate of a picture point is 1 at any depth
+    if camera.is_parallel:  # the third coordinate of an image point is 1 at any depth
         projected[:, 2], projected[:, 2, -1] = 0.0, 1.0
     dual = np.einsum("nik,k,njk->nij", projected, signs, projected)
     nearest = frames[:, 2, -1] - np.sqrt((frames[:, 2, :-1] ** 2).sum(axis=1))
-    before = np.ones(len(frames), bool) if camera.is_parallel else nearest > _NEAR
+    before = np.ones(len(frames), bool) if camera.is_parallel else nearest > _MIN_DEPTH
     out = np.full((len(frames), 4), np.nan)
     with np.errstate(all="ignore"):
         for axis in range(2):
@@ -375,11 +378,12 @@ def _of_quadrics(frames: FloatArray, camera: Camera) -> FloatArray:
 
 
 GONE, HIDDEN, VISIBLE = 0, 1, 2  # state of a point in another frame: does not exist, occluded or out of view, visible
-_TOLERANCE = 2e-3  # relative depth tolerance of the visibility test
+# relative; a pixel's depth is that of its center, so points next to it differ by the surface's slope
+_DEPTH_TOLERANCE = 2e-3
 
 
 class PathNumbers:
-    """Assigns numbers to paths of child positions, consistently across the frames of a film."""
+    """Assigns numbers to paths of child positions, consistently across the frames of a video."""
 
     def __init__(self) -> None:
         self._numbers: dict[tuple[int, int], int] = {}
@@ -404,7 +408,7 @@ class Places:
 
 
 def places_of(truth: Truth, paths: IntArray, pixels: IntArray) -> Places:
-    """Return the attachments of the points seen by the flat ``pixels`` (N,), none of which is background.
+    """Return the attachments of the points that the flat ``pixels`` (N,) show; no pixel may be background.
 
     ``paths`` are the path numbers of the instances.
     """
@@ -427,18 +431,18 @@ class MotionMatch:
     state: npt.NDArray[np.uint8]
 
 
-def found_in(places: Places, truth: Truth, paths: IntArray) -> MotionMatch:
+def locate(places: Places, truth: Truth, paths: IntArray) -> MotionMatch:
     """Locate ``places`` in the frame of ``truth``, whose instances have the path numbers ``paths`` (M,)."""
     leaves = truth.ancestry.primitives
     order = np.argsort(paths[leaves], kind="stable")
-    known = paths[leaves][order]
-    slot = np.searchsorted(known, places.path)
-    slot = np.minimum(slot, max(0, len(known) - 1))
-    exists = known[slot] == places.path if len(known) else np.zeros(len(places.path), bool)
+    sorted_paths = paths[leaves][order]
+    positions = np.searchsorted(sorted_paths, places.path)
+    positions = np.minimum(positions, max(0, len(sorted_paths) - 1))
+    exists = sorted_paths[positions] == places.path if len(sorted_paths) else np.zeros(len(places.path), bool)
     world = np.full((len(places.path), 3), np.nan)
-    at = np.flatnonzero(exists)
-    poses = truth.ancestry.poses[leaves[order[slot[at]]]]
-    world[at] = np.einsum("nij,nj->ni", poses[:, :, :3], places.local[at]) + poses[:, :, 3]
+    existing = np.flatnonzero(exists)
+    poses = truth.ancestry.poses[leaves[order[positions[existing]]]]
+    world[existing] = np.einsum("nij,nj->ni", poses[:, :, :3], places.local[existing]) + poses[:, :, 3]
     pixels, depth = truth.camera.project(np.nan_to_num(world))
     pixels[~exists] = np.nan
     state = np.where(exists, HIDDEN, GONE).astype(np.uint8)
@@ -446,14 +450,14 @@ def found_in(places: Places, truth: Truth, paths: IntArray) -> MotionMatch:
     inside = exists & (column >= 0) & (row >= 0) & (column < truth.camera.width) & (row < truth.camera.height)
     inside &= depth > 0.0
     rows = np.flatnonzero(inside)
-    # a pixel's depth is that of its centre: on slopes, compare with the farthest of its neighbours
+    # A pixel's depth is that of its center: on slopes, compare with the farthest of its neighbors.
     farthest = _farthest_around(truth.depth)[row[rows], column[rows]]
-    state[rows[depth[rows] <= farthest * (1.0 + _TOLERANCE)]] = VISIBLE
+    state[rows[depth[rows] <= farthest * (1.0 + _DEPTH_TOLERANCE)]] = VISIBLE
     return MotionMatch(pixels, world, state)
 
 
 def _farthest_around(depth: FloatArray) -> FloatArray:
-    """Return the largest finite depth (H, W) among each pixel and its four neighbours."""
+    """Return the largest finite depth (H, W) among each pixel and its four neighbors."""
     finite = np.where(np.isfinite(depth), depth, -np.inf)
     padded = np.pad(finite, 1, constant_values=-np.inf)
     around = [padded[1:-1, 1:-1], padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]]
@@ -473,17 +477,17 @@ class Flow:
     state: npt.NDArray[np.uint8]
 
 
-def flow_between(here: Truth, there: Truth, paths_here: IntArray, paths_there: IntArray) -> Flow:
-    """Return the dense motion from one frame to another."""
-    height, width = here.instance.shape
-    pixels = np.flatnonzero(here.seen)
-    found = found_in(places_of(here, paths_here, pixels), there, paths_there)
+def flow_between(truth: Truth, following: Truth, paths: IntArray, following_paths: IntArray) -> Flow:
+    """Return the dense motion from one frame to another; ``paths`` are the path numbers of their instances."""
+    height, width = truth.instance.shape
+    pixels = np.flatnonzero(truth.seen)
+    match = locate(places_of(truth, paths, pixels), following, following_paths)
     row, column = np.divmod(pixels, width)
     motion, world = np.full((height * width, 2), np.nan, np.float32), np.full((height * width, 3), np.nan, np.float32)
     state = np.full(height * width, GONE, np.uint8)
-    motion[pixels] = found.pixels - np.stack([column + 0.5, row + 0.5], axis=1)
-    world[pixels] = found.world - here.position.reshape(-1, 3)[pixels]
-    state[pixels] = found.state
+    motion[pixels] = match.pixels - np.stack([column + 0.5, row + 0.5], axis=1)
+    world[pixels] = match.world - truth.position.reshape(-1, 3)[pixels]
+    state[pixels] = match.state
     return Flow(motion.reshape(height, width, 2), world.reshape(height, width, 3), state.reshape(height, width))
 
 
@@ -504,10 +508,10 @@ def sample_places(truth: Truth, paths: IntArray, count: int, seed: int) -> Place
     return places_of(truth, paths, np.sort(chosen))
 
 
-def tracks_of(found: Sequence[MotionMatch]) -> Tracks:
+def tracks_of(matches: Sequence[MotionMatch]) -> Tracks:
     """Return the trajectories of points located in successive frames."""
     return Tracks(
-        np.stack([one.pixels for one in found]),
-        np.stack([one.world for one in found]),
-        np.stack([one.state for one in found]),
+        np.stack([match.pixels for match in matches]),
+        np.stack([match.world for match in matches]),
+        np.stack([match.state for match in matches]),
     )

@@ -43,6 +43,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
     """
 
     def __init__(self, graph: Scene, options: PictureOptions, frame: int, tracked: int, image: Image) -> None:
+        """Compute the maps of a frame, and its flow if there is a next frame."""
         self.image = image
         self.graph = graph
         self._options, self._frame, self._tracked = options, frame, tracked
@@ -58,7 +59,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         self._arrays: dict[str, npt.NDArray[Any]] = {"color": image.pixels[:, :, :3], **self._maps.arrays}
 
     def _view(self, frames: Sequence[int]) -> LabelledView:
-        """Return what the camera sees of some frames."""
+        """Return the labels of some frames, without images."""
         facts = SceneFacts(self.graph)
         facts.number_paths(frames[-1] + 1)
         return LabelledView(facts, self._options, frames, self._tracked)
@@ -105,12 +106,12 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
     def mask(self, word: str) -> npt.NDArray[np.bool_]:
         """Return the mask (H, W) of the pixels that show an entity of ``word`` or one of its parts."""
         require_word(self.graph, word)
-        found = np.zeros(self["instance"].shape, bool)
+        pixels = np.zeros(self["instance"].shape, bool)
         ancestry = self.truth.ancestry
-        own = np.array([entity.word == word for entity in ancestry.nodes], bool)
+        has_word = np.array([entity.word == word for entity in ancestry.nodes], bool)
         for level in self["instance_by_depth"]:
-            found |= (level >= 0) & own[ancestry.node[np.maximum(level, 0)]]
-        return found
+            pixels |= (level >= 0) & has_word[ancestry.node[np.maximum(level, 0)]]
+        return pixels
 
     @typed
     def crops(self, word: str | None = None, margin: float = 0.1) -> list[Image]:
@@ -127,8 +128,8 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
             require_word(self.graph, word)
         if margin < 0.0:
             raise SceneError("value", f"`margin`: expected at least 0, got {margin:g}")
-        found = [a for a in self.annotations() if (a["category"] == word if word else a["depth"] > 0)]
-        return [_crop(self.image, annotation["bbox"], margin) for annotation in found]
+        annotations = [a for a in self.annotations() if (a["category"] == word if word else a["depth"] > 0)]
+        return [_crop(self.image, annotation["bbox"], margin) for annotation in annotations]
 
     @typed
     def save(self, folder: str | Path, annotations: int = 20_000) -> Path:

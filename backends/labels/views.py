@@ -1,4 +1,4 @@
-"""What each camera around a scene sees: image, ground truth, motion and tracks, each computed once."""
+"""Views of a scene by its cameras: image, ground truth, motion and tracks, each computed once."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy.typing as npt
 from scenelang.backends.base import Progress
 from scenelang.backends.labels import ground_truth
 from scenelang.backends.labels.ground_truth import Expanded, Flow, Tracks, Truth, expanded, truth_in
-from scenelang.backends.labels.things import Things, things_of
+from scenelang.backends.labels.object_labels import ObjectLabels, objects_of
 from scenelang.backends.pictures.film import Image, Painter, PictureBackend, PictureOptions, painters
 from scenelang.backends.pictures.stage import Shot, still, unit_size
 from scenelang.interpreter.inspection.numbering import ancestry_of, frame_numbers, instance_handles, some_handles
 from scenelang.interpreter.scene.entity import Scene
 
 FloatArray = npt.NDArray[np.float64]
-_KEPT_BYTES = 200_000_000  # of ground truth of a view
-_INSTANCE_BYTES = 500  # of the poses, ancestors and solids of an instance
+_MAX_CACHE_BYTES = 200_000_000  # of the ground truths that a view caches; two frames are always cached
+_INSTANCE_BYTES = 500  # estimated size of an instance's poses, ancestors and solids
 
 
 class SceneFacts:
-    """What all cameras of a scene share: its size, and the numbers of its paths and handles."""
+    """Data that all cameras of a scene share: its size, and the numbers of its paths and handles."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -33,7 +33,7 @@ class SceneFacts:
 
     @cached_property
     def unit(self) -> tuple[FloatArray, float]:
-        """Centre (3,) and scale that bring the scene to unit size."""
+        """Center (3,) and scale that bring the scene to unit size."""
         return unit_size(self.scene)
 
     @cached_property
@@ -42,13 +42,13 @@ class SceneFacts:
         return frame_numbers(self.scene) if len(self.scene.frames) > 1 else None
 
     def expanded(self, frame: int, limit: int) -> Expanded:
-        """Return a frame as all cameras see it; the last one is kept. Raises LimitError."""
+        """Return a frame, expanded once for all cameras; the last frame is cached. Raises LimitError."""
         if frame not in self._expanded:
             self._expanded = {frame: expanded(self.scene, frame, limit, *self.unit)}
         return self._expanded[frame]
 
     def number_paths(self, frames: int) -> None:
-        """Number the paths of the first frames, so that those of a frame are the same whichever frame is seen first."""
+        """Number the paths of the first frames, so that numbers do not depend on which frame is labeled first."""
         for frame in self.scene.frames[:frames]:
             self.paths.of(ancestry_of(frame))
 
@@ -60,10 +60,25 @@ class SceneFacts:
 
 
 class LabelledView:
-    """What one camera sees of the chosen frames of a scene; without ``make_painter``, its labels only.
+    """View of the chosen frames of a scene by one camera: images, ground truth, motion and tracks.
 
-    ``shots`` are the frames with their placed cameras, ``tracked`` is the number of tracked points. Raises SceneError
-    if the scene cannot be seen.
+    Parameters
+    ----------
+    facts : SceneFacts
+        Data that the views of a scene share.
+    options : PictureOptions
+        Camera, size in pixels and limits.
+    frames : Sequence[int]
+        Frames of the scene, each with its placed camera in ``shots``.
+    tracked : int
+        Number of tracked points.
+    make_painter : callable, optional
+        Creates the painter of the shots; without it the view has labels only.
+
+    Raises
+    ------
+    SceneError
+        If the camera cannot see the scene.
     """
 
     def __init__(
@@ -81,7 +96,7 @@ class LabelledView:
         self._tracked = tracked
         self._make_painter = make_painter
         self._recent: dict[int, Truth] = {}
-        self._things: dict[tuple[int, tuple[str, ...]], Things] = {}
+        self._objects: dict[tuple[int, tuple[str, ...]], ObjectLabels] = {}
 
     @cached_property
     def _painter(self) -> Painter:
@@ -89,30 +104,30 @@ class LabelledView:
         return self._make_painter(list(self.shots.values()))
 
     def image(self, frame: int, progress: Progress | None = None) -> Image:
-        """Draw the picture of a frame."""
+        """Draw the image of a frame."""
         return self._painter.paint(self.shots[frame], progress)
 
     def truth(self, frame: int) -> Truth:
         """Return the ground truth of a frame.
 
-        Those of the last frames are kept, at least two because each frame is compared with the next, and as many as
-        fit ``_KEPT_BYTES`` because filters and boxes look at all frames first.
+        Cached for the last frames: at least two, because each frame is compared with the next, and as many as fit
+        ``_MAX_CACHE_BYTES``, because filters and boxes visit all frames first.
         """
         if frame not in self._recent:
-            made = truth_in(self.facts.expanded(frame, self._options.limit), self.shots[frame])
-            keep = max(2, _KEPT_BYTES // _bytes_of(made))
-            for old in list(self._recent)[: max(0, len(self._recent) - keep + 1)]:
+            new = truth_in(self.facts.expanded(frame, self._options.limit), self.shots[frame])
+            max_frames = max(2, _MAX_CACHE_BYTES // _bytes_of(new))
+            for old in list(self._recent)[: max(0, len(self._recent) - max_frames + 1)]:
                 del self._recent[old]
-                self._things = {key: things for key, things in self._things.items() if key[0] != old}
-            self._recent[frame] = made
+                self._objects = {key: objects for key, objects in self._objects.items() if key[0] != old}
+            self._recent[frame] = new
         return self._recent[frame]
 
-    def things(self, frame: int, words: Collection[str] = ()) -> Things:
-        """Return the things of a frame, kept with its ground truth; see ``things_of``."""
+    def objects(self, frame: int, words: Collection[str] = ()) -> ObjectLabels:
+        """Return the objects of a frame, cached with its ground truth; see ``objects_of``."""
         truth, key = self.truth(frame), (frame, tuple(words))
-        if key not in self._things:
-            self._things[key] = things_of(truth, words)
-        return self._things[key]
+        if key not in self._objects:
+            self._objects[key] = objects_of(truth, words)
+        return self._objects[key]
 
     def paths(self, frame: int) -> npt.NDArray[np.int64]:
         """Return the path number (M,) of every instance of a frame."""
@@ -130,8 +145,8 @@ class LabelledView:
         """Return the motion from a frame to the next, None if the next is not among the frames."""
         if frame + 1 not in self.shots:
             return None
-        here, there = self.truth(frame), self.truth(frame + 1)
-        return ground_truth.flow_between(here, there, self.paths(frame), self.paths(frame + 1))
+        truth, following = self.truth(frame), self.truth(frame + 1)
+        return ground_truth.flow_between(truth, following, self.paths(frame), self.paths(frame + 1))
 
     @cached_property
     def tracks(self) -> Tracks | None:
@@ -139,28 +154,29 @@ class LabelledView:
         if len(self.shots) < 2:
             return None
         places: ground_truth.Places | None = None
-        found = []
+        matches = []
         for frame in self.shots:
             truth, paths = self.truth(frame), self.paths(frame)
             if places is None:
                 places = ground_truth.sample_places(truth, paths, self._tracked, self._options.seed)
-            found.append(ground_truth.found_in(places, truth, paths))
-        return ground_truth.tracks_of(found)
+            matches.append(ground_truth.locate(places, truth, paths))
+        return ground_truth.tracks_of(matches)
 
 
 def _bytes_of(truth: Truth) -> int:
-    """Return about how much memory a ground truth takes."""
+    """Return the approximate memory of a ground truth, in bytes."""
     maps = (truth.instance, truth.depth, truth.normal, truth.albedo, truth.position)
-    return sum(each.nbytes for each in maps) + _INSTANCE_BYTES * len(truth.ancestry)
+    return sum(array.nbytes for array in maps) + _INSTANCE_BYTES * len(truth.ancestry)
 
 
 def labelled_view(
     facts: SceneFacts, options: PictureOptions, backend: PictureBackend, frames: Sequence[int], tracked: int
 ) -> LabelledView:
-    """Return what the camera of ``options`` sees of ``frames``, drawn by ``backend``."""
+    """Return the view of ``frames`` by the camera of ``options``, drawn by ``backend``."""
 
-    def painter(shots: Sequence[Shot]) -> Painter:
-        (found,) = painters(facts.scene, options, [backend], shots)
-        return found
+    def make_painter(shots: Sequence[Shot]) -> Painter:
+        """Return the backend's painter; a shot is drawn by one backend only."""
+        (painter_of_view,) = painters(facts.scene, options, [backend], shots)
+        return painter_of_view
 
-    return LabelledView(facts, options, frames, tracked, painter)
+    return LabelledView(facts, options, frames, tracked, make_painter)

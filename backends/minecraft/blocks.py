@@ -71,8 +71,9 @@ class Build:
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
-_SLAB = 1 << 22  # cells processed per batch
-_MAX_FOR_ALL_ORDERS = 4_000_000  # cells; above this, only one order of the axes is tried
+_BATCH_CELLS = 1 << 22  # cells processed per batch
+# above this many cells, only one order of the axes is tried, since each order takes as long
+_MAX_CELLS_FOR_ALL_ORDERS = 4_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,15 +96,16 @@ def merged(cells: Cells, along: BoolArray | None = None) -> Cuboids:
 
     ``along[n]`` (3,) selects the axes along which cells with index ``n`` may be merged; by default all.
     """
-    found = [_merged(cells, (2, 1, 0), along)]
-    if len(found[0]) > 1 and np.count_nonzero(cells) <= _MAX_FOR_ALL_ORDERS:
-        found += [_merged(cells, order, along) for order in permutations(range(3), 3) if order != (2, 1, 0)]
-    best = min(found, key=len)
+    candidates = [_merged(cells, (2, 1, 0), along)]
+    if len(candidates[0]) > 1 and np.count_nonzero(cells) <= _MAX_CELLS_FOR_ALL_ORDERS:
+        candidates += [_merged(cells, order, along) for order in permutations(range(3), 3) if order != (2, 1, 0)]
+    best = min(candidates, key=len)
     order = np.lexsort((best.low[:, 0], best.low[:, 2], best.low[:, 1]))
     return _rows(best, order)
 
 
 def _merged(cells: Cells, order: tuple[int, ...], along: BoolArray | None) -> Cuboids:
+    """Return cells merged into runs, sheets and cuboids along the axes in ``order``."""
     first, second, third = order
     boxes = _runs(cells, first, along)
     return _joined(_joined(boxes, second, along), third, along)
@@ -112,7 +114,7 @@ def _merged(cells: Cells, order: tuple[int, ...], along: BoolArray | None) -> Cu
 def _runs(cells: Cells, axis: int, along: BoolArray | None) -> Cuboids:
     """Return the runs of equal indices along ``axis``."""
     lines = np.moveaxis(cells, axis, -1)
-    slab = max(1, _SLAB // max(1, lines[:1].size))
+    slab = max(1, _BATCH_CELLS // max(1, lines[:1].size))
     lows, ends, numbers = [], [], []
     for start in range(0, len(lines), slab):
         part = lines[start : start + slab]
@@ -156,6 +158,7 @@ def _joined(boxes: Cuboids, axis: int, along: BoolArray | None) -> Cuboids:
 
 
 def _rows(boxes: Cuboids, rows: IntArray) -> Cuboids:
+    """Return some of the boxes."""
     return Cuboids(boxes.low[rows], boxes.size[rows], boxes.number[rows])
 
 
@@ -169,11 +172,11 @@ def unified(origin: tuple[int, int, int], cells: Cells, states: Sequence[BlockSt
     number = np.zeros(len(states), np.uint32)
     for i in np.flatnonzero(used).tolist():
         number[i] = palette.setdefault(states[i], len(palette))
-    fresh = np.empty_like(cells)
-    slab = _slab(cells)
-    for start in range(0, len(cells), slab):
-        fresh[start : start + slab] = number[cells[start : start + slab]]
-    return Build(origin, fresh, tuple(palette))
+    renumbered = np.empty_like(cells)
+    batch = _layers_per_batch(cells)
+    for start in range(0, len(cells), batch):
+        renumbered[start : start + batch] = number[cells[start : start + batch]]
+    return Build(origin, renumbered, tuple(palette))
 
 
 def trimmed(build: Build) -> Build:
@@ -188,31 +191,33 @@ def trimmed(build: Build) -> Build:
 def numbers_in(cells: Cells, count: int) -> npt.NDArray[np.bool_]:
     """Return the mask of the ``count`` indices that occur in some cell."""
     used = np.zeros(count, np.bool_)
-    slab = _slab(cells)
-    for start in range(0, len(cells), slab):
-        used |= np.bincount(cells[start : start + slab].reshape(-1), minlength=count) > 0
+    batch = _layers_per_batch(cells)
+    for start in range(0, len(cells), batch):
+        used |= np.bincount(cells[start : start + batch].reshape(-1), minlength=count) > 0
     return used
 
 
 def smallest_box(cells: Cells) -> tuple[slice, slice, slice]:
     """Return the smallest box that contains every block; empty slices at 0 if there are none."""
-    seen = [np.zeros(n, np.bool_) for n in cells.shape]
-    slab = _slab(cells)
-    for start in range(0, len(cells), slab):
-        solid = cells[start : start + slab] != AIR
-        seen[0][start : start + slab] = solid.any(axis=(1, 2))
-        seen[1] |= solid.any(axis=(0, 2))
-        seen[2] |= solid.any(axis=(0, 1))
-    x, y, z = (np.flatnonzero(axis) for axis in seen)
+    is_used = [np.zeros(n, np.bool_) for n in cells.shape]
+    batch = _layers_per_batch(cells)
+    for start in range(0, len(cells), batch):
+        solid = cells[start : start + batch] != AIR
+        is_used[0][start : start + batch] = solid.any(axis=(1, 2))
+        is_used[1] |= solid.any(axis=(0, 2))
+        is_used[2] |= solid.any(axis=(0, 1))
+    x, y, z = (np.flatnonzero(axis) for axis in is_used)
     return _span(x), _span(y), _span(z)
 
 
 def _span(places: npt.NDArray[np.int64]) -> slice:
+    """Return the slice from the first to the last of ascending positions; empty for none."""
     return slice(int(places[0]), int(places[-1]) + 1) if len(places) else slice(0, 0)
 
 
-def _slab(cells: Cells) -> int:
-    return max(1, _SLAB // max(1, cells[:1].size))
+def _layers_per_batch(cells: Cells) -> int:
+    """Return the number of layers along x that fit a batch."""
+    return max(1, _BATCH_CELLS // max(1, cells[:1].size))
 
 
 # Blocks that only operators can place, or that do not exist on their own: never used as replacements.
@@ -252,15 +257,16 @@ class BlockKind:
         return self.name.removeprefix("minecraft:") in _FOR_OPERATORS
 
     def allows(self, state: BlockState) -> bool:
-        """Whether ``state`` has exactly this block's properties, each with a possible value."""
-        given = dict(state.properties)
-        return given.keys() == self.values.keys() and all(given[name] in self.values[name] for name in given)
+        """Return whether ``state`` has exactly this block's properties, each with a possible value."""
+        properties = dict(state.properties)
+        return properties.keys() == self.values.keys() and all(
+            properties[name] in self.values[name] for name in properties
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class BlockTable:
-    """Every block of a version by its full name, ``minecraft:stone``; ``data_version`` identifies the version in
-    files."""
+    """Blocks of a version by their full name, ``minecraft:stone``; ``data_version`` is its number in files."""
 
     version: str
     data_version: int
@@ -278,6 +284,7 @@ def load_table() -> BlockTable:
 
 
 def _kind(fields: list[str]) -> BlockKind:
+    """Return the block of a line of the table; ``extract.write_table`` writes these lines."""
     name, shape, color, opacity, light, transparent, hardness, box, properties = fields
     values: dict[str, tuple[str, ...]] = {}
     defaults: dict[str, str] = {}
@@ -373,13 +380,13 @@ def without_number(name: str) -> str:
 def renamed(name: str, known: Collection[str]) -> str | None:
     """Return the renamed block ``name`` in a version with the ``known`` names, None if it was not renamed."""
     for old, new in RENAMES:
-        for one, other in ((old, new), (new, old)):
-            if name == one and other in known:
+        for candidate, other in ((old, new), (new, old)):
+            if name == candidate and other in known:
                 return other
     for old, new in _RENAMED_STARTS:
-        for one, other in ((old, new), (new, old)):
-            if name.startswith(one) and other + name.removeprefix(one) in known:
-                return other + name.removeprefix(one)
+        for candidate, other in ((old, new), (new, old)):
+            if name.startswith(candidate) and other + name.removeprefix(candidate) in known:
+                return other + name.removeprefix(candidate)
     return None
 
 
@@ -402,24 +409,29 @@ def nearest(name: str, candidates: Sequence[str]) -> tuple[str, float]:
 
 
 def _likeness(a: str, b: str) -> float:
-    """Combined similarity: mainly letters in order (Jaro-Winkler), partly whole words, of which the last is the
-    type."""
+    """Return the similarity of two block names: mainly letters in order (Jaro-Winkler), partly whole words.
+
+    The last word is the type of the block and counts extra.
+    """
     first, second = a.split("_"), b.split("_")
     shared = len(set(first) & set(second)) / max(len(first), len(second))
     return 0.7 * jaro_winkler(a, b) + 0.2 * shared + 0.1 * (first[-1] == second[-1])
 
 
 def jaro_winkler(a: str, b: str) -> float:
-    """Return the Jaro-Winkler similarity of two strings, from 0 to 1; 1 only for equal strings."""
+    """Return the Jaro-Winkler similarity of two strings, from 0 to 1; 1 only for equal strings.
+
+    Source: Winkler, "String comparator metrics and enhanced decision rules in the Fellegi-Sunter model", 1990.
+    """
     if not a or not b:
         return float(a == b)
-    places = list(_matches(a, b))
-    if not places:
+    matches = list(_matches(a, b))
+    if not matches:
         return 0.0
-    in_order = [b[j] for j in sorted(j for _, j in places)]
-    swapped = sum(a[i] != letter for (i, _), letter in zip(places, in_order)) / 2
-    count = len(places)
-    jaro = (count / len(a) + count / len(b) + (count - swapped) / count) / 3.0
+    matched_letters = [b[j] for j in sorted(j for _, j in matches)]
+    transpositions = sum(a[i] != letter for (i, _), letter in zip(matches, matched_letters)) / 2
+    count = len(matches)
+    jaro = (count / len(a) + count / len(b) + (count - transpositions) / count) / 3.0
     prefix = next((i for i, (x, y) in enumerate(zip(a[:4], b[:4])) if x != y), min(4, len(a), len(b)))
     return jaro + 0.1 * prefix * (1.0 - jaro)
 
@@ -454,12 +466,14 @@ def variants(definition: Mapping[str, Any], properties: Mapping[str, str], every
 
 
 def _first(variant: Any) -> Any:
+    """Return the first of several variants, or the variant itself."""
     return variant[0] if isinstance(variant, list) else variant
 
 
 def _matches_condition(when: Mapping[str, Any], properties: Mapping[str, str]) -> bool:
+    """Return whether properties satisfy the condition of a part of a multipart definition."""
     if "OR" in when:
-        return any(_matches_condition(each, properties) for each in when["OR"])
+        return any(_matches_condition(condition, properties) for condition in when["OR"])
     if "AND" in when:
-        return all(_matches_condition(each, properties) for each in when["AND"])
+        return all(_matches_condition(condition, properties) for condition in when["AND"])
     return all(properties.get(key) in str(value).split("|") for key, value in when.items())

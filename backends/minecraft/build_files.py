@@ -56,7 +56,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """Numbers of things in a file that a build cannot represent.
+    """Numbers of items in a file that a build cannot represent.
 
     ``block_entities`` are contents of blocks (items in chests, text on signs), ``entities`` animals, item frames,
     boats.
@@ -93,15 +93,15 @@ def joined(builds: Sequence[Build]) -> Build:
 
     Raises Damaged if the bounding box is too large.
     """
-    standing = [build for build in builds if build.cells.size]
-    if len(standing) < 2:
-        return standing[0] if standing else trimmed(Build((0, 0, 0), np.zeros((0, 0, 0), np.uint32), (AIR_STATE,)))
-    lows: npt.NDArray[Any] = np.array([build.origin for build in standing])
+    non_empty = [build for build in builds if build.cells.size]
+    if len(non_empty) < 2:
+        return non_empty[0] if non_empty else trimmed(Build((0, 0, 0), np.zeros((0, 0, 0), np.uint32), (AIR_STATE,)))
+    lows: npt.NDArray[Any] = np.array([build.origin for build in non_empty])
     low = lows.min(axis=0)
-    x, y, z = ((lows + [build.size for build in standing]).max(axis=0) - low).tolist()
+    x, y, z = ((lows + [build.size for build in non_empty]).max(axis=0) - low).tolist()
     cells = np.zeros(checked_size((x, y, z)), np.uint32)
     states: list[BlockState] = [AIR_STATE]
-    for build in standing:
+    for build in non_empty:
         corner = (np.array(build.origin) - low).tolist()
         target = cells[tuple(slice(a, a + n) for a, n in zip(corner, build.size))]
         np.copyto(target, build.cells + np.uint32(len(states)), where=build.cells != AIR)
@@ -115,8 +115,8 @@ def joined(builds: Sequence[Build]) -> Build:
 
 _NAME = re.compile(r"(?:[a-z0-9_.-]+:)?[a-z0-9_./-]+")
 _WORD = re.compile(r"[a-z0-9_]+")
-_MAX_NAME = 200  # characters of a name
-_MAX_PROPERTIES = 64  # properties of one block
+_MAX_NAME_LENGTH = 200  # characters of a name
+_MAX_PROPERTIES = 64  # of one block
 
 
 def state_of_text(text: str) -> BlockState:
@@ -144,12 +144,13 @@ def tag_of_state(state: BlockState) -> dict[str, Any]:
 
 
 def _state(name: str, properties: Mapping[str, Any]) -> BlockState:
-    if len(name) > _MAX_NAME or not _NAME.fullmatch(name):
+    """Return a validated block state; raises Damaged."""
+    if len(name) > _MAX_NAME_LENGTH or not _NAME.fullmatch(name):
         raise Damaged(f"`{name[:60]}` is not a valid block name")
     if len(properties) > _MAX_PROPERTIES:
         raise Damaged(f"`{name}` has too many properties ({len(properties)})")
     for pair in properties.items():
-        if not all(isinstance(word, str) and len(word) <= _MAX_NAME and _WORD.fullmatch(word) for word in pair):
+        if not all(isinstance(word, str) and len(word) <= _MAX_NAME_LENGTH and _WORD.fullmatch(word) for word in pair):
             raise Damaged(f"`{name}` has an invalid property")
     full = name if ":" in name else NAMESPACE + name
     if full in NOTHING:
@@ -171,7 +172,7 @@ _RELEASES = """
 1.21.4 4189 61, 1.21.5 4325 71, 1.21.6 4435 80, 1.21.7 4438 81, 1.21.8 4440 81, 1.21.9 4554 88.0, 1.21.10 4556 88.0,
 1.21.11 4671 94.1, 26.1 4786 101.1, 26.1.1 4788 101.1, 26.1.2 4790 101.1
 """
-DEFAULT = "26.1"  # the version of the block table
+DEFAULT = "26.1"  # version of the block table
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +188,7 @@ class GameVersion:
     pack_format: tuple[int, int | None]
 
     def is_before(self, name: str) -> bool:
-        """Whether this version is older than the release ``name``."""
+        """Return whether this version is older than the release ``name``."""
         return self.data_version < _VERSIONS[name].data_version
 
 
@@ -203,6 +204,7 @@ def game_version(text: str = DEFAULT) -> GameVersion:
 
 
 def _release(text: str) -> GameVersion:
+    """Return a release from its line: name, data version and pack format."""
     name, data_version, pack_format = text.split()
     major, _, minor = pack_format.partition(".")
     return GameVersion(name, int(data_version), (int(major), int(minor) if minor else None))
@@ -218,14 +220,14 @@ _VERSIONS = {release.name: release for release in map(_release, _RELEASES.split(
 _RENAMED_IN = {
     "oak_sign": "1.14", "oak_wall_sign": "1.14", "dirt_path": "1.17", "short_grass": "1.20.3", "iron_chain": "1.21.9",
 }  # fmt: skip
-_WALLS = {"none": "false", "low": "true", "tall": "true"}  # before 1.16 the arms of walls were boolean
+_WALL_ARMS = {"none": "false", "low": "true", "tall": "true"}  # before 1.16 the arms of walls were boolean
 
 Values = Mapping[str, tuple[str, ...]]  # the possible values of each property
 
 
 @dataclass(frozen=True, slots=True)
 class Era:
-    """The properties of a block from the release ``since`` on; ``values`` is None if the block did not exist."""
+    """Properties of a block from the release ``since`` on; ``values`` is None if the block did not exist."""
 
     since: GameVersion
     values: Values | None
@@ -242,7 +244,8 @@ class Fitted:
 def fitted(build: Build, version: GameVersion) -> Fitted:
     """Convert ``build`` to ``version``, with the names and properties of that version.
 
-    Blocks added later become air. Blocks of other namespaces are unchanged.
+    Blocks added later become air, because one line that the game cannot read prevents the whole function from loading.
+    Blocks of other namespaces are unchanged. The history of blocks is derived from minecraft-data (``extract.py``).
     """
     converted = [_converted(state, version) for state in build.palette[1:]]
     if all(new == old for new, old in zip(converted, build.palette[1:])):
@@ -280,7 +283,7 @@ def _existing_properties(state: BlockState, values: Values) -> Iterator[tuple[st
     """Yield the properties and values that existed, converting walls."""
     for name, value in state.properties:
         known = values.get(name, ())
-        converted = value if value in known else _WALLS.get(value, value)
+        converted = value if value in known else _WALL_ARMS.get(value, value)
         if converted in known:
             yield name, converted
 
@@ -294,10 +297,11 @@ def _eras() -> Mapping[str, tuple[Era, ...]]:
 
 
 def _era(text: str) -> Era:
+    """Return an era from its text: a release, then properties with their values, or a dash."""
     release, *properties = text.split()
     if properties == ["-"]:
         return Era(game_version(release), None)
-    pairs = (each.split("=") for each in properties)
+    pairs = (pair.split("=") for pair in properties)
     return Era(game_version(release), {name: tuple(values.split("|")) for name, values in pairs})
 
 
@@ -319,9 +323,9 @@ def as_written(build: Build, version: GameVersion) -> Build:
 # Litematica schematics, ``.litematic``: one region, positioned so that the program's origin is the paste origin.
 
 
-_MIN_BITS = 2  # per block index
+_MIN_BITS = 2  # per block index, as Litematica has it
 _FIRST_WITH_6 = "1.18"  # version 6 of the schematic format, which differs from version 5 only in its number
-_MAX_REGIONS = 1000
+_MAX_REGIONS = 1000  # of a file that is read
 
 
 def write_litematic(build: Build, path: Path, version: GameVersion) -> list[Path]:
@@ -399,7 +403,7 @@ _FIRST_WITH_3 = "1.20.3"
 _MAX_SIDE = 0xFFFF  # cells along an axis: lengths are unsigned shorts
 _SIDES = ("Width", "Height", "Length")
 _OFFSETS = ("WEOffsetX", "WEOffsetY", "WEOffsetZ")
-_MAX_STATES = 1 << 20
+_MAX_STATES = 1 << 20  # palette index that is accepted from files
 
 
 def write_schematic(build: Build, path: Path, version: GameVersion) -> list[Path]:
@@ -477,7 +481,7 @@ def _schematic_palette(tag: Mapping[str, Any]) -> list[Any]:
 # ignores, so that reading a file restores the positions of its blocks.
 
 
-LARGEST = 48  # maximum cells of a structure along each axis
+LARGEST = 48  # cells of a structure along each axis, a limit of the game
 _ORIGIN = "ScenelangOrigin"
 # Layout of an entry of the list of blocks, including the tag headers.
 _BLOCK = np.dtype([
@@ -512,6 +516,7 @@ def _pieces(build: Build) -> Iterator[tuple[Triple, Build]]:
 
 
 def _root(piece: Build, version: GameVersion) -> dict[str, Any]:
+    """Return the root compound of a structure."""
     at = np.argwhere(piece.cells != AIR)
     blocks = np.zeros(len(at), _BLOCK)
     blocks["before_pos"], blocks["before_state"] = _BEFORE_POS, _BEFORE_STATE
@@ -540,6 +545,7 @@ def loaded_structure(root: Mapping[str, Any]) -> LoadedBuild:
 
 
 def _palette(root: Mapping[str, Any]) -> list[BlockState]:
+    """Return the states of a structure, of the first palette if there are several."""
     if "palettes" in root:
         choices = listed(root, "palettes")
         palette = choices[0] if choices and isinstance(choices[0], list) else []
@@ -571,7 +577,7 @@ def _blocks(blocks: list[Any], size: Triple, states: int) -> tuple[Any, Any]:
 # A build as game commands with positions relative to where they run.
 
 
-MAX_FILL = 32_768  # maximum cells of one `fill`
+MAX_FILL = 32_768  # cells of one `fill`, a limit of the game
 _FIRST_STRICT = "1.21.5"
 
 
@@ -615,15 +621,16 @@ def _cuts(low: Triple, size: Triple) -> Iterator[tuple[Triple, Triple]]:
 
 
 def _place(cell: Triple) -> str:
+    """Return a cell as coordinates relative to where the command runs."""
     x, y, z = cell
     return f"~{x} ~{y} ~{z}"
 
 
-MAX_COMMANDS = 60_000  # of a function, below the game's limit
+MAX_COMMANDS = 60_000  # of a function: below the game's limit of 65,536 per call, which nested calls share
 _FIRST_TO_SCHEDULE = "1.14"
 _FIRST_WITH_MARKERS = "1.17"
 _FIRST_SINGULAR = "1.21"  # its folder is `function`, formerly `functions`
-_DATE = (1980, 1, 1, 0, 0, 0)  # makes the output reproducible
+_DATE = (1980, 1, 1, 0, 0, 0)  # fixed, so that the output is reproducible
 
 
 def write_datapack(build: Build, path: Path, version: GameVersion) -> list[Path]:
@@ -699,6 +706,7 @@ def _marker(name: str, version: GameVersion) -> str:
 
 
 def _add_text(pack: zipfile.ZipFile, name: str, text: str) -> None:
+    """Add a text file to a data pack, reproducibly."""
     info = zipfile.ZipInfo(name, _DATE)
     info.compress_type = zipfile.ZIP_DEFLATED
     pack.writestr(info, text)

@@ -1,4 +1,4 @@
-"""Block states that depend on neighbours: arms of fences, panes and walls, corners of stairs, by the game's rules.
+"""Block states that depend on neighbors: arms of fences, panes and walls, corners of stairs, by the game's rules.
 
 North is -z, east +x, south +z, west -x.
 """
@@ -34,7 +34,7 @@ IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 
 STEPS = {"north": (0, 0, -1), "east": (1, 0, 0), "south": (0, 0, 1), "west": (-1, 0, 0), "up": (0, 1, 0)}
-CONNECTED = ("fence", "pane", "wall", "stairs")  # shapes whose states depend on neighbours
+CONNECTED = ("fence", "pane", "wall", "stairs")  # shapes whose states depend on neighbors
 _CORNERS = ("straight", "outer_left", "outer_right", "inner_left", "inner_right")
 _HEIGHTS = ("none", "low", "tall")
 _BOOLEANS = ("false", "true")
@@ -90,19 +90,19 @@ class Traits:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """Selected cells of a grid, ``at`` (3, N), with access to their neighbours."""
+    """Selected cells of a grid, ``at`` (3, N), with access to their neighbors."""
 
     cells: Cells
     at: IntArray
 
     def beside(self, step: tuple[int, int, int]) -> IntArray:
-        """Return the indices (N,) of the neighbours at offset ``step``; air outside the grid."""
-        there = self.at + np.array(step, np.int64)[:, None]
-        inside = ((there >= 0) & (there < np.array(self.cells.shape, np.int64)[:, None])).all(axis=0)
-        found = np.zeros(self.at.shape[1], np.int64)
-        x, y, z = there[:, inside]
-        found[inside] = self.cells[x, y, z]
-        return found
+        """Return the indices (N,) of the neighbors at offset ``step``; air outside the grid."""
+        neighbors = self.at + np.array(step, np.int64)[:, None]
+        inside = ((neighbors >= 0) & (neighbors < np.array(self.cells.shape, np.int64)[:, None])).all(axis=0)
+        indices = np.zeros(self.at.shape[1], np.int64)
+        x, y, z = neighbors[:, inside]
+        indices[inside] = self.cells[x, y, z]
+        return indices
 
     def where(self, mask: BoolArray) -> Surroundings:
         """Return the cells selected by the mask (N,)."""
@@ -110,8 +110,7 @@ class Surroundings:
 
 
 def connected(shape: str, around: Surroundings, traits: Traits) -> Choices:
-    """Return the neighbour-dependent properties of all blocks of one of the CONNECTED shapes in the cells
-    ``around``."""
+    """Return the neighbor-dependent properties of the blocks ``around``, of one of the CONNECTED shapes."""
     return _RULES[shape](around, traits)
 
 
@@ -119,36 +118,41 @@ def connected(shape: str, around: Surroundings, traits: Traits) -> Choices:
 
 
 def _carries(other: IntArray, side: int, traits: Traits) -> BoolArray:
-    """Whether the blocks ``other``, located at ``side``, offer a full face: cubes, double slabs, backs of stairs."""
+    """Return whether the blocks ``other``, at ``side``, have a full face here: cubes, double slabs, backs of stairs."""
     back = (traits.shape[other] == "stairs") & (traits.facing[other] == (side + 2) % 4)
-    whole: BoolArray = traits.solid[other] | back
-    return whole
+    is_full: BoolArray = traits.solid[other] | back
+    return is_full
 
 
 def _gate_across(other: IntArray, side: int, traits: Traits) -> BoolArray:
-    """Whether the blocks are gates whose ends point to this side; a gate opens perpendicular to its fence line."""
+    """Return whether the blocks are gates whose ends point to this side.
+
+    A gate opens perpendicular to its fence line.
+    """
     across: BoolArray = (traits.shape[other] == "gate") & (traits.facing[other] % 2 != side % 2)
     return across
 
 
 def _fences(around: Surroundings, traits: Traits) -> Choices:
-    own = around.beside((0, 0, 0))
-    found = {}
+    """Return the arms of fences: to fences of the same material, gates across, and full faces."""
+    fence = around.beside((0, 0, 0))
+    arms = {}
     for side, name in enumerate(SIDES):
         other = around.beside(STEPS[name])
-        same = (traits.shape[other] == "fence") & (traits.nether[other] == traits.nether[own])
-        arm = same | _gate_across(other, side, traits) | _carries(other, side, traits)
-        found[name] = (arm.astype(np.int64), _BOOLEANS)
-    return found
+        is_fence = (traits.shape[other] == "fence") & (traits.nether[other] == traits.nether[fence])
+        arm = is_fence | _gate_across(other, side, traits) | _carries(other, side, traits)
+        arms[name] = (arm.astype(np.int64), _BOOLEANS)
+    return arms
 
 
 def _panes(around: Surroundings, traits: Traits) -> Choices:
-    found = {}
+    """Return the arms of panes and bars: to panes, walls and full faces."""
+    arms = {}
     for side, name in enumerate(SIDES):
         other = around.beside(STEPS[name])
         arm = np.isin(traits.shape[other], ("pane", "wall")) | _carries(other, side, traits)
-        found[name] = (arm.astype(np.int64), _BOOLEANS)
-    return found
+        arms[name] = (arm.astype(np.int64), _BOOLEANS)
+    return arms
 
 
 def _wall_arms(around: Surroundings, traits: Traits) -> BoolArray:
@@ -178,21 +182,21 @@ def _walls(around: Surroundings, traits: Traits) -> Choices:
     carries = traits.post[above] | np.isin(traits.shape[above], ("fence", "pane", "gate")) | traits.roof[above]
     post = ~line | (~shut & carries)
     _carry_posts(around, post, is_wall & line)
-    found: dict[str, tuple[IntArray, tuple[str, ...]]] = {
+    states: dict[str, tuple[IntArray, tuple[str, ...]]] = {
         name: (height[side], _HEIGHTS) for side, name in enumerate(SIDES)
     }
-    found["up"] = (post.astype(np.int64), _BOOLEANS)
-    return found
+    states["up"] = (post.astype(np.int64), _BOOLEANS)
+    return states
 
 
 def _carry_posts(around: Surroundings, post: BoolArray, waits: BoolArray) -> None:
-    """Set ``post`` below walls with a post, where ``waits`` marks that this decides."""
+    """Set ``post`` of walls below walls with a post; ``waits`` marks walls that this decides."""
     x, y, z = around.at
     standing = np.zeros((around.cells.shape[0], around.cells.shape[2]), np.bool_)
     for level in np.unique(y)[::-1].tolist():
         rows = y == level
-        here = rows & waits
-        post[here] |= standing[x[here], z[here]]
+        undecided = rows & waits
+        post[undecided] |= standing[x[undecided], z[undecided]]
         standing[x[rows], z[rows]] = post[rows]
 
 
@@ -204,26 +208,27 @@ def _stairs(around: Surroundings, traits: Traits) -> Choices:
 
     Stairs turn if the stairs in front or behind are perpendicular, unless the row of stairs continues on that side.
     """
-    own = around.beside((0, 0, 0))
-    facing = traits.facing[own]
+    stairs = around.beside((0, 0, 0))
+    facing = traits.facing[stairs]
     beside = np.array([around.beside(STEPS[name]) for name in SIDES])
-    rows = np.arange(len(own))
-    corner = np.zeros(len(own), np.int64)
-    # an outer corner, in front, takes precedence over an inner one, behind
-    for there, continues, kind in ((2, 0, 3), (0, 2, 1)):
-        other = beside[(facing + there) % 4, rows]
+    rows = np.arange(len(stairs))
+    corner = np.zeros(len(stairs), np.int64)
+    # An outer corner, in front, takes precedence over an inner one, behind.
+    for direction, continues, kind in ((2, 0, 3), (0, 2, 1)):
+        other = beside[(facing + direction) % 4, rows]
         other_facing = traits.facing[other]
-        bends = _same_half(own, other, traits) & (other_facing % 2 != facing % 2)
+        bends = _same_half(stairs, other, traits) & (other_facing % 2 != facing % 2)
         beyond = beside[(other_facing + continues) % 4, rows]
-        straight = _same_half(own, beyond, traits) & (traits.facing[beyond] == facing)
-        left = other_facing == (facing + 3) % 4
-        corner = np.where(bends & ~straight, np.where(left, kind, kind + 1), corner)
+        straight = _same_half(stairs, beyond, traits) & (traits.facing[beyond] == facing)
+        is_left = other_facing == (facing + 3) % 4
+        corner = np.where(bends & ~straight, np.where(is_left, kind, kind + 1), corner)
     return {"shape": (corner, _CORNERS)}
 
 
-def _same_half(own: IntArray, other: IntArray, traits: Traits) -> BoolArray:
-    same: BoolArray = (traits.shape[other] == "stairs") & (traits.top[other] == traits.top[own])
-    return same
+def _same_half(stairs: IntArray, other: IntArray, traits: Traits) -> BoolArray:
+    """Return whether the blocks ``other`` are stairs of the same half, top or bottom."""
+    is_same: BoolArray = (traits.shape[other] == "stairs") & (traits.top[other] == traits.top[stairs])
+    return is_same
 
 
 _RULES: Mapping[str, Callable[[Surroundings, Traits], Choices]] = {
@@ -235,13 +240,13 @@ _RULES: Mapping[str, Callable[[Surroundings, Traits], Choices]] = {
 
 
 Similar = Callable[[str, Sequence[str]], str | None]  # returns the name closest in meaning to the first argument
-_MISSPELLING = 0.95  # minimum similarity of a name and its misspelling
-_MAX_NAME = 100  # maximum characters of a name to compare
+_MISSPELLING_SIMILARITY = 0.95  # Jaro-Winkler similarity from which an unknown name is a misspelling, not another word
+_MAX_NAME_LENGTH = 100  # characters of a name to compare, since hostile ones may be long
 
 
 @dataclass(frozen=True, slots=True)
 class Resolved:
-    """A complete block state.
+    """Complete block state.
 
     ``given`` are the properties set by the program; the others are defaults.
     """
@@ -258,36 +263,54 @@ def resolve(
     similar: Similar | None = None,
     span: Span | None = None,
 ) -> Resolved:
-    """Return the state of the block ``block_type``, with or without namespace, with the given ``properties``.
+    """Return the complete state of a requested block.
 
     A block that the version lacks is silently replaced by its current name if it was renamed. Otherwise the nearest
-    block is used, with a warning: an alias, a misspelling, the result of ``similar``, or the most similar name.
-    Properties of earlier versions are converted silently; unknown properties are dropped with a warning. Warnings carry
-    ``span``.
+    block is used, with a warning: an alias, a misspelling, the result of ``similar``, or the most similar name. A
+    property is never an error: those of earlier versions are converted silently, as old names are, and unknown ones are
+    dropped with a warning.
+
+    Parameters
+    ----------
+    block_type : str
+        Name of the block, with or without namespace.
+    properties : Mapping[str, str], optional
+        Properties given by the program.
+    table : BlockTable, optional
+        Blocks of the version; by default the current one.
+    similar : Similar, optional
+        Function that returns the name closest in meaning.
+    span : Span, optional
+        Source location for warnings.
     """
     table = table or load_table()
     name = namespaced(block_type)
     given = dict(properties or {})
     kind = table.blocks.get(name) or _renamed(name, table)
     if kind is not None:
-        found = modern(name, kind, given, table)
+        current = modern(name, kind, given, table)
         return _resolved(
-            found.kind, found.given, *(_ignored_property(found.kind, *pair, span) for pair in found.dropped.items())
+            current.kind,
+            current.given,
+            *(_ignored_property(current.kind, *pair, span) for pair in current.dropped.items()),
         )
-    kind = _nearest(name.partition(":")[2][:_MAX_NAME], table, similar)
-    found = modern(name, kind, given, table)
-    dropped = ", ".join(f"{key}={value}" for key, value in given.items() if key in found.dropped)
-    without = f", without {dropped}" if dropped else ""
-    message = f"Minecraft {table.version} has no block `{name[:_MAX_NAME]}`; using `{found.kind.name}` instead{without}"
-    return _resolved(found.kind, found.given, Diagnostic("unknown-block", message, span))
+    kind = _nearest(name.partition(":")[2][:_MAX_NAME_LENGTH], table, similar)
+    current = modern(name, kind, given, table)
+    dropped = ", ".join(f"{key}={value}" for key, value in given.items() if key in current.dropped)
+    dropped_text = f", without {dropped}" if dropped else ""
+    unknown = f"Minecraft {table.version} has no block `{name[:_MAX_NAME_LENGTH]}`"
+    message = f"{unknown}; using `{current.kind.name}` instead{dropped_text}"
+    return _resolved(current.kind, current.given, Diagnostic("unknown-block", message, span))
 
 
 def _resolved(kind: BlockKind, given: Mapping[str, str], *warnings: Diagnostic) -> Resolved:
+    """Return a block's state with the given properties and defaults."""
     state = BlockState(kind.name, tuple(sorted({**kind.defaults, **given}.items())))
     return Resolved(state, frozenset(given), warnings)
 
 
 def _renamed(name: str, table: BlockTable) -> BlockKind | None:
+    """Return the block that replaced an older name, None if it was not renamed."""
     other = renamed(name.removeprefix(NAMESPACE), {known.removeprefix(NAMESPACE) for known in table.blocks})
     return None if other is None else table.blocks[NAMESPACE + other]
 
@@ -295,27 +318,28 @@ def _renamed(name: str, table: BlockTable) -> BlockKind | None:
 def _nearest(name: str, table: BlockTable, similar: Similar | None) -> BlockKind:
     """Return the replacement for an unknown block, never an operator-only one."""
     names = [kind.name.removeprefix(NAMESPACE) for kind in table.blocks.values() if not kind.is_for_operators]
-    found = alias(name, names)
-    if found is None:
-        found, likeness = nearest(name, names)
-        if similar is not None and likeness < _MISSPELLING:
+    replacement = alias(name, names)
+    if replacement is None:
+        replacement, similarity = nearest(name, names)
+        if similar is not None and similarity < _MISSPELLING_SIMILARITY:
             similar_name = similar(name.replace("_", " "), names)
-            found = similar_name if similar_name in names else found
-    return table.blocks[NAMESPACE + found]
+            replacement = similar_name if similar_name in names else replacement
+    return table.blocks[NAMESPACE + replacement]
 
 
 def _ignored_property(kind: BlockKind, name: str, value: str, span: Span | None) -> Diagnostic:
     """Return the warning for an unknown property or value."""
     if name not in kind.values:
         have = f"expected {_listed(kind.values)}" if kind.values else "it has no properties"
-        message = f"the block `{kind.name}` has no property `{name[:_MAX_NAME]}`, which is ignored; {have}"
+        message = f"the block `{kind.name}` has no property `{name[:_MAX_NAME_LENGTH]}`, which is ignored; {have}"
         return Diagnostic("block-property", message, span, hint=suggest(name, kind.values))
     values = _listed(kind.values[name], "or")
-    message = f"`{name}` of `{kind.name}` must be {values}; `{value[:_MAX_NAME]}` is ignored"
+    message = f"`{name}` of `{kind.name}` must be {values}; `{value[:_MAX_NAME_LENGTH]}` is ignored"
     return Diagnostic("block-property", message, span, hint=suggest(value, kind.values[name]))
 
 
 def _listed(names: Sequence[str] | Mapping[str, object], last: str = "and") -> str:
+    """Return quoted names as an English list."""
     shown = [f"`{name}`" for name in names]
     return f" {last} ".join(part for part in (", ".join(shown[:-1]), shown[-1]) if part)
 
@@ -323,7 +347,7 @@ def _listed(names: Sequence[str] | Mapping[str, object], last: str = "and") -> s
 # Resolution of whole builds to complete block states of the game.
 
 
-_SLAB = 1 << 22  # cells processed per batch
+_BATCH_CELLS = 1 << 22  # cells processed per batch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -335,7 +359,10 @@ class Settled:
 
 
 def nearest_by_meaning(name: str, candidates: Sequence[str]) -> str | None:
-    """Return the candidate closest in meaning, None if CLIP, which measures it, is not installed."""
+    """Return the candidate closest in meaning, None if CLIP, which measures it, is not installed.
+
+    Only weights that are already on the machine are used: a misspelled block does not justify a download of 4 GB.
+    """
     try:
         nearest_word = SERVICES.find("nearest-word")
     except SceneError:  # without the neural domain
@@ -347,47 +374,47 @@ def nearest_by_meaning(name: str, candidates: Sequence[str]) -> str | None:
 def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | None = nearest_by_meaning) -> Settled:
     """Resolve ``voxels`` to complete states of the version of ``table``.
 
-    Unknown blocks are replaced (see ``resolve``), neighbour-dependent properties are computed unless the program sets
+    Unknown blocks are replaced (see ``resolve``), neighbor-dependent properties are computed unless the program sets
     them, and the others get defaults.
     """
     table = table or load_table()
     requested = voxels.build
-    found = [Resolved(AIR_STATE)] + [
+    resolved = [Resolved(AIR_STATE)] + [
         resolve(state.name, dict(state.properties), table, similar, place)
         for state, place in zip(requested.palette[1:], voxels.places[1:])
     ]
-    warnings = {warning.message: warning for each in found for warning in each.warnings}
-    build = unified(requested.origin, *_with_neighbours(requested.cells, found, table))
+    warnings = {warning.message: warning for state in resolved for warning in state.warnings}
+    build = unified(requested.origin, *_with_neighbours(requested.cells, resolved, table))
     ignored_words = ignored(voxels)
-    more = (each for each in (ignored_words, voxels.off_cells) if each is not None)
+    more = (warning for warning in (ignored_words, voxels.off_cells) if warning is not None)
     return Settled(build, (*warnings.values(), *more))
 
 
-def _with_neighbours(cells: Cells, found: Sequence[Resolved], table: BlockTable) -> tuple[Cells, list[BlockState]]:
-    """Return the cells with neighbour-dependent states applied, and the states of their indices."""
-    states = [each.state for each in found]
+def _with_neighbours(cells: Cells, resolved: Sequence[Resolved], table: BlockTable) -> tuple[Cells, list[BlockState]]:
+    """Return the cells with neighbor-dependent states applied, and the states of their indices."""
+    states = [one.state for one in resolved]
     kinds = [table.blocks[state.name] for state in states]
     traits = Traits.of(states, kinds)
-    fresh = cells
+    new_cells = cells
     for shape in CONNECTED:
         numbers = np.flatnonzero(traits.shape == shape)
         if not len(numbers):
             continue
         around = Surroundings(cells, _cells_with(cells, numbers, len(states)))
-        own = around.beside((0, 0, 0))
+        current = around.beside((0, 0, 0))
         choices = connected(shape, around, traits)
-        if fresh is cells:
-            fresh = cells.copy()
+        if new_cells is cells:
+            new_cells = cells.copy()
         x, y, z = around.at
-        fresh[x, y, z] = _numbered(own, choices, found, states)
-    return fresh, states
+        new_cells[x, y, z] = _numbered(current, choices, resolved, states)
+    return new_cells, states
 
 
 def _cells_with(cells: Cells, numbers: IntArray, count: int) -> IntArray:
     """Return the cells (3, N) that contain one of ``numbers``."""
     is_selected = np.zeros(count, np.bool_)
     is_selected[numbers] = True
-    slab = max(1, _SLAB // max(1, cells[:1].size))
+    slab = max(1, _BATCH_CELLS // max(1, cells[:1].size))
     parts = []
     for start in range(0, len(cells), slab):
         at = np.array(np.nonzero(is_selected[cells[start : start + slab]]), np.int64)
@@ -396,17 +423,17 @@ def _cells_with(cells: Cells, numbers: IntArray, count: int) -> IntArray:
     return np.concatenate(parts, axis=1)
 
 
-def _numbered(own: IntArray, choices: Choices, found: Sequence[Resolved], states: list[BlockState]) -> IntArray:
+def _numbered(current: IntArray, choices: Choices, resolved: Sequence[Resolved], states: list[BlockState]) -> IntArray:
     """Return the index of each cell's state after applying ``choices``; new states are appended to ``states``."""
-    code = own.copy()
+    code = current.copy()
     for places, values in choices.values():
         code = code * len(values) + places
     _, first, inverse = np.unique(code, return_index=True, return_inverse=True)
-    fresh = []
+    indices = []
     for row in first.tolist():
-        before = found[int(own[row])]
-        made = {name: values[int(places[row])] for name, (places, values) in choices.items()}
-        chosen = {name: value for name, value in made.items() if name not in before.given}
-        fresh.append(len(states))
+        before = resolved[int(current[row])]
+        computed = {name: values[int(places[row])] for name, (places, values) in choices.items()}
+        chosen = {name: value for name, value in computed.items() if name not in before.given}
+        indices.append(len(states))
         states.append(BlockState(before.state.name, tuple(sorted({**dict(before.state.properties), **chosen}.items()))))
-    return np.array(fresh, np.int64)[inverse]
+    return np.array(indices, np.int64)[inverse]

@@ -1,4 +1,4 @@
-"""Export and import of builds: blocks placed by a scene, or voxelised shapes, in the game's file formats."""
+"""Export and import of builds: blocks placed by a scene, or voxelized shapes, in the game's file formats."""
 
 from __future__ import annotations
 
@@ -77,6 +77,7 @@ def write_frames(builds: Sequence[Build], path: Path, version: GameVersion) -> l
 
 
 def _cuboids(build: Build, corner: np.ndarray[Any, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the merged cuboids of a build as the reference's JSON, relative to ``corner``."""
     cuboids = merged(build.cells)
     low = cuboids.low + (np.array(build.origin) - corner)
     for start, end, number in zip(low.tolist(), (low + cuboids.size).tolist(), cuboids.number.tolist()):
@@ -85,13 +86,13 @@ def _cuboids(build: Build, corner: np.ndarray[Any, Any]) -> Iterator[dict[str, A
         yield {"start": start, "end": end, "fill": True, "type": state.name, "properties": properties, "stack": []}
 
 
-# A build as program text: a word for each block state, which places merged cuboids. Evaluating and voxelising the
+# A build as program text: a word for each block state, which places merged cuboids. Evaluating and voxelizing the
 # program gives the same blocks. Properties that the current version lacks, which older files may contain, are dropped;
-# neighbour-dependent ones are written, so that they are preserved.
+# neighbor-dependent ones are written, so that they are preserved.
 
 
-_MAX_SINGLE = 3  # maximum number of single blocks to write among the cuboids
-_MAX_LISTED = 1_000  # maximum cuboids to write as lists; strings of numbers are read forty times as fast
+_MAX_MIXED_SINGLES = 3  # single blocks to write among the cuboids, instead of in a list of their own
+_MAX_LISTED_CUBOIDS = 1_000  # cuboids to write as lists; beyond, strings of numbers, which are read forty times as fast
 
 Rows = Sequence[Sequence[int]]
 
@@ -116,19 +117,21 @@ _HELPERS = {
 
 
 def program_text(build: Build, name: str) -> str:
-    """Return a program that places ``build``, with the root word ``name``; raises SceneError("empty-scene") if it is
-    empty."""
+    """Return a program that places ``build``, with the root word ``name``.
+
+    Raises SceneError("empty-scene") for an empty build.
+    """
     cuboids = merged(with_blocks(build).cells)
     words = _words(build.palette, name)
     rows, ends = _by_number(build, cuboids)
-    written = _listed if len(cuboids) <= _MAX_LISTED else _in_a_string
-    shown = zip(words[1:], build.palette[1:], [0, *ends], ends)
-    bound = [_bound(word, state, rows[start:end], written) for word, state, start, end in shown]
+    written = _listed if len(cuboids) <= _MAX_LISTED_CUBOIDS else _in_a_string
+    pieces = zip(words[1:], build.palette[1:], [0, *ends], ends)
+    bindings = [_bound(word, state, rows[start:end], written) for word, state, start, end in pieces]
     calls = " ".join(f"(call {string_text(word)})" for word in words[1:])
     root = string_text(words[0])
-    helpers = [text for name, text in _HELPERS.items() if any(f"({name} " in piece for piece in bound)]
-    whole = f"(bind {root} (lambda () (union {calls})))\n\n(scene {root})\n"
-    return format_text("\n".join([_head(build, name, len(cuboids)), *helpers, *bound, whole]), INDENTS)
+    helpers = [text for name, text in _HELPERS.items() if any(f"({name} " in piece for piece in bindings)]
+    root_text = f"(bind {root} (lambda () (union {calls})))\n\n(scene {root})\n"
+    return format_text("\n".join([_head(build, name, len(cuboids)), *helpers, *bindings, root_text]), INDENTS)
 
 
 def forgotten(build: Build) -> list[str]:
@@ -163,10 +166,10 @@ def _head(build: Build, name: str, count: int) -> str:
 
 
 def _bound(word: str, state: BlockState, rows: Rows, written: Callable[[Rows], str]) -> str:
-    """Return the binding of a block state's word, which places it in ``rows``, serialised with ``written``."""
+    """Return the binding of a block state's word, which places it in ``rows``, serialized with ``written``."""
     single = [row[:3] for row in rows if row[3:] == [1, 1, 1]]
     larger = [row for row in rows if row[3:] != [1, 1, 1]]
-    if larger and len(single) <= _MAX_SINGLE:
+    if larger and len(single) <= _MAX_MIXED_SINGLES:
         single, larger = [], list(rows)
     message = [f"({string_text(key)} {string_text(value)})" for key, value in _explicit_properties(state).items()]
     block = f"{string_text(state.name.removeprefix(NAMESPACE))} {_quoted(message) if message else 'none'}"
@@ -177,20 +180,23 @@ def _bound(word: str, state: BlockState, rows: Rows, written: Callable[[Rows], s
 
 
 def _quoted(items: Iterable[str]) -> str:
+    """Return items as a quoted list."""
     return f"'({' '.join(items)})"
 
 
 def _listed(rows: Rows) -> str:
+    """Return rows as a quoted list of lists."""
     return _quoted(f"({' '.join(map(str, row))})" for row in rows)
 
 
 def _in_a_string(rows: Rows) -> str:
+    """Return rows as a string of numbers, which the helper `rows` parses."""
     lines = "\n".join(" ".join(map(str, row)) for row in rows)
     return f'(rows {len(rows[0])} "\n{lines}")'
 
 
 def _explicit_properties(state: BlockState) -> Mapping[str, str]:
-    """Return the properties that must be written: those that differ from the defaults or depend on neighbours."""
+    """Return the properties that must be written: those that differ from the defaults or depend on neighbors."""
     kind = _kind(state.name)
     given = dict(state.properties)
     if kind is None:
@@ -244,9 +250,9 @@ def _phrase(key: str, value: str) -> str:
 
 def _unique(word: str, taken: set[str]) -> str:
     """Return ``word``, with a number appended if necessary to be unique, and record it in ``taken``."""
-    free = next(each for each in chain([word], (f"{word} {n}" for n in count(2))) if each not in taken)
-    taken.add(free)
-    return free
+    free_word = next(name for name in chain([word], (f"{word} {n}" for n in count(2))) if name not in taken)
+    taken.add(free_word)
+    return free_word
 
 
 VOXELIZE = Option(
@@ -260,7 +266,7 @@ PALETTE = Option(
     check=palette_of,
 )
 VERSION = Option("mc-version", "target version of Minecraft, 1.13 or later", DEFAULT, check=game_version)
-MAX_FILES = 10_000
+MAX_FILES = 10_000  # frames of an export, each in its file
 
 Write = Callable[[Build, Path, GameVersion], list[Path]]
 
@@ -280,13 +286,14 @@ def build_of(root: Entity, options: BackendOptions, backend: Backend) -> Build:
             f'the scene "{root.word}" places no blocks, so there is nothing to export',
             hint="voxelise its shapes with --voxelize 64" if voxels.others else None,
         )
-    found = settled(voxels)
-    for warning in found.warnings:
+    complete = settled(voxels)
+    for warning in complete.warnings:
         _warn(options, warning)
-    return found.build
+    return complete.build
 
 
 def _warn(options: BackendOptions, warning: Diagnostic | None) -> None:
+    """Report a warning if there is one and a receiver."""
     if warning is not None and options.warn is not None:
         options.warn(warning)
 
@@ -305,10 +312,11 @@ def _exported(backend: Backend, write: Write, scene: Scene, path: Path, options:
         for number, build in enumerate(_builds(backend, roots, options, version), start=1):
             name = path.name if len(roots) == 1 else f"{path.stem}-{number:0{digits}d}{path.suffix}"
             written += write(build, folder / name, version)
-    return [path.parent / one.name for one in written]
+    return [path.parent / file.name for file in written]
 
 
 def _version(backend: Backend, options: BackendOptions) -> GameVersion:
+    """Return the target version, after checking the settings."""
     check_settings(options, [backend])
     return game_version(backend.setting(options, "mc-version"))
 
@@ -316,29 +324,32 @@ def _version(backend: Backend, options: BackendOptions) -> GameVersion:
 def _builds(
     backend: Backend, roots: Sequence[Entity], options: BackendOptions, version: GameVersion
 ) -> Iterator[Build]:
-    """Yield the build of each frame converted to ``version``, with warnings about missing blocks and progress
-    reports."""
+    """Yield the build of each frame converted to ``version``; reports missing blocks and progress."""
     for number, root in enumerate(roots, start=1):
-        found = fitted(build_of(root, options, backend), version)
-        _warn(options, too_new(found.missing, version))
-        yield found.build
+        converted = fitted(build_of(root, options, backend), version)
+        _warn(options, too_new(converted.missing, version))
+        yield converted.build
         if options.progress is not None:
             options.progress(number / len(roots))
 
 
 def _roots(scene: Scene, frame: int | None) -> Sequence[Entity]:
+    """Return the roots of all frames, or of the chosen one."""
     return scene.frames if frame is None else (scene.frames[frame_of(scene, frame)],)
 
 
 def _backend(name: str, doc: str, ending: str, write: Write) -> Backend:
-    def run(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
-        return _exported(made, write, scene, Path(path), options)
+    """Return a backend that writes one file per frame."""
 
-    made = Backend(name, doc, Work.EXPORT, (ending,), run, (VOXELIZE, PALETTE, VERSION), _ACCEPTS)
-    return made
+    def run(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
+        return _exported(backend, write, scene, Path(path), options)
+
+    backend = Backend(name, doc, Work.EXPORT, (ending,), run, (VOXELIZE, PALETTE, VERSION), _ACCEPTS)
+    return backend
 
 
 def _write_program(build: Build, path: Path, _: GameVersion) -> list[Path]:
+    """Write the program text of a build, which no version changes."""
     write_text(path, program_text(build, path.stem))
     return [path]
 
@@ -404,8 +415,8 @@ def imported(path: Path) -> tuple[str, list[Diagnostic]]:
     loaded = read(path)
     if not loaded.build.cells.any():
         raise SceneError("empty-scene", f"`{path}` contains no blocks")
-    found = (_lost(loaded.lost, path), _forgotten(loaded.build, path))
-    return program_text(loaded.build, path.stem), [warning for warning in found if warning is not None]
+    warnings = (_lost(loaded.lost, path), _forgotten(loaded.build, path))
+    return program_text(loaded.build, path.stem), [warning for warning in warnings if warning is not None]
 
 
 def _lost(lost: Lost, path: Path) -> Diagnostic | None:
@@ -421,9 +432,9 @@ def _lost(lost: Lost, path: Path) -> Diagnostic | None:
 
 def _forgotten(build: Build, path: Path) -> Diagnostic | None:
     """Return the warning that lists block states unknown to the current version."""
-    found = forgotten(build)
-    if not found:
+    states = forgotten(build)
+    if not states:
         return None
-    shown = ", ".join(f"`{state}`" for state in found[:8]) + (", .." if len(found) > 8 else "")
+    shown = ", ".join(f"`{state}`" for state in states[:8]) + (", .." if len(states) > 8 else "")
     message = f"`{path}` contains block states that Minecraft {load_table().version} does not have: {shown}"
     return Diagnostic("lost-contents", message)

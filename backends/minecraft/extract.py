@@ -1,7 +1,8 @@
 """Generate the tables of Minecraft blocks from npm's `minecraft-data` and `minecraft-assets`: FOLDER VERSION TARGET.
 
-Run manually for a new version of the game; never imported by the package. ``FOLDER`` contains ``node_modules``. The
-table has one line per block, tab-separated: name, shape, average colour (sRGB), opacity, light, transparent, hardness,
+Run manually for a new version of the game; never imported by the package. The game's textures are not in the
+repository; average colors, shapes and states are facts about blocks and are. ``FOLDER`` contains ``node_modules``. The
+table has one line per block, tab-separated: name, shape, average color (sRGB), opacity, light, transparent, hardness,
 box in sixteenths, properties with all their values, defaults marked by a star.
 """
 
@@ -20,10 +21,10 @@ import numpy as np
 
 from scenelang.backends.minecraft.blocks import RENAMES, variants
 
-# The average colour of a block's faces, from the game's models and textures.
+# The average color of a block's faces, from the game's models and textures.
 
 
-# Tints of grey textures, in a temperate plains biome (sRGB).
+# Tints of gray textures, in a temperate plains biome (sRGB).
 _GRASS, _LEAVES, _WATER = (0x91, 0xBD, 0x59), (0x77, 0xAB, 0x2F), (0x3F, 0x76, 0xE4)
 _TINTS = {
     "birch_leaves": (0x80, 0xA7, 0x55), "spruce_leaves": (0x61, 0x99, 0x61), "lily_pad": (0x20, 0x80, 0x30),
@@ -31,7 +32,8 @@ _TINTS = {
     "vine": _LEAVES, "attached_melon_stem": (0xE0, 0xC7, 0x1C), "attached_pumpkin_stem": (0xE0, 0xC7, 0x1C),
 }  # fmt: skip
 _WOOL_ENDINGS = ("_bed", "_wall_banner", "_banner")  # rendered by code in the game: their models have no faces
-# Earth with a cover: only the top is representative.
+# Earth with a cover: the top face is representative, because it is visible in a meadow. Crops have the ripe plant's
+# color.
 _COVERED = ("grass_block", "mycelium", "podzol", "dirt_path", "farmland", "crimson_nylium", "warped_nylium")
 _FLUID_TEXTURES = {"water": "water_still", "bubble_column": "water_still", "lava": "lava_still"}
 
@@ -45,8 +47,10 @@ class Textures:
         self._states = json.loads((folder / "blocks_states.json").read_text("utf-8"))
 
     def look(self, name: str, properties: Mapping[str, str]) -> tuple[str, float]:
-        """Return the average colour as hexadecimal digits, empty for invisible blocks, and the mean alpha if
-        translucent, else 1."""
+        """Return the average color as hexadecimal digits, and the opacity.
+
+        The color is empty for invisible blocks; the opacity is the mean alpha of translucent blocks, else 1.
+        """
         for ending in _WOOL_ENDINGS:
             wool = name.removesuffix(ending) + "_wool"
             if name.endswith(ending) and wool in self._states:
@@ -68,7 +72,7 @@ class Textures:
         return "".join(f"{n:02x}" for n in color), float(np.mean(alphas))
 
     def is_cross(self, name: str) -> bool:
-        """Whether every model consists of two crossed planes or is a crop."""
+        """Return whether every model consists of two crossed planes or is a crop."""
         models = list(self._chosen(name, {}, every=True))
         parents = [parent for model in models for parent in self._line(model)]
         return any(parent.endswith(("cross", "crop", "tinted_cross", "stem_fruit")) for parent in parents)
@@ -79,7 +83,7 @@ class Textures:
             yield _FLUID_TEXTURES[name], name != "lava"
             return
         particles: list[str] = []
-        found = False
+        has_faces = False
         for model in self._chosen(name, properties):
             textures: dict[str, Any] = {}
             elements: list[Any] = []
@@ -92,12 +96,12 @@ class Textures:
                         continue
                     file = _file(face["texture"], textures)
                     if file is not None:
-                        found = True
+                        has_faces = True
                         yield file, "tintindex" in face
             file = _file("#particle", textures)
             if file is not None:
                 particles.append(file)
-        if not found:
+        if not has_faces:
             yield from ((file, False) for file in particles[:1])
 
     def _chosen(self, name: str, properties: Mapping[str, str], every: bool = False) -> Iterator[str]:
@@ -118,36 +122,41 @@ class Textures:
         path = self._folder / "blocks" / f"{file}.png"
         if not path.exists():
             return None
-        with Image.open(path) as picture:
-            return np.asarray(picture.convert("RGBA"), np.float64).reshape(-1, 4) / 255.0
+        with Image.open(path) as image:
+            return np.asarray(image.convert("RGBA"), np.float64).reshape(-1, 4) / 255.0
 
 
 def _plain(path: str) -> str:
+    """Return a model's path without its prefixes."""
     return path.removeprefix("minecraft:").removeprefix("block/")
 
 
 def _file(texture: str, textures: Mapping[str, Any]) -> str | None:
+    """Return the texture that a reference resolves to, None if it is missing or cyclic."""
     for _ in range(10):
         if not texture.startswith("#") and texture not in textures:
             return _plain(texture)
-        given = textures.get(texture.removeprefix("#"))  # one model omits the `#`
-        if given is None:
+        reference = textures.get(texture.removeprefix("#"))  # one model omits the `#`
+        if reference is None:
             return None
-        texture = given["sprite"] if isinstance(given, dict) else given
+        texture = reference["sprite"] if isinstance(reference, dict) else reference
     return None
 
 
 def _tint(name: str) -> tuple[int, int, int]:
+    """Return the tint of a block's gray textures."""
     if name in _TINTS:
         return _TINTS[name]
     return _LEAVES if name.endswith("_leaves") else _GRASS
 
 
 def _linear(color: Any) -> Any:
+    """Return sRGB values as linear ones."""
     return np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
 
 
 def _encoded(color: Any) -> Any:
+    """Return linear values as sRGB ones."""
     return np.where(color <= 0.0031308, 12.92 * color, 1.055 * color ** (1 / 2.4) - 0.055)
 
 
@@ -168,15 +177,18 @@ def write_table(folder: Path, version: str, out: Path) -> None:
 
 
 def _json(path: Path) -> Any:
+    """Return the content of a JSON file."""
     return json.loads(path.read_text("utf-8"))
 
 
 def _data_version(data: Path, version: str) -> int:
+    """Return the number of a release in files."""
     rows = _json(data / "common/protocolVersions.json")
     return int(next(row["dataVersion"] for row in rows if row["minecraftVersion"] == version))
 
 
 def _fields(block: Row, collisions: Row, textures: Textures) -> list[str]:
+    """Return the fields of a block's line, which ``blocks._kind`` reads."""
     name = block["name"]
     boxes = _boxes(name, block, collisions)
     values = {state["name"]: state.get("values", ["true", "false"]) for state in block["states"]}
@@ -202,9 +214,9 @@ def _fields(block: Row, collisions: Row, textures: Textures) -> list[str]:
 
 def _boxes(name: str, block: Row, collisions: Row) -> list[list[list[float]]]:
     """Return the collision boxes of each state."""
-    found = collisions["blocks"][name]
+    shape_numbers = collisions["blocks"][name]
     count = block["maxStateId"] - block["minStateId"] + 1
-    numbers = [found] * count if isinstance(found, int) else found
+    numbers = [shape_numbers] * count if isinstance(shape_numbers, int) else shape_numbers
     return [collisions["shapes"][str(number)] for number in numbers]
 
 
@@ -218,11 +230,11 @@ def _around(boxes: list[list[float]]) -> list[float]:
 def _defaults(block: Row, values: dict[str, list[str]]) -> dict[str, str]:
     """Return the default value of each property; states are numbered with the last property fastest."""
     number = block["defaultState"] - block["minStateId"]
-    found: dict[str, str] = {}
+    defaults: dict[str, str] = {}
     for name in reversed(values):
         number, place = divmod(number, len(values[name]))
-        found[name] = values[name][place]
-    return found
+        defaults[name] = values[name][place]
+    return defaults
 
 
 _BY_PROPERTIES = (  # the first match decides; names alone do not identify a fence
@@ -236,6 +248,7 @@ _BY_ENDING = (("_fence", "fence"), ("_wall", "wall"), ("_pane", "pane"), ("_bars
 
 
 def _shape(name: str, values: dict[str, list[str]], boxes: list[list[list[float]]], textures: Textures) -> str:
+    """Return the shape of a block: by its properties, its name, or its collision boxes."""
     for required, shape in _BY_PROPERTIES:
         if required <= set(values) and (shape != "slab" or "double" in values["type"]):
             return shape
@@ -244,7 +257,7 @@ def _shape(name: str, values: dict[str, list[str]], boxes: list[list[list[float]
             return shape
     if name in ("water", "lava", "bubble_column"):
         return "fluid"
-    if all(found == [[0, 0, 0, 1, 1, 1]] for found in boxes):
+    if all(state_boxes == [[0, 0, 0, 1, 1, 1]] for state_boxes in boxes):
         return "cube"
     if textures.is_cross(name):
         return "plant"
@@ -285,6 +298,7 @@ def _blocks(folder: Path) -> dict[str, str]:
 
 
 def _properties(states: list[dict[str, Any]]) -> str:
+    """Return the properties of a block's states as text."""
     values = {state["name"]: state.get("values") or _implied_values(state) for state in states}
     return " ".join(f"{name}={'|'.join(map(str, values[name]))}" for name in sorted(values))
 
@@ -297,11 +311,11 @@ def _implied_values(state: dict[str, Any]) -> list[str]:
 def _line(name: str, known: dict[str, dict[str, str]]) -> str:
     """Return the eras of a block; empty if there is only one."""
     former = [old for old, new in RENAMES if new == name]
-    seen: list[tuple[str, str]] = []
+    eras: list[tuple[str, str]] = []
     for release, blocks in known.items():
-        there = next((each for each in (name, *former) if each in blocks), None)
-        seen.append((release, blocks[there] if there is not None else "-"))
-    changes = [seen[0], *(b for a, b in pairwise(seen) if a[1] != b[1])]
+        current = next((alias for alias in (name, *former) if alias in blocks), None)
+        eras.append((release, blocks[current] if current is not None else "-"))
+    changes = [eras[0], *(b for a, b in pairwise(eras) if a[1] != b[1])]
     return "\t".join([name, *(f"{release} {era}".rstrip() for release, era in changes)]) if len(changes) > 1 else ""
 
 

@@ -1,6 +1,6 @@
-"""Voxelisation of arbitrary scenes: filled primitives and meshes in a grid of cells.
+"""Voxelization of arbitrary scenes: filled primitives and meshes in a grid of cells.
 
-A cell is filled if its centre is inside a solid. Parts thinner than a cell, and the surfaces of meshes, fill every cell
+A cell is filled if its center is inside a solid. Parts thinner than a cell, and the surfaces of meshes, fill every cell
 they intersect, so that nothing disappears; the interior of a closed mesh is filled too. Later primitives replace
 earlier ones.
 """
@@ -34,10 +34,10 @@ from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
-MAX_CELLS = 200_000_000
-_SLAB = 1 << 21  # cells or samples processed per batch
-_THIN = 1.5  # cells: anything thinner may pass between cell centres
-_STEP = 0.5  # cells between samples
+MAX_CELLS = 200_000_000  # of a voxelized scene
+_BATCH_CELLS = 1 << 21  # cells or samples processed per batch
+_MIN_THICKNESS = 1.5  # in cells: anything thinner may pass between cell centers
+_SAMPLE_STEP = 0.5  # cells between samples, so that no cell of a thin part is missed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,10 +55,10 @@ class Filled:
 
 
 def filled(root: Entity, longest: int, limit: int = 2_000_000) -> Filled:
-    """Voxelise a scene with ``longest`` cells along the longest side of its bounding box, whose corner is at whole
-    cells.
+    """Voxelize a scene with ``longest`` cells along the longest side of its bounding box.
 
-    Raises SceneError("empty-scene"), and LimitError for more than ``limit`` primitives or too many cells.
+    The corner of the box is at whole cells. Raises SceneError("empty-scene"), and LimitError for more than ``limit``
+    primitives or too many cells.
     """
     drawn = drawn_scene(Scene(root.word, [root], False), limit).root
     box = entity_box(drawn)
@@ -123,21 +123,21 @@ def _fill(cells: Cells, member: _Member, matrix: FloatArray, look: int) -> None:
     widths = 2.0 * np.linalg.svd(linear, compute_uv=False)
     if widths[-1] > 1e-9 * widths[0]:
         _fill_inside(cells, member, linear, center, look)
-    if member.thickness * widths[-1] < _THIN:
+    if member.thickness * widths[-1] < _MIN_THICKNESS:
         for points in _samples(member, linear):
             _mark(cells, points + center, np.full(len(points), look, np.uint32))
 
 
 def _fill_inside(cells: Cells, member: _Member, linear: FloatArray, center: FloatArray, look: int) -> None:
-    """Fill the cells whose centres are inside."""
+    """Fill the cells whose centers are inside a form, batch by batch along x."""
     inverse = np.linalg.inv(linear)
     reach = np.abs(linear).sum(axis=1)
     limit = np.array(cells.shape)
     low = np.clip(np.floor(center - reach), 0, limit).astype(np.int64)
     high = np.clip(np.ceil(center + reach), low, limit).astype(np.int64)
-    slab = max(1, _SLAB // max(1, int((high - low)[1:].prod())))
-    for start in range(int(low[0]), int(high[0]), slab):
-        stop = min(start + slab, int(high[0]))
+    batch = max(1, _BATCH_CELLS // max(1, int((high - low)[1:].prod())))
+    for start in range(int(low[0]), int(high[0]), batch):
+        stop = min(start + batch, int(high[0]))
         axes = (np.arange(start, stop), np.arange(low[1], high[1]), np.arange(low[2], high[2]))
         x, y, z = np.meshgrid(*((a + 0.5 - c) for a, c in zip(axes, center)), indexing="ij", sparse=True)
         u, v, w = (row[0] * x + row[1] * y + row[2] * z for row in inverse)
@@ -146,12 +146,12 @@ def _fill_inside(cells: Cells, member: _Member, linear: FloatArray, center: Floa
 
 
 def _samples(member: _Member, linear: FloatArray) -> Iterator[FloatArray]:
-    """Yield points (K, 3) inside the solid, relative to its centre, at most a step apart."""
-    counts = np.maximum(1, np.ceil(2.0 * np.linalg.norm(linear, axis=0) / _STEP)).astype(np.int64)
+    """Yield points (K, 3) inside the solid, relative to its center, at most a step apart."""
+    counts = np.maximum(1, np.ceil(2.0 * np.linalg.norm(linear, axis=0) / _SAMPLE_STEP)).astype(np.int64)
     a, b, c = (((np.arange(n) + 0.5) / n) * 2.0 - 1.0 for n in counts.tolist())
-    slab = max(1, _SLAB // (len(b) * len(c)))
-    for start in range(0, len(a), slab):
-        u, v, w = (axis.reshape(-1) for axis in np.meshgrid(a[start : start + slab], b, c, indexing="ij"))
+    batch = max(1, _BATCH_CELLS // (len(b) * len(c)))
+    for start in range(0, len(a), batch):
+        u, v, w = (axis.reshape(-1) for axis in np.meshgrid(a[start : start + batch], b, c, indexing="ij"))
         valid = member.contains(u, v, w)
         yield np.stack([u[valid], v[valid], w[valid]], axis=1) @ linear.T
 
@@ -189,26 +189,27 @@ def _fill_mesh(cells: Cells, matrices: FloatArray, looks: IntArray) -> None:
 def _on_triangles(corner: FloatArray, along: FloatArray, up: FloatArray) -> Iterator[tuple[FloatArray, IntArray]]:
     """Yield points (K, 3) on triangles, at most a step apart, and the index of each point's triangle."""
     size = np.maximum(np.linalg.norm(along, axis=1), np.linalg.norm(up, axis=1))
-    steps = np.maximum(1, np.ceil(size / _STEP)).astype(np.int64)
+    steps = np.maximum(1, np.ceil(size / _SAMPLE_STEP)).astype(np.int64)
     for count in np.unique(steps).tolist():
-        mine = np.flatnonzero(steps == count)
+        triangles = np.flatnonzero(steps == count)
         i, j = np.tril_indices(count + 1)
         s, t = (i - j) / count, j / count
-        chunk = max(1, _SLAB // len(s))
-        for start in range(0, len(mine), chunk):
-            rows = mine[start : start + chunk]
+        chunk = max(1, _BATCH_CELLS // len(s))
+        for start in range(0, len(triangles), chunk):
+            rows = triangles[start : start + chunk]
             points = corner[rows, None] + s[:, None] * along[rows, None] + t[:, None] * up[rows, None]
             yield points.reshape(-1, 3), np.repeat(rows, len(s))
 
 
-# Colour matching: families of blocks, and the nearest block to a colour.
+# Color matching: families of blocks, and the nearest block to a color.
 
 
 FAMILIES = ("wool", "concrete", "terracotta", "glass", "planks", "logs", "bricks", "leaves", "powder", "glazed", "all")
 USUAL = "wool,concrete,terracotta,glass"
-_TRANSLUCENT_BELOW = 0.5  # opacity below which a translucent block is used
-_FALLS = ("_powder", "sand", "gravel", "anvil", "dragon_egg")  # blocks that fall, used only if explicitly requested
-_NOT_FOR_ALL = (
+_MAX_TRANSLUCENT_OPACITY = 0.5  # opacity below which a translucent block is used
+_FALLING = ("_powder", "sand", "gravel", "anvil", "dragon_egg")  # blocks that fall, used only if explicitly requested
+# Parts of the names of blocks that the family "all" omits: ores, plants, and blocks with a behavior.
+_EXCLUDED_FROM_ALL = (
     "_ore",
     "infested_",
     "shulker_box",
@@ -226,7 +227,7 @@ _ENDINGS = {"logs": ("_log", "_stem"), "bricks": ("bricks", "_bricks"), "powder"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Palette:
-    """Blocks with their colours: ``points`` (K, 3) in Oklab, ``opacity`` (K,)."""
+    """Blocks with their colors: ``points`` (K, 3) in Oklab, ``opacity`` (K,)."""
 
     states: tuple[BlockState, ...]
     points: FloatArray
@@ -254,17 +255,17 @@ def palette_of(text: str, table: BlockTable | None = None) -> Palette:
 def matched(looks: Looks, palette: Palette) -> IntArray:
     """Return the index in ``palette`` of the nearest block of every look (K,), opaque or translucent like the look.
 
-    Distances are in Oklab with hue weighted double and lightness, which shading changes anyway, half: a bright red
-    should become a red block rather than an orange one.
+    Distances are in Oklab with hue weighted double and lightness half: in plain Oklab a bright red is nearest to orange
+    concrete, and shading changes lightness anyway.
     """
     target = oklab(np.clip(looks.color, 0.0, 1.0))
-    clear = palette.opacity < 1.0
-    found = np.zeros(len(target), np.int64)
+    is_translucent = palette.opacity < 1.0
+    numbers = np.zeros(len(target), np.int64)
     for i, (point, opacity) in enumerate(zip(target, looks.opacity.tolist())):
-        group = clear == (opacity < _TRANSLUCENT_BELOW)
-        candidates = np.flatnonzero(group) if group.any() else np.arange(len(clear))
-        found[i] = candidates[int(np.argmin(_distances(palette.points[candidates], point)))]
-    return found
+        group = is_translucent == (opacity < _MAX_TRANSLUCENT_OPACITY)
+        candidates = np.flatnonzero(group) if group.any() else np.arange(len(is_translucent))
+        numbers[i] = candidates[int(np.argmin(_distances(palette.points[candidates], point)))]
+    return numbers
 
 
 def _distances(points: FloatArray, target: FloatArray) -> FloatArray:
@@ -287,28 +288,30 @@ def _kinds(name: str, table: BlockTable) -> Sequence[BlockKind]:
     """Return the blocks of a family, or the block with that name."""
     cubes = [kind for kind in table.blocks.values() if _is_building_block(kind)]
     if name == "all":
-        return [kind for kind in cubes if kind.opacity == 1.0 and not _has(kind, (*_FALLS, *_NOT_FOR_ALL))]
+        return [kind for kind in cubes if kind.opacity == 1.0 and not _has(kind, (*_FALLING, *_EXCLUDED_FROM_ALL))]
     exact = table.blocks.get(namespaced(name))
     if exact is not None and name not in FAMILIES:
         if not _is_building_block(exact):
             raise SceneError("value", f"`{name}` is not a full cube with a colour")
         return [exact]
     endings = _ENDINGS.get(name, (f"_{name}", f":{name}"))
-    found = [kind for kind in cubes if kind.name.endswith(endings)]
+    kinds = [kind for kind in cubes if kind.name.endswith(endings)]
     if name == "terracotta":
-        found = [kind for kind in found if "glazed" not in kind.name]
-    if not found:
+        kinds = [kind for kind in kinds if "glazed" not in kind.name]
+    if not kinds:
         known = [*FAMILIES, *(kind.name.removeprefix("minecraft:") for kind in cubes)]
         hint = suggest(name, known) or f"expected a family ({', '.join(FAMILIES)}) or a block name"
         raise SceneError("value", f"unknown block or block family `{name}`", hint=hint)
-    return found
+    return kinds
 
 
 def _is_building_block(kind: BlockKind) -> bool:
+    """Return whether a block is a full, visible cube that players can place."""
     return kind.shape == "cube" and kind.color is not None and not kind.is_for_operators and "infested" not in kind.name
 
 
 def _has(kind: BlockKind, parts: tuple[str, ...]) -> bool:
+    """Return whether the name of a block contains one of the parts."""
     return any(part in kind.name for part in parts)
 
 

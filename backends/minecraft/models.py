@@ -56,19 +56,18 @@ Properties = Mapping[str, str]
 
 @dataclass(frozen=True, slots=True)
 class Bar:
-    """The box from ``low`` to ``high``, rotated by ``turn`` degrees around the vertical axis through the cell's
-    centre."""
+    """Box from ``low`` to ``high``, rotated by ``turn`` degrees around the vertical axis through the cell's center."""
 
     low: Point
     high: Point
     turn: float = 0.0
 
     def spans(self, axis: int) -> bool:
-        """Whether the box spans the whole cell along ``axis``."""
+        """Return whether the box spans the whole cell along ``axis``."""
         return self.turn == 0.0 and self.low[axis] == 0.0 and self.high[axis] == 16.0
 
 
-WHOLE = (Bar((0.0, 0.0, 0.0), (16.0, 16.0, 16.0)),)
+WHOLE = (Bar((0.0, 0.0, 0.0), (16.0, 16.0, 16.0)),)  # box of a full block
 
 
 def model_of(state: BlockState, kind: BlockKind) -> tuple[Bar, ...]:
@@ -79,6 +78,7 @@ def model_of(state: BlockState, kind: BlockKind) -> tuple[Bar, ...]:
 
 
 def _bar(x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> Bar:
+    """Return an unrotated box."""
     return Bar((x0, y0, z0), (x1, y1, z1))
 
 
@@ -91,14 +91,17 @@ def _rotated(bar: Bar, quarters: int) -> Bar:
 
 
 def _facing(bars: tuple[Bar, ...], side: str) -> tuple[Bar, ...]:
+    """Return boxes that face north rotated to another side."""
     return tuple(_rotated(bar, SIDES.index(side)) for bar in bars)
 
 
 def _upside_down(bars: tuple[Bar, ...]) -> tuple[Bar, ...]:
+    """Return boxes mirrored top to bottom."""
     return tuple(_bar(*_with_y(bar.low, 16.0 - bar.high[1]), *_with_y(bar.high, 16.0 - bar.low[1])) for bar in bars)
 
 
 def _with_y(point: Point, y: float) -> Point:
+    """Return a point at another height."""
     return point[0], y, point[2]
 
 
@@ -106,10 +109,12 @@ def _with_y(point: Point, y: float) -> Point:
 
 
 def _cube(_: BlockKind, __: Properties) -> tuple[Bar, ...]:
+    """Return a full block."""
     return WHOLE
 
 
 def _slab(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return a slab: a half or the whole cell."""
     low, high = {"bottom": (0, 8), "top": (8, 16), "double": (0, 16)}[has["type"]]
     return (_bar(0, low, 0, 16, high, 16),)
 
@@ -125,30 +130,36 @@ _STEPS = {
 
 
 def _stairs(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return stairs: a bottom slab and steps by their corner."""
     bars = _facing((_bar(0, 0, 0, 16, 8, 16), *_STEPS[has["shape"]]), has["facing"])
     return _upside_down(bars) if has["half"] == "top" else bars
 
 
 def _fence(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return a fence: a post, and two rails to each connected side."""
     arms = (_bar(7, 6, 0, 9, 9, 6), _bar(7, 12, 0, 9, 15, 6))
     return (_bar(6, 0, 6, 10, 16, 10), *_arms(arms, [side for side in SIDES if has[side] == "true"]))
 
 
 def _pane(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return a pane: a thin post, and an arm to each connected side."""
     return (_bar(7, 0, 7, 9, 16, 9), *_arms((_bar(7, 0, 0, 9, 16, 7),), [s for s in SIDES if has[s] == "true"]))
 
 
 def _wall(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return a wall: a post unless it is straight, and low or tall arms."""
     post = (_bar(4, 0, 4, 12, 16, 12),) if has["up"] == "true" else (_bar(5, 0, 5, 11, 14, 11),)
     low = _arms((_bar(5, 0, 0, 11, 14, 8),), [side for side in SIDES if has[side] == "low"])
     return (*post, *low, *_arms((_bar(5, 0, 0, 11, 16, 8),), [side for side in SIDES if has[side] == "tall"]))
 
 
 def _arms(north: tuple[Bar, ...], sides: list[str]) -> tuple[Bar, ...]:
+    """Return boxes that face north, rotated to each of the sides."""
     return tuple(bar for side in sides for bar in _facing(north, side))
 
 
 def _gate(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return a fence gate: two posts and two wings."""
     posts = (_bar(0, 5, 7, 2, 16, 9), _bar(14, 5, 7, 16, 16, 9))
     if has["open"] == "true":
         wings = tuple(_bar(x, y, 1, x + 2, y + 3, 7) for x in (0, 14) for y in (6, 12))
@@ -158,25 +169,26 @@ def _gate(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
 
 
 def _door(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
-    """A closed door is at the side opposite to its facing; an open one at its hinge."""
+    """Return a door: opposite to its facing if closed, at its hinge if open."""
     turn = 0 if has["open"] == "false" else 1 if has["hinge"] == "left" else 3
     return (_rotated(_bar(0, 0, 13, 16, 16, 16), SIDES.index(has["facing"]) + turn),)
 
 
 def _trapdoor(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return a trapdoor: upright if open, else at the top or bottom."""
     if has["open"] == "true":
         return _facing((_bar(0, 0, 13, 16, 16, 16),), has["facing"])
     return (_bar(0, 13, 0, 16, 16, 16) if has["half"] == "top" else _bar(0, 0, 0, 16, 3, 16),)
 
 
 def _fluid(_: BlockKind, has: Properties) -> tuple[Bar, ...]:
-    """Whole cells, except flowing fluids; the game draws sources with air above two sixteenths lower."""
+    """Return a whole cell, or the height of a flowing fluid; the game draws sources below air 2/16 lower."""
     level = int(has.get("level", "0"))
     return (_bar(0, 0, 0, 16, round((8 - level) / 8 * 16), 16),) if 0 < level < 8 else WHOLE
 
 
 def _plant(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
-    """Two thin sheets across the diagonals."""
+    """Return two thin sheets across the diagonals."""
     is_tall = kind.name.endswith(("sugar_cane", "_plant")) or has.get("half") == "lower"
     high = 16.0 if is_tall else 13.0
     sheet = (0.0, 0.0, 7.8), (16.0, high, 8.2)
@@ -215,6 +227,7 @@ _SHEETS = ("up", "down", *SIDES)  # faces on which vines and lichens grow
 
 
 def _thin(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
+    """Return a block without collision by its name, attached and rotated by its properties."""
     if kind.name.endswith(("vine", "lichen", "resin_clump")):
         return tuple(_sheet(side) for side in _SHEETS if has.get(side) == "true") or (_sheet("down"),)
     bars = next((bars for name, bars in _THIN if name in kind.name), _FLAT)
@@ -230,6 +243,7 @@ def _thin(kind: BlockKind, has: Properties) -> tuple[Bar, ...]:
 
 
 def _sheet(side: str) -> Bar:
+    """Return a thin sheet on a face of the cell."""
     if side in ("up", "down"):
         return _bar(0, 15.5, 0, 16, 16, 16) if side == "up" else _bar(0, 0, 0, 16, 0.5, 16)
     return _rotated(_bar(0, 0, 0, 16, 16, 0.5), SIDES.index(side))
@@ -278,21 +292,23 @@ _MODELS: Mapping[str, Callable[[BlockKind, Properties], tuple[Bar, ...]]] = {
 }  # fmt: skip
 
 
-# Entities with cubes instead of the primitives that place blocks. Every entity that contains blocks keeps its position,
-# at whole cells, with its own cubes next to its children; if there are too many entities, those below a level are
-# merged into that level's entities. Identical subtrees are shared.
+# Entities with cubes instead of the primitives that place blocks. Equal neighbors are merged only within the entity
+# whose primitives placed them, so that trees, maps, glTF hierarchies and the viewer's selection keep their parts. Every
+# entity that contains blocks keeps its position, at whole cells, with its own cubes next to its children. Beyond
+# ``MAX_PARTS`` entities, the entities of the deepest level that fits are used, and handles in maps refer to that tree.
+# Identical subtrees are shared.
 
 
-MAX_PARTS = 20_000  # maximum entities of a frame with separate cubes
+MAX_PARTS = 20_000  # entities of a frame with separate cubes
 
 Corner = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class ModelCube:
-    """A box of the instance ``owner`` from ``low`` to ``high`` in the world.
+    """Box of the instance ``owner`` from ``low`` to ``high`` in the world.
 
-    It is rotated by ``turn`` degrees around the vertical axis through its cell's centre. ``primitive`` is a unit cube
+    It is rotated by ``turn`` degrees around the vertical axis through its cell's center. ``primitive`` is a unit cube
     with its look.
     """
 
@@ -318,56 +334,58 @@ class CubeParts:
 
 
 def parts_of(root: Entity, is_block: BoolArray) -> CubeParts:
-    """Return the parts of a frame; ``is_block`` (N,) marks primitives that place blocks. The root is not a
-    primitive."""
+    """Return the assignment of blocks to instances of a frame.
+
+    ``is_block`` (N,) marks the primitives that place blocks. The root is not a primitive.
+    """
     ancestry = ancestry_of(root)
-    below: set[int] = set()
+    with_blocks: set[int] = set()
     for entity in descendants(root):
-        if entity.is_block or any(id(part.car) in below for part in entity.children):
-            below.add(id(entity))
+        if entity.is_block or any(id(part.car) in with_blocks for part in entity.children):
+            with_blocks.add(id(entity))
     is_leaf = np.array([entity.is_primitive for entity in ancestry.nodes])[ancestry.node]
-    has_blocks = np.array([id(entity) in below for entity in ancestry.nodes])[ancestry.node] & ~is_leaf
-    at_or_above = np.cumsum(np.bincount(ancestry.depth[has_blocks], minlength=1))
-    depth = max(0, int(np.searchsorted(at_or_above, MAX_PARTS, side="right")) - 1)
+    has_blocks = np.array([id(entity) in with_blocks for entity in ancestry.nodes])[ancestry.node] & ~is_leaf
+    instances_up_to = np.cumsum(np.bincount(ancestry.depth[has_blocks], minlength=1))
+    depth = max(0, int(np.searchsorted(instances_up_to, MAX_PARTS, side="right")) - 1)
     parents = ancestry.parent[ancestry.primitives[is_block]]
     return CubeParts(ancestry, depth, ancestry.at_depth(depth)[parents], has_blocks)
 
 
 def rebuilt(parts: CubeParts, cubes: Iterable[ModelCube]) -> Entity:
-    """Return the root with ``cubes``, and everything that is not a block unchanged."""
+    """Return the root with ``cubes`` instead of the primitives that place blocks; all others are unchanged."""
     ancestry = parts.ancestry
     anchors = np.trunc(ancestry.poses[:, :, 3])
     inside: defaultdict[int, list[Pair]] = defaultdict(list)
     for cube in cubes:
         inside[cube.owner].append(Pair(cube.primitive, _pose(cube, anchors[cube.owner])))
     _keep_others(parts, anchors, inside)
-    twins: dict[object, Entity] = {}
+    shared: dict[object, Entity] = {}
     for i in np.flatnonzero(parts.has_blocks & (ancestry.depth <= parts.depth))[::-1].tolist():
         children = tuple(inside.pop(i, ()))
         if not children and i:
             continue
         key = int(ancestry.node[i]), tuple((id(part.car), part.cdr) for part in children)
-        if key not in twins:
+        if key not in shared:
             entity = ancestry.entity(i)
-            twins[key] = Entity(entity.word, entity.embedding, children)
+            shared[key] = Entity(entity.word, entity.embedding, children)
         if i == 0:
-            return twins[key]
-        above = int(ancestry.parent[i])
-        inside[above].insert(0, Pair(twins[key], pose.translation(*(anchors[i] - anchors[above]).tolist())))
+            return shared[key]
+        parent = int(ancestry.parent[i])
+        inside[parent].insert(0, Pair(shared[key], pose.translation(*(anchors[i] - anchors[parent]).tolist())))
     raise AssertionError("the root has blocks below it")
 
 
 def _keep_others(parts: CubeParts, anchors: FloatArray, inside: defaultdict[int, list[Pair]]) -> None:
-    """Move the topmost entities without blocks to the instances that contain them."""
+    """Add the topmost entities without blocks to the instances that contain them."""
     ancestry = parts.ancestry
-    beside = parts.has_blocks[ancestry.parent] & (ancestry.parent >= 0)
-    blocks = np.array([entity.is_block for entity in ancestry.nodes])[ancestry.node]
-    others = np.flatnonzero(beside & ~parts.has_blocks & ~blocks)
+    is_child = parts.has_blocks[ancestry.parent] & (ancestry.parent >= 0)
+    is_block = np.array([entity.is_block for entity in ancestry.nodes])[ancestry.node]
+    others = np.flatnonzero(is_child & ~parts.has_blocks & ~is_block)
     owners = ancestry.at_depth(parts.depth)[ancestry.parent[others]]
     for i, owner in zip(others.tolist(), owners.tolist()):
-        moved = ancestry.poses[i].copy()
-        moved[:, 3] -= anchors[owner]
-        inside[owner].append(Pair(ancestry.entity(i), Matrix(moved.ravel().tolist())))
+        local_pose = ancestry.poses[i].copy()
+        local_pose[:, 3] -= anchors[owner]
+        inside[owner].append(Pair(ancestry.entity(i), Matrix(local_pose.ravel().tolist())))
 
 
 def _pose(cube: ModelCube, anchor: FloatArray) -> Matrix:
@@ -381,23 +399,23 @@ def _pose(cube: ModelCube, anchor: FloatArray) -> Matrix:
     return pose.compose(pose.rotation(np.radians(cube.turn), (0.0, 1.0, 0.0), (np.floor(low) + 0.5).tolist()), placed)
 
 
-# Builds as coloured cubes, for renderers without support for blocks. The final contents of the cells are drawn in the
-# average colours of the blocks: equal neighbours merged, slabs, stairs, fences and the like with their shapes, glass
+# Builds as colored cubes, for renderers without support for blocks. The final contents of the cells are drawn in the
+# average colors of the blocks: equal neighbors merged, slabs, stairs, fences and the like with their shapes, glass
 # and water with their opacity. Each cell belongs to the entity whose primitives placed it, so that the scene's parts
 # are preserved.
 
 
-MAX_CELLS = 64_000_000
-_SLAB = 1 << 22  # cells processed per batch
+MAX_CELLS = 64_000_000  # of a build that is drawn
+_BATCH_CELLS = 1 << 22  # cells processed per batch
 
 
 @dataclass(frozen=True, slots=True)
 class _Ink:
-    """What a primitive places: the requested block, and the look that the program sets."""
+    """Block that a primitive requests, its look, and the attributes that the program sets itself."""
 
     state: BlockState
     look: Look
-    given: frozenset[str]
+    overrides: frozenset[str]
 
 
 def as_cubes(scene: Scene, limit: int, warn: Callable[[Diagnostic], None] | None) -> Scene:
@@ -415,6 +433,10 @@ def as_cubes(scene: Scene, limit: int, warn: Callable[[Diagnostic], None] | None
 
 
 def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]:
+    """Return a frame with its blocks as cubes, and the warnings about replaced blocks.
+
+    Cells are painted with the number of a pair of instance and primitive, so that merged cuboids know both.
+    """
     if root.is_primitive:
         root = Entity(root.word, ANONYMOUS, (Pair(root, IDENTITY),))
     _check(primitive_count(root), limit, "primitives")
@@ -424,7 +446,7 @@ def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]
     inks = [_ink(primitive) for primitive in blocks.primitives]
     pairs, number = np.unique(parts.owner * len(inks) + blocks.index, return_inverse=True)
     owners, ink = pairs // len(inks), pairs % len(inks)
-    is_air = np.array([each.state == AIR_STATE for each in inks], np.bool_)
+    is_air = np.array([placed.state == AIR_STATE for placed in inks], np.bool_)
     low, size = first_cells(blocks), whole_sizes(blocks)
     hollow = np.array([is_hollow(p) for p in blocks.primitives], np.bool_)
     laid_number = np.where(is_air[blocks.index], AIR, number.reshape(-1) + 1)
@@ -445,25 +467,28 @@ def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]
 
 
 def _check(count: int, limit: int, what: str) -> None:
+    """Raise LimitError if a build has too many ``what``."""
     if count > limit:
         message = f"the build has {count:,} {what}, more than the limit of {limit:,}"
         raise LimitError("primitives", message, hint="draw a part of it, or export it to a Minecraft file")
 
 
 def _ink(primitive: Entity) -> _Ink:
-    given = {name for name, value in primitive.embedding.attributes.items() if value is not None}
-    return _Ink(asked_state(primitive), look_of(primitive), frozenset(given))
+    """Return what a primitive places; raises SceneError for an invalid block."""
+    overrides = {name for name, value in primitive.embedding.attributes.items() if value is not None}
+    return _Ink(asked_state(primitive), look_of(primitive), frozenset(overrides))
 
 
-# --- contents of the cells
-# ---------------------------------------------------------------------------------------------
+# --- contents of the cells ------------------------------------------------------------------------------------------
 
 
 def _states(
     cells: Cells, inks: Sequence[_Ink], places: Sequence[Span | None]
 ) -> tuple[Cells, tuple[BlockState, ...], tuple[Diagnostic, ...]]:
-    """Return the palette index of each cell's complete state, with neighbours resolved, and warnings about
-    replacements."""
+    """Return the palette index of each cell's complete state, the palette, and warnings about replacements.
+
+    Properties that depend on neighbors are resolved.
+    """
     requested: dict[BlockState, int] = {AIR_STATE: AIR}
     first: list[Span | None] = [None]
     used = np.unique(cells)
@@ -475,21 +500,21 @@ def _states(
             first.append(places[n - 1])
         numbers[n] = requested[state]
     build = Build((0, 0, 0), numbers[cells], tuple(requested))
-    found = settled(Voxels(build, tuple(first), ()))
-    return found.build.cells, found.build.palette, found.warnings
+    resolved = settled(Voxels(build, tuple(first), ()))
+    return resolved.build.cells, resolved.build.palette, resolved.warnings
 
 
 def _combined(pairs: Cells, states: Cells) -> tuple[Cells, IntArray, IntArray]:
-    """Combine placed ink and resulting state into one index; returns the cells, and both parts per index (0 is air)."""
+    """Combine the ink and the state of each cell into one index; returns the indices, and both per index (0 is air)."""
     span = int(states.max(initial=0)) + 1
-    slab = max(1, _SLAB // max(1, pairs[:1].size))
-    starts = range(0, len(pairs), slab)
-    codes = [pairs[s : s + slab].astype(np.int64) * span + states[s : s + slab] for s in starts]
-    known = np.unique(np.concatenate([np.zeros(1, np.int64), *map(np.unique, codes)]))
-    fresh = np.empty(pairs.shape, np.uint32)
+    batch = max(1, _BATCH_CELLS // max(1, pairs[:1].size))
+    starts = range(0, len(pairs), batch)
+    codes = [pairs[s : s + batch].astype(np.int64) * span + states[s : s + batch] for s in starts]
+    distinct = np.unique(np.concatenate([np.zeros(1, np.int64), *map(np.unique, codes)]))
+    indices = np.empty(pairs.shape, np.uint32)
     for start, code in zip(starts, codes):
-        fresh[start : start + slab] = np.searchsorted(known, code)
-    return fresh, known // span, known % span
+        indices[start : start + batch] = np.searchsorted(distinct, code)
+    return indices, distinct // span, distinct % span
 
 
 # --- cubes -----------------------------------------------------------------------------------------------------------
@@ -506,33 +531,39 @@ class _Looks:
         self.primitive = cache(self._primitive)
 
     def _model(self, state: int) -> tuple[Bar, ...]:
+        """Return the boxes of a state."""
         return model_of(self._palette[state], self._kinds[state])
 
     def _primitive(self, ink: int, state: int, place: Span | None) -> Entity:
+        """Return the unit cube of a state with the look of an ink."""
         kind = self._kinds[state]
         return _cube_of(kind.name.removeprefix("minecraft:"), _look(self._inks[ink], kind), place)
 
 
 def _look(ink: _Ink, kind: BlockKind) -> Look:
-    """Return the block's colour and opacity, overridden by those that the program sets."""
+    """Return the block's color and opacity, overridden by those that the program sets."""
     look = ink.look
     red, green, blue = from_srgb(np.array(kind.color or (0, 0, 0)) / 255.0).tolist()
-    color = look.color if "color" in ink.given else (red, green, blue)
-    opacity = look.opacity if "opacity" in ink.given else kind.opacity
+    color = look.color if "color" in ink.overrides else (red, green, blue)
+    opacity = look.opacity if "opacity" in ink.overrides else kind.opacity
     return Look(color, look.emission, opacity, look.roughness, look.metallic, look.ior)
 
 
 def _cube_of(word: str, look: Look, place: Span | None) -> Entity:
     """Return a unit cube with the given look."""
-    given = {"opacity": look.opacity, "roughness": look.roughness, "metallic": look.metallic, "ior": look.ior}
-    attributes: dict[str, Any] = {n: v for n, v in given.items() if v is not None and (n, v) not in _PLAIN}
+    look_attributes = {"opacity": look.opacity, "roughness": look.roughness, "metallic": look.metallic, "ior": look.ior}
+    attributes: dict[str, Any] = {
+        name: value
+        for name, value in look_attributes.items()
+        if value is not None and (name, value) not in _DEFAULT_ATTRIBUTES
+    }
     if any(look.emission):
         attributes["emission"] = Vector(look.emission)
     embedding = Embedding(attributes={"color": Vector(look.color), **attributes})
     return Entity(word, embedding, (), CubeShape(color=look.color), call_sites=(place,) if place else ())
 
 
-_PLAIN = (("opacity", 1.0), ("metallic", 0.0))
+_DEFAULT_ATTRIBUTES = (("opacity", 1.0), ("metallic", 0.0))  # attributes that are omitted because they are defaults
 
 
 def _cubes(

@@ -1,7 +1,9 @@
 """NBT ("named binary tags"), the game's binary format: robust reading of untrusted files, and writing.
 
 Tags become plain values: numbers ``int`` and ``float``, strings ``str``, compounds ``dict``, arrays and lists of
-numbers numpy arrays of big-endian numbers, other lists ``list``.
+numbers numpy arrays of big-endian numbers, other lists ``list``. The format is described at
+https://minecraft.wiki/w/NBT_format. nbtlib is not used because its reader cannot limit depth, size or time; the tests
+compare this one with nbtlib and mcschematic.
 """
 
 from __future__ import annotations
@@ -31,59 +33,59 @@ class Damaged(Exception):
 
 
 Triple = tuple[int, int, int]
-_MAX_COORDINATE = 1 << 31  # cells from the origin: the range of the file's integers
+_MAX_COORDINATE = 1 << 31  # cells from the origin: the range of 32-bit integers in files
 
 
 def compound(tag: Mapping[str, Any], name: str) -> dict[str, Any]:
     """Return the compound ``name``; raises Damaged."""
-    found = tag.get(name)
-    if not isinstance(found, dict):
+    value = tag.get(name)
+    if not isinstance(value, dict):
         raise Damaged(f"missing compound `{name}`")
-    return found
+    return value
 
 
 def whole(tag: Mapping[str, Any], name: str) -> int:
     """Return the integer ``name``; raises Damaged."""
-    found = tag.get(name)
-    if not isinstance(found, int):
+    value = tag.get(name)
+    if not isinstance(value, int):
         raise Damaged(f"missing integer `{name}`")
-    return found
+    return value
 
 
 def array(tag: Mapping[str, Any], name: str, bits: int) -> npt.NDArray[Any]:
     """Return the array ``name`` of ``bits``-bit integers; raises Damaged."""
-    found = tag.get(name)
-    if not isinstance(found, np.ndarray) or found.dtype.kind != "i" or found.dtype.itemsize * 8 != bits:
+    value = tag.get(name)
+    if not isinstance(value, np.ndarray) or value.dtype.kind != "i" or value.dtype.itemsize * 8 != bits:
         raise Damaged(f"missing array `{name}` of {bits}-bit integers")
-    return found
+    return value
 
 
 def listed(tag: Mapping[str, Any], name: str) -> list[Any]:
     """Return the list ``name`` of compounds or lists; raises Damaged."""
-    found = tag.get(name)
-    if not isinstance(found, list):
+    value = tag.get(name)
+    if not isinstance(value, list):
         raise Damaged(f"missing list `{name}`")
-    return found
+    return value
 
 
 def how_many(tag: Mapping[str, Any], *names: str) -> int:
     """Return the total number of items in the existing lists with these names."""
-    return sum(len(found) for name in names if isinstance(found := tag.get(name), list))
+    return sum(len(items) for name in names if isinstance(items := tag.get(name), list))
 
 
 def triple_of_array(tag: Mapping[str, Any], name: str) -> Triple:
     """Return the three ints of the array or list ``name``; raises Damaged."""
-    found = array(tag, name, 32)
-    if len(found) != 3:
+    numbers = array(tag, name, 32)
+    if len(numbers) != 3:
         raise Damaged(f"`{name}` must be three numbers")
-    x, y, z = found.tolist()
+    x, y, z = numbers.tolist()
     return x, y, z
 
 
 def triple_of_compound(tag: Mapping[str, Any], name: str) -> Triple:
     """Return the ints ``x``, ``y`` and ``z`` of the compound ``name``; raises Damaged."""
-    found = compound(tag, name)
-    x, y, z = (whole(found, axis) for axis in "xyz")
+    coordinates = compound(tag, name)
+    x, y, z = (whole(coordinates, axis) for axis in "xyz")
     if any(not -_MAX_COORDINATE <= n < _MAX_COORDINATE for n in (x, y, z)):
         raise Damaged(f"`{name}` is out of range")
     return x, y, z
@@ -103,8 +105,8 @@ def checked_size(size: Triple) -> Triple:
 
 
 _BYTE, _SHORT, _INT, _LONG, _STRING, _LIST, _COMPOUND = 1, 2, 3, 4, 8, 9, 10  # tag types
-_MAX_BATCH = 1 << 22  # bytes processed per batch
-_MAX_FIELDS = 16  # maximum fields of a compound for the fast path
+_BATCH_BYTES = 1 << 22  # processed per batch
+_MAX_FIELDS = 16  # of a compound for the fast path
 
 
 def rows_like(first: Mapping[str, Any], size: int, data: bytes, at: int, count: int) -> list[dict[str, Any]]:
@@ -124,20 +126,22 @@ def rows_like(first: Mapping[str, Any], size: int, data: bytes, at: int, count: 
     layout = np.dtype([*fields, ("end", np.uint8)])
     if layout.itemsize != size:
         return []
-    rows = np.frombuffer(data, layout, min(count, 1 + _MAX_BATCH // size, (len(data) - at) // size), at)
-    alike = rows["end"] == 0
+    rows = np.frombuffer(data, layout, min(count, 1 + _BATCH_BYTES // size, (len(data) - at) // size), at)
+    is_alike = rows["end"] == 0
     for i, head in enumerate(heads):
-        alike &= (rows[f"head{i}"] == np.frombuffer(head, np.uint8)).all(axis=1)
-    rows = rows[: len(rows) if alike.all() else int(np.argmin(alike))]
+        is_alike &= (rows[f"head{i}"] == np.frombuffer(head, np.uint8)).all(axis=1)
+    rows = rows[: len(rows) if is_alike.all() else int(np.argmin(is_alike))]
     columns = [_column(rows[f"value{i}"]) for i in range(len(values))]
     return [dict(zip(first, row)) for row in zip(*columns)]
 
 
 def _column(values: np.ndarray[Any, Any]) -> list[Any]:
+    """Return the values of a field of all rows."""
     return values.tolist() if values.ndim == 1 else list(values)
 
 
 def _is_ints(value: Any) -> bool:
+    """Return whether a value is a list of 32-bit integers."""
     return isinstance(value, np.ndarray) and value.dtype == np.dtype(">i4") and len(value) > 0
 
 
@@ -150,10 +154,10 @@ def _head(name: str, value: Any) -> bytes:
 
 
 LARGEST = 512_000_000  # bytes, compressed and uncompressed
-MAX_TAGS = 8_000_000
+MAX_TAGS = 8_000_000  # of a file
 DEEPEST = 200  # nesting of lists and compounds; each level is a recursive call
-_MIN_RUN = 16  # compounds for which the fast path does not pay
-_MAX_TRIES = 200  # unsuccessful attempts at the fast path per list
+_MIN_FAST_RUN = 16  # compounds for which the fast path does not pay
+_MAX_FAST_FAILURES = 200  # unsuccessful attempts at the fast path per list
 _NUMBERS = {1: Struct(">b"), 2: Struct(">h"), 3: Struct(">i"), 4: Struct(">q"), 5: Struct(">f"), 6: Struct(">d")}
 _TYPES = {kind: np.dtype(name) for kind, name in enumerate((">i1", ">i2", ">i4", ">i8", ">f4", ">f8"), 1)}
 _ARRAYS = {7: _TYPES[1], 11: _TYPES[3], 12: _TYPES[4]}
@@ -181,14 +185,14 @@ def _unpacked(data: bytes, largest: int) -> bytes:
         return data
     unpacker = zlib.decompressobj(wbits=47)  # gzip or zlib, detected automatically
     try:
-        found = unpacker.decompress(data, largest + 1)
+        unpacked = unpacker.decompress(data, largest + 1)
     except zlib.error:
         raise Damaged("corrupt compressed data") from None
-    if len(found) > largest:
+    if len(unpacked) > largest:
         raise Damaged(f"decompresses to more than the limit of {largest:,} bytes")
     if not unpacker.eof:
         raise Damaged("unexpected end of data")
-    return found
+    return unpacked
 
 
 class _Reader:
@@ -210,13 +214,14 @@ class _Reader:
 
     def compound(self, depth: int) -> dict[str, Any]:
         """Read a compound at nesting level ``depth``."""
-        found: dict[str, Any] = {}
+        fields: dict[str, Any] = {}
         while kind := self.kind():
             name = self.text()
-            found[name] = self._payload(kind, depth)
-        return found
+            fields[name] = self._payload(kind, depth)
+        return fields
 
     def _payload(self, kind: int, depth: int) -> Any:
+        """Read the value of a tag; raises Damaged for too many or too deeply nested tags."""
         self._tags -= 1
         if self._tags < 0:
             raise Damaged(f"more than the limit of {MAX_TAGS:,} tags")
@@ -236,6 +241,7 @@ class _Reader:
         raise Damaged(f"unknown tag type {kind}")
 
     def _list(self, depth: int) -> Any:
+        """Read a list; a list of numbers becomes an array."""
         kind, count = self.kind(), self._count()
         if not count:
             return []
@@ -247,24 +253,26 @@ class _Reader:
 
     def _compounds(self, count: int, depth: int) -> list[dict[str, Any]]:
         """Read ``count`` compounds, using the fast path for runs of equal layout as long as that pays."""
-        found: list[dict[str, Any]] = []
-        tries = _MAX_TRIES
-        while len(found) < count:
+        compounds: list[dict[str, Any]] = []
+        remaining_tries = _MAX_FAST_FAILURES
+        while len(compounds) < count:
             start = self._at
-            found.append(self._payload(_COMPOUND, depth))
-            if tries and count - len(found) > _MIN_RUN:
+            compounds.append(self._payload(_COMPOUND, depth))
+            if remaining_tries and count - len(compounds) > _MIN_FAST_RUN:
                 size = self._at - start
-                alike = rows_like(found[-1], size, self._data, self._at, count - len(found))
-                tries -= len(alike) < _MIN_RUN
+                alike = rows_like(compounds[-1], size, self._data, self._at, count - len(compounds))
+                remaining_tries -= len(alike) < _MIN_FAST_RUN
                 self._at += size * len(alike)
-                self._tags -= len(alike) * (1 + len(found[-1]))
-                found += alike
-        return found
+                self._tags -= len(alike) * (1 + len(compounds[-1]))
+                compounds += alike
+        return compounds
 
     def _array(self, dtype: np.dtype[Any], count: int) -> npt.NDArray[Any]:
+        """Read an array of ``count`` numbers."""
         return np.frombuffer(self._take(count * dtype.itemsize), dtype)
 
     def _count(self) -> int:
+        """Read a length; negative ones count as 0, as in the game."""
         return max(0, int(_COUNT.unpack(self._take(4))[0]))
 
     def _take(self, count: int) -> bytes:
@@ -281,7 +289,7 @@ class _Reader:
 # first item, ``Compounds`` a list of compounds.
 
 
-_LEVEL = 5  # of gzip: a higher level takes twice as long for a few percent
+_GZIP_LEVEL = 5  # of gzip: a higher level takes twice as long for a few percent
 _ARRAYS_BY_SIZE = {1: (7, ">i1"), 4: (11, ">i4"), 8: (12, ">i8")}  # by item size in bytes
 
 
@@ -299,7 +307,7 @@ class Long(int):
 
 @dataclass(frozen=True, slots=True)
 class Compounds:
-    """A list of ``count`` serialised compounds."""
+    """A list of ``count`` serialized compounds."""
 
     count: int
     data: bytes
@@ -310,13 +318,14 @@ def write_nbt(path: Path, name: str, root: Mapping[str, Any]) -> None:
     with (
         atomic_write(path) as temporary,
         temporary.open("wb") as file,
-        gzip.GzipFile("", "wb", _LEVEL, file, mtime=0) as packed,
+        gzip.GzipFile("", "wb", _GZIP_LEVEL, file, mtime=0) as packed,
     ):
         for piece in (bytes([_COMPOUND]), _text(name), *_payload(root)):
             packed.write(piece)
 
 
 def _kind(value: Any) -> int:
+    """Return the tag type of a value."""
     if isinstance(value, np.ndarray):
         return _ARRAYS_BY_SIZE[value.dtype.itemsize][0]
     kinds = {Byte: _BYTE, Short: _SHORT, Long: _LONG, int: _INT, str: _STRING, dict: _COMPOUND}
@@ -324,6 +333,7 @@ def _kind(value: Any) -> int:
 
 
 def _payload(value: Any) -> Iterator[bytes]:
+    """Yield the bytes of a value without its type and name."""
     kind = _kind(value)
     if kind == _COMPOUND:
         for name, item in value.items():
@@ -342,6 +352,7 @@ def _payload(value: Any) -> Iterator[bytes]:
 
 
 def _list(value: list[Any] | Compounds) -> Iterator[bytes]:
+    """Yield the bytes of a list."""
     if isinstance(value, Compounds):
         yield pack(">bi", _COMPOUND if value.count else 0, value.count)
         yield value.data
@@ -366,22 +377,25 @@ Numbers = npt.NDArray[np.uint32]
 Bytes = npt.NDArray[np.uint8]
 Longs = npt.NDArray[np.uint64]
 
-_GROUP = 64  # 64 numbers of n bits fill exactly n longs
-_SLAB = 1 << 20  # numbers processed per batch
-_MAX_VARINT = 5  # maximum bytes of a 32-bit number, with seven bits each
+_GROUP_SIZE = 64  # numbers: 64 numbers of n bits fill exactly n longs
+_BATCH_NUMBERS = 1 << 20  # numbers processed per batch
+_MAX_VARINT_BYTES = 5  # bytes of a 32-bit number, with seven bits each
 
 
 def varints(numbers: Numbers) -> Bytes:
-    """Encode ``numbers`` (N,) as LEB128: seven bits per byte, lowest first, the high bit set except in the last
-    byte."""
+    """Encode ``numbers`` (N,) as LEB128.
+
+    That is seven bits per byte, lowest first, with the high bit set except in the last byte.
+    """
     if not len(numbers) or int(numbers.max()) < 0x80:
         return numbers.astype(np.uint8)
-    return np.concatenate([_varints(numbers[i : i + _SLAB]) for i in range(0, len(numbers), _SLAB)])
+    return np.concatenate([_varints(numbers[i : i + _BATCH_NUMBERS]) for i in range(0, len(numbers), _BATCH_NUMBERS)])
 
 
 def _varints(numbers: Numbers) -> Bytes:
+    """Encode one batch of numbers, one byte position after the other."""
     lengths = np.ones(len(numbers), np.int64)
-    for n in range(1, _MAX_VARINT):
+    for n in range(1, _MAX_VARINT_BYTES):
         lengths += numbers >= np.uint32(1 << (7 * n))
     starts = np.cumsum(lengths) - lengths
     out = np.zeros(int(lengths.sum()), np.uint8)
@@ -401,15 +415,16 @@ def from_varints(data: Bytes, count: int) -> Numbers:
         return data.astype(np.uint32)
     numbers = np.empty(count, np.uint32)
     ends = np.flatnonzero(last)
-    for at in range(0, count, _SLAB):
-        part = ends[at : at + _SLAB]
+    for at in range(0, count, _BATCH_NUMBERS):
+        part = ends[at : at + _BATCH_NUMBERS]
         starts = np.concatenate(([ends[at - 1] + 1 if at else 0], part[:-1] + 1))
         numbers[at : at + len(part)] = _from_varints(data, starts, part - starts + 1)
     return numbers
 
 
 def _from_varints(data: Bytes, starts: npt.NDArray[np.int64], lengths: npt.NDArray[np.int64]) -> Numbers:
-    if int(lengths.max()) > _MAX_VARINT:
+    """Decode one batch of numbers that begin at ``starts`` and have ``lengths`` bytes."""
+    if int(lengths.max()) > _MAX_VARINT_BYTES:
         raise Damaged("a block index is encoded in too many bytes")
     numbers = np.zeros(len(starts), np.uint32)
     for n in range(int(lengths.max())):
@@ -425,9 +440,9 @@ def long_count(count: int, bits: int) -> int:
 
 def packed_longs(numbers: Numbers, bits: int) -> Longs:
     """Pack ``numbers`` (N,) of ``bits`` bits into longs, lowest bits first; numbers may span two longs."""
-    out = np.zeros((-(-len(numbers) // _GROUP), bits), np.uint64)
-    for i in range(_GROUP):
-        column = numbers[i::_GROUP].astype(np.uint64)
+    out = np.zeros((-(-len(numbers) // _GROUP_SIZE), bits), np.uint64)
+    for i in range(_GROUP_SIZE):
+        column = numbers[i::_GROUP_SIZE].astype(np.uint64)
         word, shift = divmod(i * bits, 64)
         out[: len(column), word] |= column << np.uint64(shift)
         if shift + bits > 64:
@@ -439,13 +454,13 @@ def from_packed_longs(longs: Longs, count: int, bits: int) -> Numbers:
     """Unpack ``count`` numbers packed by ``packed_longs``; raises Damaged if ``longs`` is too short."""
     if len(longs) < long_count(count, bits):
         raise Damaged(f"the number of its blocks does not match its size of {count:,} cells")
-    groups = -(-count // _GROUP)
+    groups = -(-count // _GROUP_SIZE)
     rows = np.zeros(groups * bits, np.uint64)
     rows[: min(len(longs), len(rows))] = longs[: len(rows)]
     table = rows.reshape(groups, bits)
-    numbers = np.empty((groups, _GROUP), np.uint32)
+    numbers = np.empty((groups, _GROUP_SIZE), np.uint32)
     mask = np.uint64((1 << bits) - 1)
-    for i in range(_GROUP):
+    for i in range(_GROUP_SIZE):
         word, shift = divmod(i * bits, 64)
         column = table[:, word] >> np.uint64(shift)
         if shift + bits > 64:

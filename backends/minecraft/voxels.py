@@ -1,4 +1,4 @@
-"""Voxelisation of entities that place blocks (the paper, appendix "Minecraft Renderer").
+"""Voxelization of entities that place blocks (the paper, appendix "Minecraft Renderer").
 
 The rules are those of the reference implementation: a cuboid begins at its position, truncated toward zero, and its
 size in cells is ``:scale`` times the scale of its pose. Cuboids are placed in program order, later ones replacing
@@ -58,15 +58,15 @@ def asked_state(entity: Entity) -> BlockState:
     name = entity.embedding.attributes.get("block-type")
     if not isinstance(name, str) or not name.strip():
         raise _problem(entity, "block-type", 'the name of a block, such as "stone"')
-    within = _WITH_STATE.fullmatch(name.strip())
-    given = _pairs_of_text(within[2]) if within else {}
+    match = _WITH_STATE.fullmatch(name.strip())
+    given = _pairs_of_text(match[2]) if match else {}
     state = tuple(sorted({**given, **properties_of(entity)}.items()))
-    block = namespaced(within[1] if within else name)
+    block = namespaced(match[1] if match else name)
     return AIR_STATE if block in NOTHING else BlockState(block, state)
 
 
 def is_hollow(entity: Entity) -> bool:
-    """Whether only the six faces are placed; raises SceneError("attribute") if ``:fill`` is not a boolean."""
+    """Return whether only the six faces are placed; raises SceneError("attribute") if ``:fill`` is not a boolean."""
     fill = entity.embedding.attributes.get("fill")
     if fill is not None and not isinstance(fill, bool):
         raise _problem(entity, "fill", "#t or #f")
@@ -94,11 +94,13 @@ def properties_of(entity: Entity) -> dict[str, str]:
 
 
 def _pairs_of_text(text: str) -> dict[str, str]:
+    """Return the properties in the game's notation: ``axis=x,lit=true``."""
     pairs = [pair.partition("=") for pair in text.split(",") if pair.strip()]
     return {_text(name): _text(value) for name, _, value in pairs}
 
 
 def _pairs(given: Any) -> dict[str, str]:
+    """Return properties from an association list or table; raises ValueError for other values."""
     if given is None:
         return {}
     if isinstance(given, Mapping):
@@ -120,11 +122,12 @@ def _text(value: Any) -> str:
 
 
 def place_of(entity: Entity) -> Span | None:
-    """Return where the program created a primitive, the first of several locations."""
+    """Return the source location of a primitive, the first of several."""
     return entity.call_sites[0] if entity.call_sites else None
 
 
 def _problem(entity: Entity, name: str, expected: str) -> SceneError:
+    """Return the error about an invalid attribute."""
     message = f'the attribute `:{name}` of "{entity.word}" must be {expected}'
     return SceneError("attribute", message, span=place_of(entity))
 
@@ -136,8 +139,8 @@ IntArray = npt.NDArray[np.int64]
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 
-_SMALL = 64  # cells: smaller cuboids are placed in batches, larger ones individually
-_CHUNK = 1 << 20  # cells placed per batch
+_MAX_BATCHED_CELLS = 64  # smaller cuboids are placed in batches, larger ones with a slice assignment each
+_BATCH_SMALL_CELLS = 1 << 20  # cells placed per batch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,27 +176,27 @@ def paint(cells: Cells, origin: IntArray, laid: Laid, stamps: Sequence[Stamp]) -
     low = np.clip(laid.low - origin, 0, limit)
     high = np.clip(laid.high - origin, low, limit)
     volume = (high - low).prod(axis=1)
-    single = (volume > _SMALL) | (laid.stamp >= 0)
+    single = (volume > _MAX_BATCHED_CELLS) | (laid.stamp >= 0)
     for first, last in _runs(single):
         if not single[first]:
             _paint_small(cells, low[first:last], high[first:last], volume[first:last], laid.number[first:last])
             continue
         for i in range(first, last):
-            where = tuple(slice(a, b) for a, b in zip(low[i].tolist(), high[i].tolist()))
+            region = tuple(slice(a, b) for a, b in zip(low[i].tolist(), high[i].tolist()))
             if laid.stamp[i] >= 0:
-                _copy_stamp(cells[where], stamps[int(laid.stamp[i])])
+                _copy_stamp(cells[region], stamps[int(laid.stamp[i])])
             else:
-                cells[where] = laid.number[i]
+                cells[region] = laid.number[i]
 
 
 def _as_slabs(laid: Laid) -> Laid:
     """Replace every hollow cuboid by its six faces."""
-    open_ = laid.hollow & (laid.high - laid.low > 2).all(axis=1)
-    if not open_.any():
+    is_hollow = laid.hollow & (laid.high - laid.low > 2).all(axis=1)
+    if not is_hollow.any():
         return laid
-    rows = np.repeat(np.arange(len(open_)), np.where(open_, 6, 1))
+    rows = np.repeat(np.arange(len(is_hollow)), np.where(is_hollow, 6, 1))
     low, high = laid.low[rows], laid.high[rows]
-    first = np.flatnonzero(open_[rows])[::6]
+    first = np.flatnonzero(is_hollow[rows])[::6]
     for axis in range(3):
         high[first + 2 * axis, axis] = low[first + 2 * axis, axis] + 1
         low[first + 2 * axis + 1, axis] = high[first + 2 * axis + 1, axis] - 1
@@ -207,11 +210,12 @@ def _runs(mask: BoolArray) -> Iterator[tuple[int, int]]:
     yield from ((a, b) for a, b in pairwise(bounds) if a < b)
 
 
-def _copy_stamp(there: Cells, stamp: Stamp) -> None:
+def _copy_stamp(target: Cells, stamp: Stamp) -> None:
+    """Copy the touched cells of a stamp."""
     if stamp.touched is None:
-        there[...] = stamp.cells
+        target[...] = stamp.cells
     else:
-        np.copyto(there, stamp.cells, where=stamp.touched)
+        np.copyto(target, stamp.cells, where=stamp.touched)
 
 
 def _paint_small(cells: Cells, low: IntArray, high: IntArray, volume: IntArray, number: IntArray) -> None:
@@ -222,7 +226,7 @@ def _paint_small(cells: Cells, low: IntArray, high: IntArray, volume: IntArray, 
     start = 0
     while start < len(volume):
         before = int(ends[start - 1]) if start else 0
-        stop = max(start + 1, int(np.searchsorted(ends, before + _CHUNK, side="right")))
+        stop = max(start + 1, int(np.searchsorted(ends, before + _BATCH_SMALL_CELLS, side="right")))
         index = np.repeat(np.arange(start, stop), volume[start:stop])
         within = np.arange(before, int(ends[stop - 1])) - (ends - volume)[index]
         size = (high - low)[index]
@@ -233,16 +237,16 @@ def _paint_small(cells: Cells, low: IntArray, high: IntArray, volume: IntArray, 
         start = stop
 
 
-# Instancing: entities that occur in several places of a build are voxelised once, then copied as a stamp. This is exact
+# Instancing: entities that occur in several places of a build are voxelized once, then copied as a stamp. This is exact
 # if every pose from the root to the entity, and below it, is a translation by whole cells: truncation then has no
 # effect, and the entity has the same cells at every place.
 
 
-MAX_COORDINATE = 1 << 53  # cells from the origin: beyond this floats do not represent all integers
-_MIN_PRIMITIVES = 8  # minimum primitives of a stamp
-_MAX_SPARSITY = 64  # maximum cells of a stamp's box per primitive: larger ones take longer than placing the primitives
-_MAX_STAMP = 1 << 22  # maximum cells of one stamp
-_MAX_STAMPS = 1 << 25  # maximum cells of all stamps
+MAX_COORDINATE = 1 << 53  # cells from the origin, beyond which floats do not represent all integers
+_MIN_STAMP_PRIMITIVES = 8  # of a stamp: a smaller one costs more than placing its primitives
+_MAX_STAMP_SPARSITY = 64  # cells of a stamp's box per primitive: a sparser one takes longer than placing its primitives
+_MAX_STAMP_CELLS = 1 << 22  # cells of one stamp
+_MAX_STAMPS_CELLS = 1 << 25  # cells of all stamps together: 128 MB
 
 Sizes = Mapping[int, tuple[int, int, int] | None]
 Triple = tuple[int, int, int]
@@ -263,8 +267,10 @@ class CellBox:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """A repeated entity, with repeated entities inside it replaced, and the cells that it may touch in its own
-    frame."""
+    """Repeated entity, and the cells that it may touch in its frame.
+
+    Repeated entities inside it are replaced by placeholders.
+    """
 
     entity: Entity
     box: CellBox
@@ -272,7 +278,7 @@ class Pattern:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Folded:
-    """The DAG of an entity with repeated entities replaced by placeholders, and without anything that places no blocks.
+    """DAG of an entity with repeated entities replaced by placeholders, and without entities that place no blocks.
 
     ``numbers`` maps the ``id`` of a placeholder to its index in ``patterns``. Patterns come before those that use them.
     """
@@ -290,37 +296,37 @@ def folded(root: Entity, sizes: Sizes) -> Folded:
     """
     order = list(descendants(root))
     boxes = _worth_closing(order, sizes)
-    twins: dict[int, Entity] = {}
+    replacements: dict[int, Entity] = {}
     numbers: dict[int, int] = {}
     patterns: list[Pattern] = []
-    room = _MAX_STAMPS
+    remaining_cells = _MAX_STAMPS_CELLS
     for entity in order:
-        twin = entity if id(entity) in sizes else _without_others(entity, twins)
-        if twin is None:
+        replacement = entity if id(entity) in sizes else _without_others(entity, replacements)
+        if replacement is None:
             continue
         box = boxes.get(id(entity))
-        if box is not None and box.volume <= min(room, _MAX_STAMP):
-            room -= box.volume
-            closed = Entity(entity.word, ANONYMOUS, (), SetCuboid())
-            numbers[id(closed)] = len(patterns)
-            patterns.append(Pattern(twin, box))
-            twin = closed
-        twins[id(entity)] = twin
-    return Folded(twins.get(id(root), Entity(root.word, ANONYMOUS, ())), numbers, tuple(patterns))
+        if box is not None and box.volume <= min(remaining_cells, _MAX_STAMP_CELLS):
+            remaining_cells -= box.volume
+            placeholder = Entity(entity.word, ANONYMOUS, (), SetCuboid())
+            numbers[id(placeholder)] = len(patterns)
+            patterns.append(Pattern(replacement, box))
+            replacement = placeholder
+        replacements[id(entity)] = replacement
+    return Folded(replacements.get(id(root), Entity(root.word, ANONYMOUS, ())), numbers, tuple(patterns))
 
 
-def _without_others(entity: Entity, twins: Mapping[int, Entity]) -> Entity | None:
-    """Return the entity with its children replaced by their twins, None if none of them places blocks."""
-    children = [part for part in entity.children if id(part.car) in twins]
+def _without_others(entity: Entity, replacements: Mapping[int, Entity]) -> Entity | None:
+    """Return the entity with its children replaced, None if none of them places blocks."""
+    children = [part for part in entity.children if id(part.car) in replacements]
     if not children:
         return None
-    if len(children) == len(entity.children) and all(twins[id(part.car)] is part.car for part in children):
+    if len(children) == len(entity.children) and all(replacements[id(part.car)] is part.car for part in children):
         return entity
-    return Entity(entity.word, ANONYMOUS, tuple(Pair(twins[id(part.car)], part.cdr) for part in children))
+    return Entity(entity.word, ANONYMOUS, tuple(Pair(replacements[id(part.car)], part.cdr) for part in children))
 
 
 def _worth_closing(order: Sequence[Entity], sizes: Sizes) -> dict[int, CellBox]:
-    """Return the cells of each entity that can and should be a stamp, by ``id``; ``order`` is children first."""
+    """Return the cells of each entity that can and should be a stamp, by ``id``; children come first in ``order``."""
     counts = instance_counts(order)
     movable = _whole_from_the_root(order)
     boxes: dict[int, CellBox] = {}
@@ -336,12 +342,13 @@ def _worth_closing(order: Sequence[Entity], sizes: Sizes) -> dict[int, CellBox]:
             primitives[id(entity)] = 0  # nothing below it places blocks
     return {
         key: box for key, box in boxes.items()
-        if key in movable and primitives[key] >= _MIN_PRIMITIVES and box.volume <= _MAX_SPARSITY * primitives[key]
+        if key in movable and primitives[key] >= _MIN_STAMP_PRIMITIVES
+        and box.volume <= _MAX_STAMP_SPARSITY * primitives[key]
     }  # fmt: skip
 
 
 def _whole_from_the_root(order: Sequence[Entity]) -> set[int]:
-    """Return the ids of entities with children all of whose instances are at whole cells."""
+    """Return the ids of entities with children whose instances are all at whole cells."""
     moved: set[int] = set()
     for entity in reversed(order):
         free = id(entity) in moved
@@ -352,7 +359,7 @@ def _whole_from_the_root(order: Sequence[Entity]) -> set[int]:
 
 
 def is_whole_step(m: Matrix) -> bool:
-    """Whether the pose is a translation by whole cells."""
+    """Return whether the pose is a translation by whole cells."""
     x, y, z = m[3], m[7], m[11]
     return (
         m[0] == m[5] == m[10] == 1.0
@@ -363,12 +370,13 @@ def is_whole_step(m: Matrix) -> bool:
 
 
 def _own_box(size: Triple | None) -> CellBox | None:
+    """Return the cells of a primitive in its own frame, None without whole sizes."""
     return None if size is None else CellBox((0, 0, 0), size)
 
 
 def _joined(entity: Entity, boxes: Mapping[int, CellBox], primitives: Mapping[int, int]) -> CellBox | None:
     """Return the box around an entity's children, None if one of them is not at whole cells."""
-    found: list[tuple[Triple, Triple]] = []
+    corners: list[tuple[Triple, Triple]] = []
     for part in entity.children:
         box, m = boxes.get(id(part.car)), part.cdr
         if box is None and primitives.get(id(part.car)) == 0:
@@ -377,26 +385,27 @@ def _joined(entity: Entity, boxes: Mapping[int, CellBox], primitives: Mapping[in
             return None
         x, y, z = int(m[3]), int(m[7]), int(m[11])
         (a, b, c), (d, e, f) = box.low, box.high
-        found.append(((a + x, b + y, c + z), (d + x, e + y, f + z)))
-    if not found:
+        corners.append(((a + x, b + y, c + z), (d + x, e + y, f + z)))
+    if not corners:
         return None
-    xs, ys, zs = (([low[i] for low, _ in found], [high[i] for _, high in found]) for i in range(3))
+    xs, ys, zs = (([low[i] for low, _ in corners], [high[i] for _, high in corners]) for i in range(3))
     return CellBox((min(xs[0]), min(ys[0]), min(zs[0])), (max(xs[1]), max(ys[1]), max(zs[1])))
 
 
 # Placement of cuboids: whole cells from the poses of primitives, and validation of poses.
 
 
-_SUM_TOLERANCE = 1e-9  # cells: rounding error of summed translations
-_PRODUCT_TOLERANCE = 1e-6  # cells: rounding error of multiplied poses
+_SUM_TOLERANCE = 1e-9  # in cells: rounding error of summed translations
+_PRODUCT_TOLERANCE = 1e-6  # in cells: rounding error of multiplied poses
 
 
 def first_cells(flat: FlatFrame) -> IntArray:
-    """Return the first cell of each instance (N, 3): its position truncated toward zero, after removing rounding
-    errors."""
+    """Return the first cell of each instance (N, 3): its position truncated toward zero, up to rounding errors."""
     position = flat.matrices[:, :, 3]
-    whole = np.rint(position)
-    first: IntArray = np.where(np.abs(position - whole) < _SUM_TOLERANCE, whole, np.trunc(position)).astype(np.int64)
+    nearest = np.rint(position)
+    first: IntArray = np.where(np.abs(position - nearest) < _SUM_TOLERANCE, nearest, np.trunc(position)).astype(
+        np.int64
+    )
     return first
 
 
@@ -408,44 +417,50 @@ def off_cells(flat: FlatFrame) -> tuple[int, list[float], int] | None:
     position = flat.matrices[:, :, 3]
     if not len(position):
         return None
-    moved = position - first_cells(flat)
-    unlike = (np.abs(moved - moved[0]) > _SUM_TOLERANCE).any(axis=1)
-    if not unlike.any():
+    shift = position - first_cells(flat)
+    differs = (np.abs(shift - shift[0]) > _SUM_TOLERANCE).any(axis=1)
+    if not differs.any():
         return None
-    apart = (np.abs(moved) > _SUM_TOLERANCE).any(axis=1)
-    first = int(np.argmax(apart))
-    return int(apart.sum()), position[first].tolist(), first
+    is_off = (np.abs(shift) > _SUM_TOLERANCE).any(axis=1)
+    first = int(np.argmax(is_off))
+    return int(is_off.sum()), position[first].tolist(), first
 
 
 def whole_sizes(flat: FlatFrame) -> IntArray:
-    """Return the cells of each instance along each axis (N, 3); raises SceneError("blocks") for unsupported poses."""
-    own = np.array([_own_size(p) for p in flat.primitives], np.float64).reshape(-1, 3)
+    """Return the cells of each instance along each axis (N, 3); raises SceneError("blocks") for unsupported poses.
+
+    Rotated, mirrored or fractionally scaled blocks are errors in images too, because no game file could hold them.
+    Stairs, logs and doors are oriented by their properties.
+    """
+    primitive_sizes = np.array([_own_size(p) for p in flat.primitives], np.float64).reshape(-1, 3)
     linear, position = flat.matrices[:, :, :3], flat.matrices[:, :, 3]
     along = np.diagonal(linear, axis1=1, axis2=2)
     across = np.abs(linear * (1.0 - np.eye(3))).max(axis=(1, 2), initial=0.0)
     with np.errstate(invalid="ignore", over="ignore"):
-        size = along * own[flat.index]
+        size = along * primitive_sizes[flat.index]
         whole = np.rint(size)
-        far = np.asarray(~((np.abs(position) < MAX_COORDINATE).all(axis=1) & (size < MAX_COORDINATE).all(axis=1)))
-        leans = across > _PRODUCT_TOLERANCE * np.maximum(np.abs(along).max(axis=1, initial=0.0), _PRODUCT_TOLERANCE)
-        rotated: BoolArray = ~far & (leans | (along < 0.0).any(axis=1))
-        broken = ~far & (
+        is_far = np.asarray(~((np.abs(position) < MAX_COORDINATE).all(axis=1) & (size < MAX_COORDINATE).all(axis=1)))
+        is_skewed = across > _PRODUCT_TOLERANCE * np.maximum(np.abs(along).max(axis=1, initial=0.0), _PRODUCT_TOLERANCE)
+        is_rotated: BoolArray = ~is_far & (is_skewed | (along < 0.0).any(axis=1))
+        is_fractional = ~is_far & (
             (np.abs(size - whole) > np.clip(_PRODUCT_TOLERANCE * whole, _PRODUCT_TOLERANCE, 0.01))
             | ((whole == 0) & (size > 0))
         ).any(axis=1)
-    wrong = far | rotated | broken
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        raise _pose_error(flat, i, "far" if far[i] else "turned" if rotated[i] else "broken", size[i])
+    is_invalid = is_far | is_rotated | is_fractional
+    if is_invalid.any():
+        i = int(np.argmax(is_invalid))
+        raise _pose_error(flat, i, "far" if is_far[i] else "turned" if is_rotated[i] else "broken", size[i])
     return whole.astype(np.int64)
 
 
 def _own_size(primitive: Entity) -> tuple[float, float, float]:
+    """Return the size of a primitive in its own frame, in cells."""
     assert isinstance(primitive.shape, SetCuboid)
     return primitive.shape.size
 
 
 def _pose_error(flat: FlatFrame, i: int, reason: str, size: FloatArray) -> SceneError:
+    """Return the error about a pose that blocks do not support."""
     entity = flat.primitives[int(flat.index[i])]
     path = " > ".join((*flat.paths[int(flat.path_index[i])], entity.word))
     shown = " x ".join(f"{n:.6g}" for n in size)
@@ -461,12 +476,11 @@ def _pose_error(flat: FlatFrame, i: int, reason: str, size: FloatArray) -> Scene
 
 
 def cells_around(laid: Laid, most_cells: int) -> tuple[IntArray, tuple[int, ...]]:
-    """Return the first cell (3,) and the size of the box around everything placed; raises LimitError for too many
-    cells."""
-    lays = ((laid.number != AIR) | (laid.stamp >= 0)) & (laid.high > laid.low).all(axis=1)
-    if not lays.any():
+    """Return the first cell (3,) and the size of the box around everything placed; raises LimitError."""
+    is_placed = ((laid.number != AIR) | (laid.stamp >= 0)) & (laid.high > laid.low).all(axis=1)
+    if not is_placed.any():
         return np.zeros(3, np.int64), (0, 0, 0)
-    low, high = laid.low[lays].min(axis=0), laid.high[lays].max(axis=0)
+    low, high = laid.low[is_placed].min(axis=0), laid.high[is_placed].max(axis=0)
     size = tuple((high - low).tolist())
     if size[0] * size[1] * size[2] > most_cells:
         shown = " x ".join(f"{n:,}" for n in size)
@@ -478,18 +492,25 @@ def cells_around(laid: Laid, most_cells: int) -> tuple[IntArray, tuple[int, ...]
     return low, size
 
 
-MAX_CELLS = 200_000_000
-_UNTOUCHED = np.uint32(0xFFFFFFFF)  # of a stamp: cells that are not changed
-_SLAB = 1 << 22  # cells processed per batch
+MAX_CELLS = 200_000_000  # of a build's box
+_UNTOUCHED = np.uint32(0xFFFFFFFF)  # in a stamp: a cell that is not changed
+_BATCH_CELLS = 1 << 22  # cells processed per batch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Voxels:
-    """The result of voxelisation.
+    """Result of voxelization.
 
-    ``build`` contains the requested states, with only the properties given by the program; ``places[n]`` is where the
-    program requests ``build.palette[n]``. ``others`` are the sorted words of primitives that place no blocks;
-    ``off_cells`` is a warning if blocks are between cells with different offsets.
+    Attributes
+    ----------
+    build
+        Requested states, with only the properties given by the program.
+    places
+        Source location of the request of each entry of ``build.palette``.
+    others
+        Sorted words of primitives that place no blocks.
+    off_cells
+        Warning if blocks are between cells with different offsets.
     """
 
     build: Build
@@ -549,16 +570,15 @@ def ignored(voxels: Voxels) -> Diagnostic | None:
 
 def _off_cells(flat: FlatFrame) -> Diagnostic | None:
     """Return the warning about blocks between cells whose distances change; patterns are always at whole cells."""
-    found = off_cells(flat)
-    if found is None:
+    misaligned = off_cells(flat)
+    if misaligned is None:
         return None
-    count, at, number = found
+    count, position, number = misaligned
     entity = flat.primitives[int(flat.index[number])]
     cell = first_cells(flat)[number].tolist()
-    message = (
-        f"{count:,} cuboids are not aligned to cells, such as the one at [{' '.join(f'{n:.6g}' for n in at)}], placed"
-    )
-    message += f" at [{' '.join(map(str, cell))}]; distances between them change"
+    actual, placed = " ".join(f"{n:.6g}" for n in position), " ".join(map(str, cell))
+    message = f"{count:,} cuboids are not aligned to cells, such as the one at [{actual}], placed"
+    message += f" at [{placed}]; distances between them change"
     return Diagnostic("off-cells", message, place_of(entity), hint="translate blocks by integers")
 
 
@@ -566,6 +586,7 @@ def _off_cells(flat: FlatFrame) -> Diagnostic | None:
 
 
 def _requested(root: Entity) -> _Requested:
+    """Collect the primitives that place blocks, and the states that they request."""
     states: dict[BlockState, int] = {AIR_STATE: AIR}
     places: list[Span | None] = [None]
     sizes: dict[int, Triple | None] = {}
@@ -587,12 +608,14 @@ def _requested(root: Entity) -> _Requested:
 
 
 def _whole_size(entity: Entity) -> Triple | None:
+    """Return the size of a primitive in cells, None if it is fractional or too large."""
     assert isinstance(entity.shape, SetCuboid)
     x, y, z = entity.shape.size
     return (int(x), int(y), int(z)) if all(n == int(n) and n < MAX_COORDINATE for n in (x, y, z)) else None
 
 
 def _check_count(entities: Sequence[Entity], limit: int) -> None:
+    """Raise LimitError for more than ``limit`` primitives."""
     count = sum(primitive_count(entity) for entity in entities)
     if count > limit:
         raise LimitError(
@@ -611,6 +634,7 @@ def _cuboids_of(entity: Entity, tree: Folded, requested: _Requested) -> Laid:
 
 
 def _laid_of(flat: FlatFrame, tree: Folded, requested: _Requested) -> Laid:
+    """Return the cuboids and stamps of a flattened entity; placeholders become stamps."""
     primitives = flat.primitives
     stamp = np.array([tree.numbers.get(id(p), -1) for p in primitives], np.int64)
     size = whole_sizes(flat)
@@ -637,9 +661,9 @@ def _finished(cells: Cells, origin: IntArray, requested: _Requested) -> Voxels:
     cropped = np.ascontiguousarray(cells[box])
     if not used.all():
         number = (np.cumsum(used) - 1).astype(np.uint32)
-        slab = max(1, _SLAB // max(1, cropped[:1].size))
-        for start in range(0, len(cropped), slab):
-            cropped[start : start + slab] = number[cropped[start : start + slab]]
+        batch = max(1, _BATCH_CELLS // max(1, cropped[:1].size))
+        for start in range(0, len(cropped), batch):
+            cropped[start : start + batch] = number[cropped[start : start + batch]]
     x, y, z = (int(a) + side.start for a, side in zip(origin.tolist(), box))
     chosen = np.flatnonzero(used).tolist()
     palette = tuple(requested.palette[i] for i in chosen)
@@ -650,19 +674,20 @@ def _finished(cells: Cells, origin: IntArray, requested: _Requested) -> Voxels:
 # Properties of earlier versions of the game, or that moved to another block: conversion to the current version. A rule
 # applies only if the current block does not accept the property as given, so that valid properties are unchanged.
 # Properties dropped or moved since 1.13 are those in `history.tsv.gz`; before 1.13, variants of a block were
-# properties: its colour, wood or stone.
+# properties: its color, wood or stone.
 
 
-# properties that distinguished the variants of a block
-_KINDS = ("variant", "type", "color", "wood_type", "material", "block_type")
+# properties that distinguished the variants of a block before 1.13
+_VARIANT_KEYS = ("variant", "type", "color", "wood_type", "material", "block_type")
 _STANDING = ("torch", "redstone_torch", "soul_torch", "copper_torch")
-_WALLS = {"true": "low", "false": "none"}  # before 1.16 the arms of walls were boolean
+_WALL_HEIGHTS = {"true": "low", "false": "none"}  # before 1.16 the arms of walls were boolean
 _VALUE_ALIASES = {"silver": "light_gray", "wood_old": "oak", "normal": "", "default": "", "all": "", "y": ""}
 _FAMILIES = (  # blocks whose variants had unrelated names
     "stone", "dirt", "sand", "planks", "log", "tallgrass", "short_grass", "double_plant", "sunflower", "red_flower",
     "poppy", "yellow_flower", "dandelion", "prismarine", "stonebrick", "stone_bricks", "quartz_block",
 )  # fmt: skip
-_WHOLE = {
+# Variants that became another block: old block and variant, new block and the property that it sets.
+_VARIANT_BLOCKS = {
     ("quartz_block", "lines_x"): ("quartz_pillar", ("axis", "x")),
     ("quartz_block", "lines_y"): ("quartz_pillar", ("axis", "y")),
     ("quartz_block", "lines_z"): ("quartz_pillar", ("axis", "z")),
@@ -682,12 +707,12 @@ _WHOLE = {
     ("double_plant", "double_grass"): ("tall_grass", None),
     ("double_plant", "double_fern"): ("large_fern", None),
     ("red_flower", "houstonia"): ("azure_bluet", None),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, slots=True)
 class Modern:
-    """A block in the current version: its ``kind``, its properties, and the given properties that it does not have."""
+    """Block in the current version, its properties, and the given properties that it lacks."""
 
     kind: BlockKind
     given: dict[str, str]
@@ -695,12 +720,14 @@ class Modern:
 
 
 def modern(name: str, kind: BlockKind, given: Mapping[str, str], table: BlockTable) -> Modern:
-    """Convert the block ``name``, which the version has as ``kind``, and its properties ``given`` to the current
-    version."""
+    """Convert a block and its properties to the current version.
+
+    ``kind`` is the block that the version has for ``name``.
+    """
     accepted: dict[str, str] = {}
     dropped: dict[str, str] = {}
-    # properties that determine the block come first
-    for key, value in sorted(given.items(), key=lambda pair: pair[0] not in _KINDS):
+    # Properties that determine the block come first.
+    for key, value in sorted(given.items(), key=lambda pair: pair[0] not in _VARIANT_KEYS):
         if value in kind.values.get(key, ()):
             accepted[key] = value
             continue
@@ -710,8 +737,8 @@ def modern(name: str, kind: BlockKind, given: Mapping[str, str], table: BlockTab
             continue
         kind, more = change
         accepted |= more
-    late = {key: value for key, value in accepted.items() if value not in kind.values.get(key, ())}
-    return Modern(kind, {key: value for key, value in accepted.items() if key not in late}, dropped | late)
+    outdated = {key: value for key, value in accepted.items() if value not in kind.values.get(key, ())}
+    return Modern(kind, {key: value for key, value in accepted.items() if key not in outdated}, dropped | outdated)
 
 
 Change = tuple[BlockKind, dict[str, str]]
@@ -720,7 +747,7 @@ Change = tuple[BlockKind, dict[str, str]]
 def _moved(name: str, kind: BlockKind, key: str, value: str, table: BlockTable) -> Change | None:
     """Return the block and the properties that now represent the property ``key``, None if there are none."""
     plain = kind.name.removeprefix(NAMESPACE)
-    if key in _KINDS:
+    if key in _VARIANT_KEYS:
         return _kind_of(name.removeprefix(NAMESPACE), plain, value, table)
     if plain == "cauldron" and key == "level":  # filled ones are separate blocks since 1.17
         filled = table.blocks.get(NAMESPACE + "water_cauldron")
@@ -735,14 +762,18 @@ def _moved(name: str, kind: BlockKind, key: str, value: str, table: BlockTable) 
     if key == "axis" and value == "none" and plain.endswith("_log"):
         bark = table.blocks.get(NAMESPACE + plain.removesuffix("log") + "wood")
         return None if bark is None else (bark, {})
-    same = dict(_renamed(kind, key, value))
-    return (kind, same) if same and all(v in kind.values.get(k, ()) for k, v in same.items()) else None
+    renamed_properties = dict(_renamed(kind, key, value))
+    return (
+        (kind, renamed_properties)
+        if renamed_properties and all(v in kind.values.get(k, ()) for k, v in renamed_properties.items())
+        else None
+    )
 
 
 def _renamed(kind: BlockKind, key: str, value: str) -> Iterator[tuple[str, str]]:
     """Yield the current property of the same block that replaces ``key``."""
-    if key in kind.values and value in _WALLS:
-        yield key, _WALLS[value]
+    if key in kind.values and value in _WALL_HEIGHTS:
+        yield key, _WALL_HEIGHTS[value]
     elif key == "half" and kind.shape == "slab":
         yield "type", value
     elif key == "half" and value in ("top", "bottom", "upper", "lower"):
@@ -762,7 +793,7 @@ def _renamed(kind: BlockKind, key: str, value: str) -> Iterator[tuple[str, str]]
 
 
 def _torch(kind: BlockKind, plain: str, value: str, table: BlockTable) -> Change | None:
-    """Wall torches are separate blocks since 1.13."""
+    """Return a wall torch, a separate block since 1.13, or the standing torch for `up`."""
     if value == "up":
         return kind, {}
     wall = f"{plain.removesuffix('torch')}wall_torch"
@@ -773,10 +804,10 @@ def _torch(kind: BlockKind, plain: str, value: str, table: BlockTable) -> Change
 def _kind_of(requested: str, plain: str, value: str, table: BlockTable) -> Change | None:
     """Return the variant ``value`` of the block ``requested``, whose current name is ``plain``."""
     value = value.replace(" ", "_")
-    whole = _WHOLE.get((requested, value)) or _WHOLE.get((plain, value))
-    if whole is not None:
-        found = table.blocks.get(NAMESPACE + whole[0])
-        return None if found is None else (found, dict([whole[1]] if whole[1] is not None else []))
+    variant_block = _VARIANT_BLOCKS.get((requested, value)) or _VARIANT_BLOCKS.get((plain, value))
+    if variant_block is not None:
+        block = table.blocks.get(NAMESPACE + variant_block[0])
+        return None if block is None else (block, dict([variant_block[1]] if variant_block[1] is not None else []))
     variant = _VALUE_ALIASES.get(value, value)
     if not variant:
         return table.blocks[NAMESPACE + plain], {}

@@ -1,6 +1,6 @@
 """Export to Mitsuba 3 XML, with meshes in separate .ply files, in world coordinates.
 
-Camera, lighting, ground and materials are those of final pictures. Primitives are instances of exact unit shapes, which
+Camera, lighting, ground and materials are those of final images. Primitives are instances of exact unit shapes, which
 are correct under any pose; beyond ``--instance-limit`` repeated parts are instances of merged meshes. Mitsuba supports
 no emitters and no singular poses in instances: these become meshes in world coordinates, one for each material.
 """
@@ -98,6 +98,7 @@ def elements(name: str | None, value: Any, indent: str = "  ") -> list[str]:
 
 
 def _plugin(named: str, value: Mapping[str, Any], indent: str) -> list[str]:
+    """Return the lines of a plugin, a reference or a color; ``named`` is its name attribute."""
     if "ref" in value:
         return [f"{indent}<ref id={_quoted(value['ref'])}/>"]
     if value["type"] == "rgb":
@@ -112,6 +113,7 @@ def _plugin(named: str, value: Mapping[str, Any], indent: str) -> list[str]:
 
 
 def _numbers(values: Sequence[float]) -> str:
+    """Return numbers as an attribute value."""
     return " ".join(f"{float(number):.9g}" for number in values)
 
 
@@ -126,8 +128,8 @@ def write(job: Job, path: Path) -> None:
     unsupported_frames(job.plan.roots, ".xml")
     require("mitsuba", "mitsuba")
     plan = cut_below(job.plan, job.instances)
-    whole = [item.entity for item in distinct(*plan.roots) if item.merged]
-    shapes = _Shapes(path, segments_for(whole, "the merged meshes"))
+    merged_entities = [item.entity for item in distinct(*plan.roots) if item.merged]
+    shapes = _Shapes(path, segments_for(merged_entities, "the merged meshes"))
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write('<?xml version="1.0" encoding="utf-8"?>\n<!-- scenelang: y up, linear sRGB -->\n')
         file.write('<scene version="3.0.0">\n')
@@ -150,50 +152,56 @@ class _Shapes:
     def lines(self, plan: ExportPlan) -> Iterator[str]:
         """Yield the elements of all leaves in depth-first order; those that cannot be instances come last."""
         for leaf in leaves(plan, 2**40):
-            fresh: list[str] = []
-            place = self._placed(leaf.item, leaf.pose, fresh)
-            yield from fresh
-            if place is not None:
-                group, local = place
+            new_groups: list[str] = []
+            instance = self._placed(leaf.item, leaf.pose, new_groups)
+            yield from new_groups
+            if instance is not None:
+                group, local = instance
                 matrix = np.vstack([np.array(local).reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
                 yield from elements(None, {"type": "instance", "group": {"ref": group}, "to_world": matrix})
         for look, surfaces in self.loose.items():
             yield from elements(None, self._mesh(Patch(look, joined(surfaces))))
 
-    def _placed(self, item: ExportItem, place: Matrix, fresh: list[str]) -> tuple[str, Matrix] | None:
-        """Return the group and pose of a leaf, None if it is not an instance or invisible; appends new groups to
-        ``fresh``."""
+    def _placed(self, item: ExportItem, place: Matrix, new_groups: list[str]) -> tuple[str, Matrix] | None:
+        """Return the group and pose of a leaf; None if it is invisible or not an instance.
+
+        Appends the elements of new groups to ``new_groups``.
+        """
         if item.merged:
-            still, emitters = self._merged(item)
+            instanced, emitters = self._merged(item)
             if _is_flat(place):
-                self._add_loose([*still, *emitters], place)
+                self._add_loose([*instanced, *emitters], place)
                 return None
             self._add_loose(emitters, place)
             if id(item.entity) not in self.groups:
-                self._add_group(id(item.entity), [self._mesh(patch) for patch in still], fresh)
+                self._add_group(id(item.entity), [self._mesh(patch) for patch in instanced], new_groups)
             group = self.groups[id(item.entity)]
             return None if group is None else (group, place)
         look, solid = look_of(item.entity), solid_of(item.entity)
         if solid is None or look.opacity == 0.0:
             return None
-        whole = pose.compose(place, solid.pose)
-        if any(look.emission) or _is_flat(whole) or (solid.form is not None and _dissolves(solid.form, whole)):
+        solid_pose = pose.compose(place, solid.pose)
+        if (
+            any(look.emission)
+            or _is_flat(solid_pose)
+            or (solid.form is not None and _dissolves(solid.form, solid_pose))
+        ):
             surface = solid.surface()
-            self._add_loose([] if surface is None else [Patch(look, surface)], whole)
+            self._add_loose([] if surface is None else [Patch(look, surface)], solid_pose)
             return None
         key = (solid.key, look)
         if key not in self.groups:
             parts = self._own(item, look) if solid.form is None else self._unit(solid.form, solid.ratios, look)
-            self._add_group(key, parts, fresh)
+            self._add_group(key, parts, new_groups)
         group = self.groups[key]
-        return None if group is None else (group, whole)
+        return None if group is None else (group, solid_pose)
 
     def _merged(self, item: ExportItem) -> tuple[list[Patch], list[Patch]]:
         """Return the patches of a merged item: those that can be instances, and emitters."""
         if id(item.entity) not in self.patches:
-            found = merged(item.entity, self.segments)
-            dark = [patch for patch in found if not any(patch.look.emission)]
-            self.patches[id(item.entity)] = dark, [patch for patch in found if any(patch.look.emission)]
+            patches = merged(item.entity, self.segments)
+            non_emitters = [patch for patch in patches if not any(patch.look.emission)]
+            self.patches[id(item.entity)] = non_emitters, [patch for patch in patches if any(patch.look.emission)]
         return self.patches[id(item.entity)]
 
     def _own(self, item: ExportItem, look: Look) -> list[dict[str, Any]]:
@@ -210,13 +218,13 @@ class _Shapes:
             painted = replace(copy, colors=colors * np.array(patch.look.color))
             self.loose.setdefault(replace(patch.look, color=WHITE), []).append(painted)
 
-    def _add_group(self, key: Hashable, parts: list[dict[str, Any]], fresh: list[str]) -> None:
-        """Add a group of shapes unless it would be empty; appends its element to ``fresh``."""
+    def _add_group(self, key: Hashable, parts: list[dict[str, Any]], new_groups: list[str]) -> None:
+        """Add a group of shapes unless it would be empty; appends its element to ``new_groups``."""
         name = f"group{len(self.groups) + 1}" if parts else None
         self.groups[key] = name
         if parts:
             shapes = {f"part{k}": part for k, part in enumerate(parts)}
-            fresh += elements(None, {"type": "shapegroup", "id": name, **shapes})
+            new_groups += elements(None, {"type": "shapegroup", "id": name, **shapes})
 
     def _unit(self, form: CanonicalForm, ratios: tuple[float, ...], look: Look) -> list[dict[str, Any]]:
         """Return the shapes of a canonical form, exact if Mitsuba has such shapes."""
@@ -238,7 +246,7 @@ class _Shapes:
 
 
 def _write_ply(file: Path, patch: Patch) -> None:
-    """Write a mesh with linear vertex colours that represent the reflectance."""
+    """Write a mesh with linear vertex colors that represent the reflectance."""
     surface = patch.surface
     colors = np.ones_like(surface.vertices) if surface.colors is None else surface.colors
     rows = np.empty(len(surface.vertices), _VERTEX)
@@ -248,7 +256,7 @@ def _write_ply(file: Path, patch: Patch) -> None:
 
 
 def _painted(bsdf: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a material that takes its colour from the mesh's vertices."""
+    """Return a material that takes its color from the mesh's vertices."""
     out: dict[str, Any] = {}
     for key, value in bsdf.items():
         if key in ("reflectance", "base_color"):
@@ -259,13 +267,14 @@ def _painted(bsdf: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _is_flat(place: Matrix) -> bool:
-    """Whether the pose is singular in single precision."""
+    """Return whether the pose is singular in single precision."""
     linear = np.array(place).reshape(3, 4)[:, :3]
     largest = float(np.abs(linear).max())
     return largest == 0.0 or abs(float(np.linalg.det(linear / largest))) < 1e-9
 
 
 def _dissolves(form: CanonicalForm, place: Matrix) -> bool:
+    """Return whether rays miss a form under a pose, because it is too thin for single precision."""
     return dissolves(form, np.array(place).reshape(3, 4))
 
 
@@ -280,7 +289,7 @@ MITSUBA_XML = mesh_backend(
 )
 
 
-# Camera, lighting and ground of final pictures, transformed from the stage's unit frame to world coordinates.
+# Camera, lighting and ground of final images, transformed from the stage's unit frame to world coordinates.
 
 
 FloatArray = npt.NDArray[np.float64]

@@ -1,9 +1,10 @@
 """Convex colliders of posed primitives: exact shapes where simulators have them, otherwise convex meshes.
 
 A ball under any affine pose is an ellipsoid, a box is a box unless it is sheared, a cylinder stays one while its
-cross-section is round, a capsule under a similarity. What else is convex becomes the hull of its mesh; what is not
-convex is decomposed once in its own frame by CoACD (Wei, Liu, Ling and Su, 2022) and stored on disk: affine poses keep
-pieces convex.
+cross-section is round, a capsule under a similarity. Other convex shapes become the hull of their mesh. Non-convex
+shapes are decomposed once in their own frame, since affine poses keep the pieces convex, and stored on disk. Source:
+Wei, Liu, Ling and Su, "Approximate Convex Decomposition for 3D Meshes with Collision-Aware Concavity and Tree Search"
+(CoACD), SIGGRAPH 2022.
 """
 
 from __future__ import annotations
@@ -37,19 +38,20 @@ from scenelang.interpreter.scene.primitives.torus import TORUS
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-INSTALL = "'scenelang[physics]'"
-SEGMENTS = 24  # sides of the meshes of round shapes that simulators do not have
-MAX_PIECES = 64  # of one non-convex primitive
-MAX_DECOMPOSED = 200_000  # triangles of a mesh that is decomposed
-_TIMEOUT = 180.0  # seconds of CoACD for one mesh, which is halved if that is not enough
-_CONCAVITY = 0.05  # of CoACD, relative to the size: its own default
-_CONVEX = 2e-3  # of the hull's volume: a mesh that lacks less counts as convex
-_WEDGES = 16  # of a torus
-_THIN = 1e-6  # of the largest extent: thinner things are flat
-_SAME = 1e-6  # relative tolerance of equal lengths and right angles of axes
+INSTALL = "'scenelang[physics]'"  # extra to install, as error messages show it
+SEGMENTS = 24  # sides of the meshes of round shapes that simulators lack
+MAX_PIECES = 64  # convex pieces of one non-convex primitive
+MAX_DECOMPOSED_TRIANGLES = 200_000  # of one mesh to decompose
+_COACD_TIMEOUT_S = 180.0  # of CoACD for one mesh, which is halved geometrically instead after that
+_COACD_THRESHOLD = 0.05  # CoACD's own default threshold, relative to a cube of side 2
+# of the hull's volume: a tessellated convex shape loses some volume to rounding, not to concavity
+_MAX_CONCAVE_SHARE = 2e-3  # of the hull's volume: a mesh that fills more of its hull counts as convex
+_TORUS_WEDGES = 16  # convex pieces of a torus, one per 22.5 degrees
+_MIN_THICKNESS_RATIO = 1e-6  # of the largest extent: flatter shapes have no volume that a simulator can use
+_RELATIVE_TOLERANCE = 1e-6  # for equal lengths and right angles between axes
 
-# From the frames of simulators, whose cylinders and capsules lie along z, to ours, where they lie along y.
-_ALONG_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+# From the frames of simulators, whose cylinders and capsules have their axis along z, to ours, where it is y.
+_Z_TO_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,7 +114,7 @@ class Collider:
 
 
 def colliders_of(shape: Primitive, world: FloatArray) -> tuple[Collider, ...]:
-    """Return the colliders of a primitive under the world pose (3, 4); none for what is flat or invisible.
+    """Return the colliders of a primitive under the world pose (3, 4); none for flat or invisible primitives.
 
     Raises SceneError for meshes that cannot be read or decomposed, LimitError for those with too many triangles.
     """
@@ -136,13 +138,14 @@ def _of_box(shape: Primitive, world: FloatArray) -> tuple[Collider, ...]:
 
 
 def _of_form(placed: Placed, world: FloatArray) -> tuple[Collider, ...]:
+    """Return the colliders of a posed canonical form: one exact shape, one hull, or the pieces of a concave form."""
     local = placed.matrix
     linear, center = world[:, :3] @ local[:, :3], world[:, :3] @ local[:, 3] + world[:, 3]
     lengths = np.linalg.svd(linear, compute_uv=False)
-    if not np.isfinite(lengths).all() or lengths[2] <= _THIN * lengths[0] or lengths[0] == 0.0:
+    if not np.isfinite(lengths).all() or lengths[2] <= _MIN_THICKNESS_RATIO * lengths[0] or lengths[0] == 0.0:
         return ()
     if not placed.form.is_convex:
-        mesh = placed.form.mesh(_WEDGES * 4, placed.ratios)
+        mesh = placed.form.mesh(_TORUS_WEDGES * 4, placed.ratios)
         pieces = _wedges(mesh.vertices) if placed.form is TORUS else _decomposed_mesh(mesh.vertices, mesh.faces)
         return tuple(_mesh(piece, np.column_stack([linear, center])) for piece in pieces)
     exact = _exact(placed, linear, center)
@@ -152,34 +155,34 @@ def _of_form(placed: Placed, world: FloatArray) -> tuple[Collider, ...]:
 
 
 def _wedges(vertices: FloatArray) -> tuple[FloatArray, ...]:
-    """Return the corners of a ring about the y axis in wedges, which share those on the planes between them."""
-    turn = np.arctan2(vertices[:, 2], vertices[:, 0]) * _WEDGES / (2.0 * np.pi)
-    middles = np.arange(_WEDGES) + 0.5
-    away = np.abs((turn[:, None] - middles + _WEDGES / 2.0) % _WEDGES - _WEDGES / 2.0)
-    return tuple(vertices[near] for near in (away <= 0.5 + 1e-6).T)
+    """Return the corners of each wedge of a ring about the y axis; adjacent wedges share the corners between them."""
+    sector = np.arctan2(vertices[:, 2], vertices[:, 0]) * _TORUS_WEDGES / (2.0 * np.pi)
+    middles = np.arange(_TORUS_WEDGES) + 0.5
+    distance = np.abs((sector[:, None] - middles + _TORUS_WEDGES / 2.0) % _TORUS_WEDGES - _TORUS_WEDGES / 2.0)
+    return tuple(vertices[is_inside] for is_inside in (distance <= 0.5 + 1e-6).T)
 
 
 def _exact(placed: Placed, linear: FloatArray, center: FloatArray) -> Collider | None:
-    """Return a form as a shape that simulators have, None if they do not have it."""
-    none = np.zeros((0, 3))
+    """Return a form as a shape that simulators have, None if they lack it."""
+    no_vertices = np.zeros((0, 3))
     if placed.form is BALL:
         axes, size, _ = np.linalg.svd(linear)
-        if size[0] - size[2] <= _SAME * size[0]:
-            return Collider("sphere", np.array([size[0], 0.0, 0.0]), np.eye(3), center, none)
-        return Collider("ellipsoid", size, _proper(axes), center, none)
+        if size[0] - size[2] <= _RELATIVE_TOLERANCE * size[0]:
+            return Collider("sphere", np.array([size[0], 0.0, 0.0]), np.eye(3), center, no_vertices)
+        return Collider("ellipsoid", size, _proper(axes), center, no_vertices)
     size = np.linalg.norm(linear, axis=0)
     axes = linear / size
-    if np.abs(axes.T @ axes - np.eye(3)).max() > _SAME:
+    if np.abs(axes.T @ axes - np.eye(3)).max() > _RELATIVE_TOLERANCE:
         return None
-    is_round = abs(size[0] - size[2]) <= _SAME * size[0]
-    turned = _proper(axes) @ _ALONG_Y
-    if placed.form is BLOCK:  # turned too: an upright box is upright in simulators
-        return Collider("box", size[[0, 2, 1]], turned, center, none)
+    is_round = abs(size[0] - size[2]) <= _RELATIVE_TOLERANCE * size[0]
+    rotation = _proper(axes) @ _Z_TO_Y
+    if placed.form is BLOCK:  # rotated too, so that an upright box is upright in simulators
+        return Collider("box", size[[0, 2, 1]], rotation, center, no_vertices)
     if placed.form is CYLINDER and is_round:
-        return Collider("cylinder", np.array([size[0], size[1], 0.0]), turned, center, none)
-    if placed.form is CAPSULE and is_round and abs(size[0] - size[1]) <= _SAME * size[0]:
+        return Collider("cylinder", np.array([size[0], size[1], 0.0]), rotation, center, no_vertices)
+    if placed.form is CAPSULE and is_round and abs(size[0] - size[1]) <= _RELATIVE_TOLERANCE * size[0]:
         radius = float(placed.ratios[0]) * size[1]
-        return Collider("capsule", np.array([radius, size[1] - radius, 0.0]), turned, center, none)
+        return Collider("capsule", np.array([radius, size[1] - radius, 0.0]), rotation, center, no_vertices)
     return None
 
 
@@ -189,8 +192,10 @@ def _proper(axes: FloatArray) -> FloatArray:
 
 
 def _mesh(points: FloatArray, world: FloatArray) -> Collider:
-    """Return a convex mesh under an affine pose: the rotation of its polar decomposition, and stretched corners, so
-    that equal things in several directions share a mesh."""
+    """Return a convex mesh under an affine pose: the rotation of its polar decomposition, and stretched corners.
+
+    Objects that differ only by a rotation then share a mesh.
+    """
     u, size, v = np.linalg.svd(world[:, :3])
     rotation = u @ v
     stretch = v.T @ np.diag(size) @ v
@@ -200,39 +205,44 @@ def _mesh(points: FloatArray, world: FloatArray) -> Collider:
 
 
 def _is_thin(points: FloatArray) -> bool:
-    """Whether points lie in a plane, a line or a point, within ``_THIN`` of their size."""
+    """Return whether points are in a plane, a line or a point, within ``_MIN_THICKNESS_RATIO`` of their size."""
     if len(points) < 4 or not np.isfinite(points).all():
         return True
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(spread[2] <= _THIN * spread[0])
+    return bool(spread[2] <= _MIN_THICKNESS_RATIO * spread[0])
 
 
 # --- parts of colliders -----------------------------------------------------------------------------------------------
 
 
 def reach_of(shape: Collider, along: FloatArray) -> float:
-    """Return how far a collider reaches in a direction: the greatest product of its points with it."""
+    """Return the extent of a collider in a direction: the largest dot product of its points with it."""
     return float((_points(shape) @ along).max())
 
 
 def trimmed(shape: Collider, along: FloatArray, level: float) -> Collider | None:
-    """Return the part of a collider whose points have a product with the unit vector ``along`` of at most ``level``;
-    None if nothing is left."""
+    """Return the part of a collider below a plane, None if nothing is left.
+
+    Its points have a dot product with the unit vector ``along`` of at most ``level``.
+    """
     import manifold3d
 
-    own, level_there = shape.rotation.T @ along, level - float(along @ shape.center)
-    axis = int(np.argmax(np.abs(own)))
-    if abs(own[axis]) > 1.0 - 1e-3 * _SAME and (shape.kind == "box" or (shape.kind == "cylinder" and axis == 2)):
-        where = 1 if shape.kind == "cylinder" else axis
-        half = (shape.size[where] + level_there) / 2.0
+    normal, local_level = shape.rotation.T @ along, level - float(along @ shape.center)
+    axis = int(np.argmax(np.abs(normal)))
+    # A plane across an axis of a box or cylinder shortens it, which keeps the exact shape.
+    if abs(normal[axis]) > 1.0 - 1e-3 * _RELATIVE_TOLERANCE and (
+        shape.kind == "box" or (shape.kind == "cylinder" and axis == 2)
+    ):
+        size_index = 1 if shape.kind == "cylinder" else axis
+        half = (shape.size[size_index] + local_level) / 2.0
         if half <= 0.0:
             return None
         size = shape.size.copy()
-        size[where] = half
-        return replace(shape, size=size, center=shape.center + along * (half - shape.size[where]))
+        size[size_index] = half
+        return replace(shape, size=size, center=shape.center + along * (half - shape.size[size_index]))
     points = (_points(shape) - shape.center) @ shape.rotation
     solid = manifold3d.Manifold.hull_points(np.ascontiguousarray(points))
-    solid = solid.trim_by_plane(tuple(-own), -level_there)
+    solid = solid.trim_by_plane(tuple(-normal), -local_level)
     hull = _hull(np.asarray(solid.to_mesh64().vert_properties[:, :3], np.float64)) if not solid.is_empty() else None
     if hull is None or _is_thin(hull[0]):
         return None
@@ -240,7 +250,7 @@ def trimmed(shape: Collider, along: FloatArray, level: float) -> Collider | None
 
 
 def volume_of_collider(shape: Collider) -> float:
-    """Return the volume of a collider; of a round one that of its mesh."""
+    """Return the volume of a collider; that of its mesh for round shapes other than cylinders."""
     if shape.kind == "box":
         return 8.0 * float(shape.size.prod())
     if shape.kind == "cylinder":
@@ -250,14 +260,14 @@ def volume_of_collider(shape: Collider) -> float:
 
 
 def _points(shape: Collider) -> FloatArray:
-    """Return points (K, 3) in the world whose hull is a collider, or for a round one its mesh."""
+    """Return points (K, 3) in the world whose hull is the collider, or the mesh of a round one."""
     if shape.kind in ("box", "mesh"):
         return shape.corners
     a, b = float(shape.size[0]), float(shape.size[1])
     if shape.kind == "cylinder":
-        points = CYLINDER.mesh(SEGMENTS, ()).vertices * [a, b, a] @ _ALONG_Y
+        points = CYLINDER.mesh(SEGMENTS, ()).vertices * [a, b, a] @ _Z_TO_Y
     elif shape.kind == "capsule":
-        points = CAPSULE.mesh(SEGMENTS, (a / (a + b),)).vertices * (a + b) @ _ALONG_Y
+        points = CAPSULE.mesh(SEGMENTS, (a / (a + b),)).vertices * (a + b) @ _Z_TO_Y
     else:
         points = BALL.mesh(SEGMENTS, ()).vertices * shape.half
     return np.asarray(points @ shape.rotation.T + shape.center, np.float64)
@@ -273,22 +283,25 @@ def pieces_of(shape: Primitive) -> tuple[FloatArray, ...]:
 
 @lru_cache(maxsize=256)
 def _pieces_of(shape: Primitive) -> tuple[FloatArray, ...]:
+    """Return the convex pieces of a primitive, computed once for equal keys."""
     mesh = own_mesh(shape)
     return () if mesh is None else _decomposed_mesh(mesh.vertices, mesh.faces)
 
 
 def _decomposed_mesh(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
+    """Return the convex pieces of a mesh: itself if it is convex. Raises LimitError for too many triangles."""
     vertices, faces, _ = welded(vertices, faces)
     if _is_thin(vertices):
         return ()
-    if len(faces) > MAX_DECOMPOSED:
-        message = f"a mesh of {len(faces):,} triangles is more than the limit of {MAX_DECOMPOSED:,} for a simulation"
+    if len(faces) > MAX_DECOMPOSED_TRIANGLES:
+        limit = f"the limit of {MAX_DECOMPOSED_TRIANGLES:,} for a simulation"
+        message = f"a mesh of {len(faces):,} triangles is more than {limit}"
         raise LimitError("size", message, "simplify the mesh, or use fewer segments")
     hull = _hull(vertices)
     if hull is None:
         return ()
     corners, volume = hull
-    if abs(volume_of(vertices[faces])) >= (1.0 - _CONVEX) * volume:
+    if abs(volume_of(vertices[faces])) >= (1.0 - _MAX_CONCAVE_SHARE) * volume:
         return (corners,)
     return _decomposed(vertices.tobytes(), faces.tobytes())
 
@@ -305,47 +318,55 @@ def _hull(vertices: FloatArray) -> tuple[FloatArray, float] | None:
 
 @lru_cache(maxsize=256)
 def _decomposed(vertices: bytes, faces: bytes) -> tuple[FloatArray, ...]:
-    """Return the convex pieces of a mesh by CoACD, from the disk if they are there."""
-    key = hashlib.sha256(vertices + faces + repr((_CONCAVITY, MAX_PIECES)).encode()).hexdigest()
-    found = _loaded(key)
-    if found is None:
-        found = _coacd(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
-        write_cached("pieces", key, {f"piece{i}": piece for i, piece in enumerate(found)})
-    return found
+    """Return the convex pieces of a mesh by CoACD, from the disk cache if they are stored."""
+    key = hashlib.sha256(vertices + faces + repr((_COACD_THRESHOLD, MAX_PIECES)).encode()).hexdigest()
+    pieces = _loaded(key)
+    if pieces is None:
+        pieces = _coacd(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
+        write_cached("pieces", key, {f"piece{i}": piece for i, piece in enumerate(pieces)})
+    return pieces
 
 
 def _coacd(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
-    """Return the pieces (K, 3) of CoACD, which runs in a process of its own: some meshes make it abort."""
+    """Return the pieces (K, 3) of CoACD, or of ``_halved`` if it fails.
+
+    It runs in its own process, because it aborts on some meshes.
+    """
     require("coacd", INSTALL)
-    # Sizes are those of a cube of side 2, for which the thresholds of CoACD are made.
+    # CoACD's thresholds assume a mesh that fits a cube of side 2.
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     middle, scale = (low + high) / 2.0, float((high - low).max()) / 2.0
     with tempfile.TemporaryDirectory() as folder:
-        given, made = Path(folder) / "mesh.npz", Path(folder) / "pieces.npz"
-        np.savez(given, vertices=(vertices - middle) / scale, faces=faces.astype(np.int32))
-        script = _SCRIPT.format(given=str(given), made=str(made), concavity=_CONCAVITY, pieces=MAX_PIECES)
+        mesh_file, pieces_file = Path(folder) / "mesh.npz", Path(folder) / "pieces.npz"
+        np.savez(mesh_file, vertices=(vertices - middle) / scale, faces=faces.astype(np.int32))
+        script = _SCRIPT.format(
+            mesh_file=str(mesh_file), pieces_file=str(pieces_file), concavity=_COACD_THRESHOLD, pieces=MAX_PIECES
+        )
         run = [sys.executable, "-c", script]
         with suppress(subprocess.TimeoutExpired):
-            subprocess.run(run, check=False, capture_output=True, timeout=_TIMEOUT)  # noqa: S603  # nosec B603
-        if not made.is_file():
+            subprocess.run(run, check=False, capture_output=True, timeout=_COACD_TIMEOUT_S)  # noqa: S603  # nosec B603
+        if not pieces_file.is_file():
             return _halved(vertices, faces)
-        with np.load(made) as arrays:
+        with np.load(pieces_file) as arrays:
             pieces = [np.asarray(arrays[f"arr_{i}"], np.float64) for i in range(len(arrays.files))]
     hulls = [_hull(points) for points in pieces]
     return tuple(hull[0] * scale + middle for hull in hulls if hull is not None)
 
 
 def _halved(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
-    """Return the hulls of the pieces of a mesh that is halved across its longest side, those with the emptiest hulls
-    first, until each nearly fills its hull or there are ``MAX_PIECES``."""
+    """Return convex hulls of pieces of a mesh, by repeated halving.
+
+    The piece whose hull is emptiest is cut across its longest side, until every piece nearly fills its hull or there
+    are ``MAX_PIECES``.
+    """
     import manifold3d
 
     mesh = manifold3d.Manifold(manifold3d.Mesh64(np.array(vertices), faces.astype(np.uint64)))
     pieces = mesh.decompose()
     while len(pieces) < MAX_PIECES:
-        empty = [piece.hull().volume() - piece.volume() for piece in pieces]
-        worst = int(np.argmax(empty)) if empty else 0
-        if not empty or empty[worst] <= _CONCAVITY * mesh.volume() / MAX_PIECES:
+        excess = [piece.hull().volume() - piece.volume() for piece in pieces]
+        worst = int(np.argmax(excess)) if excess else 0
+        if not excess or excess[worst] <= _COACD_THRESHOLD * mesh.volume() / MAX_PIECES:
             break
         box = np.array(pieces[worst].bounding_box()).reshape(2, 3)
         axis = int(np.argmax(box[1] - box[0]))
@@ -360,17 +381,19 @@ def _halved(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
 _SCRIPT = """
 import coacd, numpy
 coacd.set_log_level("off")
-with numpy.load({given!r}) as mesh:
+with numpy.load({mesh_file!r}) as mesh:
     shape = coacd.Mesh(mesh["vertices"], mesh["faces"])
 pieces = coacd.run_coacd(shape, threshold={concavity}, max_convex_hull={pieces}, max_ch_vertex=64, seed=0)
-numpy.savez({made!r}, *[numpy.asarray(points) for points, _ in pieces])
+numpy.savez({pieces_file!r}, *[numpy.asarray(points) for points, _ in pieces])
 """
 
 
 def _loaded(key: str) -> tuple[FloatArray, ...] | None:
+    """Return stored pieces; None if they are missing or not plausible arrays of corners."""
     arrays = read_cached("pieces", key)
     if arrays is None:
         return None
-    found = tuple(arrays.get(f"piece{i}", np.zeros(0)) for i in range(len(arrays)))
-    sound = all(each.dtype == np.float64 and each.ndim == 2 and each.shape[1] == 3 for each in found)
-    return found if sound and all(np.isfinite(each).all() and len(each) >= 4 for each in found) else None
+    pieces = tuple(arrays.get(f"piece{i}", np.zeros(0)) for i in range(len(arrays)))
+    has_shape = all(piece.dtype == np.float64 and piece.ndim == 2 and piece.shape[1] == 3 for piece in pieces)
+    is_finite = all(np.isfinite(piece).all() and len(piece) >= 4 for piece in pieces)
+    return pieces if has_shape and is_finite else None

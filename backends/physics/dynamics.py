@@ -1,8 +1,9 @@
-"""MuJoCo models of bodies, and their motion under gravity (Todorov, Erez and Tassa, 2012).
+"""MuJoCo models of bodies, and their motion under gravity.
 
-Scenes have y up, models z up: a turn by a quarter about x. The frame of every body is at its centre of mass, along the
-axes of the world, so that its pose in the model is its motion. Lengths are metres, ``BodySet.unit`` of them a scene
-unit. A model is deterministic: equal scenes give equal motions on one machine.
+Source: Todorov, Erez and Tassa, "MuJoCo: A physics engine for model-based control", IROS 2012. Scenes have y up, models
+z up: a quarter turn about x. The frame of every body is at its center of mass, along the axes of the world, so that its
+pose in the model is its motion. Lengths are meters, ``BodySet.unit`` of them per scene unit. A model is deterministic:
+equal scenes give equal motions on one machine.
 """
 
 from __future__ import annotations
@@ -29,40 +30,48 @@ if TYPE_CHECKING:
 IntArray = npt.NDArray[np.int64]
 
 GRAVITY = 9.81  # m/s^2
-FRICTION = 0.6
-MAX_SECONDS = 600.0
-MAX_STEPS = 400_000
-MAX_SAMPLES = 20_000_000  # frames times bodies
-_STEPS = (1 / 4000, 1 / 500)  # least and greatest time step, in s
-_STEP = 0.02  # of the time in which the smallest body falls by its own size
-_STIFF = 4.0  # time steps in which a contact is resolved; MuJoCo needs 2 or more
-_TINY = 1e-9  # m: smaller pieces have no volume in MuJoCo's arithmetic
-_NEAR = 100.0  # sizes of the scene from the origin within which a simulation starts where the scene is
-_EARLY = 5  # steps after which contacts are what bodies stand on
+FRICTION = 0.6  # coefficient of bodies without `:friction`
+MAX_SECONDS = 600.0  # of simulated time
+MAX_STEPS = 400_000  # time steps of one simulation
+MAX_SAMPLES = 20_000_000  # samples times bodies, whose poses are stored
+_STEP_RANGE_S = (1 / 4000, 1 / 500)  # least and greatest time step
+# of the time in which the smallest body falls by its own size: it cannot pass through another in one step
+# of the time in which the smallest body falls by its own size, so that it moves little in a step
+_STEP_FALL_RATIO = 0.02
+_CONTACT_STEPS = 4.0  # time steps in which a contact is resolved; MuJoCo needs 2 or more
+_MIN_PIECE_M = 1e-9  # smaller pieces have no volume in MuJoCo's arithmetic
+# in scene sizes: a simulation farther from the origin starts at the origin, because contacts lose digits
+_MAX_OFFSET_SIZES = 100.0
+_SUPPORT_STEPS = 5  # after which contacts are taken as the supports of the start; before, bodies still settle into them
+_MIN_SUPPORT_NORMAL = 0.2  # vertical component of a contact's normal: a wall does not support leaning objects
 
-# A cylinder that is upright but for its last digits has false contacts with a plane in MuJoCo 4.0, which divides by
-# what is left of the plane's normal without the axis: turned by a millionth, it does not stand like that.
-_ASKEW = np.array([[1.0, 0.0, 1e-6], [0.0, 1.0, 0.0], [-1e-6, 0.0, 1.0]])
+# In MuJoCo 4.0 a cylinder that is upright up to rounding has false contacts with a plane: the plane's normal without
+# its component along the axis is divided by its length, which is nearly zero. A tilt by a millionth avoids that.
+_TILT = np.array([[1.0, 0.0, 1e-6], [0.0, 1.0, 0.0], [-1e-6, 0.0, 1.0]])
 
 TO_MODEL = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # from y up to z up
 
 
 class Distances:
-    """Distances between things that consist of convex colliders: those of MuJoCo, of the shapes that move."""
+    """Distances between objects made of convex colliders, measured by ``mj_geomDistance``.
+
+    They are those of the colliders that move, not of our GJK on hulls: a ring and the object inside it touch as they do
+    in the simulation.
+    """
 
     def __init__(self, colliders: Sequence[Sequence[Collider]]) -> None:
         mujoco = require("mujoco", INSTALL)
-        sizes = [float(np.linalg.norm(np.subtract(*each.box()))) for group in colliders for each in group]
+        sizes = [float(np.linalg.norm(np.subtract(*shape.box()))) for group in colliders for shape in group]
         self.scale = 1.0 / float(np.median(sizes))
         spec = mujoco.MjSpec()
         meshes = _Meshes(mujoco, spec, self.scale)
         origin = colliders[0][0].center
         for group in colliders:
-            for each in group:
-                if not _add_shape(mujoco, spec.worldbody, meshes, each, origin, self.scale, {}):
-                    # what vanishes in MuJoCo's arithmetic counts as a point
-                    place = TO_MODEL @ (each.center - origin) * self.scale
-                    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_TINY, 0, 0], pos=place)
+            for collider in group:
+                if not _add_shape(mujoco, spec.worldbody, meshes, collider, origin, self.scale, {}):
+                    # too small for MuJoCo's arithmetic: a point
+                    place = TO_MODEL @ (collider.center - origin) * self.scale
+                    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[_MIN_PIECE_M, 0, 0], pos=place)
         self.model, self.data = compiled(spec)
         mujoco.mj_forward(self.model, self.data)
         self.measure = mujoco.mj_geomDistance
@@ -70,9 +79,8 @@ class Distances:
         self.geoms = [range(start, end) for start, end in zip([0, *ends[:-1]], ends)]
 
     def gaps(self, pairs: IntArray, margin: float) -> FloatArray:
-        """Return the gap of each pair (M, 2) of things, negative for a depth; those of ``margin`` or more are not
-        measured further."""
-        found = [
+        """Return the gap of each pair (M, 2) of objects, negative for a penetration; gaps are capped at ``margin``."""
+        distances = [
             min(
                 self.measure(self.model, self.data, a, b, margin * self.scale, None)
                 for a in self.geoms[i]
@@ -80,14 +88,14 @@ class Distances:
             )
             for i, j in pairs.tolist()
         ]
-        return np.array(found, np.float64) / self.scale
+        return np.array(distances, np.float64) / self.scale
 
     def overlap(self, i: int, j: int) -> Overlap | None:
-        """Return the deepest overlap of colliders of two things, None if there is none."""
-        return max(self.overlaps(i, j), key=lambda each: each.depth, default=None)
+        """Return the deepest overlap of colliders of two objects, None if there is none."""
+        return max(self.overlaps(i, j), key=lambda overlap: overlap.depth, default=None)
 
     def overlaps(self, i: int, j: int) -> Iterator[Overlap]:
-        """Yield the overlaps of the colliders of two things."""
+        """Yield the overlaps of the colliders of two objects."""
         ends = np.zeros(6)
         for a, first in enumerate(self.geoms[i]):
             for b, second in enumerate(self.geoms[j]):
@@ -99,8 +107,17 @@ class Distances:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Overlap:
-    """An overlap of two colliders: their numbers in the two things, its depth, and the direction (3,) in which the
-    second leaves the first."""
+    """Overlap of two colliders.
+
+    Attributes
+    ----------
+    first, second
+        Numbers of the colliders in their objects.
+    depth
+        Penetration depth, in scene units.
+    along : (3,)
+        Unit vector in which the second collider leaves the first.
+    """
 
     first: int
     second: int
@@ -112,13 +129,14 @@ class Overlap:
 
 
 class _Meshes:
-    """The meshes of a model, each added once however many geoms have it."""
+    """Meshes of a model; geoms with equal meshes share one."""
 
     def __init__(self, mujoco: Any, spec: Any, unit: float) -> None:
         self.mujoco, self.spec, self.unit = mujoco, spec, unit
         self.names: dict[bytes, str] = {}
 
     def name(self, vertices: FloatArray) -> str:
+        """Return the name of the mesh with these corners, which is added on first use."""
         points = vertices @ TO_MODEL.T * self.unit
         # Equal meshes at several places differ in their last digits.
         key = (
@@ -135,19 +153,19 @@ class _Meshes:
 def _add_shape(
     mujoco: Any, owner: Any, meshes: _Meshes, shape: Collider, origin: FloatArray, unit: float, look: Mapping[str, Any]
 ) -> bool:
-    """Add a collider to a body whose frame is at ``origin``; return False if it is too small for MuJoCo."""
+    """Add a collider to the body ``owner`` whose frame is at ``origin``; return False if it is too small for MuJoCo."""
     low, high = shape.box()
-    if float((high - low).max()) * unit <= _TINY:
+    if float((high - low).max()) * unit <= _MIN_PIECE_M:
         return False
     kind = getattr(mujoco.mjtGeom, f"mjGEOM_{shape.kind.upper()}")
     rotation = TO_MODEL @ shape.rotation
     if shape.kind == "mesh":
-        if _hull_volume(shape.vertices * unit) <= _TINY**1.5:
+        if _hull_volume(shape.vertices * unit) <= _MIN_PIECE_M**1.5:
             return False
         look = {**look, "meshname": meshes.name(shape.vertices)}
-        rotation = rotation @ TO_MODEL.T  # the corners are turned already
+        rotation = rotation @ TO_MODEL.T  # the corners are in the frame of the model
     if shape.kind == "cylinder":
-        rotation = rotation @ _ASKEW
+        rotation = rotation @ _TILT
     owner.add_geom(
         type=kind, size=(shape.size * unit).tolist(), pos=TO_MODEL @ (shape.center - origin) * unit,
         quat=quaternion(rotation), **look,
@@ -156,10 +174,10 @@ def _add_shape(
 
 
 def _hull_volume(points: FloatArray) -> float:
-    """Return the volume of the box along the principal axes of points, which bounds that of their hull."""
-    centred = points - points.mean(axis=0)
-    _, _, axes = np.linalg.svd(centred, full_matrices=False)
-    return float(np.prod(np.ptp(centred @ axes.T, axis=0)))
+    """Return the volume of the box along the principal axes of points, an upper bound of their hull's."""
+    centered = points - points.mean(axis=0)
+    _, _, axes = np.linalg.svd(centered, full_matrices=False)
+    return float(np.prod(np.ptp(centered @ axes.T, axis=0)))
 
 
 def quaternion(rotation: FloatArray) -> list[float]:
@@ -169,7 +187,7 @@ def quaternion(rotation: FloatArray) -> list[float]:
 
 
 def names_of(bodies: BodySet) -> list[str]:
-    """Return a distinct name for each body: letters, digits, dots and dashes of its word, and its number."""
+    """Return a distinct name for each body: its word, reduced to letters, digits, dots and dashes, and its number."""
     return [
         f"{re.sub(r'[^A-Za-z0-9]+', '-', body.words[-1])[:40].strip('-') or 'body'}.{number}"
         for number, body in enumerate(bodies.bodies)
@@ -188,11 +206,11 @@ def model_of(bodies: BodySet, origin: FloatArray | None = None) -> Any:
     step = _time_step(bodies)
     spec.option.timestep = step
     spec.option.gravity = [0.0, 0.0, -GRAVITY]
-    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # friction cones are round
-    spec.option.impratio = 10.0  # with the next, what rests on a slope does not creep
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # the friction cone is round, as Coulomb's law has it
+    spec.option.impratio = 10.0  # with noslip_iterations: bodies at rest on a slope do not creep
     spec.option.noslip_iterations = 4
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    look = {"solref": [_STIFF * step, 1.0]}
+    look = {"solref": [_CONTACT_STEPS * step, 1.0]}
     height = bodies.ground * bodies.unit
     spec.worldbody.add_geom(
         name="ground", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0.0, 0.0, 1.0], pos=[0.0, 0.0, height],
@@ -205,15 +223,15 @@ def model_of(bodies: BodySet, origin: FloatArray | None = None) -> Any:
     return spec
 
 
-_LEAST = 1e-15  # kg and kg m^2, the least that MuJoCo takes
-LEAST_TENSOR = 1.1e-14  # kg m^2: eigenvalues of an inertia tensor below 1e-14 are none to MuJoCo (``mjEPS``)
+_MIN_MASS = 1e-15  # in kg and kg m^2, the least that MuJoCo accepts
+MIN_TENSOR = 1.1e-14  # in kg m^2: MuJoCo takes eigenvalues of an inertia tensor below 1e-14 (`mjEPS`) as zero
 
 
-def check_weight(bodies: BodySet, body: RigidBody, least_inertia: float = _LEAST) -> None:
+def check_weight(bodies: BodySet, body: RigidBody, least_inertia: float = _MIN_MASS) -> None:
     """Raise SceneError("physics") for a body that is too light to be simulated."""
     unit, moments = bodies.unit, body.moments
     least = float(moments.principal()[0].min()) * unit**2
-    if not (moments.mass > _LEAST and least > least_inertia and np.isfinite(moments.inertia).all()):
+    if not (moments.mass > _MIN_MASS and least > least_inertia and np.isfinite(moments.inertia).all()):
         message = f'"{body.name}" is too light to be simulated: {moments.mass:.3g} kg at {unit:.3g} metres per unit'
         raise SceneError("physics", message, "give a larger `--metres-per-unit`", span=bodies.place(body))
 
@@ -222,6 +240,11 @@ def _add_body(
     mujoco: Any, spec: Any, meshes: _Meshes, bodies: BodySet, placed: tuple[RigidBody, str, FloatArray],
     look: Mapping[str, Any],
 ) -> None:  # fmt: skip
+    """Add a body with its joint, inertia and colliders to a model.
+
+    ``placed`` is the body, its name, and its center of mass in scene units from the model's origin. Inertias are given,
+    because those of MuJoCo's meshes count overlaps twice.
+    """
     body, name, place = placed
     unit, moments = bodies.unit, body.moments
     inertia, axes = moments.principal()
@@ -239,27 +262,28 @@ def _add_body(
         owner.add_freejoint()
     for part in body.parts:
         friction = bodies.frictions[part]
-        # A friction that is given counts against one that is not; of two, MuJoCo takes the larger.
-        own: dict[str, Any] = {
+        # MuJoCo takes the larger of two frictions, so that ice would not slide: one that is given has priority.
+        attributes: dict[str, Any] = {
             "friction": [FRICTION if friction is None else friction, 0.0, 0.0],
             "priority": int(friction is not None),
         }
-        own |= {"rgba": color_of(bodies, part), "mass": 0.0}
+        attributes |= {"rgba": color_of(bodies, part), "mass": 0.0}
         for shape in bodies.parts[part].colliders:
-            _add_shape(mujoco, owner, meshes, shape, moments.center, unit, {**look, **own})
+            _add_shape(mujoco, owner, meshes, shape, moments.center, unit, {**look, **attributes})
 
 
 def color_of(bodies: BodySet, part: int) -> list[float]:
-    """Return the colour of a part in sRGB, with its opacity."""
+    """Return the color of a part in sRGB, with its opacity."""
     look = look_of(bodies.nodes[bodies.parts[part].node].entity)
     rgb: list[float] = np.round(to_srgb(np.clip(look.color, 0.0, 1.0)), 4).tolist()
     return [*rgb, round(look.opacity, 4)]
 
 
 def _time_step(bodies: BodySet) -> float:
+    """Return the time step in seconds, by the size of the smallest movable body."""
     sizes = [body.size * bodies.unit for body in bodies.bodies if not body.fixed]
     fall = math.sqrt(min(sizes, default=1.0) / GRAVITY)
-    return min(max(_STEP * fall, _STEPS[0]), _STEPS[1])
+    return min(max(_STEP_FALL_RATIO * fall, _STEP_RANGE_S[0]), _STEP_RANGE_S[1])
 
 
 def compiled(spec: Any) -> tuple[Any, Any]:
@@ -285,11 +309,11 @@ class Motion:
     times : (T,)
         Seconds from the start; the first is 0.
     centers : (T, N, 3)
-        Centres of mass, in scene units.
+        Centers of mass, in scene units.
     rotations : (T, N, 3, 3)
         Rotations since the start.
     speeds : (N,)
-        Greatest speed of the centre of mass, in scene units per second.
+        Greatest speed of the center of mass, in scene units per second.
     supports
         For each body the points (K, 3), in scene units, at which something below touched it in the beginning, and the
         numbers of those bodies; -1 is the ground.
@@ -311,7 +335,7 @@ class Motion:
     launch: float
 
     def pose(self, sample: int, body: int) -> FloatArray:
-        """Return what moves a body from its place in the scene to that of a sample, (3, 4)."""
+        """Return the motion (3, 4) of a body from its start to a sample, in the world of the scene."""
         rotation = self.rotations[sample, body]
         shift = self.centers[sample, body] - rotation @ self.centers[0, body]
         return np.column_stack([rotation, shift])
@@ -349,20 +373,28 @@ def simulate(
     mujoco = require("mujoco", INSTALL)
     origin = _middle(bodies)
     model, data = compiled(model_of(bodies, origin))
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)  # numbers that are lost must be told
+    model.opt.disableflags |= int(
+        mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    )  # a diverging simulation must be reported, not restarted
     joints = [int(model.body_dofadr[1 + number]) for number in range(len(bodies.bodies))]
     _start(bodies, data, joints, velocities or {})
     step = float(model.opt.timestep)
     samples = max(1, round(seconds * rate))
-    each = max(1, round(1.0 / (rate * step)))
-    model.opt.timestep = step = 1.0 / (rate * each)
-    if samples * each > MAX_STEPS or samples * len(joints) > MAX_SAMPLES or not 0.0 < seconds <= MAX_SECONDS:
+    steps_per_sample = max(1, round(1.0 / (rate * step)))
+    model.opt.timestep = step = 1.0 / (rate * steps_per_sample)
+    if (
+        samples * steps_per_sample > MAX_STEPS
+        or samples * len(joints) > MAX_SAMPLES
+        or not 0.0 < seconds <= MAX_SECONDS
+    ):
         message = f"{seconds:g} s of {len(joints):,} bodies are more steps than the limit of {MAX_STEPS:,}"
         raise LimitError("size", message, "simulate a shorter time")
     with _quiet(mujoco):
         try:
-            motion = _run(mujoco, model, data, bodies, joints, (samples, each), progress or (lambda _: None))
-        except mujoco.FatalError as error:  # as of contacts that need more than its memory
+            motion = _run(
+                mujoco, model, data, bodies, joints, (samples, steps_per_sample), progress or (lambda _: None)
+            )
+        except mujoco.FatalError as error:  # such as for contacts that exceed its memory
             message = f"{len(joints):,} bodies cannot be simulated: {error}"
             raise LimitError("size", message, "simulate fewer bodies, or a shorter time") from error
     supports = tuple((points + origin, below) for points, below in motion.supports)
@@ -375,11 +407,12 @@ def _middle(bodies: BodySet) -> FloatArray:
         return np.zeros(3)
     low, high = (np.array([getattr(body, name) for body in bodies.bodies]) for name in ("low", "high"))
     middle = (low.min(axis=0) + high.max(axis=0)) / 2.0
-    far = float(np.abs(middle).max()) > _NEAR * float((high.max(axis=0) - low.min(axis=0)).max())
+    far = float(np.abs(middle).max()) > _MAX_OFFSET_SIZES * float((high.max(axis=0) - low.min(axis=0)).max())
     return middle * (1.0, 0.0, 1.0) if far else np.zeros(3)
 
 
 def _start(bodies: BodySet, data: Any, joints: Sequence[int], velocities: Mapping[str, Sequence[float]]) -> None:
+    """Set the initial velocities of the bodies; raises SceneError for an unknown word."""
     words = sorted({word for body in bodies.bodies if not body.fixed for word in body.words[1:] or body.words})
     for word, velocity in velocities.items():
         if word not in words:
@@ -393,7 +426,12 @@ def _start(bodies: BodySet, data: Any, joints: Sequence[int], velocities: Mappin
 def _run(
     mujoco: Any, model: Any, data: Any, bodies: BodySet, joints: Sequence[int], plan: tuple[int, int], tell: Progress
 ) -> Motion:
-    samples, each = plan
+    """Step a model and sample the poses of its bodies; ``plan`` is the number of samples and the steps of each.
+
+    Supports are read once after ``_SUPPORT_STEPS`` steps, so the first samples may be stepped in two portions. A
+    simulation whose numbers become invalid ends at that sample.
+    """
+    samples, steps_per_sample = plan
     count = len(joints)
     centers, turns = np.empty((samples + 1, count, 3)), np.empty((samples + 1, count, 3, 3))
     mujoco.mj_forward(model, data)
@@ -406,14 +444,14 @@ def _run(
     done = 0
     for sample in range(samples + 1):
         if sample:
-            early = min(each, _EARLY - done) if done < _EARLY else 0
-            if early:
-                mujoco.mj_step(model, data, early)
-            if not supports and done + early >= _EARLY:
+            first_steps = min(steps_per_sample, _SUPPORT_STEPS - done) if done < _SUPPORT_STEPS else 0
+            if first_steps:
+                mujoco.mj_step(model, data, first_steps)
+            if not supports and done + first_steps >= _SUPPORT_STEPS:
                 supports = _supports(mujoco, model, data, bodies)
-            if each > early:
-                mujoco.mj_step(model, data, each - early)
-            done += each
+            if steps_per_sample > first_steps:
+                mujoco.mj_step(model, data, steps_per_sample - first_steps)
+            done += steps_per_sample
             mujoco.mj_kinematics(model, data)
         centers[sample] = data.xpos[1:] @ TO_MODEL / bodies.unit
         turns[sample] = TO_MODEL.T @ data.xmat[1:].reshape(-1, 3, 3) @ TO_MODEL
@@ -422,15 +460,24 @@ def _run(
             broken = sample
             break
         tell(sample / samples)
-    last = samples + 1 if broken is None else max(1, broken)
-    times = np.arange(last, dtype=np.float64) * (each * float(model.opt.timestep))
-    ends = _supports(mujoco, model, data, bodies)
-    landed = tuple(below for _, below in ends)
-    return Motion(times, centers[:last], turns[:last], fastest, supports or ends, landed, broken, launch)
+    valid_samples = samples + 1 if broken is None else max(1, broken)
+    times = np.arange(valid_samples, dtype=np.float64) * (steps_per_sample * float(model.opt.timestep))
+    final_supports = _supports(mujoco, model, data, bodies)
+    landed = tuple(below for _, below in final_supports)
+    return Motion(
+        times,
+        centers[:valid_samples],
+        turns[:valid_samples],
+        fastest,
+        supports or final_supports,
+        landed,
+        broken,
+        launch,
+    )
 
 
 def _lost(mujoco: Any, data: Any) -> bool:
-    """Whether MuJoCo warned that its numbers are no longer sound; raises LimitError if its memory is too small."""
+    """Return whether MuJoCo warned that its state is invalid; raises LimitError if its memory is too small."""
     kinds = mujoco.mjtWarning
     if data.warning[kinds.mjWARN_CONTACTFULL].number or data.warning[kinds.mjWARN_CNSTRFULL].number:
         raise LimitError("size", "too many contacts to be simulated", "simulate a part of the scene with `--root WORD`")
@@ -439,26 +486,28 @@ def _lost(mujoco: Any, data: Any) -> bool:
 
 
 def _supports(mujoco: Any, model: Any, data: Any, bodies: BodySet) -> tuple[tuple[FloatArray, tuple[int, ...]], ...]:
-    """Return what touches each body from below: contacts whose normals carry it, and whose bodies they are of."""
-    points: list[list[FloatArray]] = [[] for _ in bodies.bodies]
+    """Return for each body the contact points from below, and the numbers of the bodies that they belong to."""
+    contacts: list[list[FloatArray]] = [[] for _ in bodies.bodies]
     others: list[dict[int, None]] = [{} for _ in bodies.bodies]
     for contact in data.contact:
         normal = contact.frame[2]  # the height of the normal, from the first geom to the second
-        if abs(normal) < 0.2:  # a wall carries nothing
+        if abs(normal) < _MIN_SUPPORT_NORMAL:
             continue
         lower, upper = contact.geom if normal > 0.0 else contact.geom[::-1]
         under, over = int(model.geom_bodyid[lower]) - 1, int(model.geom_bodyid[upper]) - 1
         if over >= 0 and over != under:
-            points[over].append(TO_MODEL.T @ contact.pos / bodies.unit)
+            contacts[over].append(TO_MODEL.T @ contact.pos / bodies.unit)
             others[over][under] = None
-    return tuple((np.array(found).reshape(-1, 3), tuple(below)) for found, below in zip(points, others, strict=True))
+    return tuple(
+        (np.array(points).reshape(-1, 3), tuple(below)) for points, below in zip(contacts, others, strict=True)
+    )
 
 
 @contextmanager
 def _quiet(mujoco: Any) -> Iterator[None]:
     """Keep MuJoCo from writing a log file into the current folder; its warnings are counted in the data."""
-    say: Callable[[str], None] = lambda _: None
-    mujoco.set_mju_user_warning(say)
+    ignore: Callable[[str], None] = lambda _: None
+    mujoco.set_mju_user_warning(ignore)
     try:
         yield
     finally:

@@ -1,15 +1,19 @@
-"""Which parts of a frame are rigid bodies: the things that a person would lift (docs/physics.md).
+"""Grouping of a frame's primitives into rigid bodies, the objects that can be moved on their own (docs/physics.md).
 
-1. A child of the root is a thing, or several. Primitives that stand directly in the root are taken together while they
-   touch.
+1. A child of the root is an object, or several. Primitives directly in the root form an object while they touch.
 2. An entity whose parts all touch is one body: a chair of legs, a seat and a back.
-3. If at least half of its parts touch, it is a thing with strays, and each connected cluster is a body.
-4. Otherwise it is an arrangement, such as "chess pieces", and what holds for the root holds for it.
-5. Parts of different bodies that overlap deeper than ``WELD`` of the smaller one's least side are glued: their bodies
-   are one, unless one thing is set into another from above. What is set into the ground by more than a tenth of its
-   least extent stands fast; of what is less deep, the part in the ground is cut off.
+3. If at least half of its parts touch, it is an object with strays, and each connected cluster is a body.
+4. Otherwise it is an arrangement, such as "chess pieces", and is treated like the root.
+5. Parts of different bodies that overlap deeper than ``WELD`` of the smaller one's least side are welded into one body,
+   unless one object is set into another from above. An object deeper in the ground than ``ROOTED`` of its least extent
+   is fixed; of a shallower one, the part in the ground is cut off.
 
-The attributes ``:body``, ``:fixed``, ``:mass``, ``:density`` and ``:friction`` of entities override what is found.
+Grouping by contact rather than at a fixed depth of the tree: at a fixed level the chess set exploded. The cost is a
+plate that leaves its "laid table"; chairs whose legs only touch their seat remain one body. A weld hides an object that
+passes through another; the geometric lint reports that (W634), because a simulation cannot tell a candle in a cake from
+a chair in a wall.
+
+The attributes ``:body``, ``:fixed``, ``:mass``, ``:density`` and ``:friction`` of entities override the grouping.
 """
 
 from __future__ import annotations
@@ -24,10 +28,10 @@ import numpy.typing as npt
 
 from scenelang.backends.geometry.stability import (
     ChainLink,
-    are_one_thing,
+    are_one_object,
     is_airborne,
     is_mounted,
-    is_part_of_thing,
+    is_part_of_object,
     is_portable,
     is_put_down,
     is_rooted,
@@ -55,25 +59,32 @@ from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 IntArray = npt.NDArray[np.int64]
 
-MAX_PARTS = 20_000  # primitives
-MAX_COLLIDERS = 40_000
+MAX_PARTS = 20_000  # primitives of a frame
+MAX_COLLIDERS = 40_000  # of a frame
 MAX_PAIRS = 400_000  # of colliders that are near each other
-MAX_BODIES = 4_000
-MAX_UNITED = 400  # parts of a body that are joined to be measured; in larger ones overlaps count in each part
-TOUCH = 2e-3  # of the smaller part's diagonal: parts that are closer touch
-DIAGONAL = 2.0  # metres: what a scene is taken to measure unless a unit is given
-WELD = 1e-2  # of the smaller part's least side: parts that overlap deeper are one body, unless they are two things
-LOOSE = 1e-3  # the same: a simulation need not know of less
-ROOTED = 0.1  # of its least extent: what is deeper in the ground stands fast
-SUNK = 0.25  # of the upper thing's height: as deep may it be set into what it stands on
-UPRIGHT = 0.8  # of the direction in which one leaves the other
-_LARGEST = 1e12  # coordinates beyond it lose the digits that a simulation needs
+MAX_BODIES = 4_000  # of a frame
+MAX_UNITED_PARTS = 400  # parts of a body that are united to be measured; in larger bodies overlaps count in each part
+TOUCH = 2e-3  # of the smaller part's diagonal: parts with smaller gaps touch
+# of a scene without a given unit, so that verdicts do not depend on its unit; exports use 1 m per unit, as USD does
+DIAGONAL_M = 2.0
+# of the smaller part's least side: shallower overlaps are modeling tolerances that the solver pushes out unnoticed;
+# deeper ones would make the parts fly apart and are welded
+WELD = 1e-2
+LOOSE = 1e-3  # of the smaller part's least side: shallower overlaps are left to the solver
+ROOTED = 0.1  # of an object's least extent: an object deeper in the ground is fixed
+# of the upper object's height: how deep it may be set into its support without a weld, so that a present that sinks 2
+# mm into a table can fall from it
+SUNK = 0.25
+# vertical component of the direction in which an overlap is undone, from which one part is above the other
+UPRIGHT = 0.8
+_MAX_COORDINATE = 1e12  # larger coordinates lose the digits that a simulation needs
+_FLOOR_AREA = 0.3  # of the frame's ground area: a part as broad as this is a floor
 _READERS = {attribute.name: attribute for attribute in PHYSICS}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedEntity:
-    """An instance of an entity in the expanded frame.
+    """Instance of an entity in the expanded frame.
 
     Attributes
     ----------
@@ -81,37 +92,37 @@ class PlacedEntity:
         The entity and its pose in the world.
     parent
         Number of the parent instance; -1 for the root.
-    given
-        The attributes of physics that it has, as they are read.
+    physics
+        Its physics attributes, validated.
     """
 
     entity: Entity
     world: Matrix
     parent: int
-    given: dict[str, Any]
+    physics: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BodyPart:
-    """A primitive that takes part: the number of its node, and its colliders."""
+    """Primitive that takes part in the simulation: the number of its node, and its colliders."""
 
     node: int
     colliders: tuple[Collider, ...]
 
     def box(self) -> tuple[FloatArray, FloatArray]:
         """Return the axis-aligned box in the world: low and high corner, (3,) each."""
-        found = [collider.box() for collider in self.colliders]
-        return np.min([low for low, _ in found], axis=0), np.max([high for _, high in found], axis=0)
+        boxes = [collider.box() for collider in self.colliders]
+        return np.min([low for low, _ in boxes], axis=0), np.max([high for _, high in boxes], axis=0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigidBody:
-    """A rigid body, in the world of the scene: lengths in scene units, y up.
+    """Rigid body, in the world of the scene: lengths in scene units, y up.
 
     Attributes
     ----------
     words
-        The words from the root to the entity that it is, or to the one that contains its parts.
+        Words from the root to the body's entity, or to the entity that contains its parts.
     node
         Number of that entity's node.
     parts
@@ -119,7 +130,7 @@ class RigidBody:
     fixed
         Whether it cannot move.
     moments
-        Mass in kg, centre of mass in scene units, second moments in kg and squared scene units.
+        Mass in kg, center of mass in scene units, second moments in kg and squared scene units.
     low, high : (3,)
         Corners of its axis-aligned box.
     """
@@ -154,7 +165,7 @@ class BodySet:
     ground
         Height of the ground plane.
     unit
-        Metres per scene unit.
+        Meters per scene unit.
     frictions
         Coefficient of friction of each part, None where none is given.
     """
@@ -176,16 +187,16 @@ class BodySet:
     @cached_property
     def inside(self) -> tuple[frozenset[int], ...]:
         """For each node the numbers of the bodies that have parts at or below it."""
-        found: list[set[int]] = [set() for _ in self.nodes]
+        bodies_below: list[set[int]] = [set() for _ in self.nodes]
         for number, body in enumerate(self.bodies):
             for part in body.parts:
-                found[self.parts[part].node].add(number)
+                bodies_below[self.parts[part].node].add(number)
         for node in range(len(self.nodes) - 1, 0, -1):
-            found[self.nodes[node].parent] |= found[node]
-        return tuple(map(frozenset, found))
+            bodies_below[self.nodes[node].parent] |= bodies_below[node]
+        return tuple(map(frozenset, bodies_below))
 
     def place(self, body: RigidBody) -> Span | None:
-        """Return where the program makes a body: the call of its first primitive that has a place."""
+        """Return the source location of a body: the call of its first primitive that has one."""
         for part in body.parts:
             places = self.nodes[self.parts[part].node].entity.call_sites
             if places:
@@ -201,7 +212,7 @@ def bodies_of(root: Entity, unit: float | None = None) -> BodySet:
     root
         Root of the frame.
     unit
-        Metres per scene unit; by default such that the diagonal of the scene is ``DIAGONAL`` metres.
+        Meters per scene unit; by default such that the diagonal of the scene is ``DIAGONAL_M`` meters.
 
     Raises
     ------
@@ -225,6 +236,7 @@ def bodies_of(root: Entity, unit: float | None = None) -> BodySet:
 
 
 def _refuse_blocks(root: Entity) -> None:
+    """Raise SceneError for Minecraft blocks, which do not fall."""
     block = next((entity for entity in descendants(root) if entity.is_block), None)
     if block is not None:
         notes = tuple(Note(f'"{block.word}" is made here', span) for span in block.call_sites[:1])
@@ -244,52 +256,54 @@ def _expanded(root: Entity) -> Iterator[PlacedEntity]:
                 "primitives", f"more than the limit of {MAX_PARTS:,} primitives to simulate",
                 hint="simulate a part of the scene with `--root WORD`",
             )  # fmt: skip
-        yield PlacedEntity(entity, world, parent, _given(entity))
+        yield PlacedEntity(entity, world, parent, _physics_of(entity))
         stack.extend((part.car, compose(world, part.cdr), number) for part in reversed(entity.children))
         number += 1
 
 
-def _given(entity: Entity) -> dict[str, Any]:
-    """Return the attributes of physics of an entity; raises SceneError("attribute")."""
+def _physics_of(entity: Entity) -> dict[str, Any]:
+    """Return the validated physics attributes of an entity; raises SceneError("attribute")."""
     attributes = entity.embedding.attributes
-    found: dict[str, Any] = {}
+    physics: dict[str, Any] = {}
     for name, attribute in _READERS.items():
         value = attributes.get(name)
         if value is None or attribute.read is None:
             continue
         try:
-            found[name] = attribute.read(entity.word, name, value)
+            physics[name] = attribute.read(entity.word, name, value)
         except SceneError as error:
             if entity.call_sites and error.span is None:
                 error.span = entity.call_sites[0]
             raise
-    return found
+    return physics
 
 
 def _parts(nodes: Sequence[PlacedEntity]) -> Iterator[BodyPart]:
-    whole = [False] * len(nodes)  # whether an entity at or above the node is a body by its attributes
+    """Yield the visible primitives with a volume; semantic primitives only within a declared body."""
+    in_declared_body = [False] * len(nodes)  # of each node, by attributes at or above it
     for number, node in enumerate(nodes):
-        whole[number] = _is_whole(node.given) or (node.parent >= 0 and whole[node.parent])
+        in_declared_body[number] = _is_whole(node.physics) or (node.parent >= 0 and in_declared_body[node.parent])
         shape = node.entity.shape
-        if shape is None or not shape.has_geometry or (shape.is_semantic and not whole[number]):
+        if shape is None or not shape.has_geometry or (shape.is_semantic and not in_declared_body[number]):
             continue
         if (shape.is_solid and shape.is_flat) or look_of(node.entity).opacity == 0.0:
             continue
         world = np.array(node.world, np.float64).reshape(3, 4)
-        if not np.abs(world).max() < _LARGEST:
+        if not np.abs(world).max() < _MAX_COORDINATE:
             raise SceneError("pose", f'"{node.entity.word}" is too large or too far away to be simulated')
-        found = colliders_of(shape, world)
-        if found:
-            yield BodyPart(number, found)
+        colliders = colliders_of(shape, world)
+        if colliders:
+            yield BodyPart(number, colliders)
 
 
 # --- grouping ---------------------------------------------------------------------------------------------------------
 
 
 class _Grouping:
-    """Groups the parts of a frame to bodies."""
+    """Groups the parts of a frame into bodies."""
 
     def __init__(self, nodes: tuple[PlacedEntity, ...], parts: tuple[BodyPart, ...], unit: float | None) -> None:
+        """Index the nodes and parts, and measure the contacts between parts."""
         self.nodes, self.parts = nodes, parts
         boxes = [part.box() for part in parts]
         self.low, self.high = np.array([low for low, _ in boxes]), np.array([high for _, high in boxes])
@@ -297,7 +311,7 @@ class _Grouping:
             raise SceneError("pose", "pose overflow: coordinates exceed the float range")
         self.diagonal = np.linalg.norm(self.high - self.low, axis=1)
         size = float(np.linalg.norm(self.high.max(axis=0) - self.low.min(axis=0)))
-        self.unit = DIAGONAL / size if unit is None else unit
+        self.unit = DIAGONAL_M / size if unit is None else unit
         self.children: list[list[int]] = [[] for _ in nodes]
         for number, node in enumerate(nodes):
             if node.parent >= 0:
@@ -307,11 +321,12 @@ class _Grouping:
             for at in self._upwards(part.node):
                 self.below[at].append(number)
         self.touching: list[list[int]] = [[] for _ in parts]
-        self.deep: list[tuple[int, int]] = []  # pairs of parts that overlap: too deep to be ignored, and less
+        self.deep: list[tuple[int, int]] = []  # pairs of parts that overlap by more than WELD, and by LOOSE to WELD
         self.shallow: list[tuple[int, int]] = []
         self._find_contacts()
 
     def _find_contacts(self) -> None:
+        """Measure the gaps of nearby parts; raises LimitError for more than ``MAX_PAIRS``."""
         margin = TOUCH * float(self.diagonal.max())
         pairs, complete = neighbours(self.low, self.high, margin, MAX_PAIRS)
         if not complete:
@@ -332,8 +347,8 @@ class _Grouping:
 
     def grouped(self) -> BodySet:
         """Return the bodies, in the order of their first parts."""
-        groups = self._welded(self._things())
-        self._part(groups)
+        groups = self._welded(self._objects())
+        self._separate(groups)
         ground = self._ground(groups)
         if len(groups) > MAX_BODIES:
             raise LimitError("size", f"the scene has {len(groups):,} bodies, more than the limit of {MAX_BODIES:,}")
@@ -342,74 +357,80 @@ class _Grouping:
         frictions = tuple(self._inherited(part, "friction") for part in range(len(self.parts)))
         return BodySet(self.nodes, self.parts, bodies, ground, self.unit, frictions)
 
-    def _things(self) -> list[list[int]]:
-        """Return the parts of each thing, before welds."""
-        found: list[list[int]] = []
+    def _objects(self) -> list[list[int]]:
+        """Return the parts of each object, before welds.
+
+        Nodes are visited from the root down; a node is split while it is an arrangement (see the module).
+        """
+        groups: list[list[int]] = []
         stack = [0]
         while stack:
-            at = stack.pop()
-            below = self.below[at]
+            node = stack.pop()
+            below = self.below[node]
             if not below:
                 continue
-            given = self.nodes[at].given
-            if _is_whole(given) or "mass" in given or self.nodes[at].entity.is_primitive:
-                found.append(below)
+            physics = self.nodes[node].physics
+            if _is_whole(physics) or "mass" in physics or self.nodes[node].entity.is_primitive:
+                groups.append(below)
                 continue
-            separate = at == 0 or given.get("body") is False or self._has_bodies(at) or self._is_arrangement(at)
+            separate = node == 0 or physics.get("body") is False or self._has_bodies(node) or self._is_arrangement(node)
             clusters = [] if separate else self._clusters(below)
             if clusters and 2 * len(clusters[0]) >= len(below):
-                found += clusters
+                groups += clusters
                 continue
-            by_noun = at != 0 and given.get("body") is not False
-            held = [child for child in self.children[at] if self._is_loose(child, by_noun)]
-            found += self._clusters([part for child in held for part in self.below[child]])
-            stack.extend(child for child in reversed(self.children[at]) if child not in held)
-        return found
+            by_noun = node != 0 and physics.get("body") is not False
+            loose = [child for child in self.children[node] if self._is_loose(child, by_noun=by_noun)]
+            groups += self._clusters([part for child in loose for part in self.below[child]])
+            stack.extend(child for child in reversed(self.children[node]) if child not in loose)
+        return groups
 
     def _is_arrangement(self, at: int) -> bool:
-        """Whether something is in an entity that a person lifts from it, by its noun, such as a cup on a table."""
+        """Return whether an entity contains an object that is lifted from it, by its noun, such as a cup on a table."""
         children = [child for child in self.children[at] if self.below[child]]
         return len(children) > 1 and any(is_portable(self.nodes[child].entity) for child in children)
 
     def _has_bodies(self, at: int) -> bool:
-        """Whether an attribute makes something below a node a body of its own."""
+        """Return whether an attribute below a node declares a separate body."""
         for part in self.below[at]:
             node = self.parts[part].node
             while node != at:
-                given = self.nodes[node].given
-                if _is_whole(given) or given.get("body") is False:
+                physics = self.nodes[node].physics
+                if _is_whole(physics) or physics.get("body") is False:
                     return True
                 node = self.nodes[node].parent
         return False
 
-    def _is_loose(self, node: int, by_noun: bool) -> bool:
-        """Whether a node is material of what contains it, a primitive of a shape's name, or a part by its noun."""
-        entity, given = self.nodes[node].entity, self.nodes[node].given
-        if _is_whole(given) or given.get("body") is False or "mass" in given:
+    def _is_loose(self, node: int, *, by_noun: bool) -> bool:
+        """Return whether a node is material of its container rather than an object of its own.
+
+        That is a primitive named after its shape or, with ``by_noun``, an entity whose noun names a part.
+        """
+        entity, physics = self.nodes[node].entity, self.nodes[node].physics
+        if _is_whole(physics) or physics.get("body") is False or "mass" in physics:
             return False
         is_shape = entity.shape is not None and entity.shape.is_solid
-        return is_shape or (by_noun and is_part_of_thing(entity))
+        return is_shape or (by_noun and is_part_of_object(entity))
 
     def _clusters(self, members: Sequence[int]) -> list[list[int]]:
-        """Return the connected clusters of parts, the largest first."""
-        inside, seen = set(members), set()
-        found: list[list[int]] = []
+        """Return the connected clusters of touching parts, the largest first."""
+        inside, visited = set(members), set()
+        components: list[list[int]] = []
         for start in members:
-            if start in seen:
+            if start in visited:
                 continue
-            seen.add(start)
+            visited.add(start)
             cluster, stack = [], [start]
             while stack:
                 part = stack.pop()
                 cluster.append(part)
-                fresh = [other for other in self.touching[part] if other in inside and other not in seen]
-                seen.update(fresh)
-                stack += fresh
-            found.append(sorted(cluster))
-        return sorted(found, key=lambda cluster: (-len(cluster), cluster[0]))
+                unvisited = [other for other in self.touching[part] if other in inside and other not in visited]
+                visited.update(unvisited)
+                stack += unvisited
+            components.append(sorted(cluster))
+        return sorted(components, key=lambda cluster: (-len(cluster), cluster[0]))
 
     def _welded(self, groups: Sequence[Sequence[int]]) -> list[list[int]]:
-        """Return the groups, of which those with a weld between them are one."""
+        """Return the groups, merging those with a weld between them."""
         owner = {part: number for number, group in enumerate(groups) for part in group}
         heights = [float(np.ptp(np.stack([self.low[group, 1].min(), self.high[group, 1].max()]))) for group in groups]
         joined = [
@@ -425,55 +446,62 @@ class _Grouping:
         return sorted((sorted(group) for group in merged.values()), key=lambda group: group[0])
 
     def _rests(self, i: int, j: int, room: float, other_room: float) -> bool:
-        """Whether one of two parts stands on the other, although it is set into it by up to ``room``, or ``other_room``
-        if it is the second: they are parts of two things, and one leaves the other upwards."""
+        """Return whether one of two parts stands on the other, set into it by at most ``room``.
+
+        ``other_room`` is the limit if the second part is the upper one. They must be parts of two objects, one of which
+        leaves the other upward.
+        """
         upper = next((p for p, q in ((i, j), (j, i)) if self._floors[q]), None)
         put_down = upper is not None and is_put_down(self._words(self.parts[upper].node)[1:])
-        if not put_down and are_one_thing(self._chain(i), self._chain(j)):
+        if not put_down and are_one_object(self._chain(i), self._chain(j)):
             return False
-        found = self.distances.overlap(i, j)
-        if found is None or abs(found.along[1]) < UPRIGHT:
+        overlap = self.distances.overlap(i, j)
+        if overlap is None or abs(overlap.along[1]) < UPRIGHT:
             return False
-        return found.depth <= (other_room if found.along[1] > 0.0 else room)
+        return overlap.depth <= (other_room if overlap.along[1] > 0.0 else room)
 
     def _paved(self, height: float) -> npt.NDArray[np.bool_]:
-        """Which parts (N,) are broad and flat shapes on a floor, in which something of a height may be planted."""
+        """Return which parts (N,) are broad, flat shapes on a floor, in which an object of a height may be planted."""
         extent = self.high - self.low
         top = float(self.high[self._floors, 1].max(initial=-np.inf))
-        shapes = np.array([self._is_loose(part.node, False) for part in self.parts], bool)
+        shapes = np.array([self._is_loose(part.node, by_noun=False) for part in self.parts], bool)
         broad = (2.0 * extent[:, 1] < extent[:, [0, 2]].min(axis=1)) & (extent[:, [0, 2]].max(axis=1) > height)
         return np.asarray(shapes & broad & (self.low[:, 1] <= top + TOUCH * self.diagonal.max()), bool)
 
     @cached_property
     def _floors(self) -> npt.NDArray[np.bool_]:
-        """Which parts (N,) are flat, broad and at the bottom of the scene or at 0."""
+        """Mask (N,) of parts that are flat, broad and at the bottom of the scene or at height 0."""
         extent, bottom, top = self.high - self.low, self.low[:, 1].min(), self.high[:, 1].max()
         at_zero = np.abs(self.high[:, 1]) <= 1e-3 * (top - bottom)
         low = (self.low[:, 1] <= bottom + 0.1 * (top - bottom)) | at_zero
         return np.asarray(self.broad & low & (2.0 * extent[:, 1] < extent[:, [0, 2]].min(axis=1)), bool)
 
     def _chain(self, part: int) -> list[ChainLink]:
+        """Return the links from the root to a part."""
         return [ChainLink(at, self.nodes[at].entity) for at in self._upwards(self.parts[part].node)][::-1]
 
-    def _part(self, groups: Sequence[Sequence[int]]) -> None:
-        """Cut off what parts of one body have in another, so that nothing starts inside something.
+    def _separate(self, groups: Sequence[Sequence[int]]) -> None:
+        """Cut overlapping colliders of different bodies, so that no body starts inside another.
 
-        Of two colliders that overlap, the one is cut that loses less, along the plane in which it leaves the other.
+        Of two colliders, the one that loses less volume is cut, along the plane through which it leaves the other.
+        Letting the solver push them out was tried: pushing out 2 mm within a time step throws a table over. MuJoCo 4.0
+        ignores negative contact margins for pairs that meet in one point, and lifting objects would move whatever
+        stands on them.
         """
         owner = {part: number for number, group in enumerate(groups) for part in group}
         parts = list(self.parts)
         for i, j in [*self.shallow, *self.deep]:
             if owner[i] == owner[j]:
                 continue
-            for each in self.distances.overlaps(i, j):
+            for overlap in self.distances.overlaps(i, j):
                 least = min(float(np.ptp(parts[k].box(), axis=0).min()) for k in (i, j))
                 apart = self._is_apart(i) or self._is_apart(j)
-                if LOOSE * least < each.depth and not (apart and each.depth > WELD * least):
-                    _cut(parts, i, j, each)
+                if LOOSE * least < overlap.depth and not (apart and overlap.depth > WELD * least):
+                    _cut(parts, i, j, overlap)
         self.parts = tuple(parts)
 
     def _level(self, groups: Sequence[Sequence[int]], ground: float) -> None:
-        """Cut off what bodies have in the ground that are set into it only a little, so that they stand on it."""
+        """Cut off the parts of bodies that are slightly below the ground, so that they stand on it."""
         parts, down = list(self.parts), np.array([0.0, -1.0, 0.0])
         for group in groups:
             if not self._is_sunk(group, ground) or self._stands_fast(group, ground):
@@ -484,19 +512,21 @@ class _Grouping:
         self.parts = tuple(parts)
 
     def _is_sunk(self, group: Sequence[int], ground: float) -> bool:
-        """Whether a part of a body is in the ground."""
+        """Return whether a part of a body is below the ground."""
         return any(ground - self.low[p, 1] > WELD * (self.high[p] - self.low[p]).min() for p in group)
 
     def _stands_fast(self, group: Sequence[int], ground: float) -> bool:
-        """Whether a body in the ground is held by it: it is deep there for its least extent, or as broad as a floor."""
+        """Return whether the ground holds a body: it is deep for its least extent, or as broad as a floor."""
         rows = list(group)
         low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
         deep = ground - low[1] > ROOTED * (high - low).min() and not self._leans(group, ground)
         return bool(deep or (self.broad[rows] & (self.low[rows, 1] < ground)).any())
 
     def _leans(self, group: Sequence[int], ground: float) -> bool:
-        """Whether a body is beside the parts that it has in the ground, which are not deep enough to hold it: a table
-        that is tilted, with two of its legs in the ground."""
+        """Return whether a body is tilted into the ground rather than planted: a table with two legs below it.
+
+        Its center of mass is outside the parts below the ground, which are not deep enough to hold it.
+        """
         rows = np.array(group)
         low, high = self.low[rows], self.high[rows]
         dips = low[:, 1] < ground
@@ -511,59 +541,65 @@ class _Grouping:
         return beyond_edge(feet, center[[0, 2]])[0] > 0.0
 
     def _is_apart(self, part: int) -> bool:
-        """Whether an attribute says what body a part belongs to, so that overlaps do not."""
-        return any(_is_whole(self.nodes[at].given) for at in self._upwards(self.parts[part].node))
+        """Return whether an attribute decides the body of a part, so that overlaps do not weld it."""
+        return any(_is_whole(self.nodes[at].physics) for at in self._upwards(self.parts[part].node))
 
     def _ground(self, groups: Sequence[Sequence[int]]) -> float:
-        """Return the height of the ground: 0 if something stands there and nothing is below, else the lowest point."""
+        """Return the height of the ground: 0 if a body stands there and none is below, else the lowest point."""
         boxes = [[part.box() for k in group if (part := self.parts[k]).colliders] for group in groups]
-        bottoms = np.array([min(low[1] for low, _ in found) for found in boxes if found])
-        tops = np.array([max(high[1] for _, high in found) for found in boxes if found])
-        near = TOUCH * np.array([self.diagonal[list(group)].max() for group, found in zip(groups, boxes) if found])
+        bottoms = np.array([min(low[1] for low, _ in body_boxes) for body_boxes in boxes if body_boxes])
+        tops = np.array([max(high[1] for _, high in body_boxes) for body_boxes in boxes if body_boxes])
+        near = TOUCH * np.array(
+            [self.diagonal[list(group)].max() for group, body_boxes in zip(groups, boxes) if body_boxes]
+        )
         if (np.abs(bottoms) <= near).any() and not ((bottoms < -near) & (tops <= near)).any():
             return min(0.0, float(bottoms[np.abs(bottoms) <= near].min()))
         return float(bottoms.min())
 
     def _body(self, group: Sequence[int], ground: float) -> RigidBody:
-        at = self._common(group)
+        """Return the body of a group of parts; raises SceneError if its volume cannot be computed."""
+        node = self._common(group)
         low, high = self.low[list(group)].min(axis=0), self.high[list(group)].max(axis=0)
         stands_fast = self._is_sunk(group, ground) and self._stands_fast(group, ground)
-        fixed = stands_fast or any(self._inherited(part, "fixed") for part in group) or self._hangs(at, group, ground)
-        moments = self._moments(at, group)
+        fixed = stands_fast or any(self._inherited(part, "fixed") for part in group) or self._hangs(node, group, ground)
+        moments = self._moments(node, group)
         if not (np.isfinite(moments.mass) and moments.mass > 0.0):
-            raise SceneError("solid", f'the volume of "{self.nodes[at].entity.word}" cannot be computed')
-        return RigidBody(self._words(at), at, tuple(group), fixed, moments, low, high)
+            raise SceneError("solid", f'the volume of "{self.nodes[node].entity.word}" cannot be computed')
+        return RigidBody(self._words(node), node, tuple(group), fixed, moments, low, high)
 
     def _hangs(self, at: int, group: Sequence[int], ground: float) -> bool:
-        """Whether a body is held by what its word says: it hangs, flies or is fastened to what it touches, and nothing
-        is below it; or it is rooted in the ground. Attributes decide otherwise."""
-        given, words = self.nodes[at].given, self._words(at)[1:]
-        if "fixed" in given or "body" in given or not (is_mounted(words) or is_rooted(words)):
+        """Return whether the word of a body holds it in place.
+
+        A hanging, flying or mounted body must touch a body and stand on none; a rooted one must stand on the ground or
+        a floor. Attributes take precedence.
+        """
+        physics, words = self.nodes[at].physics, self._words(at)[1:]
+        if "fixed" in physics or "body" in physics or not (is_mounted(words) or is_rooted(words)):
             return False
         rows = list(group)
         low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
-        room = TOUCH * self.diagonal[rows].max()
-        beside = (self.low <= high + room).all(axis=1) & (self.high >= low - room).all(axis=1)
+        tolerance = TOUCH * self.diagonal[rows].max()
+        beside = (self.low <= high + tolerance).all(axis=1) & (self.high >= low - tolerance).all(axis=1)
         beside[rows] = False
         if is_rooted(words) and (
-            low[1] <= ground + room or (beside & (self.broad | self._paved(float(high[1] - low[1])))).any()
+            low[1] <= ground + tolerance or (beside & (self.broad | self._paved(float(high[1] - low[1])))).any()
         ):
             return True
         touched = {other for part in rows for other in self.touching[part]} - set(rows)
-        below = [other for other in touched if self.high[other, 1] <= low[1] + max(room, SUNK * (high - low)[1])]
-        if low[1] <= ground + room or below:
+        below = [other for other in touched if self.high[other, 1] <= low[1] + max(tolerance, SUNK * (high - low)[1])]
+        if low[1] <= ground + tolerance or below:
             return False
         return bool(touched) or is_airborne(words)
 
     @cached_property
     def broad(self) -> npt.NDArray[np.bool_]:
-        """Which parts (N,) are as broad as a floor."""
+        """Mask (N,) of parts that are as broad as a floor."""
         area = (self.high - self.low)[:, [0, 2]].prod(axis=1)
-        whole = (self.high.max(axis=0) - self.low.min(axis=0))[[0, 2]].prod()
-        return np.asarray(area >= 0.3 * whole, bool)
+        frame_area = (self.high.max(axis=0) - self.low.min(axis=0))[[0, 2]].prod()
+        return np.asarray(area >= _FLOOR_AREA * frame_area, bool)
 
     def _common(self, group: Sequence[int]) -> int:
-        """Return the lowest node that contains a group; of welded things the one with the largest part."""
+        """Return the lowest node that contains a group; for welded objects, that of the largest part."""
         largest = max(group, key=lambda part: (self.diagonal[part], -part))
         at = self.parts[largest].node
         inside = set(group)
@@ -576,10 +612,11 @@ class _Grouping:
         return at
 
     def _words(self, at: int) -> tuple[str, ...]:
-        return tuple(self.nodes[each].entity.word for each in self._upwards(at))[::-1]
+        """Return the words from the root to a node."""
+        return tuple(self.nodes[node].entity.word for node in self._upwards(at))[::-1]
 
     def _upwards(self, at: int) -> Iterator[int]:
-        """Yield a node and those above it, up to the root."""
+        """Yield a node and its ancestors, up to the root."""
         while at >= 0:
             yield at
             at = self.nodes[at].parent
@@ -587,57 +624,64 @@ class _Grouping:
     # --- attributes ---
 
     def _inherited(self, part: int, name: str) -> Any:
-        """Return an attribute of the innermost entity around a part that has it."""
-        found = (self.nodes[at].given for at in self._upwards(self.parts[part].node))
-        return next((given[name] for given in found if name in given), None)
+        """Return a physics attribute of the innermost entity around a part that has it, None if none has it."""
+        levels = (self.nodes[at].physics for at in self._upwards(self.parts[part].node))
+        return next((physics[name] for physics in levels if name in physics), None)
 
     def _moments(self, at: int, group: Sequence[int]) -> Moments:
-        """Return the moments of a body."""
+        """Return the moments of a body.
+
+        A body of one density, without masses inside it, is measured as a union. Otherwise each part is measured and
+        scaled to its density, and then to the masses that entities declare.
+        """
         densities = [(self._inherited(part, "density") or 1000.0) * self.unit**3 for part in group]
         weights = self._weights(group)
-        whole = [mass for mass, members in weights if len(members) == len(group)]
-        inner = [each for each in weights if len(each[1]) < len(group)]
-        if len(set(densities)) == 1 and not inner and len(group) <= MAX_UNITED:
-            found = self._united(at, group).times(densities[0])
-            return found.times(whole[-1] / found.mass) if whole and found.mass > 0.0 else found
+        declared_masses = [mass for mass, members in weights if len(members) == len(group)]
+        inner = [members for _, members in weights if len(members) < len(group)]
+        if len(set(densities)) == 1 and not inner and len(group) <= MAX_UNITED_PARTS:
+            united = self._united(at, group).times(densities[0])
+            return united.times(declared_masses[-1] / united.mass) if declared_masses and united.mass > 0.0 else united
         parts = {part: self._of_part(part).times(density) for part, density in zip(group, densities)}
         for mass, members in weights:  # inner ones first, so that an outer mass is distributed last
-            own = sum(parts[part].mass for part in members)
-            parts |= {part: parts[part].times(mass / own) for part in members if own > 0.0}
+            member_mass = sum(parts[part].mass for part in members)
+            parts |= {part: parts[part].times(mass / member_mass) for part in members if member_mass > 0.0}
         return total([parts[part] for part in group])
 
     def _weights(self, group: Sequence[int]) -> list[tuple[float, list[int]]]:
-        """Return the masses that entities give, with their parts in the group, inner ones first."""
+        """Return the declared masses with their parts, for entities inside the group; inner entities first."""
         inside = set(group)
         nodes: dict[int, None] = {}
         for part in group:
             at = self.parts[part].node
             while at >= 0:
-                if "mass" in self.nodes[at].given and inside.issuperset(self.below[at]):
+                if "mass" in self.nodes[at].physics and inside.issuperset(self.below[at]):
                     nodes[at] = None
                 at = self.nodes[at].parent
-        return [(self.nodes[at].given["mass"], self.below[at]) for at in sorted(nodes, reverse=True)]
+        return [(self.nodes[at].physics["mass"], self.below[at]) for at in sorted(nodes, reverse=True)]
 
     def _of_part(self, part: int) -> Moments:
+        """Return the moments of a part in the world, with density 1."""
         node = self.nodes[self.parts[part].node]
         return primitive_moments(node.entity).under(np.array(node.world).reshape(3, 4))
 
     def _united(self, at: int, group: Sequence[int]) -> Moments:
+        """Return the moments of the union of a body's parts, with density 1."""
         if len(group) == 1:
             return self._of_part(group[0])
         node = self.nodes[at]
         if len(self.below[at]) == len(group) == _countable(node.entity):
             return _shared_moments(node.entity, self._known).under(np.array(node.world).reshape(3, 4))
         placed = [self.nodes[self.parts[part].node] for part in group]
-        return united_moments([(each.entity, each.world) for each in placed])
+        return united_moments([(instance.entity, instance.world) for instance in placed])
 
     @cached_property
     def _known(self) -> dict[int, Moments]:
+        """Cache of the moments of entities by identity, for instances of one entity."""
         return {}
 
 
 def _cut(parts: list[BodyPart], i: int, j: int, overlap: Overlap) -> None:
-    """Cut one of two overlapping colliders of two parts, so that they touch."""
+    """Cut one of two overlapping colliders of two parts, so that they touch; the one that loses less volume."""
     first, second = parts[i].colliders[overlap.first], parts[j].colliders[overlap.second]
     cuts = [
         (i, overlap.first, first, trimmed(first, overlap.along, -reach_of(second, -overlap.along))),
@@ -656,19 +700,19 @@ def _cut(parts: list[BodyPart], i: int, j: int, overlap: Overlap) -> None:
         parts[part] = replace(parts[part], colliders=tuple(shapes))
 
 
-def _is_whole(given: dict[str, Any]) -> bool:
-    """Whether attributes make an entity a body of its own."""
-    return bool(given.get("fixed") or given.get("body"))
+def _is_whole(physics: dict[str, Any]) -> bool:
+    """Return whether attributes declare an entity to be one body."""
+    return bool(physics.get("fixed") or physics.get("body"))
 
 
 def _countable(entity: Entity) -> int:
-    """Return how many primitives ``measures_of`` measures in an entity."""
+    """Return the number of primitives of an entity that ``measures_of`` measures."""
     count, stack = 0, [entity]
     while stack:
-        each = stack.pop()
-        shape = each.shape
+        current = stack.pop()
+        shape = current.shape
         count += shape is not None and shape.has_geometry and not shape.is_flat
-        stack.extend(part.car for part in each.children)
+        stack.extend(part.car for part in current.children)
     return count
 
 

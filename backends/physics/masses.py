@@ -1,7 +1,7 @@
-"""Mass, centre of mass and second moments of bodies.
+"""Mass, center of mass and second moments of bodies.
 
-A body of one density is measured as the union of its parts, so that nothing counts twice; boxes, balls and cylinders
-that are bodies by themselves in closed form, the rest by Manifold (`interpreter.scene.modelling.measuring`). Where
+A body of one density is measured as the union of its parts, so that overlaps count once: single boxes, balls and
+cylinders in closed form, others by Manifold (`interpreter.scene.modelling.measuring`). Where
 densities or masses differ within a body, every part has its own, and overlaps count in each.
 """
 
@@ -24,12 +24,12 @@ from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY
 
 FloatArray = npt.NDArray[np.float64]
 
-# Second moments of a form of volume 1 along x, y and z, about its centre: of the mean of x^2 over its points.
+# Means of x^2, y^2 and z^2 over the points of a form, about its center.
 _MEANS = {BLOCK: (1 / 3, 1 / 3, 1 / 3), BALL: (1 / 5, 1 / 5, 1 / 5), CYLINDER: (1 / 4, 1 / 3, 1 / 4)}
 
-# Of the largest second moment. MuJoCo writes six digits: two moments of inertia that are rounded by 5e-6 of themselves
-# must still add up to the third.
-_LEAST_SECOND = 2e-5
+# Of the largest second moment. MuJoCo writes six digits: after rounding by 5e-6 each, two moments of inertia must still
+# sum to at least the third.
+_MIN_SECOND_RATIO = 2e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,9 +41,9 @@ class Moments:
     mass
         Mass; a volume while the density is 1.
     center : (3,)
-        Centre of mass.
+        Center of mass.
     second : (3, 3)
-        Second moments about the centre of mass, the integral of ``(x - center) (x - center)^T`` over the mass.
+        Second moments about the center of mass, the integral of ``(x - center) (x - center)^T`` over the mass.
     """
 
     mass: float
@@ -52,17 +52,18 @@ class Moments:
 
     @property
     def inertia(self) -> FloatArray:
-        """Inertia tensor (3, 3) about the centre of mass."""
+        """Inertia tensor (3, 3) about the center of mass."""
         return np.asarray(np.trace(self.second) * np.eye(3) - self.second, np.float64)
 
     def principal(self) -> tuple[FloatArray, FloatArray]:
         """Return the principal moments of inertia (3,) and their axes, the columns of a rotation (3, 3).
 
-        Each is the sum of two second moments, so that none is larger than the sum of the others. A thin plate has
-        almost none across itself: it gets ``_LEAST_SECOND``, since readers test the inequality in rounded numbers.
+        Each is the sum of two second moments, so that none exceeds the sum of the others. The second moment across a
+        thin plate is nearly zero and is raised to ``_MIN_SECOND_RATIO``, since readers test that inequality on rounded
+        numbers.
         """
         second, axes = np.linalg.eigh(self.second)
-        second = np.maximum(second, _LEAST_SECOND * max(float(second[2]), 0.0))
+        second = np.maximum(second, _MIN_SECOND_RATIO * max(float(second[2]), 0.0))
         if np.linalg.det(axes) < 0.0:
             axes[:, 0] *= -1.0
         return np.asarray(second.sum() - second, np.float64), np.asarray(axes, np.float64)
@@ -79,7 +80,7 @@ class Moments:
 
 
 def total(parts: Sequence[Moments]) -> Moments:
-    """Return the moments of parts together, by the parallel axis theorem; of nothing for no mass."""
+    """Return the moments of parts together, by the parallel axis theorem; zeros if there is no mass."""
     mass = sum(part.mass for part in parts)
     if not mass > 0.0:
         return Moments(0.0, np.zeros(3), np.zeros((3, 3)))
@@ -103,6 +104,7 @@ def primitive_moments(entity: Entity) -> Moments:
 
 @lru_cache(maxsize=4096)
 def _measured_shape(shape: Primitive, word: str) -> Moments:
+    """Return the moments of a primitive without a closed form, measured once for equal shapes."""
     return _moments(measured(operands_of(Entity(word, ANONYMOUS, (), shape), IDENTITY)))
 
 
@@ -112,10 +114,11 @@ def united_moments(parts: Sequence[tuple[Entity, Sequence[float]]]) -> Moments:
 
 
 def entity_moments(entity: Entity) -> Moments:
-    """Return the moments of everything in an entity as one solid in its own frame, with density 1."""
+    """Return the moments of an entity's primitives as one solid in its own frame, with density 1."""
     return _moments(measures_of(entity))
 
 
 def _moments(measures: Measures) -> Moments:
+    """Return measures as moments: the second moments are half the trace of the inertia minus the inertia."""
     second = np.trace(measures.inertia) / 2.0 * np.eye(3) - measures.inertia
     return Moments(measures.volume, measures.centroid, second)

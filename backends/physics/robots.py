@@ -2,7 +2,7 @@
 
 MJCF is the model that `check --physics` simulates. URDF has one root link, the world, to which every body is joined,
 fixed ones by a fixed joint and others by a floating one; it has no capsules and ellipsoids, which become a cylinder
-between two spheres, and meshes. Both have z up, metres, and the masses and inertias of the scene.
+between two spheres, and meshes. Both have z up, meters, and the masses and inertias of the scene.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Wo
 from scenelang.backends.files import atomic_write_all, write_text
 from scenelang.backends.physics.colliders import INSTALL, SEGMENTS, Collider, FloatArray
 from scenelang.backends.physics.dynamics import (
-    LEAST_TENSOR,
+    MIN_TENSOR,
     TO_MODEL,
     check_weight,
     color_of,
@@ -34,11 +34,13 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.primitives.sphere import BALL
 
-_LARGE = 1e4  # larger numbers have more than nine digits, so that bodies far from the origin keep their places
+# larger numbers get 15 digits instead of 9, so that bodies far from the origin keep their positions
+_MAX_NINE_DIGIT = 1e4
 SCALE = Option("metres-per-unit", "metres per scene unit", 1.0, minimum=1e-9, maximum=1e9)
 
 
 def _bodies(scene: Scene, options: BackendOptions, backend: Backend) -> BodySet:
+    """Return the bodies of the frame that a backend exports, with its scale."""
     check_settings(options, [backend])
     root = scene.frames[frame_of(scene, options.frame)]
     return bodies_of(root, backend.setting(options, SCALE.name))
@@ -48,19 +50,21 @@ def _bodies(scene: Scene, options: BackendOptions, backend: Backend) -> BodySet:
 
 
 def _write_mjcf(scene: Scene, path: Path, options: BackendOptions) -> None:
+    """Write a MuJoCo model."""
     spec = model_of(_bodies(scene, options, MJCF))
-    model, _ = compiled(spec)  # poses of meshes are known only then
+    model, _ = compiled(spec)  # the compiler centers meshes, which changes their poses
     write_text(path, _exact(spec.to_xml(), model))
 
 
 def _exact(text: str, model: Any) -> str:
-    """Return a model's XML with the places, masses and inertias of bodies in full.
+    """Return a model's XML with the positions, masses and inertias of bodies in full.
 
     MuJoCo writes six digits, which move bodies far from the origin, and by which the inertia of a thin plate breaks the
     inequality that MuJoCo tests when it reads them.
     """
 
     def exact(match: re.Match[str]) -> str:
+        """Return the tags of a body and its inertia with full numbers."""
         number = model.body(html.unescape(match["name"])).id
         inertial = {"mass": model.body_mass[number : number + 1], "diaginertia": model.body_inertia[number]}
         head = _with_numbers(match["head"], {"pos": model.body_pos[number]})
@@ -98,9 +102,10 @@ MJCF = Backend(
 
 
 def _write_urdf(scene: Scene, path: Path, options: BackendOptions) -> list[Path]:
+    """Write a URDF and the OBJ files of its meshes; returns the files."""
     bodies = _bodies(scene, options, URDF)
     for body in bodies.bodies:
-        check_weight(bodies, body, LEAST_TENSOR)
+        check_weight(bodies, body, MIN_TENSOR)
     meshes = _MeshFiles(path.stem)
     lines = [
         '<?xml version="1.0"?>', f"<robot name={quoteattr(_plain(scene.word))}>", '  <link name="world"/>',
@@ -115,7 +120,7 @@ def _write_urdf(scene: Scene, path: Path, options: BackendOptions) -> list[Path]
 
 
 def _plain(word: str) -> str:
-    """Return a word without the characters that XML cannot have."""
+    """Return a word without the characters that XML does not allow."""
     return "".join(c if c.isprintable() else " " for c in word.encode("utf-8", "replace").decode("utf-8"))
 
 
@@ -128,6 +133,7 @@ class _MeshFiles:
         self._names: dict[str, str] = {}
 
     def name(self, points: FloatArray) -> str:
+        """Return the file name of the convex hull of points, which is written on first use."""
         text = _obj_of(points)
         if text not in self._names:
             self._names[text] = f"{self.stem}-piece{len(self._names)}.obj"
@@ -149,14 +155,15 @@ def _obj_of(points: FloatArray) -> str:
 
 
 def _link(bodies: BodySet, body: RigidBody, name: str, meshes: _MeshFiles) -> Iterator[str]:
+    """Yield the lines of a body's link, and of the joint that connects it to the world."""
     unit, moments = bodies.unit, body.moments
-    principal, own = moments.principal()
-    turned = TO_MODEL @ own
-    inertia = turned @ np.diag(principal) @ turned.T * unit**2
+    principal, principal_axes = moments.principal()
+    axes_in_model = TO_MODEL @ principal_axes
+    inertia = axes_in_model @ np.diag(principal) @ axes_in_model.T * unit**2
     inertia[np.abs(inertia) < 1e-15 * np.abs(inertia).max()] = 0.0
     names = "xyz"
-    axes = [(i, j) for i in range(3) for j in range(i, 3)]
-    tensor = " ".join(f'i{names[i]}{names[j]}="{inertia[i, j]:.17g}"' for i, j in axes)
+    index_pairs = [(i, j) for i in range(3) for j in range(i, 3)]
+    tensor = " ".join(f'i{names[i]}{names[j]}="{inertia[i, j]:.17g}"' for i, j in index_pairs)
     yield f"  <link name={quoteattr(name)}>"
     yield f'    <inertial><origin xyz="0 0 0" rpy="0 0 0"/><mass value="{moments.mass:.9g}"/>'
     yield f"      <inertia {tensor}/></inertial>"
@@ -175,7 +182,7 @@ def _link(bodies: BodySet, body: RigidBody, name: str, meshes: _MeshFiles) -> It
 
 
 def _geometries(shape: Collider, center: FloatArray, unit: float, meshes: _MeshFiles) -> Iterator[tuple[str, str]]:
-    """Yield the geometries of a collider, each with its origin in a body with the centre of mass ``center``."""
+    """Yield the geometries of a collider, each with its origin in a body with the center of mass ``center``."""
     place, rotation = TO_MODEL @ (shape.center - center) * unit, TO_MODEL @ shape.rotation
     size = shape.size * unit
     if shape.kind == "box":
@@ -193,10 +200,12 @@ def _geometries(shape: Collider, center: FloatArray, unit: float, meshes: _MeshF
 
 
 def _numbers(values: Sequence[float] | FloatArray) -> str:
-    return " ".join(f"{float(x) if abs(x) > 1e-12 else 0.0:.{9 if abs(x) < _LARGE else 15}g}" for x in values)
+    """Return numbers as URDF writes them, without negative zeros."""
+    return " ".join(f"{float(x) if abs(x) > 1e-12 else 0.0:.{9 if abs(x) < _MAX_NINE_DIGIT else 15}g}" for x in values)
 
 
 def _origin(place: FloatArray, rotation: FloatArray) -> str:
+    """Return the `<origin>` tag of a pose in meters and radians."""
     return f'<origin xyz="{_numbers(place)}" rpy="{_numbers(roll_pitch_yaw(rotation))}"/>'
 
 
@@ -204,7 +213,7 @@ def roll_pitch_yaw(rotation: FloatArray) -> tuple[float, float, float]:
     """Return a rotation (3, 3) as angles about the fixed axes x, y and z in this order, as URDF has them."""
     level = math.hypot(rotation[0, 0], rotation[1, 0])
     pitch = math.atan2(-rotation[2, 0], level)
-    if level < 1e-9:  # gimbal lock: all of the rotation about x
+    if level < 1e-9:  # gimbal lock: yaw is 0 and roll takes the whole rotation
         return math.atan2(-rotation[1, 2], rotation[1, 1]), pitch, 0.0
     return math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])
 

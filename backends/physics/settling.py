@@ -1,7 +1,7 @@
-"""Scenes whose bodies have moved: frames of a motion, the scene at rest, and the program that makes it.
+"""Scenes whose bodies have moved: frames of a motion, the scene at rest, and the program that creates it.
 
-The tree of entities stays as it is. An entity all of whose parts are in one body gets another pose in its parent, and
-so its parts stay shared; only the entities above bodies are made anew.
+The tree of entities stays as it is. An entity whose parts all belong to one body gets another pose in its parent, so
+that its parts stay shared; only the entities above bodies are copied.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import Matrix, Pair
 
-SETTLE_SECONDS = 5.0
+SETTLE_SECONDS = 5.0  # simulated by default until the scene is taken to be at rest
 MAX_SPEED = 1e4  # scene units per second, of an initial velocity
-_STILL = 1e-3  # of a body's size, and radians: what moved less keeps its pose
+# of a body's size, and in radians: a smaller change keeps the pose, since contacts give way by about as much
+_MIN_MOTION = 1e-3
+_MAX_TURN = 0.05  # of the largest entry of the pose's linear part: a body that turned more is not a mere translation
 MAX_EDITS = 12  # literals that are tried, each of which takes an evaluation
-_SAME = 1e-6  # relative tolerance with which an edited program must make the settled scene
+_POSE_TOLERANCE = 1e-6  # relative, between the poses of the edited program and those of the settled scene
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,9 +41,9 @@ class RestingScene:
     Attributes
     ----------
     scene
-        The first frame of the scene with its bodies where they come to rest.
+        The first frame of the scene with its bodies at rest.
     report
-        What became of each body.
+        Verdicts on the bodies.
     moved
         Numbers of the bodies that have other poses than before.
     """
@@ -94,19 +96,20 @@ def simulated(
 
 
 def _free(bodies: BodySet) -> list[int]:
+    """Return the numbers of the bodies that can move."""
     return [number for number, body in enumerate(bodies.bodies) if not body.fixed]
 
 
 def final_poses(bodies: BodySet, motion: Motion) -> dict[int, FloatArray]:
-    """Return for each body that moved what moves it to its last place, (3, 4)."""
-    found = {}
+    """Return the motion (3, 4) of each body that moved, from its start to its final pose."""
+    poses = {}
     for number in _free(bodies):
         pose = motion.pose(len(motion.times) - 1, number)
         shift = motion.centers[-1, number] - motion.centers[0, number]
         turn = np.abs(pose[:, :3] - np.eye(3)).max()
-        if np.linalg.norm(shift) > _STILL * bodies.bodies[number].size or turn > _STILL:
-            found[number] = pose
-    return found
+        if np.linalg.norm(shift) > _MIN_MOTION * bodies.bodies[number].size or turn > _MIN_MOTION:
+            poses[number] = pose
+    return poses
 
 
 def moved_root(bodies: BodySet, poses: Mapping[int, FloatArray]) -> Entity:
@@ -116,22 +119,22 @@ def moved_root(bodies: BodySet, poses: Mapping[int, FloatArray]) -> Entity:
     children: list[list[int]] = [[] for _ in nodes]
     for number in range(len(nodes) - 1, 0, -1):
         children[nodes[number].parent].append(number)
-    made: dict[int, Entity] = {}
+    changed: dict[int, Entity] = {}
     for number in _mixed(children, inside, poses):
         entity = nodes[number].entity
         pairs = [
-            Pair(made.get(child, part.car), _edge(bodies, child, part.cdr, inside[child], poses))
+            Pair(changed.get(child, part.car), _edge(bodies, child, part.cdr, inside[child], poses))
             for child, part in zip(reversed(children[number]), entity.children, strict=True)
         ]
-        made[number] = Entity(entity.word, entity.embedding, tuple(pairs), None, entity.tainted, entity.call_sites)
-    return made.get(0, nodes[0].entity)
+        changed[number] = Entity(entity.word, entity.embedding, tuple(pairs), None, entity.tainted, entity.call_sites)
+    return changed.get(0, nodes[0].entity)
 
 
 def _mixed(
     children: Sequence[Sequence[int]], inside: Sequence[Collection[int]], poses: Collection[int]
 ) -> Iterator[int]:
     """Yield the nodes whose children need other poses, children before parents."""
-    changed = [any(body in poses for body in found) for found in inside]
+    changed = [any(body in poses for body in bodies) for bodies in inside]
     for number in range(len(children) - 1, -1, -1):
         if children[number] and changed[number] and (number == 0 or len(inside[number]) > 1):
             yield number
@@ -141,14 +144,14 @@ def _edge(bodies: BodySet, node: int, pose: Matrix, inside: Collection[int], pos
     """Return the pose of a node in its parent, which does not move itself."""
     if len(inside) != 1 or (body := next(iter(inside))) not in poses:
         return pose
-    above, motion = np.eye(4), np.eye(4)
-    above[:3] = np.array(bodies.nodes[bodies.nodes[node].parent].world).reshape(3, 4)
-    own = np.eye(4)
-    own[:3] = np.array(pose).reshape(3, 4)
+    parent, motion = np.eye(4), np.eye(4)
+    parent[:3] = np.array(bodies.nodes[bodies.nodes[node].parent].world).reshape(3, 4)
+    local = np.eye(4)
+    local[:3] = np.array(pose).reshape(3, 4)
     motion[:3] = poses[body]
-    # The pseudo-inverse: a parent that flattens its parts can place them in its plane only.
-    found = np.linalg.pinv(above) @ motion @ above @ own
-    return Matrix(found[:3].ravel().tolist())
+    # A parent with a flat pose is singular: its parts can only move in its plane, hence the pseudo-inverse.
+    moved_pose = np.linalg.pinv(parent) @ motion @ parent @ local
+    return Matrix(moved_pose[:3].ravel().tolist())
 
 
 # --- edits of programs ------------------------------------------------------------------------------------------------
@@ -159,7 +162,7 @@ _TRANSLATE = re.compile(rf"\(translate\s+\[\s*({_NUMBER})\s+({_NUMBER})\s+({_NUM
 
 @dataclass(frozen=True, slots=True)
 class EditedProgram:
-    """A program that makes some bodies where they rest: its text, and the numbers of those bodies."""
+    """Program that places some bodies where they rest: its text, and the numbers of those bodies."""
 
     text: str
     bodies: tuple[int, ...]
@@ -169,14 +172,15 @@ def edited_program(
     source: Source, scene: Scene, metres_per_unit: float | None, outcome: RestingScene,
     evaluate: Callable[[Source], Scene | None],
 ) -> EditedProgram:  # fmt: skip
-    """Return the program with literal translations changed, so that bodies are made where they rest.
+    """Return the program with literal translations changed, so that bodies start where they rest.
 
     A literal is changed if its vector occurs once in the text, is the offset of a body that moved without turning, and
-    the program so changed makes the settled scene, as far as the changes go; everything else keeps its pose.
+    the edited program evaluates to exactly the settled scene as far as the edits go. Evaluation proves every edit; the
+    provenance of poses would say more and is not recorded.
     """
     bodies = bodies_of(scene.root, metres_per_unit)
     text = source.text
-    done: dict[int, FloatArray] = {}
+    edits: dict[int, FloatArray] = {}
     for number in outcome.moved[:MAX_EDITS]:
         pose = _difference(bodies, outcome, number)
         if pose is None:
@@ -185,45 +189,45 @@ def edited_program(
         if trial is None:
             continue
         changed, pose = trial
-        found = evaluate(Source(source.name, changed))
-        if found is not None and _is_same(found.root, moved_root(bodies, {**done, number: pose}), bodies.size):
-            text, done = changed, {**done, number: pose}
-    return EditedProgram(text, tuple(done))
+        edited = evaluate(Source(source.name, changed))
+        if edited is not None and _is_same(edited.root, moved_root(bodies, {**edits, number: pose}), bodies.size):
+            text, edits = changed, {**edits, number: pose}
+    return EditedProgram(text, tuple(edits))
 
 
 def _difference(bodies: BodySet, outcome: RestingScene, number: int) -> FloatArray | None:
-    """Return the motion of a body from its place to that at rest, None if it turned."""
+    """Return the translation (3, 4) of a body from its start to its rest, None if it turned."""
     part = bodies.parts[bodies.bodies[number].parts[0]].node
     before = np.array(bodies.nodes[part].world).reshape(3, 4)
     after = _world_in(outcome.scene.root, bodies, part)
-    if np.abs(before[:, :3] - after[:, :3]).max() > 0.05 * np.abs(before[:, :3]).max():
+    if np.abs(before[:, :3] - after[:, :3]).max() > _MAX_TURN * np.abs(before[:, :3]).max():
         return None
     return np.column_stack([np.eye(3), after[:, 3] - before[:, 3]])
 
 
 def _world_in(root: Entity, bodies: BodySet, node: int) -> FloatArray:
     """Return the world pose (3, 4) of the node in a tree of the same structure."""
-    places: list[int] = []
+    positions: list[int] = []
     while node > 0:
         parent = bodies.nodes[node].parent
-        same = [other for other in range(parent + 1, node + 1) if bodies.nodes[other].parent == parent]
-        places.append(len(same) - 1)
+        siblings = [other for other in range(parent + 1, node + 1) if bodies.nodes[other].parent == parent]
+        positions.append(len(siblings) - 1)
         node = parent
     world, entity = np.eye(4), root
-    for place in reversed(places):
-        own = np.eye(4)
-        own[:3] = np.array(entity.children[place].cdr).reshape(3, 4)
-        world, entity = world @ own, entity.children[place].car
+    for position in reversed(positions):
+        local = np.eye(4)
+        local[:3] = np.array(entity.children[position].cdr).reshape(3, 4)
+        world, entity = world @ local, entity.children[position].car
     return world[:3]
 
 
 def _with_literal(text: str, bodies: BodySet, number: int, pose: FloatArray) -> tuple[str, FloatArray] | None:
-    """Return the text with the offset of a body changed where it is written, and the motion that its rounded numbers
-    are; None if that is not certain.
+    """Return the text with the offset of a body changed, and the motion (3, 4) of the rounded numbers.
 
-    Numbers are rounded to what shows at the size of the body, which hides how far contacts give way.
+    None if the literal is not certain. Numbers are rounded to the digits that show at the size of the body, which hides
+    how far contacts give way.
     """
-    digits = math.ceil(-math.log10(2.0 * _STILL * bodies.bodies[number].size))
+    digits = math.ceil(-math.log10(2.0 * _MIN_MOTION * bodies.bodies[number].size))
     node, inside = bodies.bodies[number].node, set(bodies.bodies[number].parts)
     for at in _upwards(bodies, node, inside):
         parent = np.array(bodies.nodes[bodies.nodes[at].parent].world).reshape(3, 4)
@@ -243,7 +247,7 @@ def _with_literal(text: str, bodies: BodySet, number: int, pose: FloatArray) -> 
 
 
 def _upwards(bodies: BodySet, node: int, inside: Collection[int]) -> Iterator[int]:
-    """Yield a body's node and those above it that contain nothing else."""
+    """Yield a body's node and the nodes above it that contain nothing else."""
     while node > 0:
         yield node
         node = bodies.nodes[node].parent
@@ -253,11 +257,13 @@ def _upwards(bodies: BodySet, node: int, inside: Collection[int]) -> Iterator[in
 
 
 def _is_below(bodies: BodySet, node: int, above: int) -> bool:
+    """Return whether a node is ``above`` or below it; nodes are in pre-order."""
     while node > above:
         node = bodies.nodes[node].parent
     return node == above
 
 
 def _is_same(first: Entity, second: Entity, size: float) -> bool:
+    """Return whether two frames place their primitives alike, for a scene of the given size."""
     a, b = flatten_entity(first).matrices, flatten_entity(second).matrices
-    return a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= max(_SAME * size, 2e-6))
+    return a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= max(_POSE_TOLERANCE * size, 2e-6))

@@ -1,9 +1,10 @@
 """UsdPhysics in the USD export, with ``--physics``: rigid bodies, colliders, masses, friction, gravity and the ground.
 
-Every body is a prim below the root, whose pose is a translation to its centre of mass; what the export shows of it is
-below, instances too, and so are its colliders, which are not drawn. Bodies that cannot move are colliders only. Shapes
-that USD has are exact; ellipsoids and others are meshes with the convex hull as their approximation, because physics
-allows no scale on spheres, cylinders and capsules.
+Every body is a prim below the root, whose pose is a translation to its center of mass. Its visible prims, instances
+included, are its children, and so are its colliders, which are not drawn. The children of the root are the bodies
+because rigid bodies must be above instance roots, and a welded body may have parts from several branches. Bodies that
+cannot move are colliders only. Shapes that USD has are exact; ellipsoids and others are meshes with the convex hull as
+their approximation, because physics allows no scale on spheres, cylinders and capsules.
 """
 
 from __future__ import annotations
@@ -31,30 +32,33 @@ _RESERVED = ("Materials", "Prototypes", "Shapes")
 
 
 def regrouped(root: Entity, bodies: BodySet) -> Entity:
-    """Return the frame with one child of the root for each body, at its centre of mass, and what is in no body after
-    them."""
+    """Return the frame with one child of the root for each body, at its center of mass.
+
+    Entities that belong to no body come last.
+    """
     nodes, inside = bodies.nodes, bodies.inside
     members: list[list[Pair]] = [[] for _ in bodies.bodies]
     rest: list[Pair] = []
-    whole = [False] * len(nodes)
+    is_assigned = [False] * len(nodes)
     for number, node in enumerate(nodes):
-        whole[number] = node.parent >= 0 and whole[node.parent]
-        if whole[number] or number == 0 or len(inside[number]) > 1:
+        is_assigned[number] = node.parent >= 0 and is_assigned[node.parent]
+        if is_assigned[number] or number == 0 or len(inside[number]) > 1:
             continue
-        whole[number] = True
+        is_assigned[number] = True
         for body in inside[number]:
             x, y, z = (-bodies.bodies[body].moments.center).tolist()
             members[body].append(Pair(node.entity, _moved(node.world, (x, y, z))))
         if not inside[number]:
             rest.append(Pair(node.entity, node.world))
-    made = [
+    body_pairs = [
         Pair(Entity(body.words[-1], ANONYMOUS, tuple(parts)), translation(*body.moments.center.tolist()))
         for body, parts in zip(bodies.bodies, members, strict=True)
     ]
-    return Entity(root.word, root.embedding, (*made, *rest), None, root.tainted)
+    return Entity(root.word, root.embedding, (*body_pairs, *rest), None, root.tainted)
 
 
 def _moved(pose: Matrix, by: Sequence[float]) -> Matrix:
+    """Return a pose translated by a world vector."""
     rows = list(pose)
     for axis in range(3):
         rows[4 * axis + 3] += by[axis]
@@ -80,6 +84,7 @@ def write_with_physics(scene: Scene, path: Path, options: BackendOptions) -> lis
 
 
 def _save(stage: Any, draft: Path, target: Path, ending: str) -> None:
+    """Write a stage to a file, packed if it is a USDZ; raises OSError."""
     if ending == ".usdz":
         utils, sdf = require("pxr.UsdUtils", INSTALL), require("pxr.Sdf", INSTALL)
         done = utils.CreateNewUsdzPackage(sdf.AssetPath(str(draft)), str(target))
@@ -100,6 +105,7 @@ class _Physics:
         self._materials: dict[float, Any] = {}
 
     def add(self) -> None:
+        """Add the bodies, the gravity and the ground."""
         prims = [prim for prim in self.root.GetAllChildren() if prim.GetName() not in _RESERVED]
         for body, prim in zip(self.bodies.bodies, prims):
             self._add_body(body, prim)
@@ -115,12 +121,13 @@ class _Physics:
 
     def _free(self, name: str) -> str:
         """Return a name that no child of the root has."""
-        number, found = 2, name
-        while self.root.GetChild(found):
-            found, number = f"{name}_{number}", number + 1
-        return found
+        number, free_name = 2, name
+        while self.root.GetChild(free_name):
+            free_name, number = f"{name}_{number}", number + 1
+        return free_name
 
     def _add_body(self, body: RigidBody, prim: Any) -> None:
+        """Apply mass and inertia to the prim of a movable body, and add the body's colliders."""
         if not body.fixed:
             self.physics.RigidBodyAPI.Apply(prim)
             moments, axes = np.linalg.eigh(body.moments.inertia)
@@ -141,30 +148,32 @@ class _Physics:
                 self._add_collider(path, shape, body.moments.center, self.bodies.frictions[part])
 
     def _add_collider(self, path: Any, shape: Collider, center: FloatArray, friction: float | None) -> None:
+        """Add a collider at its pose from the body's center of mass."""
         size, linear = shape.size.tolist(), shape.rotation
         if shape.kind == "box":
-            made = self.geom.Cube.Define(self.stage, path)
-            made.CreateSizeAttr(2.0)
+            geometry = self.geom.Cube.Define(self.stage, path)
+            geometry.CreateSizeAttr(2.0)
             linear = shape.rotation * shape.size
             half = (1.0, 1.0, 1.0)
         elif shape.kind == "sphere":
-            made = self.geom.Sphere.Define(self.stage, path)
-            made.CreateRadiusAttr(size[0])
+            geometry = self.geom.Sphere.Define(self.stage, path)
+            geometry.CreateRadiusAttr(size[0])
             half = tuple(shape.half.tolist())
         elif shape.kind in ("cylinder", "capsule"):
-            made = getattr(self.geom, shape.kind.capitalize()).Define(self.stage, path)
-            made.CreateAxisAttr("Z")
-            made.CreateRadiusAttr(size[0])
-            made.CreateHeightAttr(2.0 * size[1])
+            geometry = getattr(self.geom, shape.kind.capitalize()).Define(self.stage, path)
+            geometry.CreateAxisAttr("Z")
+            geometry.CreateRadiusAttr(size[0])
+            geometry.CreateHeightAttr(2.0 * size[1])
             half = tuple(shape.half.tolist())
         else:
             self._add_mesh(path, shape, center, friction)
             return
-        made.CreateExtentAttr([self.gf.Vec3f(*(-x for x in half)), self.gf.Vec3f(*half)])
-        self._place(made, linear, shape.center - center)
-        self._collide(made.GetPrim(), friction)
+        geometry.CreateExtentAttr([self.gf.Vec3f(*(-x for x in half)), self.gf.Vec3f(*half)])
+        self._place(geometry, linear, shape.center - center)
+        self._collide(geometry.GetPrim(), friction)
 
     def _add_mesh(self, path: Any, shape: Collider, center: FloatArray, friction: float | None) -> None:
+        """Add a collider without an exact USD shape as a mesh, of which the physics uses the convex hull."""
         import manifold3d
 
         points = shape.vertices if shape.kind == "mesh" else BALL.mesh(2 * SEGMENTS, ()).vertices * shape.size
@@ -174,22 +183,24 @@ class _Physics:
         mesh = hull.to_mesh64()
         corners = np.ascontiguousarray(np.asarray(mesh.vert_properties)[:, :3], np.float32)
         faces = np.ascontiguousarray(np.asarray(mesh.tri_verts), np.int32)
-        made = self.geom.Mesh.Define(self.stage, path)
-        made.CreatePointsAttr(self.vt.Vec3fArray.FromNumpy(corners))
-        made.CreateFaceVertexIndicesAttr(self.vt.IntArray.FromNumpy(faces.reshape(-1)))
-        made.CreateFaceVertexCountsAttr(self.vt.IntArray(len(faces), 3))
-        made.CreateSubdivisionSchemeAttr("none")
-        made.CreateExtentAttr(self.vt.Vec3fArray.FromNumpy(np.stack([corners.min(axis=0), corners.max(axis=0)])))
-        self._place(made, shape.rotation, shape.center - center)
-        self._collide(made.GetPrim(), friction)
-        self.physics.MeshCollisionAPI.Apply(made.GetPrim()).CreateApproximationAttr("convexHull")
+        geometry = self.geom.Mesh.Define(self.stage, path)
+        geometry.CreatePointsAttr(self.vt.Vec3fArray.FromNumpy(corners))
+        geometry.CreateFaceVertexIndicesAttr(self.vt.IntArray.FromNumpy(faces.reshape(-1)))
+        geometry.CreateFaceVertexCountsAttr(self.vt.IntArray(len(faces), 3))
+        geometry.CreateSubdivisionSchemeAttr("none")
+        geometry.CreateExtentAttr(self.vt.Vec3fArray.FromNumpy(np.stack([corners.min(axis=0), corners.max(axis=0)])))
+        self._place(geometry, shape.rotation, shape.center - center)
+        self._collide(geometry.GetPrim(), friction)
+        self.physics.MeshCollisionAPI.Apply(geometry.GetPrim()).CreateApproximationAttr("convexHull")
 
-    def _place(self, made: Any, linear: FloatArray, place: FloatArray) -> None:
+    def _place(self, prim: Any, linear: FloatArray, position: FloatArray) -> None:
+        """Set the transform of a prim; USD multiplies row vectors."""
         rows = np.eye(4)
-        rows[:3, :3], rows[3, :3] = linear.T, place
-        self.geom.Xformable(made).AddTransformOp().Set(self.gf.Matrix4d(*rows.ravel().tolist()))
+        rows[:3, :3], rows[3, :3] = linear.T, position
+        self.geom.Xformable(prim).AddTransformOp().Set(self.gf.Matrix4d(*rows.ravel().tolist()))
 
     def _collide(self, prim: Any, friction: float | None) -> None:
+        """Make a prim a collider with the material of its friction."""
         self.physics.CollisionAPI.Apply(prim)
         binding = self.shade.MaterialBindingAPI.Apply(prim)
         material = self._material(FRICTION if friction is None else friction)
@@ -199,10 +210,10 @@ class _Physics:
         """Return the material of a coefficient of friction, added on first use."""
         if friction not in self._materials:
             path = self.root.GetPath().AppendChild("Materials").AppendChild(f"friction_{len(self._materials) + 1}")
-            made = self.shade.Material.Define(self.stage, path)
-            material = self.physics.MaterialAPI.Apply(made.GetPrim())
+            shade_material = self.shade.Material.Define(self.stage, path)
+            material = self.physics.MaterialAPI.Apply(shade_material.GetPrim())
             material.CreateStaticFrictionAttr(friction)
             material.CreateDynamicFrictionAttr(friction)
             material.CreateRestitutionAttr(0.0)
-            self._materials[friction] = made
+            self._materials[friction] = shade_material
         return self._materials[friction]

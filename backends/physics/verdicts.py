@@ -1,7 +1,7 @@
-"""What becomes of the bodies of a frame under gravity: which rest, move, tip over, fall or explode, when and why.
+"""Verdicts on the bodies of a frame under gravity: whether each rests, moves, tips over, falls or explodes, and why.
 
-All thresholds are relative to a body's own size, so that verdicts do not depend on the unit of a scene. Verdicts with a
-cause of their own come first; what moves because its support does is told with it.
+Thresholds are relative to a body's own size, so that verdicts do not depend on the unit of a scene. Bodies that move
+because their support does are reported with it.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene
 
-SECONDS = 1.5
-MOVES = 0.03  # of the body's longest side
-TURNS = 15.0  # degrees
+SECONDS = 1.5  # simulated by default: a body falls 11 m, many times the 2 m of a scene without a scale
+MOVES = 0.03  # of the body's longest side: less is not noticed in an image
+TURNS = 15.0  # degrees about any axis
 TIPS = 20.0  # degrees between the body's upright axis before and after
 FALLS = 0.5  # of the body's height
-_EXPLODES = 1.5  # of the energy that a fall from the top of the scene gives
-_MAX_SHOWN = 50
-_PUSHED = "it slides or is pushed"  # why a body moves that stands well
+_MAX_ENERGY_RATIO = 1.5  # of the energy of a fall from the top of the scene: overlaps that are pushed apart add energy
+_MAX_DIAGNOSTICS = 50  # diagnostics; further bodies are counted in one
+_PUSHED = "it slides or is pushed"  # reason of a body that moves although its support is wide enough
 KINDS = ("explodes", "falls", "tips", "moves", "rests")
 
 
 @dataclass(frozen=True, slots=True)
 class BodyReport:
-    """What became of one body.
+    """Verdict on one body.
 
     Attributes
     ----------
     words
-        The words from the root to the entity that is the body.
+        Words from the root to the entity that is the body.
     kind
         "rests", "moves", "tips", "falls" or "explodes".
     mass
@@ -51,20 +51,20 @@ class BodyReport:
     size
         Longest side of its axis-aligned box, in scene units.
     center : (x, y, z)
-        Centre of mass at the start, in scene units.
+        Center of mass at the start, in scene units.
     moved, drop, tilt
-        Distance that the centre of mass moved in the end and how far down, in scene units; degrees by which its upright
-        axis turned.
+        Final distance of the center of mass from its start and its descent, in scene units; degrees by which the
+        upright axis turned.
     when
         Seconds until it had moved noticeably, None if it rests.
     why
-        The reason in words; empty if it rests.
+        Reason in words; empty if it rests.
     cause
-        Number of the body whose motion takes it along, None if it moves by itself.
+        Number of the body whose motion takes it along, None if it has its own cause.
     place
-        Where the program makes it, if that is known.
+        Source location of the body, None if unknown.
     farthest, turned
-        Greatest distance of the centre of mass from where it was, and greatest turn in degrees, at any time.
+        Greatest distance of the center of mass from its start, and greatest rotation in degrees, at any time.
     """
 
     words: tuple[str, ...]
@@ -91,7 +91,7 @@ class BodyReport:
 
 @dataclass(frozen=True, slots=True)
 class PhysicsReport:
-    """What became of the bodies of a frame.
+    """Verdicts on the bodies of a frame.
 
     Attributes
     ----------
@@ -128,26 +128,27 @@ def report_of(
     metres_per_unit: float | None = None,
     progress: Progress | None = None,
 ) -> PhysicsReport:
-    """Simulate a frame and return what becomes of its bodies; raises as ``bodies_of`` and ``simulate`` do."""
+    """Simulate a frame and return the verdicts on its bodies; raises as ``bodies_of`` and ``simulate`` do."""
     bodies = bodies_of(scene.frames[frame], metres_per_unit)
     return reported(bodies, simulate(bodies, seconds, progress=progress), seconds)
 
 
 def reported(bodies: BodySet, motion: Motion, seconds: float) -> PhysicsReport:
-    """Return the verdicts about a motion."""
+    """Return the verdicts on a motion."""
     fastest = _fastest(bodies, motion)
-    found: dict[int, BodyReport] = {}
-    for number in np.argsort(motion.centers[-1, :, 1], kind="stable").tolist():  # what carries others comes first
-        resting = [below for below in motion.landed[number] if below in found and found[below].kind == "rests"]
-        found[number] = _report(bodies, motion, number, fastest, resting)
-    told = _with_causes([found[number] for number in range(len(found))], motion)
-    return PhysicsReport(tuple(told), seconds, bodies.unit, bodies.ground)
+    reports: dict[int, BodyReport] = {}
+    for number in np.argsort(motion.centers[-1, :, 1], kind="stable").tolist():  # supports before the bodies on them
+        resting = [below for below in motion.landed[number] if below in reports and reports[below].kind == "rests"]
+        reports[number] = _report(bodies, motion, number, fastest, resting)
+    explained = _with_causes([reports[number] for number in range(len(reports))], motion)
+    return PhysicsReport(tuple(explained), seconds, bodies.unit, bodies.ground)
 
 
 def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, resting: Sequence[int]) -> BodyReport:
-    """Return what becomes of a body that comes to stand on those of ``resting``, which all but rest.
+    """Return the verdict on a body that comes to rest on ``resting``, bodies that do not move noticeably.
 
-    How far it sinks counts from the lowest of these: courses of bricks with small gaps between them rest.
+    Its sinking is measured relative to the lowest of these, so that courses of bricks with small gaps between them
+    rest.
     """
     body = bodies.bodies[number]
     paths = motion.centers - motion.centers[0]
@@ -158,7 +159,7 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, restin
     tilts = np.degrees(np.arccos(np.clip(motion.rotations[:, number, 1, 1], -1.0, 1.0)))
     turns = np.degrees(np.arccos(np.clip((np.trace(motion.rotations[:, number], axis1=1, axis2=2) - 1) / 2, -1.0, 1.0)))
     moved = np.linalg.norm(path, axis=1)
-    # A ball may turn where it lies; nothing can be seen of that.
+    # A ball that turns in place looks as before.
     noticed = (moved > MOVES * body.size) | ((turns > TURNS) & (moved > 1e-3 * body.size)) | (tilts > TIPS)
     drop, tilt = float(-paths[-1, number, 1]), float(tilts[-1])
     exploded = not body.fixed and (motion.broken is not None or motion.speeds[number] > fastest)
@@ -168,7 +169,7 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, restin
         points, _ = motion.supports[number]
         lost = not len(points) and drop > MOVES * body.size
         aside = float(np.hypot(path[-1, 0], path[-1, 2]))
-        falls = lost or drop > max(aside, FALLS * float(body.high[1] - body.low[1]))  # else it slides down a slope
+        falls = lost or drop > max(aside, FALLS * float(body.high[1] - body.low[1]))  # otherwise it slides down a slope
         kind = "explodes" if exploded else "falls" if falls else "tips" if tilt > TIPS else "moves"
     return BodyReport(
         body.words, kind, body.moments.mass, body.fixed, body.size, _triple(body.moments.center),
@@ -178,19 +179,21 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, restin
 
 
 def _triple(values: FloatArray) -> tuple[float, float, float]:
+    """Return a vector (3,) as a tuple of floats."""
     x, y, z = values.tolist()
     return (x, y, z)
 
 
 def _fastest(bodies: BodySet, motion: Motion) -> float:
-    """Return the greatest speed that gravity and the first velocities can give a body, with a margin."""
+    """Return the greatest speed that gravity and the initial velocities can give a body, with a margin."""
     top = max(float(body.high[1]) for body in bodies.bodies)
     bottom = min(float(motion.centers[:, :, 1].min()), bodies.ground)
     limit = motion.launch**2 + 2.0 * GRAVITY / bodies.unit * (top - bottom)
-    return math.sqrt(_EXPLODES * limit)
+    return math.sqrt(_MAX_ENERGY_RATIO * limit)
 
 
 def _why(bodies: BodySet, motion: Motion, number: int, kind: str) -> str:
+    """Return the reason in words for the verdict on a body."""
     body = bodies.bodies[number]
     if kind == "rests":
         return ""
@@ -209,38 +212,36 @@ def _why(bodies: BodySet, motion: Motion, number: int, kind: str) -> str:
     return _PUSHED
 
 
-def _with_causes(found: Sequence[BodyReport], motion: Motion) -> list[BodyReport]:
-    """Return the reports, with the body that takes each along: one below it that does not rest, if it stands well on
-    what carries it.
+def _with_causes(reports: Sequence[BodyReport], motion: Motion) -> list[BodyReport]:
+    """Return the reports, with the body that takes each along.
 
-    Times do not decide: of two bodies that topple together, the upper one moves first. Causes are lower than what they
-    move, so that they form no circle.
+    A body that is well supported moves because one below it does. Times do not decide: of two bodies that topple
+    together, the upper one moves first. A cause is lower than the body that it moves, so that causes form no cycle.
     """
-    told: list[BodyReport] = []
-    for number, report in enumerate(found):
+    explained: list[BodyReport] = []
+    for number, report in enumerate(reports):
         _, below = motion.supports[number]
-        movers = [n for n in below if n >= 0 and found[n].kind != "rests" and found[n].center[1] < report.center[1]]
+        movers = [n for n in below if n >= 0 and reports[n].kind != "rests" and reports[n].center[1] < report.center[1]]
         if report.why != _PUSHED or not movers:
-            told.append(report)
+            explained.append(report)
             continue
-        cause = min(movers, key=lambda other: (found[other].when or 0.0, other))
-        named = '"' + "/".join(found[cause].words[-2:]) + '"'
-        told.append(replace(report, cause=cause, why=f"{named}, on which it stands, {found[cause].kind}"))
-    return told
+        cause = min(movers, key=lambda other: (reports[other].when or 0.0, other))
+        quoted = '"' + "/".join(reports[cause].words[-2:]) + '"'
+        explained.append(replace(report, cause=cause, why=f"{quoted}, on which it stands, {reports[cause].kind}"))
+    return explained
 
 
 def marked_motion(
     scene: Scene, seconds: float = SECONDS, metres_per_unit: float | None = None
 ) -> tuple[Entity, Marks] | None:
-    """Return the root of the scene with marks on the body that moves for the gravest reason, and on its supports;
-    None if all bodies rest."""
+    """Return the root of the scene, and marks on the worst moving body and its supports; None if all bodies rest."""
     bodies = bodies_of(scene.root, metres_per_unit)
     motion = simulate(bodies, seconds)
-    found = reported(bodies, motion, seconds).bodies
-    moving = [number for number, body in enumerate(found) if body.kind != "rests" and body.cause is None]
+    reports = reported(bodies, motion, seconds).bodies
+    moving = [number for number, body in enumerate(reports) if body.kind != "rests" and body.cause is None]
     if not moving:
         return None
-    number = min(moving, key=lambda each: (KINDS.index(found[each].kind), each))
+    number = min(moving, key=lambda body: (KINDS.index(reports[body].kind), body))
     points, below = motion.supports[number]
     ranks = np.cumsum([node.entity.is_primitive for node in bodies.nodes]) - 1
     rows = [frozenset(int(ranks[bodies.parts[part].node]) for part in body.parts) for body in bodies.bodies]
@@ -249,8 +250,8 @@ def marked_motion(
     lines = [[center, [center[0], level, center[2]]]]
     corners = np.insert(hull_of(points[:, [0, 2]]), 1, level, axis=1) if len(points) else np.zeros((0, 3))
     lines += [[a, b] for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
-    other = frozenset(row for each in below if each >= 0 for row in rows[each])
-    return scene.root, Marks(rows[number], other, corners, np.array(lines, np.float64), center[None])
+    supports = frozenset(row for support in below if support >= 0 for row in rows[support])
+    return scene.root, Marks(rows[number], supports, corners, np.array(lines, np.float64), center[None])
 
 
 # --- diagnostics ------------------------------------------------------------------------------------------------------
@@ -259,7 +260,7 @@ def marked_motion(
 def check_physics(
     scene: Scene, seconds: float = SECONDS, metres_per_unit: float | None = None, progress: Progress | None = None
 ) -> list[Diagnostic]:
-    """Return one warning for every kind of thing that does not rest; a 4D scene is checked at its first frame."""
+    """Return one warning for every kind of object that does not rest; only the first frame of a 4D scene is checked."""
     try:
         return diagnostics_of(report_of(scene, 0, seconds, metres_per_unit, progress))
     except SceneError as error:
@@ -270,38 +271,42 @@ def check_physics(
 
 
 def diagnostics_of(report: PhysicsReport) -> list[Diagnostic]:
-    """Return the warnings of a report, worst first: those with a cause of their own, equal ones as one."""
+    """Return the warnings of a report, worst first.
+
+    Only bodies with their own cause are reported; equal ones share a warning.
+    """
     groups: dict[tuple[str, tuple[str, ...]], list[int]] = {}
     for number, body in enumerate(report.bodies):
         if body.kind != "rests" and body.cause is None:
             groups.setdefault((body.kind, body.words), []).append(number)
     order = sorted(groups.items(), key=lambda group: (KINDS.index(group[0][0]), -len(group[1]), group[1][0]))
-    shown = [_diagnostic(report, members) for _, members in order[:_MAX_SHOWN]]
-    if len(order) > _MAX_SHOWN:
-        rest = sum(len(members) for _, members in order[_MAX_SHOWN:])
+    shown = [_diagnostic(report, members) for _, members in order[:_MAX_DIAGNOSTICS]]
+    if len(order) > _MAX_DIAGNOSTICS:
+        rest = sum(len(members) for _, members in order[_MAX_DIAGNOSTICS:])
         shown.append(Diagnostic("body-moves", f"{rest} more bodies move, which are not shown"))
     return shown
 
 
 def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
+    """Return the warning about bodies of one kind and path, of which the one that moves most is described."""
     first = max((report.bodies[number] for number in members), key=lambda body: body.moved / body.size)
     times = f" ({len(members)} times)" if len(members) > 1 else ""
     name = '"' + "/".join(first.words[-3:]) + '"'
-    how = {
+    motion = {
         "explodes": f"{name} flies apart from what it overlaps",
         "falls": f"{name} falls by {first.drop:.3g}",
         "tips": f"{name} tips over by {first.tilt:.0f} degrees",
         "moves": f"{name} {_motion(first)}",
     }[first.kind]
-    message = f"{how} after {first.when or 0.0:.2g} s{times}: {first.why}"
-    taken = sum(1 for number in range(len(report.bodies)) if _root_cause(report.bodies, number) in members)
-    if taken:
-        message += f"; {taken} more {'body goes' if taken == 1 else 'bodies go'} with it"
+    message = f"{motion} after {first.when or 0.0:.2g} s{times}: {first.why}"
+    followers = sum(1 for number in range(len(report.bodies)) if _root_cause(report.bodies, number) in members)
+    if followers:
+        message += f"; {followers} more {'body goes' if followers == 1 else 'bodies go'} with it"
     return Diagnostic(f"body-{first.kind}", message, first.place, _HINTS[first.kind])
 
 
 def _motion(body: BodyReport) -> str:
-    """Return by how much a body moves: what is seen of it, although it may be back in the end."""
+    """Return in words how far a body moves at most, even if it comes back in the end."""
     if body.moved > MOVES * body.size:
         return f"moves by {body.moved:.3g}"
     if body.farthest > MOVES * body.size:

@@ -4,7 +4,7 @@ Layout: the four bytes ``SCNV``, the length of the header (32-bit, little-endian
 to a multiple of eight bytes), then the columns. A column is an array; the header lists its name, type, offset and
 length. The page receives the DAG, never its expansion: it computes paths, handles and counts itself. Instances are rows
 (primitive, pose, path of words); a row that occurs in several frames is sent once, and a frame is a list of row indices
-in depth-first order. Poses and geometry are in the stage's frame (see ``stage``): box centred, half diagonal 1.
+in depth-first order. Poses and geometry are in the stage's frame (see ``stage``): box centered, half diagonal 1.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ from scenelang.interpreter.values.values import Embedding
 # distinct entities.
 
 
-_MAX_VALUE = 200
-_MAX_LINE = 200
+_MAX_VALUE_LENGTH = 200  # characters of an attribute that is shown
+_MAX_LINE_LENGTH = 200  # characters of a source line that is shown
 
 
 @dataclass(slots=True)
@@ -66,11 +66,12 @@ class _Table:
     numbers: dict[Any, int] = field(default_factory=dict)
 
     def number(self, key: Any, row: Any) -> int:
-        found = self.numbers.get(key)
-        if found is None:
-            found = self.numbers[key] = len(self.rows)
+        """Return the index of the row with a key; ``row`` is the row or a function that returns it."""
+        index = self.numbers.get(key)
+        if index is None:
+            index = self.numbers[key] = len(self.rows)
             self.rows.append(row() if callable(row) else row)
-        return found
+        return index
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,17 +115,20 @@ def graph_of(scene: Scene, definitions: Mapping[str, Span]) -> PacketGraph:
 
 
 def _column(numbers: Any) -> npt.NDArray[np.int32]:
+    """Return integers as a column."""
     return np.fromiter(numbers, np.int32)
 
 
 def _embedding(table: _Table, embedding: Embedding) -> int:
+    """Return the index of an embedding's row, -1 for an empty one."""
     if embedding.handle is None and not embedding.text and not embedding.attributes:
         return -1
     return table.number(id(embedding), lambda: _embedding_row(embedding))
 
 
 def _embedding_row(embedding: Embedding) -> dict[str, Any]:
-    attributes = [[name, show(value, _MAX_VALUE)] for name, value in embedding.attributes.items()]
+    """Return the JSON data of an embedding."""
+    attributes = [[name, show(value, _MAX_VALUE_LENGTH)] for name, value in embedding.attributes.items()]
     return {"handle": embedding.handle, "text": embedding.text, "attributes": attributes}
 
 
@@ -136,17 +140,18 @@ def _definition(entity: Entity, definitions: Mapping[str, Span]) -> tuple[Span, 
 
 def _places(table: _Table, spans: Sequence[Span]) -> int:
     """Return the index of a list of source locations, -1 if all are in the standard library."""
-    own = [span for span in spans if not span.source.name.startswith(STD)]
-    if not own:
+    program_spans = [span for span in spans if not span.source.name.startswith(STD)]
+    if not program_spans:
         return -1
-    key = tuple((id(span.source), span.start) for span in own)
-    return table.number(key, lambda: [_place_row(span) for span in own])
+    key = tuple((id(span.source), span.start) for span in program_spans)
+    return table.number(key, lambda: [_place_row(span) for span in program_spans])
 
 
 def _place_row(span: Span) -> dict[str, Any]:
+    """Return the JSON data of a source location, with its line."""
     line, column = span.source.position(span.start)
     text = span.source.line(line).strip()
-    shown = text if len(text) <= _MAX_LINE else text[: _MAX_LINE - 3] + "..."
+    shown = text if len(text) <= _MAX_LINE_LENGTH else text[: _MAX_LINE_LENGTH - 3] + "..."
     return {"file": span.source.name, "line": line, "column": column, "text": shown}
 
 
@@ -155,22 +160,22 @@ def _place_row(span: Span) -> dict[str, Any]:
 
 FloatArray = npt.NDArray[np.float64]
 _FormKey = tuple[CanonicalForm, tuple[float, ...]]
-_MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether it shows its own colours
+_MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether it shows its own colors
 IntArray = npt.NDArray[np.int64]
 
 # Level of detail: round solids have two tessellations, of which the coarse one is used for small objects.
 _FINE_SIDES, _COARSE_SIDES = 64, 8
-_MAX_ALL_FINE = 300  # number of instances up to which no coarse version is needed
+_MAX_FINE_INSTANCES = 300  # instances up to which all are drawn with the fine version
 MATTE = -1.0  # marks a surface without roughness
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geometry:
-    """A mesh in its own frame.
+    """Mesh in its own frame.
 
     ``positions`` and ``normals`` (3 V), ``indices`` (3 F), and ``colors`` (3 V), linear sRGB, if the mesh has its own.
-    ``is_closed`` marks a canonical solid, without holes. ``coarse`` is the index of the geometry that replaces it where
-    it is small.
+    ``is_closed`` marks a canonical solid, without holes. ``coarse`` is the index of the geometry that replaces it at a
+    small size on the screen.
     """
 
     positions: npt.NDArray[np.float32]
@@ -186,7 +191,7 @@ class Instances:
     """The instances of all frames, as ``columns`` by name.
 
     Per primitive entity: ``primitiveNode`` (its node in the DAG), ``primitiveGeometry`` (-1: not drawn),
-    ``primitiveLook`` (12 floats: colour, opacity, emission, ior, roughness, metallic, is-semantic, 0). Per row:
+    ``primitiveLook`` (12 floats: color, opacity, emission, ior, roughness, metallic, is-semantic, 0). Per row:
     ``rowPrimitive``, ``rowPath`` (into ``paths``), ``rowPose`` (12 floats, row-major). Per frame: rows
     ``frameRow[frameStart[f]:frameStart[f + 1]]`` in depth-first order.
     """
@@ -268,6 +273,7 @@ def _distinct_rows(flat: npt.NDArray[np.float32], rows: _Rows) -> tuple[IntArray
 
 
 def _looks(primitives: Sequence[Entity]) -> npt.NDArray[np.float32]:
+    """Return the looks of primitives as columns; ``Instances`` documents the twelve floats."""
     table = np.zeros((len(primitives), 12), np.float32)
     for row, entity in zip(table, primitives, strict=True):
         look = look_of(entity)
@@ -292,12 +298,12 @@ def _geometries(
         if key is None:
             continue
         if key not in numbers:
-            numbers[key] = _add(geometries, key, int(used.sum()) > _MAX_ALL_FINE)
+            numbers[key] = _add(geometries, key, has_coarse=int(used.sum()) > _MAX_FINE_INSTANCES)
         geometry_of[i], local[i] = numbers[key], pose
     return geometries, geometry_of, local
 
 
-def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool) -> int:
+def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, *, has_coarse: bool) -> int:
     """Add the geometry of ``key``, preceded by its coarse version if there is one; return its index."""
     shape, detail = key
     if isinstance(shape, Primitive):
@@ -305,7 +311,7 @@ def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool)
         assert mesh is not None, "a mesh without faces has no key"
         offset = own_offset(mesh.vertices, mesh.faces)
         near = mesh if offset is None else replace(mesh, vertices=mesh.vertices - offset)
-        geometries.append(_mesh_geometry(near, bool(detail)))
+        geometries.append(_mesh_geometry(near, own_colors=bool(detail)))
         return len(geometries) - 1
     assert isinstance(detail, tuple)
     if shape.is_curved and has_coarse:
@@ -319,7 +325,7 @@ def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, has_coarse: bool)
 def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArray]:
     """Return the geometry key of a primitive and its pose (3, 4).
 
-    The key is a canonical form or a mesh (with or without its own colours), None if the primitive is not drawn.
+    The key is a canonical form or a mesh (with or without its own colors), None if the primitive is not drawn.
     """
     shape, identity = entity.shape, np.eye(4)[:3]
     if shape is None or not shape.has_geometry:
@@ -336,10 +342,12 @@ def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArra
 
 
 def _form_geometry(form: CanonicalForm, ratios: tuple[float, ...], sides: int) -> Geometry:
+    """Return the geometry of a canonical form."""
     return _smooth_geometry(form.mesh(sides, ratios))
 
 
 def _smooth_geometry(mesh: Mesh) -> Geometry:
+    """Return a mesh with smooth shading."""
     return Geometry(
         mesh.vertices.astype(np.float32).reshape(-1),
         mesh.shading.astype(np.float32).reshape(-1),
@@ -347,7 +355,7 @@ def _smooth_geometry(mesh: Mesh) -> Geometry:
     )
 
 
-def _mesh_geometry(mesh: Mesh, own_colors: bool) -> Geometry:
+def _mesh_geometry(mesh: Mesh, *, own_colors: bool) -> Geometry:
     """Return a primitive's own mesh, flat-shaded if it has no normals; it may be open."""
     if mesh.normals is not None and not own_colors:
         return _smooth_geometry(mesh)
@@ -371,23 +379,31 @@ class DrawnSplats(Protocol):
     """
 
     @property
-    def means(self) -> Any: ...
+    def means(self) -> Any:
+        """The positions (N, 3)."""
+        ...
 
     @property
-    def covariances(self) -> Any: ...
+    def covariances(self) -> Any:
+        """The covariances (N, 3, 3)."""
+        ...
 
     @property
-    def opacities(self) -> Any: ...
+    def opacities(self) -> Any:
+        """The opacities (N,)."""
+        ...
 
     @property
-    def colors(self) -> Any: ...
+    def colors(self) -> Any:
+        """The sRGB colors (N, 3)."""
+        ...
 
     def __len__(self) -> int: ...
 
 
 SplatsOf = Callable[[Scene], Sequence[DrawnSplats]]  # Gaussians of every frame
 
-MAX_SPLATS = 2_000_000  # in all frames: 4 texels of 16 bytes each
+MAX_SPLATS = 2_000_000  # in all frames: each takes four texels of 16 bytes on the GPU
 
 
 def splat_columns(frames: Sequence[DrawnSplats], count: int, center: FloatArray, scale: float) -> dict[str, Any]:
@@ -397,19 +413,20 @@ def splat_columns(frames: Sequence[DrawnSplats], count: int, center: FloatArray,
     covariance, row by row), ``splatColor`` (4 N: sRGB and opacity). Frames beyond ``frames`` have none. Raises
     LimitError for more than MAX_SPLATS.
     """
-    sizes = [len(each) for each in frames] + [0] * (count - len(frames))
+    sizes = [len(splats) for splats in frames] + [0] * (count - len(frames))
     if sum(sizes) > MAX_SPLATS:
         message = f"the scene has {sum(sizes):,} Gaussians, more than the limit of {MAX_SPLATS:,} for this page"
         raise LimitError("primitives", message)
-    rows = [_rows(each, center, scale) for each in frames]
+    rows = [_rows(splats, center, scale) for splats in frames]
     columns = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]} if rows else {}
     return {"splatStart": np.concatenate([[0], np.cumsum(sizes)]).astype(np.uint32), **columns}
 
 
 def _rows(splats: DrawnSplats, center: FloatArray, scale: float) -> dict[str, npt.NDArray[Any]]:
+    """Return the Gaussians of one frame as columns, in the frame of the packet."""
     means, covariances, opacities, colors = (
-        np.asarray(each.detach().cpu().double().numpy())
-        for each in (splats.means, splats.covariances, splats.opacities, splats.colors)
+        np.asarray(tensor.detach().cpu().double().numpy())
+        for tensor in (splats.means, splats.covariances, splats.opacities, splats.colors)
     )
     upper = covariances[:, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]] * scale**2
     rgba = np.concatenate([colors, opacities[:, None]], axis=1)
@@ -422,8 +439,8 @@ def _rows(splats: DrawnSplats, center: FloatArray, scale: float) -> dict[str, np
 
 FORMAT, VERSION = "scenelang-viewer", 1
 MAGIC = b"SCNV"
-LIMIT = 2_000_000
-_ALIGNMENT = 8
+LIMIT = 2_000_000  # primitives of a scene that is drawn
+_ALIGNMENT = 8  # bytes, as typed arrays of the page need
 _TYPES = {"float32": "f4", "int32": "i4", "uint32": "u4", "uint8": "u1"}
 
 
@@ -436,6 +453,7 @@ class _Columns:
     size: int = 0
 
     def add(self, name: str, array: npt.NDArray[Any]) -> None:
+        """Add an array as a column, little-endian and aligned."""
         data = np.ascontiguousarray(array).astype(array.dtype.newbyteorder("<"), copy=False).tobytes()
         self.directory[name] = [_TYPES[array.dtype.name], self.size, array.size]
         padded = data + bytes(-len(data) % _ALIGNMENT)
@@ -485,33 +503,36 @@ def packet_of(
 
 
 def _json(data: Any) -> bytes:
+    """Return compact ASCII JSON."""
     return json.dumps(data, separators=(",", ":"), ensure_ascii=True).encode()
 
 
-# Changes between packets: a page that has the last version of a scene only receives what is new.
+# Changes between packets: a page that has the last version of a scene receives only new parts.
 
 
 CHANGES_MAGIC = b"SCNC"
 
 
 def packet_changes(old: bytes, new: bytes) -> bytes:
-    """Return the parts of the packet ``new`` that the packet ``old`` does not have, and where the others are in it.
+    """Return the parts of the packet ``new`` that the packet ``old`` lacks, and the positions of the others in it.
 
     Layout: the four bytes ``SCNC``, the length of the header, the header, the new bytes. The header lists the parts of
     the packet in order: ``[start, length]`` of a part of the old packet, or ``[-1, length]`` of a new one. The common
-    start and the common end of each column, and of each entry of the header, are parts of the old packet.
+    start and the common end of each column, and of each entry of the header, are parts of the old packet: that finds
+    the one range that a usual edit changes in a few milliseconds. General differences (rsync, bsdiff) find more, and
+    take longer than sending the bytes on one machine. ``viewer/src`` applies them.
     """
-    known = dict(_sections(old))
+    old_sections = dict(_sections(old))
     parts: list[tuple[int, int]] = []
-    fresh: list[bytes] = []
+    new_bytes: list[bytes] = []
     for name, (start, end) in _sections(new):
-        at, until = known.get(name, (0, 0))
-        before, after = _common_ends(old[at:until], new[start:end])
+        old_start, old_end = old_sections.get(name, (0, 0))
+        before, after = _common_ends(old[old_start:old_end], new[start:end])
         middle = new[start + before : end - after]
-        parts += [part for part in ((at, before), (-1, len(middle)), (until - after, after)) if part[1]]
-        fresh.append(middle)
+        parts += [part for part in ((old_start, before), (-1, len(middle)), (old_end - after, after)) if part[1]]
+        new_bytes.append(middle)
     text = _json(parts)
-    return b"".join([CHANGES_MAGIC, struct.pack("<I", len(text)), text, *fresh])
+    return b"".join([CHANGES_MAGIC, struct.pack("<I", len(text)), text, *new_bytes])
 
 
 def _sections(packet: bytes) -> Iterator[tuple[str, tuple[int, int]]]:
@@ -560,10 +581,12 @@ def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
 
 
 def _as_sentence(error: SceneError) -> str:
+    """Return the message of an error as a sentence."""
     return error.message[:1].upper() + error.message[1:] + "."
 
 
 def _header(scene: Scene) -> dict[str, Any]:
+    """Return the header of a packet without geometry."""
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -594,19 +617,22 @@ def studio_constants() -> dict[str, Any]:
 
 
 def _instances(scene: Scene, header: dict[str, Any], node_of: dict[int, int]) -> Instances:
+    """Return the instances of a scene at unit size; records its box in the header."""
     (low, high), (center, scale) = box_of(scene), unit_size(scene)
     header["box"] = {"low": low.tolist(), "high": high.tolist(), "center": center.tolist(), "scale": scale}
     return instances_of(scene, center, scale, node_of)
 
 
 def _add_splats(columns: _Columns, scene: Scene, splats: SplatsOf) -> None:
-    found = splat_columns(splats(scene), len(scene.frames), *unit_size(scene))
-    if "splatPlace" in found:
-        for name, array in found.items():
+    """Add the columns of Gaussians, unless there are none."""
+    splat_arrays = splat_columns(splats(scene), len(scene.frames), *unit_size(scene))
+    if "splatPlace" in splat_arrays:
+        for name, array in splat_arrays.items():
             columns.add(name, array)
 
 
 def _add_instances(columns: _Columns, header: dict[str, Any], instances: Instances) -> None:
+    """Add the geometries and the columns of instances."""
     words = {word: i for i, word in enumerate(header["words"])}
     header["paths"] = [[words[word] for word in path] for path in instances.paths]
     for number, geometry in enumerate(instances.geometries):
@@ -689,6 +715,7 @@ class ViewerPage:
         return Path(path)
 
     def _repr_html_(self) -> str:
+        """Return the page in an iframe, for notebooks."""
         return iframe(self.html, self.height)
 
     def __repr__(self) -> str:
@@ -711,14 +738,17 @@ def iframe(page: str, height: int) -> str:
 
 
 def _template() -> str:
+    """Return the built page."""
     return _text("page.html")
 
 
 def _text(name: str) -> str:
+    """Return a built text file."""
     return static(name).decode()
 
 
 def _digest(text: str) -> str:
+    """Return the hash of a script or style for the content security policy."""
     return "sha256-" + base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
 
 
@@ -728,6 +758,7 @@ def _json_text(data: Any) -> str:
 
 
 def _scene_data(scenes: Sequence[SavedScene]) -> list[dict[str, Any]]:
+    """Return the scenes as JSON data, their packets compressed."""
     return [
         {
             "name": scene.name,
@@ -750,8 +781,8 @@ def has_screen() -> bool:
 def open_in_browser(address: str) -> bool:
     """Open a page in the browser if there is a display; return whether that was tried.
 
-    Every user of the machine can read a browser's arguments, and an address of the viewer contains its token: what is
-    opened is a file that only its owner can read, which leads there.
+    Every user of the machine can read a browser's arguments, and an address of the viewer contains its token. Therefore
+    a file that only its owner can read is opened, which redirects to the address.
     """
     page = _page_that_leads_to(address) if has_screen() else None
     if page is not None:
@@ -769,9 +800,9 @@ def _page_that_leads_to(address: str) -> str | None:
     if address.startswith("file:"):
         return address
     path = user_folder("CACHE") / f"view-{secrets.token_hex(8)}.html"
-    shown = html.escape(address)
-    refresh = f'<meta http-equiv="refresh" content="0;url={shown}">'
-    text = f'<!doctype html><meta charset="utf-8">{refresh}<a href="{shown}">scene</a>'
+    escaped = html.escape(address)
+    refresh = f'<meta http-equiv="refresh" content="0;url={escaped}">'
+    text = f'<!doctype html><meta charset="utf-8">{refresh}<a href="{escaped}">scene</a>'
     try:
         path.parent.mkdir(0o700, parents=True, exist_ok=True)
         with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:

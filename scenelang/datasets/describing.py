@@ -1,4 +1,4 @@
-"""Describes datasets: statistics, the dataset card, and the contact sheet that shows a spec before a large run."""
+"""Description of datasets: statistics, the dataset card, and the contact sheet that previews a spec."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import json
 import math
 import platform
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.labels.dataset import depth_picture, flow_picture, instance_color, with_tracks
 from scenelang.backends.labels.ground_truth import HIDDEN, VISIBLE, Flow, Tracks
-from scenelang.backends.labels.things import OTHER
+from scenelang.backends.labels.object_labels import OTHER
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.film import save_picture
 from scenelang.backends.surfaces.appearance import word_color
@@ -32,18 +32,19 @@ from scenelang.grammar.settings import typed
 
 Picture = npt.NDArray[np.uint8]
 Color = tuple[int, int, int]
-Entry = tuple[str, Color | None]  # a text, and the colour that it explains
-MAX_PREVIEW = 400
-_MAX_DRAWN = 2_000  # samples whose draws are shown
+Entry = tuple[str, Color | None]  # a text, and the color that it explains
+MAX_PREVIEW = 400  # samples of a contact sheet
+_MAX_DRAWN = 2_000  # draws whose distribution a preview shows
 _BARS = 16  # of a histogram
 _MAX_BARS = 12  # rows of a table of values
-_TILE = 160  # pixels
-_GAP, _LINE, _MARGIN = 6, 15, 12
+_TILE_PX = 160  # longest side of a tile
+_GAP, _LINE, _MARGIN = 6, 15, 12  # pixels
 _INK, _PAPER, _BAR = (24, 26, 32), (255, 255, 255), (164, 190, 232)
-_SILENT = ("seed",)  # quantities without a table
+_SILENT = ("seed",)  # quantities without a histogram
 _MAX_LINES = 3  # of a list of words
-_LARGEST = {".png": 1 << 30, ".jpg": 65_500, ".jpeg": 65_500, ".webp": 16_383}  # endings of sheets, with their pixels
-_OTHER = "other"  # words without a class
+# pixels of a side by the ending of the image format, as the formats allow
+_MAX_SHEET_PX = {".png": 1 << 30, ".jpg": 65_500, ".jpeg": 65_500, ".webp": 16_383}
+_OTHER = "other"  # label of words without a class
 _STATES: Mapping[int, Color] = {HIDDEN: (240, 140, 40), VISIBLE: (90, 170, 90)}
 _TITLES = {"flow_state.png": "flow_state, orange: hidden", "tracks.npz": "tracks of all frames"}
 _APPROXIMATE = "approximate"  # the split of a scene is decided once it is evaluated
@@ -56,7 +57,7 @@ _APPROXIMATE = "approximate"  # the split of a scene is decided once it is evalu
 class Quantity:
     """Distribution of one quantity: ``numbers`` if all values are numbers, else ``counts`` by value.
 
-    ``note`` tells what the distribution is not.
+    ``note`` restricts the distribution, such as "approximate".
     """
 
     name: str
@@ -83,17 +84,18 @@ class Quantity:
 
 
 def quantities_of(values: Sequence[Mapping[str, Any]]) -> list[Quantity]:
-    """Return the distributions of what varies among the ``values`` of samples."""
-    found = []
-    for name in sorted({name for each in values for name in each}):
-        column = [each[name] for each in values if name in each]
+    """Return the distributions of the quantities that vary among the ``values`` of samples."""
+    quantities = []
+    for name in sorted({name for sample in values for name in sample}):
+        column = [sample[name] for sample in values if name in sample]
         counts = Counter(map(_shown, column))
         if len(counts) > 1 and name not in _SILENT:
-            found.append(_quantity(name, column, counts))
-    return found
+            quantities.append(_quantity(name, column, counts))
+    return quantities
 
 
 def _quantity(name: str, column: Sequence[Any], counts: Counter[str]) -> Quantity:
+    """Return the distribution of one quantity from its column of values."""
     is_number = all(isinstance(value, int | float) and not isinstance(value, bool) for value in column)
     if is_number:
         ordered = sorted(counts.items(), key=lambda pair: float(pair[0]))
@@ -102,6 +104,7 @@ def _quantity(name: str, column: Sequence[Any], counts: Counter[str]) -> Quantit
 
 
 def _shown(value: Any) -> str:
+    """Return a value as text."""
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(_shown, value))}]"
     return f"{value:.6g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
@@ -111,7 +114,7 @@ def _shown(value: Any) -> str:
 
 
 def write_card(store: Store, plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> None:
-    """Write the dataset card: what the dataset has, how it was made, and how it is read."""
+    """Write the dataset card: contents, origin and use of the dataset."""
     store.write(CARD, card_of(plan, records, digest).encode("utf-8"))
 
 
@@ -119,8 +122,8 @@ def card_of(plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> st
     """Return the text of a dataset card; its head is the metadata that Hugging Face reads."""
     splits: Counter[str] = Counter()
     for record in records:
-        splits.update({each["split"]: each["items"] for each in record["files"]})
-    size = sum(each["bytes"] for record in records for each in record["files"])
+        splits.update({file["split"]: file["items"] for file in record["files"]})
+    size = sum(file["bytes"] for record in records for file in record["files"])
     ending = "parquet" if plan.format == "parquet" else "tar"
     head = ["---", f"license: {_yaml(plan.licence or 'unknown')}", "tags: [synthetic, scenelang]", "configs:"]
     head += ["- config_name: default", "  data_files:"]
@@ -128,7 +131,7 @@ def card_of(plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> st
         head += [f"  - split: {_yaml(split)}", f"    path: {_yaml(f'{split}-*.{ending}')}"]
     parts = [*head, "---", "", CARD_TITLE, ""]
     parts += _rows(("split", "pictures"), sorted((name, f"{count:,}") for name, count in splits.items()))
-    failures = Counter(each["code"] for record in records for each in record["failures"])
+    failures = Counter(failure["code"] for record in records for failure in record["failures"])
     samples = sum(record["samples"] for record in records)
     facts = [("samples", f"{samples:,} of {plan.count:,}"), ("bytes", f"{size:,}"), ("digest", f"`{digest}`")]
     facts += [("spec", f"`{plan.spec_digest}`"), ("versions", versions())]
@@ -138,7 +141,7 @@ def card_of(plan: Plan, records: Sequence[Mapping[str, Any]], digest: str) -> st
     for record in records:
         shown.update(record["shown"])
     parts += _rows(("class", "word", "visible things"), [(str(n), w, f"{shown[w]:,}") for w, n in plan.classes.items()])
-    values = [each for record in records for each in record["values"]]
+    values = [sample for record in records for sample in record["values"]]
     parts += [
         "",
         "## What varies",
@@ -184,9 +187,10 @@ def versions() -> str:
 
 
 def _rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    clean = lambda cell: cell.replace("|", "\\|").replace("\n", " ")
+    """Return the lines of a Markdown table."""
+    cleaned = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
     lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
-    return lines + [f"| {' | '.join(map(clean, row))} |" for row in rows]
+    return lines + [f"| {' | '.join(row)} |" for row in cleaned]
 
 
 # --- previews --------------------------------------------------------------------------------------------------------
@@ -203,28 +207,30 @@ class Preview:
 
     def __str__(self) -> str:
         lines = [f"wrote {self.path}: {self.samples} samples, {len(self.failures)} failed"]
-        told = ((f"{each.name} ({each.note})" if each.note else each.name, each.summary()) for each in self.quantities)
-        return "\n".join([*lines, *(f"  {name}: {summary}" for name, summary in told)])
+        for quantity in self.quantities:
+            name = f"{quantity.name} ({quantity.note})" if quantity.note else quantity.name
+            lines.append(f"  {name}: {quantity.summary()}")
+        return "\n".join(lines)
 
     def data(self) -> dict[str, Any]:
         """Return the preview as JSON data."""
-        varied = {each.name: dict(each.counts) for each in self.quantities}
+        varied = {quantity.name: dict(quantity.counts) for quantity in self.quantities}
         return {"path": str(self.path), "samples": self.samples, "failures": len(self.failures), "varied": varied}
 
 
 @typed
 def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Preview:
-    """Make the first samples of a spec and show them with their labels, and the distribution of what varies.
+    """Make the first samples of a spec and show them with their labels, and the distributions of varying quantities.
 
     The distributions are those of the draws of the first 2,000 samples, before filters. Splits by scene are decided by
-    the evaluated scene, so theirs is an example of the shares.
+    the evaluated scene, so their distribution is approximate.
 
     Parameters
     ----------
     spec : path
         Spec of the dataset.
     path : path
-        Picture to write: ``.png``, ``.jpg``, ``.jpeg`` or ``.webp``.
+        Image to write: ``.png``, ``.jpg``, ``.jpeg`` or ``.webp``.
     count : int
         Number of samples to make.
 
@@ -236,8 +242,10 @@ def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Prev
     if not 1 <= count <= MAX_PREVIEW:
         raise UsageError("value", f"a preview shows 1 to {MAX_PREVIEW} samples, not {count}")
     ending = Path(path).suffix.lower()
-    if ending not in _LARGEST:
-        raise UsageError("value", f"a preview cannot be written as `{Path(path).name}`", f"use {' '.join(_LARGEST)}")
+    if ending not in _MAX_SHEET_PX:
+        raise UsageError(
+            "value", f"a preview cannot be written as `{Path(path).name}`", f"use {' '.join(_MAX_SHEET_PX)}"
+        )
     read = read_spec(spec)
     maker, rows, failures = Maker(read), list[_Row](), list[Diagnostic]()
     for index in range(min(count, read.count)):
@@ -251,9 +259,9 @@ def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Prev
         raise SceneError(failures[0].name, failures[0].message, failures[0].hint, failures[0].span)
     quantities = quantities_of(list(_drawn(read)))
     if read.splits is not None and read.splits.by == "scene":
-        quantities = [replace(each, note=_APPROXIMATE) if each.name == "split" else each for each in quantities]
+        quantities = [replace(q, note=_APPROXIMATE) if q.name == "split" else q for q in quantities]
     sheet = _sheet(read, rows, quantities)
-    if max(sheet.shape) > _LARGEST[ending]:
+    if max(sheet.shape) > _MAX_SHEET_PX[ending]:
         raise UsageError(
             "value", f"a sheet of {len(rows)} samples is too large for {ending}", "show fewer, or use .png"
         )
@@ -262,23 +270,23 @@ def preview_dataset(spec: str | Path, path: str | Path, count: int = 12) -> Prev
 
 
 def _drawn(spec: Spec) -> Iterator[dict[str, Any]]:
-    """Yield what is drawn for the first samples, without making them: first attempts, and first cameras."""
+    """Yield the draws of the first samples without making them: first attempts, and first cameras."""
     for index in range(min(spec.count, _MAX_DRAWN)):
         draw = draw_sample(spec, index)
         if draw is not None:
             view = views_of(spec, draw)[0]
-            found = dict(draw.values)
+            values = dict(draw.values)
             if isinstance(view, Viewpoint):
-                found |= {f"camera.{name}": getattr(view, name) for name in ("azimuth", "elevation", "fov")}
-            yield found | {"split": draw.split}
+                values |= {f"camera.{name}": getattr(view, name) for name in ("azimuth", "elevation", "fov")}
+            yield values | {"split": draw.split}
 
 
-# --- what the sheet shows of a picture -------------------------------------------------------------------------------
+# --- rows of the sheet ---------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class _Row:
-    """What is shown of one picture: tiles with titles, and lines of text below, whose words may have colours."""
+    """Row of the sheet about one image: tiles with titles, and lines of text below, whose words may have colors."""
 
     tiles: Sequence[tuple[str, Picture]]
     words: Mapping[str, Color]
@@ -292,10 +300,10 @@ class _Row:
 
 
 def _row(key: str, files: Mapping[str, bytes]) -> _Row:
-    """Return what is shown of one item."""
+    """Return the row of one item."""
     record, arrays = json.loads(files["json"]), {name: decoded(name, files[name]) for name in files}
     color = arrays["color.png"]
-    tiles = [(key, _fitted(color, True))]
+    tiles = [(key, _fitted(color, is_smooth=True))]
     if "things" in record:
         tiles.append(("boxes", _with_boxes(color, record)))
     for name in sorted(arrays):
@@ -305,7 +313,10 @@ def _row(key: str, files: Mapping[str, bytes]) -> _Row:
     lines: list[list[Entry]] = []
     if "instance.png" in files and record.get("things"):
         lines.append(
-            [("instances:", None), *((each["word"], instance_color(each["id"])) for each in _shown_of(record))]
+            [
+                ("instances:", None),
+                *((instance["word"], instance_color(instance["id"])) for instance in _shown_of(record)),
+            ]
         )
     if "caption" in record:
         lines.append([(f"caption: {record['caption']}", None)])
@@ -313,13 +324,15 @@ def _row(key: str, files: Mapping[str, bytes]) -> _Row:
 
 
 def _shown_of(record: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """Return the things that are seen, the largest first."""
-    return sorted((each for each in record["things"] if each["area"]), key=lambda each: -int(each["area"]))
+    """Return the records of visible objects, the largest first."""
+    return sorted(
+        (instance for instance in record["things"] if instance["area"]), key=lambda instance: -int(instance["area"])
+    )
 
 
 def _words_of(arrays: Mapping[str, Any], record: Mapping[str, Any]) -> dict[str, Color]:
-    """Return the colours of the words of a picture, as its boxes and its classes have them."""
-    words = {thing["word"]: word_color(thing["word"]) for thing in record.get("things", ())}
+    """Return the colors of an image's words, as in its boxes and classes."""
+    words = {instance["word"]: word_color(instance["word"]) for instance in record.get("things", ())}
     is_other = "semantic.png" in arrays and (arrays["semantic.png"] == OTHER).any()
     return words | ({_OTHER: word_color(_OTHER)} if is_other else {})
 
@@ -340,20 +353,22 @@ def _painted(name: str, arrays: Mapping[str, Any], record: Mapping[str, Any]) ->
 
 
 def _numbers_painted(name: str, values: npt.NDArray[Any], record: Mapping[str, Any]) -> Picture:
-    """Return a map of numbers (H, W) in colours; 0 is black."""
-    words = {thing["class"]: thing["word"] for thing in record.get("things", ())} | {OTHER: _OTHER}
-    paint: Callable[[int], Color] = instance_color
-    if name == "semantic.png":
-        paint = lambda n: word_color(words.get(n, _OTHER))
-    elif name == "flow_state.png":
-        paint = lambda n: _STATES.get(n, _INK)
+    """Return a map of numbers (H, W) in colors; 0 is black."""
+    words = {instance["class"]: instance["word"] for instance in record.get("things", ())} | {OTHER: _OTHER}
+
+    def paint(number: int) -> Color:
+        """Return the color of a number: by word, by state, or by instance."""
+        if name == "semantic.png":
+            return word_color(words.get(number, _OTHER))
+        return _STATES.get(number, _INK) if name == "flow_state.png" else instance_color(number)
+
     used, inverse = np.unique(values, return_inverse=True)
     table = np.array([paint(int(n)) if n else (0, 0, 0) for n in used], np.uint8)
     return np.asarray(table[inverse.reshape(-1)].reshape(*values.shape, 3))
 
 
-def _fitted(picture: npt.NDArray[Any], is_smooth: bool = False) -> Picture:
-    """Return a picture in the size of a tile: small ones are enlarged to whole multiples."""
+def _fitted(picture: npt.NDArray[Any], *, is_smooth: bool = False) -> Picture:
+    """Return an image in the size of a tile: small ones are enlarged to whole multiples."""
     modules = require("PIL.Image", "pillow")
     scale = _scale(picture)
     size = [max(1, round(side * scale)) for side in (picture.shape[1], picture.shape[0])]
@@ -362,20 +377,21 @@ def _fitted(picture: npt.NDArray[Any], is_smooth: bool = False) -> Picture:
 
 
 def _scale(picture: npt.NDArray[Any]) -> float:
-    scale = _TILE / max(picture.shape[:2])
+    """Return the scale of an image in a tile; small ones are enlarged to whole multiples."""
+    scale = _TILE_PX / max(picture.shape[:2])
     return float(math.floor(scale)) if scale > 1.0 else scale
 
 
 def _with_boxes(color: Picture, record: Mapping[str, Any]) -> Picture:
-    """Return a tile with the boxes of the things below the root, and the keypoints: white if they are seen."""
-    image = require("PIL.Image", "pillow").fromarray(_fitted(color, True))
+    """Return a tile with the boxes of objects below the root, and the keypoints: white if they are visible."""
+    image = require("PIL.Image", "pillow").fromarray(_fitted(color, is_smooth=True))
     pen = require("PIL.ImageDraw", "pillow").Draw(image)
     scale = _scale(color)
-    for thing in record["things"]:
-        x, y, width, height = (scale * value for value in thing["bbox"])
-        if width and height and (thing["depth"] or len(record["things"]) == 1):
+    for instance in record["things"]:
+        x, y, width, height = (scale * value for value in instance["bbox"])
+        if width and height and (instance["depth"] or len(record["things"]) == 1):
             corner = max(x, x + width - 1), max(y, y + height - 1)
-            pen.rectangle((x, y, *corner), outline=word_color(thing["word"]))
+            pen.rectangle((x, y, *corner), outline=word_color(instance["word"]))
     for point in record.get("keypoints", ()):
         if point["visible"]:
             x, y = (scale * value for value in point["point"])
@@ -388,17 +404,17 @@ def _with_tracks(color: Picture, values: Mapping[str, npt.NDArray[Any]]) -> Pict
     """Return a tile with the trajectories of the tracked points through all frames."""
     frames = len(values["pixels"])
     tracks = Tracks(values["pixels"] * _scale(color), values["world"], values["state"])
-    return with_tracks(_fitted(color, True), tracks, frames - 1, frames)
+    return with_tracks(_fitted(color, is_smooth=True), tracks, frames - 1, frames)
 
 
 # --- the contact sheet -----------------------------------------------------------------------------------------------
 
 
 def _sheet(spec: Spec, rows: Sequence[_Row], quantities: Sequence[Quantity]) -> Picture:
-    """Return the sheet: the colours of the words, tiles for each sample, then a histogram for each quantity."""
+    """Return the sheet: the colors of the words, tiles for each sample, then a histogram for each quantity."""
     columns = max(len(row.tiles) for row in rows)
-    chart = (2 * _TILE + _GAP, _TILE)
-    width = max(2 * _MARGIN + columns * (_TILE + _GAP), 2 * _MARGIN + 2 * (chart[0] + _GAP))
+    chart = (2 * _TILE_PX + _GAP, _TILE_PX)
+    width = max(2 * _MARGIN + columns * (_TILE_PX + _GAP), 2 * _MARGIN + 2 * (chart[0] + _GAP))
     per_row = max(1, (width - 2 * _MARGIN) // (chart[0] + _GAP))
     words = {word: color for row in rows for word, color in row.words.items()}
     key = _wrapped([("words:", None), *sorted(words.items())], width - 2 * _MARGIN) if words else []
@@ -413,8 +429,8 @@ def _sheet(spec: Spec, rows: Sequence[_Row], quantities: Sequence[Quantity]) -> 
         _entries(pen, named, (_MARGIN, _MARGIN - 2 + i * _LINE), width - 2 * _MARGIN)
     for row in rows:
         for j, (title, picture) in enumerate(row.tiles):
-            x = _MARGIN + j * (_TILE + _GAP)
-            _text(pen, (x, top), title, _TILE)
+            x = _MARGIN + j * (_TILE_PX + _GAP)
+            _text(pen, (x, top), title, _TILE_PX)
             image.paste(modules[0].fromarray(picture), (x, top + _LINE))
         below = top + row.height - 2 * _GAP - _LINE * len(row.lines)
         for i, line in enumerate(row.lines):
@@ -427,21 +443,21 @@ def _sheet(spec: Spec, rows: Sequence[_Row], quantities: Sequence[Quantity]) -> 
 
 
 def _wrapped(entries: Sequence[Entry], width: int, most: int = _MAX_LINES) -> list[list[Entry]]:
-    """Return lines of entries of at most ``width`` pixels; the last of ``most`` tells how many entries are left out."""
+    """Return lines of entries of at most ``width`` pixels; the last of ``most`` gives the number of omitted ones."""
     lines: list[list[Entry]] = [[]]
     used = 0.0
     for number, (text, color) in enumerate(entries):
-        own = min(_wide(text, color), width)
+        entry_width = min(_wide(text, color), width)
         rest = f"and {len(entries) - number} more"
         reserve = _wide(rest, None) if len(lines) == most and number + 1 < len(entries) else 0.0
-        if used and used + own + reserve > width:
+        if used and used + entry_width + reserve > width:
             if len(lines) == most:
                 lines[-1].append((rest, None))
                 break
             lines.append([])
             used = 0.0
         lines[-1].append((text, color))
-        used += own
+        used += entry_width
     return lines
 
 
@@ -452,7 +468,7 @@ def _wide(text: str, color: Color | None) -> float:
 
 
 def _entries(pen: Any, entries: Sequence[Entry], corner: tuple[int, int], width: int) -> None:
-    """Draw entries in a line of ``width`` pixels: a swatch of the colour, if an entry has one, and the text."""
+    """Draw entries in a line of ``width`` pixels: a swatch of the color, if an entry has one, and the text."""
     (x, y), end = corner, corner[0] + width
     for text, color in _wrapped(entries, width, 1)[0]:
         start = x
@@ -489,10 +505,12 @@ def _histogram(pen: Any, quantity: Quantity, corner: tuple[int, int], size: tupl
 
 @cache
 def _font() -> Any:
+    """Return the font of the sheet."""
     return require("PIL.ImageFont", "pillow").load_default(11)
 
 
 def _plain(text: str) -> str:
+    """Return a text without unprintable characters."""
     return "".join(c if c.isprintable() else " " for c in text)
 
 

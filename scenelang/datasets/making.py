@@ -1,4 +1,4 @@
-"""Makes samples: evaluates the program of a draw, and pictures and labels it as files in memory."""
+"""Making of samples: evaluates the program of a draw, and renders and labels it as files in memory."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from scenelang.backends.base import Backend, require
 from scenelang.backends.geometry.arrangement import scene_relations
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import violations
-from scenelang.backends.labels import things as labels
-from scenelang.backends.labels.things import Things
+from scenelang.backends.labels import object_labels as labels
+from scenelang.backends.labels.object_labels import ObjectLabels
 from scenelang.backends.labels.views import LabelledView, SceneFacts
 from scenelang.backends.pictures.camera import Camera, camera_to_json
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
@@ -48,9 +48,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 Files = Mapping[str, bytes]
-Part = bytes | partial[bytes]  # the contents of a file, or what encodes them
-_MAX_KEPT = 4  # evaluated scenes
-_LARGE = 200_000  # primitives of a scene that is kept alone
+Part = bytes | partial[bytes]  # content of a file, or a function that encodes it
+_MAX_CACHED_SCENES = 4  # evaluated scenes that are cached, since draws repeat them
+_LARGE_SCENE_PRIMITIVES = 200_000  # primitives of a scene from which it is cached alone, to bound the memory
 _LIMIT_OPTION = re.compile(r"--max-(steps|depth|entities|primitives|size|memory|seconds)\b")
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _DEFAULT_CAPTIONS = ("{things}",)
@@ -63,6 +63,7 @@ class EncodedFiles(Files):
         self._parts = dict(parts)
 
     def __getitem__(self, ending: str) -> bytes:
+        """Return the content of a file, encoded on first access."""
         part = self._parts[ending]
         if not isinstance(part, bytes):
             part = self._parts[ending] = part()
@@ -77,7 +78,7 @@ class EncodedFiles(Files):
 
 @dataclass(frozen=True, slots=True)
 class LabelledItem:
-    """One picture with its labels: ``files`` by ending (``color.png``), which follow the ``key`` of the item."""
+    """One image with its labels: ``files`` by ending (``color.png``), which follow the ``key`` of the item."""
 
     key: str
     files: Files
@@ -85,8 +86,7 @@ class LabelledItem:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """A made sample: its draw, its items, one for each camera and frame, where its first camera is, and how many things
-    of each word its pictures show."""
+    """Made sample: its draw, its items by camera and frame, its first camera, and the visible objects by word."""
 
     draw: Draw
     items: tuple[LabelledItem, ...]
@@ -95,7 +95,7 @@ class Sample:
 
 
 class SampleFailure(Exception):
-    """A sample cannot be made; ``diagnostic`` says why, ``is_of_machine`` whether another run may make it."""
+    """Failure of a sample; ``is_of_machine`` if another run may succeed, as after a limit of time."""
 
     def __init__(self, diagnostic: Diagnostic, is_of_machine: bool = False) -> None:
         super().__init__(diagnostic.message)
@@ -104,12 +104,14 @@ class SampleFailure(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """What a predicate of an installed package judges: the evaluated scene, the drawn values, and the things that each
-    camera sees of the first frame."""
+    """Sample that a predicate of an installed package judges.
+
+    It has the evaluated scene, the drawn values, and the visible objects of each camera in the first frame.
+    """
 
     scene: LoadedScene
     values: Mapping[str, Any]
-    things: Sequence[Things]
+    things: Sequence[ObjectLabels]
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +131,7 @@ FILTERS = PluginRegistry(PREDICATES, "filter", Predicate, CODE)
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """An evaluated scene with what its pictures share."""
+    """Evaluated scene, with the data that its images share."""
 
     scene: LoadedScene
     facts: SceneFacts
@@ -139,15 +141,15 @@ class _Stage:
 
     @cached_property
     def digest(self) -> str:
-        """What is equal for scenes that look alike, whatever program, seed or params they are made from."""
+        """Digest that is equal for scenes that look alike, whatever their program, seed or params."""
         total = hashlib.sha256()
         for root in self.scene.frames:
             flat = flatten_entity(root)
             for array in (flat.index, flat.matrices):
                 total.update(array.tobytes())
             for entity in flat.primitives:
-                told = repr((entity.word, sorted(primitive_attributes(entity).items())))
-                total.update(told.encode("utf-8", "surrogatepass"))
+                described = repr((entity.word, sorted(primitive_attributes(entity).items())))
+                total.update(described.encode("utf-8", "surrogatepass"))
         return total.hexdigest()
 
 
@@ -163,7 +165,7 @@ class Maker:
     --------
     >>> from pathlib import Path
     >>> from scenelang.datasets.spec import spec_of
-    >>> spec = spec_of('programs = "chessboard.scene"\\n[pictures]\\nsize = 16', "spec", Path("examples").resolve())
+    >>> spec = spec_of('programs = "chessboard.scene"\\n[images]\\nsize = 16', "spec", Path("examples").resolve())
     >>> [item.key for item in Maker(spec).make(3).items]
     ['000000003']
     """
@@ -171,23 +173,24 @@ class Maker:
     def __init__(
         self, spec: Spec, classes: Mapping[str, int] | None = None, watch: Callable[[bool], None] | None = None
     ) -> None:  # fmt: skip
+        """Find the backends and predicates of a spec; ``classes`` are by default those of its programs."""
         self.spec = spec
         self._watch = watch or (lambda _: None)
         self.classes = dict(classes) if classes is not None else classes_of(spec)
         self._backends = {str(name): picture_backend(str(name)) for name in spec.pictures.quality.values}
-        self._kept: dict[str, _Stage] = {}
+        self._cached_stages: dict[str, _Stage] = {}
         self._predicates = [FILTERS.find(name) for name in spec.filters.predicates]
 
     def make(self, index: int) -> Sample:
         """Make one sample; raises SampleFailure."""
-        missed: Counter[str] = Counter()
+        rejections: Counter[str] = Counter()
         for attempt in range(self.spec.filters.attempts):
             draw = draw_sample(self.spec, index, attempt)
             if draw is None:
-                missed["in no split"] += 1
+                rejections["in no split"] += 1
                 continue
             try:
-                found, why = self._make(draw)
+                sample, reason = self._make(draw)
             except SceneError as error:
                 if error.name == "interrupted":  # by Ctrl-C, in the process that evaluates
                     raise KeyboardInterrupt from error
@@ -195,10 +198,10 @@ class Maker:
             except (RecursionError, MemoryError, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
                 message = f"the sample cannot be made: {type(error).__name__}: {error}"
                 raise SampleFailure(Diagnostic("sample", message), isinstance(error, MemoryError)) from error
-            if found is not None:
-                return found
-            missed[why] += 1
-        reasons = ", ".join(f"{count} {why}" for why, count in missed.most_common())
+            if sample is not None:
+                return sample
+            rejections[reason] += 1
+        reasons = ", ".join(f"{count} {reason}" for reason, count in rejections.most_common())
         raise SampleFailure(Diagnostic("sample", f"no draw passes the filters: {reasons}"))
 
     def _make(self, draw: Draw) -> tuple[Sample | None, str]:
@@ -208,15 +211,15 @@ class Maker:
             draw = replace(draw, split=split_of_scene(self.spec, stage.digest))
         if self.spec.filters.geometry and check_geometry(stage.scene.graph):
             return None, "with findings of the geometry"
-        why = self._unsound(stage.scene)
-        if why:
-            return None, why
+        reason = self._unsound(stage.scene)
+        if reason:
+            return None, reason
         frames = self._frames(stage)
         views = [self._view(stage, draw, view, frames) for view in views_of(self.spec, draw)]
         if self.spec.filters.visible or self._predicates:
-            why = self._filtered(stage, draw, views, frames)
-            if why:
-                return None, why
+            reason = self._filtered(stage, draw, views, frames)
+            if reason:
+                return None, reason
         items = []
         shown: Counter[str] = Counter()
         for number, view in enumerate(views):
@@ -242,15 +245,16 @@ class Maker:
         return ""
 
     def _filtered(self, stage: _Stage, draw: Draw, views: Sequence[LabelledView], frames: Sequence[int]) -> str:
-        least = self.spec.filters.visible
+        """Return why a sample does not pass the filters of visibility and the predicates; empty if it does."""
+        min_shares = self.spec.filters.visible
         first = []
         for view in views:
-            for frame in frames if least else frames[:1]:
-                things = view.things(frame, self.spec.labels.words)
-                first += [things] if frame == frames[0] else []
-                shares = things.shares(list(least))
-                for word in least:
-                    if shares[word] < least[word]:
+            for frame in frames if min_shares else frames[:1]:
+                objects = view.objects(frame, self.spec.labels.words)
+                first += [objects] if frame == frames[0] else []
+                shares = objects.shares(list(min_shares))
+                for word in min_shares:
+                    if shares[word] < min_shares[word]:
                         return f'with too little of "{word}"'
         candidate = Candidate(stage.scene, draw.values, first)
         for predicate in self._predicates:
@@ -264,29 +268,34 @@ class Maker:
         return ""
 
     def _film(self, view: LabelledView, frames: Sequence[int]) -> frozenset[int]:
-        """Return the numbers of the paths of the things that any frame shows, none if there is one frame."""
+        """Return the numbers of the paths of objects that any frame shows; none for a single frame."""
         if len(frames) < 2 or "boxes" not in self.spec.labels.write:
             return frozenset()
         words = self.spec.labels.words
-        shown = (view.paths(frame)[view.things(frame, words).shown] for frame in frames)
+        shown = (view.paths(frame)[view.objects(frame, words).shown] for frame in frames)
         return frozenset(int(number) for numbers in shown for number in numbers)
 
     # --- scenes ---
 
     def _stage(self, draw: Draw) -> _Stage:
-        unseeded = replace(draw, seed=0).scene_key  # of programs that draw nothing, which are the same for all seeds
-        known = self._kept.get(draw.scene_key) or self._kept.get(f"any {unseeded}")
-        if known is not None:
-            return known
-        made = self._evaluated(draw)
-        is_large = any(primitive_count(each.scene.graph.root) > _LARGE for each in (made, *self._kept.values()))
-        keep = 0 if is_large else _MAX_KEPT - 1
-        for old in list(self._kept)[: max(0, len(self._kept) - keep)]:
-            del self._kept[old]
-        self._kept[draw.scene_key if made.draws else f"any {unseeded}"] = made
-        return made
+        """Return the evaluated scene of a draw, from the cache if the draw repeats it."""
+        unseeded = replace(draw, seed=0).scene_key  # of programs without random draws, which are equal for all seeds
+        cached = self._cached_stages.get(draw.scene_key) or self._cached_stages.get(f"any {unseeded}")
+        if cached is not None:
+            return cached
+        stage = self._evaluated(draw)
+        is_large = any(
+            primitive_count(other.scene.graph.root) > _LARGE_SCENE_PRIMITIVES
+            for other in (stage, *self._cached_stages.values())
+        )
+        max_cached = 0 if is_large else _MAX_CACHED_SCENES - 1
+        for old in list(self._cached_stages)[: max(0, len(self._cached_stages) - max_cached)]:
+            del self._cached_stages[old]
+        self._cached_stages[draw.scene_key if stage.draws else f"any {unseeded}"] = stage
+        return stage
 
     def _evaluated(self, draw: Draw) -> _Stage:
+        """Evaluate the program of a draw, and apply its looks; raises SceneError."""
         spec = self.spec
         bound = tuple(f"(bind {literal(word)}\n{text})" for word, text in draw.binds.items())
         source, params = named_program(draw.program, bound)[:2]
@@ -313,6 +322,7 @@ class Maker:
         return _Stage(scene, SceneFacts(scene.graph), source.text, result.draws)
 
     def _frames(self, stage: _Stage) -> list[int]:
+        """Return the numbers of the frames to render; raises SceneError if one does not exist."""
         count = len(stage.scene.frames)
         chosen = self.spec.pictures.frames
         first, last = chosen if chosen is not None else (0, count - 1)
@@ -322,6 +332,7 @@ class Maker:
         return list(range(first, last + 1))
 
     def _view(self, stage: _Stage, draw: Draw, view: View, frames: Sequence[int]) -> LabelledView:
+        """Return the view of a camera; painters, with the light of a scene, are shared by its cameras."""
         plan, backend = self.spec.pictures, self._backends[draw.quality]
         seed = int(stream(self.spec.seed, draw.index, draw.attempt, "noise").integers(1 << 31))
         options = PictureOptions(
@@ -330,6 +341,7 @@ class Maker:
         )  # fmt: skip
 
         def painter(shots: Sequence[Shot]) -> Painter:
+            """Return the painter of the stage for the same light and quality."""
             key = (
                 draw.environment,
                 draw.ground,
@@ -345,11 +357,17 @@ class Maker:
         return LabelledView(stage.facts, options, frames, self.spec.labels.tracks, painter)
 
 
-def _settings_of(backend: Backend, given: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the settings of a backend: those of the spec that it has, and shading by pixel for drafts."""
-    known = {option.name for option in backend.options}
-    fast = {"shading": "pixel"} if backend.name == "draft" else {}
-    return {**fast, **{name: value for name, value in (given or {}).items() if name in known}}
+def _settings_of(backend: Backend, settings: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the spec's settings for a backend.
+
+    Drafts are shaded by pixel: inside a surface once, with ambient light at every fourth pixel and shadow maps of the
+    image's size. They differ from drafts of ``render`` by one level of 255 on average; with the light that cameras
+    share, a labeled sample takes a fifth of the time of ``maps``. ``shading = "sample"`` in the settings gives the
+    images of ``render``.
+    """
+    option_names = {option.name for option in backend.options}
+    defaults = {"shading": "pixel"} if backend.name == "draft" else {}
+    return {**defaults, **{name: value for name, value in (settings or {}).items() if name in option_names}}
 
 
 def _in_terms_of_specs(diagnostic: Diagnostic) -> Diagnostic:
@@ -360,15 +378,16 @@ def _in_terms_of_specs(diagnostic: Diagnostic) -> Diagnostic:
 
 
 def _listed(value: Any) -> Any:
+    """Return a tuple as a list, other values unchanged."""
     return list(value) if isinstance(value, tuple) else value
 
 
-# --- the files of one picture ----------------------------------------------------------------------------------------
+# --- the files of one image ----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class _ItemWriter:
-    """Makes the files of one picture."""
+    """Makes the files of one image."""
 
     maker: Maker
     stage: _Stage
@@ -380,8 +399,9 @@ class _ItemWriter:
     film: frozenset[int]
 
     @cached_property
-    def things(self) -> Things:
-        return self.view.things(self.frame, self.maker.spec.labels.words)
+    def objects(self) -> ObjectLabels:
+        """Objects of the frame."""
+        return self.view.objects(self.frame, self.maker.spec.labels.words)
 
     def files(self) -> Files:
         """Return the files by ending, encoded when they are read."""
@@ -395,7 +415,7 @@ class _ItemWriter:
             files["txt"] = str(record["caption"]).encode()
         if "graph" in wanted:
             handles = lambda rows: self.view.some_handles(self.frame, rows)
-            graph = labels.graph_data(self.things.truth, handles, spec.labels.words)
+            graph = labels.graph_data(self.objects.truth, handles, spec.labels.words)
             graph["relations"] = self._relations(graph["nodes"])
             files["graph.json"] = _json(graph)
         if "program" in wanted:
@@ -403,7 +423,7 @@ class _ItemWriter:
         return EncodedFiles({"json": _json(record), **files})
 
     def _relations(self, nodes: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        """Return what is on, inside of, touching or overlapping what, by positions in the nodes of the graph."""
+        """Return the relations of objects, by positions in the nodes of the scene graph."""
         place = {node["handle"]: number for number, node in enumerate(nodes)}
         words = sorted({node["word"] for node in nodes})
         relations = scene_relations(self.stage.scene.graph, words, self.frame)
@@ -414,6 +434,7 @@ class _ItemWriter:
         ]
 
     def _record(self, wanted: set[str]) -> dict[str, Any]:
+        """Return the JSON record of the image."""
         draw, spec = self.draw, self.maker.spec
         record: dict[str, Any] = {
             "key": self.key, "sample": key_of(draw.index), "index": draw.index, "attempt": draw.attempt,
@@ -425,33 +446,35 @@ class _ItemWriter:
         if spec.splits is not None:
             record["scene"] = self.stage.digest[:32]
         if "boxes" in wanted or "visibility" in wanted or "instance" in wanted:
-            covered = labels.pixels_alone(self.things, *self.view.facts.unit) if "visibility" in wanted else None
-            handles = self.view.some_handles(self.frame, self.things.shown.tolist())
-            record["things"] = labels.things_data(self.things, handles, self.maker.classes, covered)
+            covered = labels.pixels_alone(self.objects, *self.view.facts.unit) if "visibility" in wanted else None
+            handles = self.view.some_handles(self.frame, self.objects.shown.tolist())
+            record["things"] = labels.object_records(self.objects, handles, self.maker.classes, covered)
         if "boxes" in wanted and self.film:
             record["hidden"] = self._hidden()
         if "keypoints" in wanted:
-            record["keypoints"] = labels.keypoints_data(self.things, spec.labels.keypoints)
+            record["keypoints"] = labels.keypoint_records(self.objects, spec.labels.keypoints)
         return record
 
     def _hidden(self) -> list[dict[str, Any]]:
-        """Return the things inside the picture that only other frames show."""
-        paths, things = self.view.paths(self.frame), self.things
+        """Return the objects inside the image that only other frames show."""
+        paths, objects = self.view.paths(self.frame), self.objects
         others = np.flatnonzero(np.isin(paths, list(self.film)))
-        return labels.hidden_data(things, np.setdiff1d(others, things.shown))
+        return labels.hidden_records(objects, np.setdiff1d(others, objects.shown))
 
     @property
     def _root(self) -> Any:
+        """Root of the frame."""
         return self.stage.scene.graph.frames[self.frame]
 
     def _maps(self, wanted: set[str], record: dict[str, Any]) -> dict[str, Part]:
-        truth, files = self.things.truth, dict[str, Part]()
+        """Return the files of the maps; records of levels go to ``record``."""
+        truth, files = self.objects.truth, dict[str, Part]()
         if "instance" in wanted:
-            files["instance.png"] = partial(png, self.things.ids)
+            files["instance.png"] = partial(png, self.objects.ids)
         if "semantic" in wanted:
-            files["semantic.png"] = partial(png, self.things.classes(self.maker.classes))
+            files["semantic.png"] = partial(png, self.objects.classes(self.maker.classes))
         if "levels" in wanted:
-            levels = labels.levels_data(self.things, self.maker.spec.labels.levels)
+            levels = labels.levels_data(self.objects, self.maker.spec.labels.levels)
             record["levels"] = [records for _, records in levels]
             files |= {f"level{depth}.png": partial(png, ids) for depth, (ids, _) in enumerate(levels, start=1)}
         if "depth" in wanted:
@@ -464,6 +487,7 @@ class _ItemWriter:
         return files
 
     def _motion(self, wanted: set[str]) -> dict[str, Part]:
+        """Return the files of flow, and of tracks with the first frame."""
         files: dict[str, Part] = {}
         flow = self.view.flow(self.frame) if "flow" in wanted else None
         if flow is not None:
@@ -477,13 +501,14 @@ class _ItemWriter:
         return files
 
     def _caption(self) -> str:
+        """Return a caption from a randomly chosen template."""
         templates = self.maker.spec.labels.captions or _DEFAULT_CAPTIONS
         random = stream(self.maker.spec.seed, self.draw.index, self.draw.attempt, "caption", self.number)
         template = templates[int(random.integers(len(templates)))]
         return _FIELD.sub(lambda match: self._field(match[1]), template)
 
     def _field(self, name: str) -> str:
-        """Return what a field of a caption's template stands for."""
+        """Return the value of a field of a caption's template."""
         kind, _, rest = name.partition(":")
         counts = count_words(self._root)
         if kind == "count":
@@ -502,12 +527,12 @@ class _ItemWriter:
 
     @cached_property
     def seen(self) -> Mapping[str, int]:
-        """Numbers of visible things by word."""
-        ancestry = self.things.truth.ancestry
-        return Counter(ancestry.entity(i).word for i in self.things.shown.tolist())
+        """Numbers of visible objects by word."""
+        ancestry = self.objects.truth.ancestry
+        return Counter(ancestry.entity(i).word for i in self.objects.shown.tolist())
 
     def _listing(self, counts: Mapping[str, int]) -> str:
-        """Return the words that count as things with their numbers, such as "3 pawns and 1 king"."""
+        """Return the words of objects with their numbers, such as "3 pawns and 1 king"."""
         spec = self.maker.spec
         entities = {e.word: e for e in descendants(self._root)}
         chosen = spec.labels.words or [w for w, e in entities.items() if is_object(e) and e is not self._root]
@@ -516,32 +541,36 @@ class _ItemWriter:
 
 
 def _plural(word: str, count: int) -> str:
+    """Return a word in the plural unless ``count`` is 1."""
     if count == 1 or word.endswith("s"):
         return word
     return word[:-1] + "ies" if word.endswith("y") and word[-2:-1] not in "aeiou" else word + "s"
 
 
 def _spoken(value: Any) -> str:
+    """Return a value as text of a caption."""
     if isinstance(value, tuple):
         return ", ".join(map(_spoken, value))
     return f"{value:.3g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _placed(camera: Camera) -> dict[str, float]:
-    """Return where a camera is, as statistics show it: its direction in degrees, and its field of view or width."""
+    """Return the direction of a camera in degrees, and its field of view, for statistics."""
     x, y, z = (-camera.forward).tolist()
     azimuth, elevation = math.degrees(math.atan2(x, z)), math.degrees(math.asin(min(1.0, max(-1.0, y))))
-    found = {"camera.azimuth": azimuth, "camera.elevation": elevation}
+    angles = {"camera.azimuth": azimuth, "camera.elevation": elevation}
     if not camera.is_parallel:
-        found["camera.fov"] = 2.0 * math.degrees(math.atan(camera.height / 2.0 / camera.focal[1]))
-    return {name: round(value, 3) for name, value in found.items()}
+        angles["camera.fov"] = 2.0 * math.degrees(math.atan(camera.height / 2.0 / camera.focal[1]))
+    return {name: round(value, 3) for name, value in angles.items()}
 
 
 def _camera_data(camera: Camera) -> dict[str, Any]:
+    """Return a camera as JSON data, with its position."""
     return {**camera_to_json(camera), "eye": camera.eye.tolist()}
 
 
 def _json(data: Any) -> bytes:
+    """Return JSON data as bytes, sorted, so that equal records have equal bytes."""
     return json.dumps(data, sort_keys=True, separators=(",", ":"), default=_listed).encode("utf-8", "surrogatepass")
 
 
@@ -566,6 +595,6 @@ def decoded(name: str, data: bytes) -> Any:
         with require("PIL.Image", "pillow").open(io.BytesIO(data)) as image:
             return np.asarray(image)
     if name.endswith((".npy", ".npz")):
-        found = np.load(io.BytesIO(data), allow_pickle=False)
-        return dict(found) if name.endswith(".npz") else found
+        arrays = np.load(io.BytesIO(data), allow_pickle=False)
+        return dict(arrays) if name.endswith(".npz") else arrays
     return json.loads(data) if name.endswith("json") else data.decode("utf-8", "replace")

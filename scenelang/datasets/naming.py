@@ -1,4 +1,4 @@
-"""What the programs of a spec name: their params, their words and the classes; unknown names of a spec are told."""
+"""Params, words and classes of a spec's programs; unknown names of a spec are reported."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from scenelang.backends.labels import things as labels
+from scenelang.backends.labels import object_labels as labels
 from scenelang.datasets.spec import CODE, Distribution, Spec
 from scenelang.files.toml_places import KeyPath, parsed, shown
 from scenelang.grammar.datum import Atom, Source
@@ -24,15 +24,17 @@ from scenelang.session.session import Session
 
 _CALLED = re.compile(r'\(call\s+("(?:[^"\\]|\\.)*")', re.DOTALL)
 _COUNTED = re.compile(r"\{count:([^{}]+)\}")
-_COMPUTED = re.compile(r'(?<![\w-])(?:call|bind)(?![\w-])(?!\s+")')  # a word that is no literal
-_MOST_LISTED = 12
-_DEVIATIONS = 6.0  # of a normal distribution, beyond which nothing is drawn in practice
+_COMPUTED = re.compile(r'(?<![\w-])(?:call|bind)(?![\w-])(?!\s+")')  # a word that is not a literal
+_MAX_LISTED_NAMES = 12  # names in a hint
+_MAX_DEVIATIONS = 6.0  # of a normal distribution, beyond which practically nothing is drawn (2 in a billion)
 
 
 @dataclass(frozen=True, slots=True)
 class SpecNames:
-    """Params and words of all programs of a spec, and the params of each by its name; ``is_sure`` tells whether there
-    can be no further words."""
+    """Params and words of all programs of a spec, and the params of each program.
+
+    ``is_sure`` if the programs can have no further words.
+    """
 
     programs: Mapping[str, tuple[Param, ...]]
     params: frozenset[str]
@@ -42,8 +44,7 @@ class SpecNames:
 
 @lru_cache(maxsize=256)
 def named_program(path: str, bound: tuple[str, ...]) -> tuple[Source, tuple[Param, ...], tuple[str, ...], bool]:
-    """Return a program with further bindings, its params, the words that its text names, and whether its text names all
-    of its words."""
+    """Return a program with further bindings, its params, its words, and whether these are all of its words."""
     session = Session()
     source = session.source(path)
     if bound:
@@ -55,9 +56,9 @@ def named_program(path: str, bound: tuple[str, ...]) -> tuple[Source, tuple[Para
     program = session.check(source).program
     if program is None:
         return source, (), (), False
-    called = {word for each in program.sources for word in called_words(each.text)}
+    called = {word for imported in program.sources for word in called_words(imported.text)}
     params = tuple(program.params)
-    is_sure = path.endswith(".scene") and not any(_COMPUTED.search(each.text) for each in program.sources)
+    is_sure = path.endswith(".scene") and not any(_COMPUTED.search(imported.text) for imported in program.sources)
     return source, params, tuple(sorted({*program.all_words, *called})), is_sure
 
 
@@ -70,14 +71,16 @@ def called_words(text: str) -> Iterator[str]:
     ['cube', 'cube']
     """
     for literal in _CALLED.findall(text):
-        found = read(Source("word", literal))
-        if not found.diagnostics and isinstance(found.forms[0], Atom):
-            yield str(found.forms[0].value)
+        document = read(Source("word", literal))
+        if not document.diagnostics and isinstance(document.forms[0], Atom):
+            yield str(document.forms[0].value)
 
 
 def _named_programs(spec: Spec) -> Iterator[tuple[str, tuple[Param, ...], tuple[str, ...], bool]]:
-    """Yield the name of each program with what ``named_program`` returns of it; raises SceneError("dataset") for a
-    program that cannot be read."""
+    """Yield the name of each program, and the result of ``named_program`` without its source.
+
+    Raises SceneError("dataset") for a program that cannot be read.
+    """
     for path in spec.programs:
         try:
             _, params, words, is_sure = named_program(path, ())
@@ -87,21 +90,23 @@ def _named_programs(spec: Spec) -> Iterator[tuple[str, tuple[Param, ...], tuple[
 
 
 def names_of(spec: Spec) -> SpecNames:
-    """Return what the programs of a spec name, with the words of its own expressions."""
-    found = list(_named_programs(spec))
-    params = {param.name for _, own, _, _ in found for param in own}
-    words = {word for _, _, own, _ in found for word in own}
+    """Return the params and words of a spec's programs, and the words of its own expressions."""
+    programs = list(_named_programs(spec))
+    params = {param.name for _, program_params, _, _ in programs for param in program_params}
+    words = {word for _, _, program_words, _ in programs for word in program_words}
     texts = [text for change in spec.words.values() if change.bind is not None for text in change.bind.values]
     words.update(word for text in texts for word in called_words(text))
-    is_sure = all(sure for *_, sure in found) and not any(map(_COMPUTED.search, texts))
-    return SpecNames({name: own for name, own, _, _ in found}, frozenset(params), frozenset(words), is_sure)
+    is_sure = all(sure for *_, sure in programs) and not any(map(_COMPUTED.search, texts))
+    return SpecNames(
+        {name: program_params for name, program_params, _, _ in programs}, frozenset(params), frozenset(words), is_sure
+    )
 
 
 def classes_of(spec: Spec) -> dict[str, int]:
-    """Return the number of each class, from 1: the words of the spec, or else all that its programs name but those of
-    primitives.
+    """Return the number of each class, from 1.
 
-    Raises SceneError("dataset"), with the place in the spec, for params and words that no program has.
+    Classes are the words of the spec, or else all words of its programs without those of primitives. Raises
+    SceneError("dataset"), located in the spec, for params and words that no program has.
     """
     names = names_of(spec)
     _check_params(spec, names)
@@ -117,22 +122,22 @@ def classes_of(spec: Spec) -> dict[str, int]:
 def warnings_of(spec: Spec) -> list[Diagnostic]:
     """Return warnings for words that no program names, if programs compute words, and for looks out of range."""
     names = names_of(spec)
-    found = [] if names.is_sure else [_error(spec, *each) for each in _unknown_words(spec, names)]
-    looks = [_error(spec, *each) for each in _extreme_looks(spec)]
+    unknown = [] if names.is_sure else [_error(spec, *problem) for problem in _unknown_words(spec, names)]
+    looks = [_error(spec, *problem) for problem in _extreme_looks(spec)]
     return [
-        *(Diagnostic("near-word", each.message, each.span, each.hint) for each in found),
-        *(Diagnostic("out-of-range", each.message, each.span, each.hint) for each in looks),
+        *(Diagnostic("near-word", error.message, error.span, error.hint) for error in unknown),
+        *(Diagnostic("out-of-range", error.message, error.span, error.hint) for error in looks),
     ]
 
 
 def _extreme_looks(spec: Spec) -> Iterator[tuple[KeyPath, str, str | None]]:
-    """Yield the place, a message and a hint for each look that an attribute should not have, as `check` tells."""
-    attributes = {each.name: each for each in (COLOR, *MATERIALS)}
+    """Yield the path, a message and a hint for each look out of its attribute's range, as `check` reports."""
+    attributes = {attribute.name: attribute for attribute in (COLOR, *MATERIALS)}
     for word, change in spec.words.items():
         for name, look in change.looks.items():
             low, high = attributes[name].low, attributes[name].high
-            values = [each for value in extremes_of(look) for each in (value if isinstance(value, tuple) else (value,))]
-            wrong = [each for each in values if not isinstance(each, str) and not (low or 0.0) <= each <= high]
+            values = [x for value in extremes_of(look) for x in (value if isinstance(value, tuple) else (value,))]
+            wrong = [x for x in values if not isinstance(x, str) and not (low or 0.0) <= x <= high]
             if wrong:
                 limits = "not be negative" if high == math.inf else f"be {low or 0.0:g} to {high:g}"
                 message = f'the attribute `:{name}` of "{word}" should {limits}, got {wrong[0]:g}'
@@ -146,11 +151,12 @@ def extremes_of(quantity: Distribution) -> tuple[Any, ...]:
         return tuple(value for value, share in zip(quantity.values, shares, strict=True) if share > 0)
     first, second = quantity.values
     if quantity.kind == "normal":
-        first, second = first - _DEVIATIONS * second, first + _DEVIATIONS * second
+        first, second = first - _MAX_DEVIATIONS * second, first + _MAX_DEVIATIONS * second
     return (first, second) if quantity.kind == "integer" else tuple(quantity.clipped(x) for x in (first, second))
 
 
 def _check_params(spec: Spec, names: SpecNames) -> None:
+    """Raise SceneError for params that no program has, or whose values a program does not accept."""
     for name in spec.params:
         if name not in names.params:
             raise _error(spec, ("params", name), f"no program has the param `{name[:60]}`", _near(name, names.params))
@@ -182,25 +188,26 @@ def _check_bounds(spec: Spec, program: str, param: Param) -> None:
 
 
 def _unknown_words(spec: Spec, names: SpecNames) -> Iterable[tuple[KeyPath, str, str | None]]:
-    """Yield the place, a message and a hint for each word of the spec that no program names."""
+    """Yield the path, a message and a hint for each word of the spec that no program has."""
     labelled = spec.labels
-    given: list[tuple[KeyPath, Sequence[str]]] = [(("root",), [spec.root] if spec.root is not None else [])]
-    given += [(("words", word), [word]) for word in spec.words]
-    given += [(("labels", "words"), labelled.words), (("labels", "keypoints"), labelled.keypoints)]
-    given += [(("filters", "visible", word), [word]) for word in spec.filters.visible]
+    named_words: list[tuple[KeyPath, Sequence[str]]] = [(("root",), [spec.root] if spec.root is not None else [])]
+    named_words += [(("words", word), [word]) for word in spec.words]
+    named_words += [(("labels", "words"), labelled.words), (("labels", "keypoints"), labelled.keypoints)]
+    named_words += [(("filters", "visible", word), [word]) for word in spec.filters.visible]
     templates = enumerate(labelled.captions)
-    given += [(("captions", "templates", str(number)), _COUNTED.findall(text)) for number, text in templates]
-    for path, words in given:
+    named_words += [(("captions", "templates", str(number)), _COUNTED.findall(text)) for number, text in templates]
+    for path, words in named_words:
         for word in words:
             if word not in names.words and word not in geometric_words():
                 yield path, f"no program has the word `{word[:60]}`", _near(word, names.words)
 
 
 def _near(name: str, known: frozenset[str]) -> str | None:
+    """Return the closest names as a hint, or a list of the known ones."""
     if near_names(name, known) or not known:
         return suggest(name, known)
     listed = sorted(known)
-    return f"known are {', '.join(listed[:_MOST_LISTED])}{', ...' if len(listed) > _MOST_LISTED else ''}"
+    return f"known are {', '.join(listed[:_MAX_LISTED_NAMES])}{', ...' if len(listed) > _MAX_LISTED_NAMES else ''}"
 
 
 def _error(spec: Spec, path: KeyPath, message: str, hint: str | None) -> SceneError:

@@ -1,4 +1,4 @@
-"""Makes datasets: plans shards, runs workers, resumes, checks and merges (docs/datasets.md)."""
+"""Runs of datasets: planning of shards, workers, resuming, checking and merging (docs/datasets.md)."""
 
 from __future__ import annotations
 
@@ -30,8 +30,9 @@ from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, error_of
 from scenelang.grammar.settings import setting, typed, whole, within
 
-MAX_FAILURES = 100
-_MAX_JOBS = 1_024
+_MAX_FINDINGS = 100  # of a check
+MAX_FAILURES = 100  # samples, after which a run stops by default
+_MAX_JOBS = 1_024  # worker processes
 
 
 def _part(text: str) -> tuple[int, int]:
@@ -61,8 +62,21 @@ class DatasetSettings:
 
 @dataclass(frozen=True, slots=True)
 class DatasetProgress:
-    """Progress of a run: samples ``done`` of ``total`` (``kept`` of them from an earlier run), failures by code,
-    ``rate`` in samples per second, ``eta`` in seconds (None: unknown), and the most bytes that a worker has used."""
+    """Progress of a run.
+
+    Attributes
+    ----------
+    done, total, kept
+        Samples that are done, of all, and from an earlier run.
+    failures
+        Failed samples by diagnostic code.
+    rate
+        Samples per second.
+    eta
+        Remaining seconds, None if unknown.
+    memory
+        Peak memory of a worker in bytes.
+    """
 
     done: int
     total: int
@@ -90,13 +104,14 @@ class DatasetProgress:
 
 
 def _clock(seconds: float) -> str:
-    whole = round(seconds)
-    return f"{whole // 3600}:{whole // 60 % 60:02d}:{whole % 60:02d}"
+    """Return seconds as hours, minutes and seconds."""
+    minutes, second = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{second:02d}"
 
 
 @dataclass(frozen=True, slots=True)
 class DatasetReport:
-    """A dataset as it is: its folder, samples that it has and is to have, pictures, failures by code, the digest of
+    """A dataset as it is: its folder, samples that it has and is to have, images, failures by code, the digest of
     its files, whether all shards are committed, the most bytes that a worker has used, how many of the failures are for
     reasons of the machine, how many records are damaged, the part that is complete, notes, and warnings of the spec."""
 
@@ -135,36 +150,39 @@ class DatasetReport:
         lines = [
             f"{self.samples:,} of {self.total:,} samples, {self.pictures:,} pictures ({splits or 'none'})",
             f"{failed:,} failed{f' ({codes})' if codes else ''}",
-            f"digest {self.digest}" if self.is_complete else _told_part(self.part),
+            f"digest {self.digest}" if self.is_complete else _part_line(self.part),
         ]
-        lines[2:2] = [_told_machine(self.of_machine)] if self.of_machine else []
+        lines[2:2] = [_machine_line(self.of_machine)] if self.of_machine else []
         lines += [f"{_counted(self.damaged, 'shard')} with damaged records"] if self.damaged else []
         lines += self.notes
         lines += [f"{self.memory / 1e6:,.0f} MB at most in a worker"] if self.memory else []
-        return "\n".join([*lines, *_told_failures(self.failed)])
+        return "\n".join([*lines, *_failure_lines(self.failed)])
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count:,} {what}{'s' * (count != 1)}"
+def _counted(count: int, noun: str) -> str:
+    """Return a count with its noun."""
+    return f"{count:,} {noun}{'s' * (count != 1)}"
 
 
-def _told_machine(count: int) -> str:
+def _machine_line(count: int) -> str:
+    """Return the line about samples that failed for reasons of the machine."""
     them = "it" if count == 1 else "them"
     return f"{_counted(count, 'sample')} failed for reasons of the machine; `--resume` tries {them} again"
 
 
-def _told_part(part: tuple[int, int] | None) -> str:
+def _part_line(part: tuple[int, int] | None) -> str:
+    """Return the line about an incomplete dataset, or a complete part."""
     if part is None:
         return "not complete; --resume goes on"
     return f"part {part[0]}/{part[1]} is complete; `dataset merge` joins the parts"
 
 
-def _told_failures(failed: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Return lines with the first failure of each code, and how to look into it."""
+def _failure_lines(failed: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Return lines with the first failure of each code, and how to investigate it."""
     first: dict[str, Mapping[str, Any]] = {}
-    for each in failed:
-        first.setdefault(each["code"], each)
-    lines = [f"{code}, first of {each['key']}: {each['message']}" for code, each in sorted(first.items())]
+    for failure in failed:
+        first.setdefault(failure["code"], failure)
+    lines = [f"{code}, first of {failure['key']}: {failure['message']}" for code, failure in sorted(first.items())]
     if lines:
         lines.append(f"`scenelang dataset sample SPEC {failed[0]['key']} -o OUT` makes such a sample alone")
     return lines
@@ -203,18 +221,18 @@ def dataset(
     max_failures: int = MAX_FAILURES,
     progress: Callable[[DatasetProgress], None] | None = None,
 ) -> DatasetReport:
-    """Make a labelled dataset from programs.
+    """Make a labeled dataset from programs.
 
     Parameters
     ----------
     spec : path
-        TOML file that says what varies and what is written (docs/datasets.md).
+        TOML file with the spec (docs/datasets.md).
     out : path
         Folder, or an address that fsspec knows, such as ``s3://bucket/set``.
     jobs : int
         Worker processes on this machine; 0 makes everything in this process, without hard limits.
     resume : bool
-        Go on with an interrupted run, make damaged shards again, or extend the dataset to a larger ``count``.
+        Continue an interrupted run, make damaged shards again, or extend the dataset to a larger ``count``.
     ray : str, optional
         Address of a Ray cluster, or "auto"; needs ``pip install 'scenelang[cluster]'``.
     gpus : float
@@ -231,13 +249,13 @@ def dataset(
     Returns
     -------
     DatasetReport
-        What the dataset has now.
+        The state of the dataset.
 
     Raises
     ------
     SceneError
-        "dataset" for a mistake in the spec, with its place, or if ``out`` is another dataset; "file" if the file
-        system fails, "sample" if too many samples fail. What is finished is kept and ``resume`` goes on.
+        "dataset" for a mistake in the spec, with its location, or if ``out`` is another dataset; "file" if the file
+        system fails, "sample" if too many samples fail. Finished shards remain and ``resume`` continues.
 
     Examples
     --------
@@ -251,17 +269,18 @@ def _dataset(
     spec: Spec, out: str, jobs: int, resume: bool, ray: str | None, gpus: float, part: tuple[int, int] | None,
     count: int | None, max_failures: int, progress: Callable[[DatasetProgress], None] | None,
 ) -> DatasetReport:  # fmt: skip
+    """Make a dataset as ``dataset`` documents, from a spec that is read."""
     _check_numbers(jobs, part, count, max_failures, gpus)
     for package in _packages(spec):
         require(package, stores.INSTALL)
     store = Store(out)
-    _check_store(spec.output.formats, store, jobs > 0 or ray is not None)
+    _check_store(spec.output.formats, store, has_workers=jobs > 0 or ray is not None)
     plan = stores.plan_of(spec, classes_of(spec), count)
     is_new = stores.read_plan(store) is None
-    kept = _prepared(store, plan, resume)
+    intact = _prepared(store, plan, resume=resume)
     first, step = part or (0, 1)
-    numbers = stores.ShardNumbers(range(first, plan.shards, step), frozenset(kept))
-    tally = _Tally(plan, numbers, kept, max_failures, progress)
+    numbers = stores.ShardNumbers(range(first, plan.shards, step), frozenset(intact))
+    tally = _Tally(plan, numbers, intact, max_failures, progress)
     try:
         _make(spec, plan, out, numbers, tally, jobs, ray, gpus)
     except SceneError:
@@ -290,7 +309,7 @@ def _make(
         tally.check()
 
 
-def _check_store(formats: Sequence[str], store: Store, has_workers: bool) -> None:
+def _check_store(formats: Sequence[str], store: Store, *, has_workers: bool) -> None:
     """Raise an error if the store cannot keep the formats, or workers cannot see it."""
     if store.local is not None:
         return
@@ -316,11 +335,12 @@ def _forget(store: Store) -> None:
 def _check_numbers(
     jobs: int, part: tuple[int, int] | None, count: int | None, max_failures: int, gpus: float
 ) -> None:  # fmt: skip
+    """Raise UsageError for options out of range."""
     if not 0 <= gpus < math.inf:
         raise UsageError("value", f"`gpus`: expected a number of at least 0, got {gpus:g}")
     if gpus > 1 and not float(gpus).is_integer():
         raise UsageError("value", f"`gpus`: expected a whole number, or less than 1, got {gpus:g}")
-    is_pair = isinstance(part, tuple | list) and len(part) == 2 and all(type(each) is int for each in part)
+    is_pair = isinstance(part, tuple | list) and len(part) == 2 and all(type(number) is int for number in part)
     if part is not None and not is_pair:
         raise UsageError("value", f"`part`: expected two whole numbers (k, n), got {str(part)[:60]!r}")
     if not 0 <= jobs <= _MAX_JOBS:
@@ -334,13 +354,16 @@ def _check_numbers(
 
 
 def _packages(spec: Spec) -> Iterator[str]:
+    """Yield the packages that the formats need."""
     if spec.output.shards == "parquet":
         yield "pyarrow"
 
 
-def _prepared(store: Store, plan: Plan, resume: bool) -> dict[int, dict[str, Any]]:
-    """Write the plan, and return the records of the intact shards of an earlier run by number, but of none with
-    failures for reasons of the machine."""
+def _prepared(store: Store, plan: Plan, *, resume: bool) -> dict[int, dict[str, Any]]:
+    """Write the plan, and return the records of intact shards of an earlier run by number.
+
+    Shards with failures for reasons of the machine are made again.
+    """
     old = stores.read_plan(store)
     if old is None and names_of_files(store.names()):
         raise SceneError("file", f"{store.address} is not empty, and no dataset", "choose a new folder")
@@ -348,23 +371,26 @@ def _prepared(store: Store, plan: Plan, resume: bool) -> dict[int, dict[str, Any
         hint = "add --resume to go on with it, or choose another folder"
         raise SceneError("file", f"{store.address} has a dataset already", hint)
     if old is not None and not old.fits(plan):
-        same = old.spec_digest == plan.spec_digest
-        what = "another size of shards or another format" if same else "another spec, or its programs have changed"
-        raise SceneError(CODE, f"{store.address} was made with {what}", "choose another folder")
+        is_same_spec = old.spec_digest == plan.spec_digest
+        difference = (
+            "another size of shards or another format" if is_same_spec else "another spec, or its programs have changed"
+        )
+        raise SceneError(CODE, f"{store.address} was made with {difference}", "choose another folder")
     if old is not None and old.count > plan.count:
         raise SceneError(CODE, f"{store.address} has {old.count:,} samples, more than {plan.count:,}")
     check_owned(store, plan)
     store.make()
     stores.write_plan(store, plan)
-    return {each["shard"]: each for each in stores.records_of(store, plan) if _is_final(store, each)}
+    return {record["shard"]: record for record in stores.records_of(store, plan) if _is_final(store, record)}
 
 
 def _is_final(store: Store, record: Mapping[str, Any]) -> bool:
+    """Return whether a shard is intact, and no run can improve it."""
     return not stores.failures_of_machine(record) and stores.is_intact(store, record)
 
 
 class _Tally:
-    """Counts what workers report, tells the progress, and stops a run of too many failures."""
+    """Counter of the workers' reports, which reports the progress and stops a run after too many failures."""
 
     def __init__(
         self, plan: Plan, numbers: stores.ShardNumbers, kept: Mapping[int, Mapping[str, Any]], max_failures: int,
@@ -372,38 +398,41 @@ class _Tally:
     ) -> None:  # fmt: skip
         self._kept = sum(len(plan.samples(number)) for number in kept)
         self._total = self._kept + plan.samples_in(numbers)
-        self._failures = Counter(each["code"] for record in kept.values() for each in record["failures"])
+        self._failures = Counter(failure["code"] for record in kept.values() for failure in record["failures"])
         self._most, self._progress = max_failures, progress
-        self._seen: dict[int, str | None] = {}  # samples of this run, each once although shards may be made again
+        self._codes: dict[int, str | None] = {}  # by sample of this run, once although shards may be made again
         self._started: float | None = None
         self._memory = 0
 
     def hear(self, message: Mapping[str, Any]) -> None:
+        """Count a message of a worker; raises SceneError("sample") after too many failures."""
         if self._started is None and "begin" in message:
             self._started = time.monotonic()
         if "end" not in message:
             return
-        self._seen[message["end"]] = message["code"]
+        self._codes[message["end"]] = message["code"]
         self._memory = max(self._memory, message.get("memory", 0))
         if self._progress is not None:
             self._progress(self.progress())
         self.check()
 
     def progress(self) -> DatasetProgress:
+        """Return the progress so far."""
         elapsed = time.monotonic() - (self._started or time.monotonic())
-        rate = len(self._seen) / elapsed if elapsed > 0 else 0.0
-        done = self._kept + len(self._seen)
+        rate = len(self._codes) / elapsed if elapsed > 0 else 0.0
+        done = self._kept + len(self._codes)
         eta = (self._total - done) / rate if rate else None
         return DatasetProgress(done, self._total, self._kept, self.failures, rate, eta, self._memory)
 
     @property
     def has_made(self) -> bool:
         """Whether any sample of this run has been made or has failed."""
-        return bool(self._seen)
+        return bool(self._codes)
 
     @property
     def failures(self) -> Counter[str]:
-        return self._failures + Counter(code for code in self._seen.values() if code is not None)
+        """Failed samples by code."""
+        return self._failures + Counter(code for code in self._codes.values() if code is not None)
 
     def check(self) -> None:
         """Raise SceneError("sample") if too many samples have failed."""
@@ -415,16 +444,16 @@ class _Tally:
 
 
 def finish(store: Store, plan: Plan) -> list[str]:
-    """Write what is made from all shards, the other formats and the dataset card, and return what is to be noted."""
+    """Write the files derived from all shards, the other formats and the dataset card; return notes."""
     from scenelang.datasets.layouts import write_layout
 
-    records, found = list(stores.records_of(store, plan)), list[str]()
+    records, notes = list(stores.records_of(store, plan)), list[str]()
     with writing_derived(store, plan):
         for name in other_formats(plan):
             if not write_layout(name, store, plan, records):
-                found.append(f"warning: `{name}` is not written, since it is made of films and all scenes are still")
+                notes.append(f"warning: `{name}` is not written, since it is made of films and all scenes are still")
         write_card(store, plan, records, stores.digest_of(records))
-    return found
+    return notes
 
 
 # --- one sample ------------------------------------------------------------------------------------------------------
@@ -439,19 +468,19 @@ def dataset_sample(spec: str | Path, key: str, count: int | None = None) -> dict
     spec : path
         Spec of the dataset.
     key : str
-        Key of a sample, or of one of its pictures.
+        Key of a sample, or of one of its images.
     count : int, optional
         Number of samples of the dataset; by default that of the spec.
 
     Returns
     -------
     dict
-        Contents by file name, which begins with the key of a picture.
+        Contents by file name, which begins with the key of an image.
 
     Raises
     ------
     SceneError
-        If the sample fails, as it does in the dataset, or there is no such sample or picture.
+        If the sample fails, as it does in the dataset, or there is no such sample or image.
     """
     read = read_spec(spec)
     index = index_of(key)
@@ -471,20 +500,20 @@ def dataset_sample(spec: str | Path, key: str, count: int | None = None) -> dict
 
 def write_sample(spec: str | Path, key: str, folder: str | Path, count: int | None = None) -> list[Path]:
     """Write the files of one sample, made again, to a folder, and return their paths; raises as ``dataset_sample``."""
-    found = dataset_sample(spec, key, count)
+    files = dataset_sample(spec, key, count)
     with new_folder(Path(folder)) as target:
-        for name, data in found.items():
+        for name, data in files.items():
             with atomic_write(target / name) as temporary:
                 temporary.write_bytes(data)
-    return [target / name for name in found]
+    return [target / name for name in files]
 
 
-# --- what a dataset has ----------------------------------------------------------------------------------------------
+# --- state and checks -----------------------------------------------------------------------------------------------
 
 
 @typed
 def dataset_status(out: str | Path) -> DatasetReport:
-    """Return what a dataset has, from the records of its shards; files are not read.
+    """Return the state of a dataset, from the records of its shards; files are not read.
 
     Raises
     ------
@@ -496,14 +525,14 @@ def dataset_status(out: str | Path) -> DatasetReport:
     records = list(stores.records_of(store, plan))
     splits: Counter[str] = Counter()
     for record in records:
-        splits.update({each["split"]: each["items"] for each in record["files"]})
-    failed = [each for record in records for each in record["failures"]]
+        splits.update({file["split"]: file["items"] for file in record["files"]})
+    failed = [failure for record in records for failure in record["failures"]]
     return DatasetReport(
         out=str(out),
         samples=sum(record["samples"] for record in records),
         total=plan.count,
         pictures=sum(record["pictures"] for record in records),
-        failures=Counter(each["code"] for each in failed),
+        failures=Counter(failure["code"] for failure in failed),
         splits=splits,
         digest=stores.digest_of(records),
         is_complete=len(records) == plan.shards,
@@ -522,35 +551,35 @@ def verify_dataset(out: str | Path, progress: Callable[[float], None] | None = N
     Returns
     -------
     list of Diagnostic
-        What is wrong, at most a hundred findings; empty if the dataset is complete and sound.
+        At most ``_MAX_FINDINGS`` problems; empty if the dataset is complete and sound.
     """
     store = Store(out)
     plan = stores.require_plan(store)
     records = list(stores.records_of(store, plan))
-    found: list[Diagnostic] = []
-    kept, damaged = frozenset(record["shard"] for record in records), stores.damaged_records(store, plan)
-    missing = stores.ShardNumbers(range(plan.shards), kept.union(damaged))
-    for numbers, what in ((missing, "are missing"), (damaged, "have damaged records")):
+    findings: list[Diagnostic] = []
+    committed, damaged = frozenset(record["shard"] for record in records), stores.damaged_records(store, plan)
+    missing = stores.ShardNumbers(range(plan.shards), committed.union(damaged))
+    for numbers, problem in ((missing, "are missing"), (damaged, "have damaged records")):
         if len(numbers):
             shown = ", ".join(map(str, islice(numbers, 8))) + (" ..." if len(numbers) > 8 else "")
-            found.append(_finding(f"{len(numbers):,} of {plan.shards:,} shards {what}: {shown}"))
+            findings.append(_finding(f"{len(numbers):,} of {plan.shards:,} shards {problem}: {shown}"))
     of_machine = sum(map(stores.failures_of_machine, records))
-    found += [Diagnostic("dataset", _told_machine(of_machine))] if of_machine else []
-    found += _folder_findings(store, plan, records)
+    findings += [Diagnostic("dataset", _machine_line(of_machine))] if of_machine else []
+    findings += _folder_findings(store, plan, records)
     keys: set[str] = set()
-    pictures: dict[bytes, str] = {}
+    marks: dict[bytes, str] = {}
     for done, record in enumerate(records):
-        for each in record["files"]:
-            found += _file_findings(store, plan, record, each, keys, pictures)
-            if len(found) > 100:
-                return found[:100]
+        for file in record["files"]:
+            findings += _file_findings(store, plan, record, file, keys, marks)
+            if len(findings) > _MAX_FINDINGS:
+                return findings[:_MAX_FINDINGS]
         if progress is not None:
             progress((done + 1) / len(records))
-    return found
+    return findings
 
 
 def _folder_findings(store: Store, plan: Plan, records: Sequence[Mapping[str, Any]]) -> Iterator[Diagnostic]:
-    """Yield a finding for each file of a shard that no record has, and for what is wrong with the formats."""
+    """Yield a finding for each file that no record lists, and for problems of the derived formats."""
     known = {file["name"] for record in records for file in record["files"]}
     for name in store.names():
         if stores.SHARD_NAME.fullmatch(name) and name not in known:
@@ -560,6 +589,7 @@ def _folder_findings(store: Store, plan: Plan, records: Sequence[Mapping[str, An
 
 
 def _finding(message: str) -> Diagnostic:
+    """Return a problem that `--resume` fixes."""
     return Diagnostic("dataset", message, None, "`--resume` makes missing and damaged shards again")
 
 
@@ -567,6 +597,10 @@ def _file_findings(
     store: Store, plan: Plan, record: Mapping[str, Any], file: Mapping[str, Any], keys: set[str],
     pictures: dict[bytes, str],
 ) -> Iterator[Diagnostic]:  # fmt: skip
+    """Yield the problems of one file of a shard.
+
+    ``keys`` and ``pictures`` collect those of all files, to find duplicates.
+    """
     name, items = file["name"], 0
     try:
         if store.digest(name) != (file["sha256"], file["bytes"]):
@@ -579,9 +613,9 @@ def _file_findings(
             keys.add(key)
             if index_of(key) not in plan.samples(record["shard"]):
                 yield _finding(f"`{name}` has the sample {key}, which belongs to another shard")
-            wrong = _item_findings(key, files, file["split"], plan)
-            yield from map(_finding, wrong)
-            if not wrong:
+            problems = _item_findings(key, files, file["split"], plan)
+            yield from map(_finding, problems)
+            if not problems:
                 yield from _duplicates(key, files, pictures)
     except SceneError as error:
         yield _finding(error.message)
@@ -591,36 +625,40 @@ def _file_findings(
 
 
 def _duplicates(key: str, files: Mapping[str, bytes], pictures: dict[bytes, str]) -> Iterator[Diagnostic]:
-    """Yield a finding if another sample has the same picture, or the same values and camera, or if one of another split
-    has the same scene or picture, unless nothing is seen."""
+    """Yield a finding if another sample is a duplicate.
+
+    That is one with the same image, or the same values and camera; or one of another split with the same scene or
+    image, unless nothing is visible.
+    """
     record = json.loads(files["json"])
     if not record.get("things"):
         return
     marks = {"picture": hashlib.blake2b(files["color.png"], digest_size=12).digest()}
     marks |= {"scene": b"scene " + record["scene"].encode()} if "scene" in record else {}
-    for what, mark in marks.items():
+    for kind, mark in marks.items():
         other, split = pictures.setdefault(mark, f"{key} {record['split']}").split()
         if split != record["split"]:
             hint = "split by scene, or vary what the programs show"
-            message = f"{key} of `{record['split']}` has the {what} of {other} of `{split}`, which leaks"
+            message = f"{key} of `{record['split']}` has the {kind} of {other} of `{split}`, which leaks"
             yield Diagnostic("dataset", message, None, hint)
             return
-        if what == "picture" and index_of(other) != index_of(key):  # whatever seed it was drawn with
+        if kind == "picture" and index_of(other) != index_of(key):  # even if it was drawn with another seed
             yield _repeats(key, other, "pictures")
             return
-    told = [record["values"], record["camera"], record["frame"]]
-    mark = hashlib.blake2b(json.dumps(told, sort_keys=True).encode(), digest_size=12).digest()
+    drawn = [record["values"], record["camera"], record["frame"]]
+    mark = hashlib.blake2b(json.dumps(drawn, sort_keys=True).encode(), digest_size=12).digest()
     other = pictures.setdefault(mark, key)
     if other != key:
         yield _repeats(key, other, "values and cameras")
 
 
-def _repeats(key: str, other: str, what: str) -> Diagnostic:
-    return Diagnostic("dataset", f"{key} repeats {other}: equal {what}", None, "vary more, or make less")
+def _repeats(key: str, other: str, equal_parts: str) -> Diagnostic:
+    """Return the warning that a sample repeats another."""
+    return Diagnostic("dataset", f"{key} repeats {other}: equal {equal_parts}", None, "vary more, or make less")
 
 
 def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> list[str]:
-    """Return what is wrong with the labels of one picture."""
+    """Return the problems of the labels of one image."""
     try:
         return list(_label_findings(key, files, split, plan))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
@@ -628,6 +666,7 @@ def _item_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan)
 
 
 def _label_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan) -> Iterator[str]:
+    """Yield the problems of an item: decoding, record, sizes and disagreements."""
     try:
         record = json.loads(files["json"])
         arrays = {name: decoded(name, data) for name, data in files.items()}
@@ -647,21 +686,22 @@ def _label_findings(key: str, files: Mapping[str, bytes], split: str, plan: Plan
 
 
 def _disagreements(key: str, record: Mapping[str, Any], arrays: Mapping[str, Any]) -> Iterator[str]:
+    """Yield disagreements between the maps and the records of an item."""
     ids, classes, depth = (arrays.get(name) for name in ("instance.png", "semantic.png", "depth.npy"))
-    things = record.get("things")
-    if ids is not None and things is not None:
-        if int(ids.max(initial=0)) > len(things):
+    instances = record.get("things")
+    if ids is not None and instances is not None:
+        if int(ids.max(initial=0)) > len(instances):
             yield f"{key}: the instance {int(ids.max())} has no record"
             return
-        table = np.array([0, *(thing["class"] for thing in things)])
+        table = np.array([0, *(instance["class"] for instance in instances)])
         if classes is not None and not np.array_equal(table[ids], classes):
             yield f"{key}: classes and instances disagree"
-        for thing in things:
-            x, y, width, height = thing["bbox"]
-            rows, columns = np.nonzero(ids == thing["id"])
+        for instance in instances:
+            x, y, width, height = instance["bbox"]
+            rows, columns = np.nonzero(ids == instance["id"])
             inside = (rows >= y) & (rows < y + height) & (columns >= x) & (columns < x + width)
-            if len(rows) > thing["area"] or not inside.all():
-                yield f"{key}: the mask of instance {thing['id']} exceeds its box or area"
+            if len(rows) > instance["area"] or not inside.all():
+                yield f"{key}: the mask of instance {instance['id']} exceeds its box or area"
                 return
     if ids is not None and depth is not None and not np.isfinite(depth[ids > 0]).all():
         yield f"{key}: an instance has no depth"
@@ -672,8 +712,9 @@ def _disagreements(key: str, record: Mapping[str, Any], arrays: Mapping[str, Any
 
 @typed
 def merge_datasets(parts: str | Path | Sequence[str | Path], out: str | Path) -> DatasetReport:
-    """Join parts of one dataset, made with ``part``; shards that several parts have must be equal, but for samples that
-    failed for reasons of the machine.
+    """Join parts of one dataset, made with ``part``.
+
+    Shards that several parts have must be equal, except for samples that failed for reasons of the machine.
 
     Raises
     ------
@@ -689,7 +730,7 @@ def merge_datasets(parts: str | Path | Sequence[str | Path], out: str | Path) ->
         if not plan.fits(plans[0]) or plan.count != plans[0].count:
             raise SceneError(CODE, f"{part} is a part of another dataset than {parts[0]}")
     target = Store(out)
-    _check_store(plans[0].formats, target, False)
+    _check_store(plans[0].formats, target, has_workers=False)
     merged = _prepared(target, plans[0], resume=True)
     for source in sources:
         for record in stores.records_of(source, plans[0]):
@@ -708,6 +749,7 @@ def merge_datasets(parts: str | Path | Sequence[str | Path], out: str | Path) ->
 
 
 def _copy_shard(source: Store, target: Store, record: Mapping[str, Any]) -> None:
+    """Copy an intact shard, its record last."""
     if not stores.is_intact(source, record):
         raise SceneError(CODE, f"shard {record['shard']} of {source.address} is damaged")
     for file in record["files"]:

@@ -1,7 +1,7 @@
-"""Draws samples: from a spec and a number, everything that makes a sample, and nothing else decides anything.
+"""Drawing of samples: a spec and a number decide everything about a sample.
 
-Every quantity of every sample has a random stream of its own, keyed by the spec's seed, the sample's number, the
-attempt and the quantity's name. A sample is therefore the same for any number of workers, in any order, after any
+Every quantity of every sample has its own random stream, keyed by the spec's seed, the sample's number, the attempt and
+the quantity's name. A sample is therefore the same for any number of workers, in any order, after any
 interruption, and alone; and adding a quantity changes no other.
 """
 
@@ -22,7 +22,7 @@ from scenelang.backends.pictures.viewpoints import View, hemisphere_views, orbit
 from scenelang.datasets.spec import CameraPlan, Distribution, Spec
 from scenelang.grammar.diagnostics import SceneError
 
-KEY_DIGITS = 9
+KEY_DIGITS = 9  # of a sample's key, so that keys sort as numbers
 
 
 def stream(seed: int, *names: object) -> np.random.Generator:
@@ -40,10 +40,16 @@ def stream(seed: int, *names: object) -> np.random.Generator:
 
 @dataclass(frozen=True, slots=True)
 class Draw:
-    """One sample before it is made.
+    """Drawn quantities of one sample.
 
-    ``values`` are the drawn quantities by name, as the sample's record and the statistics show them. ``looks`` are the
-    attributes by word, ``binds`` the expressions by word, ``seed`` that of the program.
+    Attributes
+    ----------
+    values
+        Drawn quantities by name, for the sample's record and statistics.
+    looks, binds
+        Attributes and expressions by word.
+    seed
+        Seed of the program.
     """
 
     index: int
@@ -61,7 +67,7 @@ class Draw:
 
     @property
     def scene_key(self) -> str:
-        """Return what decides the evaluated scene."""
+        """Key of the quantities that decide the evaluated scene."""
         return json.dumps([self.program, self.seed, self.params, self.looks, self.binds], sort_keys=True)
 
 
@@ -77,7 +83,7 @@ def key_of(index: int) -> str:
 
 
 def index_of(key: str) -> int:
-    """Return the number of a sample's key, or of the key of one of its pictures; raises SceneError("value")."""
+    """Return the number of a sample's key, or of the key of one of its images; raises SceneError("value")."""
     number = key.partition("-")[0]
     if not (number.isascii() and number.isdecimal() and len(number) <= 18):
         raise SceneError("value", f"`{key[:60]}` is not the key of a sample", f"such as {key_of(42)}")
@@ -85,19 +91,20 @@ def index_of(key: str) -> int:
 
 
 def draw_sample(spec: Spec, index: int, attempt: int = 0) -> Draw | None:
-    """Return the sample of a number, or None if it is in no split.
+    """Return the sample of a number, None if it is not assigned to a split.
 
-    A split by scene is decided by what is drawn here, and again by the evaluated scene when the sample is made.
+    A split by scene is decided by the draw here, and again by the evaluated scene when the sample is made.
     """
 
     def random(*names: object) -> np.random.Generator:
+        """Return the stream of a quantity of this sample."""
         return stream(spec.seed, index, attempt, *names)
 
     program = spec.programs[int(random("program").integers(len(spec.programs)))]
     seed = int(random("seed").integers(1 << 32)) if spec.seeds is None else int(spec.seeds.draw(random("seed")))
-    params = {name: each.draw(random("param", name)) for name, each in spec.params.items()}
+    params = {name: param.draw(random("param", name)) for name, param in spec.params.items()}
     looks = {
-        word: {name: each.draw(random("word", word, name)) for name, each in change.looks.items()}
+        word: {name: look.draw(random("word", word, name)) for name, look in change.looks.items()}
         for word, change in spec.words.items()
         if change.looks
     }
@@ -120,32 +127,33 @@ def draw_sample(spec: Spec, index: int, attempt: int = 0) -> Draw | None:
     return Draw(index, attempt, program, seed, params, looks, binds, environment, ground, quality, split, values)
 
 
-_NOT_OF_THE_SCENE = ("environment", "ground", "quality", "program")  # quantities
+_OUTSIDE_SCENE = ("environment", "ground", "quality", "program")  # quantities that do not change the evaluated scene
 
 
 # --- splits ----------------------------------------------------------------------------------------------------------
 
 
 def _split(spec: Spec, program: str, params: Mapping[str, Any], values: Mapping[str, Any]) -> str | None:
+    """Return the split of a draw, None if no rule matches."""
     plan = spec.splits
     if plan is None:
         return "train"
     if plan.by == "program":
         return split_of_program(spec, program)
     if plan.by == "scene":
-        scene = {name: value for name, value in values.items() if name not in _NOT_OF_THE_SCENE}
+        scene = {name: value for name, value in values.items() if name not in _OUTSIDE_SCENE}
         return split_of_scene(spec, json.dumps([spec.texts[program], scene], sort_keys=True, default=list))
     return _by_value(plan.rules, params[plan.by])
 
 
 def split_of_scene(spec: Spec, scene: str) -> str:
-    """Return the split of all samples of one scene; ``scene`` is what is equal for equal scenes."""
+    """Return the split of all samples of one scene; ``scene`` is a text that equal scenes share."""
     assert spec.splits is not None
     return _by_share(spec.splits.rules, float(stream(spec.seed, "split", scene).random()))
 
 
 def _by_share(rules: Mapping[str, float], place: float) -> str:
-    """Return the split at ``place``, from 0 to 1, of the shares one after the other."""
+    """Return the split at the position ``place`` from 0 to 1 of the concatenated shares."""
     end = 0.0
     for name, share in rules.items():
         end += share
@@ -155,6 +163,7 @@ def _by_share(rules: Mapping[str, float], place: float) -> str:
 
 
 def _by_value(rules: Mapping[str, Any], value: Any) -> str | None:
+    """Return the split of a param's value, None if no rule matches."""
     rest = None
     for name, rule in rules.items():
         if rule == "rest":
@@ -193,10 +202,11 @@ def _dealt(spec: Spec) -> dict[str, str]:
 
 @lru_cache(maxsize=8)
 def _deal(seed: int, texts: tuple[str, ...], shares: tuple[tuple[str, float], ...]) -> dict[str, str]:
+    """Return the split of each text: shuffled by the seed, then cut by the shares."""
     order = sorted(texts, key=lambda text: stream(seed, "deal", text).random())
     ends = np.cumsum([share for _, share in shares]) * len(order)
     cuts = [round(float(end)) for end in ends]
-    for i in range(len(cuts)):  # no split is empty while there are programs enough
+    for i in range(len(cuts)):  # no split is empty if there are enough programs
         cuts[i] = min(max(cuts[i], (cuts[i - 1] if i else 0) + 1), len(order))
     cuts[-1] = len(order)
     names = [name for name, _ in shares]
@@ -211,6 +221,7 @@ def views_of(spec: Spec, draw: Draw) -> tuple[View, ...]:
     plan = spec.cameras
 
     def random(*names: object) -> np.random.Generator:
+        """Return the stream of a quantity of this sample."""
         return stream(spec.seed, draw.index, draw.attempt, "camera", *names)
 
     if plan.kind == "file":
@@ -229,11 +240,13 @@ def views_of(spec: Spec, draw: Draw) -> tuple[View, ...]:
     return tuple(_viewpoint(plan, partial(random, i)) for i in range(plan.views))
 
 
-def _is_default(given: Distribution, name: str) -> bool:
-    return bool(given == getattr(CameraPlan(), name))
+def _is_default(quantity: Distribution, name: str) -> bool:
+    """Return whether a quantity of the cameras is as by default."""
+    return bool(quantity == getattr(CameraPlan(), name))
 
 
 def _viewpoint(plan: CameraPlan, random: Any) -> Viewpoint:
+    """Draw a camera on the hemisphere."""
     distance = plan.distance.draw(random("distance"))
     return Viewpoint(
         azimuth=float(plan.azimuth.draw(random("azimuth"))),

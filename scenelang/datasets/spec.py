@@ -1,4 +1,4 @@
-"""The spec of a dataset: what varies, what is written and what is left out, read from TOML (docs/datasets.md)."""
+"""Spec of a dataset: distributions, labels, filters and output, read from TOML (docs/datasets.md)."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ from scenelang.session.session import IMPORT_FORM
 
 CODE = "dataset"
 VERSION = 1
-MAX_SAMPLES = 1_000_000_000
-MAX_VIEWS = 1_000
-MAX_PROGRAMS = 100_000
-MAX_SHARD = 100_000
-_MAX_CHOICES = 100_000
-_MAX_SIDE = 8_192
-_MAX_IMPORTS = 1_000
+MAX_SAMPLES = 1_000_000_000  # of a dataset
+MAX_VIEWS = 1_000  # of a sample
+MAX_PROGRAMS = 100_000  # of a spec
+MAX_SHARD = 100_000  # samples of a shard
+_MAX_CHOICES = 100_000  # of a distribution
+_MAX_SIDE_PX = 8_192  # pixels of an image along each axis
+_MAX_IMPORTS = 1_000  # files that a program imports, for its digest
 _BYTES_PER_PIXEL = 330  # of memory that a worker needs at least, measured with depth as the only label
-MEMORY_SLACK = 1.25  # times the limit of memory, where workers are ended
-_MAX_NAME = 64  # letters of a split
-_LARGEST = 1e300  # bound of a range, whose width is a number then
+MEMORY_SLACK = 1.25  # times the limit of memory, above which workers are ended
+_MAX_SPLIT_NAME_LENGTH = 64  # letters, digits and underscores of a split's name
+_MAX_BOUND = 1e300  # bound of a range, so that its width is finite
 _PROGRAMS = (".scene", ".json", ".py", ".txt", ".ipynb")
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _FIELDS = ("things", "seen", "word", "environment")
@@ -53,18 +53,18 @@ LABELS = (
 DEFAULT_LABELS = ("instance", "semantic", "depth", "normals", "boxes", "captions")
 FORMATS = ("webdataset", "parquet", "coco", "kitti", "bop", "nerfstudio", "colmap", "mot", "tap")
 SHARD_FORMATS = ("webdataset", "parquet")
-# Labels that a format is made of; the pictures are always there.
+# Labels that a format needs, besides the images.
 NEEDS: Mapping[str, tuple[str, ...]] = {
     "coco": ("instance", "boxes"), "kitti": ("boxes", "visibility"),
     "bop": ("instance", "depth", "boxes", "visibility"),
     "nerfstudio": ("depth",), "colmap": ("depth",), "mot": ("boxes",), "tap": ("tracks",),
 }  # fmt: skip
-# Files and folders beside those of the splits, whose names no split of that format may have.
+# Files and folders next to those of the splits, which no split of that format may be named after.
 TAKEN: Mapping[str, tuple[str, ...]] = {"coco": ("annotations",), "bop": ("models",), "mot": ("seqmaps",)}
-PERSPECTIVE = ("nerfstudio", "colmap", "bop", "kitti")  # formats that cannot describe orthographic cameras
+PERSPECTIVE = ("nerfstudio", "colmap", "bop", "kitti")  # formats without orthographic cameras
 LOOKS = ("color", "roughness", "metallic", "opacity", "emission", "ior")
 CAMERAS = ("hemisphere", "orbit", "trajectory", "file")
-PREDICATES = "scenelang.filters"  # the group of entry points
+PREDICATES = "scenelang.filters"  # group of entry points
 
 
 # --- distributions ---------------------------------------------------------------------------------------------------
@@ -92,6 +92,7 @@ class Distribution:
 
     @property
     def is_fixed(self) -> bool:
+        """Whether the quantity does not vary."""
         return self.kind == "choice" and len(self.values) == 1
 
     def draw(self, random: np.random.Generator) -> Any:
@@ -135,35 +136,38 @@ def _distribution(table: TomlTable, key: str, default: Any = None) -> Distributi
 
 
 def _described(table: TomlTable) -> Distribution:
+    """Read the table of a distribution, with exactly one kind."""
     name = table.path[-1]
     kinds = ("uniform", "loguniform", "normal", "integer", "choice", "value")
-    given = [kind for kind in kinds if kind in table]
-    if len(given) != 1:
+    given_kinds = [kind for kind in kinds if kind in table]
+    if len(given_kinds) != 1:
         stray = next((key for key in table if key not in (*kinds, "weights", "min", "max")), None)
         if stray is not None:
             table.check_choice(stray, stray, (*kinds, "weights", "min", "max"))
-        table.fail(None, f"`{name}`: expected one of {', '.join(kinds)}, got {len(given) or 'none'} of them")
-    kind = given[0]
+        table.fail(None, f"`{name}`: expected one of {', '.join(kinds)}, got {len(given_kinds) or 'none'} of them")
+    kind = given_kinds[0]
     if kind == "value":
-        found = fixed(_hashable(table, kind, table.take(kind)))
+        distribution = fixed(_hashable(table, kind, table.take(kind)))
     elif kind == "choice":
         values = table.take(kind)
         if not isinstance(values, list):
             table.fail(kind, f"`choice`: expected a list, got {shown(values)}")
-        found = Distribution("choice", _choices(table, kind, values), _weights(table, len(values)))
+        distribution = Distribution("choice", _choices(table, kind, values), _weights(table, len(values)))
     else:
-        found = _range(table, kind)
+        distribution = _range(table, kind)
     table.finish()
-    return found
+    return distribution
 
 
 def _choices(table: TomlTable, key: str, values: list[Any]) -> tuple[Any, ...]:
+    """Return the validated choices of a distribution."""
     if not 1 <= len(values) <= _MAX_CHOICES:
         table.fail(key, f"`{key}`: expected 1 to {_MAX_CHOICES:,} choices, got {len(values):,}")
     return tuple(_hashable(table, key, value, str(i)) for i, value in enumerate(values))
 
 
 def _hashable(table: TomlTable, key: str, value: Any, *place: str) -> Any:
+    """Return a plain value, lists as tuples."""
     path = (*table.path, key, *place)
     if isinstance(value, list):
         if not value or not all(_is_plain(item) for item in value):
@@ -176,16 +180,19 @@ def _hashable(table: TomlTable, key: str, value: Any, *place: str) -> Any:
 
 
 def _is_plain(value: Any) -> bool:
+    """Return whether a value is a finite number, a boolean or a string."""
     return isinstance(value, bool | int | str) or (isinstance(value, float) and math.isfinite(value))
 
 
 def _is_number(value: Any) -> bool:
+    """Return whether a value is a finite number, not a boolean."""
     return type(value) in (int, float) and math.isfinite(value)
 
 
 def _weights(table: TomlTable, count: int) -> tuple[float, ...]:
+    """Read the weights of choices, empty if they are equal."""
     weights = table.take("weights", [])
-    if not isinstance(weights, list) or not all(_is_number(w) and 0 <= w <= _LARGEST for w in weights):
+    if not isinstance(weights, list) or not all(_is_number(w) and 0 <= w <= _MAX_BOUND for w in weights):
         table.fail("weights", f"`weights`: expected finite numbers of at least 0, got {shown(weights)}")
     if weights and (len(weights) != count or not sum(weights) > 0):
         table.fail("weights", f"`weights`: expected {count} numbers with a positive sum, got {len(weights)}")
@@ -193,14 +200,15 @@ def _weights(table: TomlTable, count: int) -> tuple[float, ...]:
 
 
 def _range(table: TomlTable, kind: str) -> Distribution:
+    """Read a distribution with two parameters, and its bounds."""
     pair = table.take(kind)
     allowed = (int,) if kind == "integer" else (int, float)
     if not isinstance(pair, list) or len(pair) != 2 or not all(type(x) in allowed and math.isfinite(x) for x in pair):
-        what = "two whole numbers" if kind == "integer" else "two numbers"
-        table.fail(kind, f"`{kind}`: expected {what}, got {shown(pair)}")
+        expected = "two whole numbers" if kind == "integer" else "two numbers"
+        table.fail(kind, f"`{kind}`: expected {expected}, got {shown(pair)}")
     first, second = pair
-    if max(abs(first), abs(second)) > _LARGEST:
-        table.fail(kind, f"`{kind}`: expected numbers of at most {_LARGEST:g}, got [{first:g}, {second:g}]")
+    if max(abs(first), abs(second)) > _MAX_BOUND:
+        table.fail(kind, f"`{kind}`: expected numbers of at most {_MAX_BOUND:g}, got [{first:g}, {second:g}]")
     if kind == "normal":
         if second < 0:
             table.fail(kind, f"`normal`: expected a deviation of at least 0, got {second:g}")
@@ -220,7 +228,7 @@ def _range(table: TomlTable, kind: str) -> Distribution:
 
 @dataclass(frozen=True, slots=True)
 class WordChange:
-    """Change of a word: distributions of the looks of its entities, and of the expression that it is bound to."""
+    """Change of a word: distributions of its entities' looks, and of the expression that it is bound to."""
 
     looks: Mapping[str, Distribution]
     bind: Distribution | None = None
@@ -249,7 +257,7 @@ class CameraPlan:
 
 @dataclass(frozen=True, slots=True)
 class PicturePlan:
-    """Pictures: size in pixels, quality, environment, ground, settings of the backend, and frames of a 4D scene."""
+    """Images: size in pixels, quality, environment, ground, settings of the backend, and frames of a 4D scene."""
 
     width: int = 256
     height: int = 256
@@ -262,7 +270,7 @@ class PicturePlan:
 
 @dataclass(frozen=True, slots=True)
 class LabelPlan:
-    """Labels: which are written, the words that count as things, keypoints by word, levels and tracked points."""
+    """Labels: names of those to write, words that count as objects, keypoints by word, levels and tracked points."""
 
     write: tuple[str, ...] = DEFAULT_LABELS
     words: tuple[str, ...] = ()
@@ -274,8 +282,10 @@ class LabelPlan:
 
 @dataclass(frozen=True, slots=True)
 class SplitPlan:
-    """Splits: ``by`` "program", "scene" or the name of a param; for each split its share, its patterns of programs, or
-    its range or values of the param ("rest": all others)."""
+    """Splits: ``by`` "program", "scene" or the name of a param, and a rule for each split.
+
+    A rule is a share, patterns of programs, a range or values of the param, or "rest" for all others.
+    """
 
     by: str
     rules: Mapping[str, Any]
@@ -283,8 +293,11 @@ class SplitPlan:
 
 @dataclass(frozen=True, slots=True)
 class FilterPlan:
-    """Filters: least visible share of the picture by word, no findings of the geometric check, nothing that moves under
-    gravity, declarations that hold, predicates by name."""
+    """Filters that a sample must pass.
+
+    They are the least visible share of the image by word, no findings of the geometric check, stability under gravity,
+    declarations, and predicates by name.
+    """
 
     visible: Mapping[str, float]
     geometry: bool = False
@@ -304,13 +317,16 @@ class OutputPlan:
 
     @property
     def shards(self) -> str:
-        """Return the format of the shards, which the other formats are made from."""
+        """Return the format of the shards, from which the other formats are made in one pass at the end.
+
+        One sampler, one set of labels and one rule of commitment then serve all formats, at the cost of disk space.
+        """
         return next((name for name in self.formats if name in SHARD_FORMATS), "webdataset")
 
 
 @dataclass(frozen=True)
 class Spec:
-    """A dataset: what varies and what is written. ``text`` is its source, ``folder`` what its paths are relative to."""
+    """Spec of a dataset. ``text`` is its source; its paths are relative to ``folder``."""
 
     name: str
     text: str
@@ -332,12 +348,12 @@ class Spec:
 
     @cached_property
     def texts(self) -> dict[str, str]:
-        """Return the digest of every program with the files that it imports, by path."""
+        """Digest of every program with the files that it imports, by path."""
         return {path: _digest_of(Path(path)) for path in self.programs}
 
     @cached_property
     def digest(self) -> str:
-        """Return what identifies the samples: all that can change a byte of one, but not how many there are."""
+        """Digest of everything that can change a byte of a sample, without the number of samples."""
         plan = {
             "version": VERSION, "seed": self.seed, "seeds": self.seeds, "root": self.root, "params": self.params,
             "words": self.words, "cameras": replace(self.cameras, files=self._camera_digests),
@@ -350,6 +366,7 @@ class Spec:
 
     @property
     def _camera_digests(self) -> tuple[str, ...]:
+        """Return the digests of the camera files."""
         return tuple(_digest_of(Path(path)) for path in self.cameras.files)
 
     def program_name(self, path: str) -> str:
@@ -361,23 +378,24 @@ class Spec:
 
 
 def _plain(value: Any) -> Any:
+    """Return a part of a spec as plain data."""
     return asdict(value)
 
 
 def _digest_of(path: Path) -> str:
     """Return the digest of a file and of the files that it imports, whatever they are called."""
-    total, waiting, seen = hashlib.sha256(), [path.resolve()], set[Path]()
+    total, waiting, visited = hashlib.sha256(), [path.resolve()], set[Path]()
     while waiting:
         target = waiting.pop()
-        if target in seen or len(seen) > _MAX_IMPORTS:
+        if target in visited or len(visited) > _MAX_IMPORTS:
             continue
-        seen.add(target)
+        visited.add(target)
         try:
             data = read_regular(target)
         except OSError as error:
             if target == path.resolve():
                 raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
-            continue  # the evaluation tells
+            continue  # the evaluation reports it
         total.update(len(data).to_bytes(8, "little") + data)
         names = IMPORT_FORM.findall(data.decode("utf-8", "replace"))
         waiting += [(target.parent / name).resolve() for name in reversed(names)]
@@ -408,7 +426,7 @@ def spec_of(text: str, name: str, folder: Path) -> Spec:
     """Return the spec in a TOML text whose paths are relative to ``folder``; raises SceneError as ``read_spec``."""
     table = parsed(Source(name, text), CODE)
     seeds = _distribution(table, "seeds") if "seeds" in table else None
-    found = Spec(
+    spec = Spec(
         name=name,
         text=text,
         folder=str(folder),
@@ -428,11 +446,12 @@ def spec_of(text: str, name: str, folder: Path) -> Spec:
         limits=_limits(table.table("limits")),
     )
     table.finish()
-    _check_together(table, found)
-    return found
+    _check_together(table, spec)
+    return spec
 
 
 def _checked_seeds(table: TomlTable, seeds: Distribution | None) -> Distribution | None:
+    """Return the distribution of seeds, which are 32-bit whole numbers."""
     if seeds is not None and not all(type(x) is int and 0 <= x < 1 << 32 for x in seeds.values):
         table.fail("seeds", f"`seeds`: expected whole numbers from 0 to {(1 << 32) - 1}")
     if seeds is not None and seeds.kind not in ("choice", "integer"):
@@ -441,13 +460,14 @@ def _checked_seeds(table: TomlTable, seeds: Distribution | None) -> Distribution
 
 
 def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
-    found: dict[str, None] = {}
-    given = table.texts("programs")
-    if not given and "programs" in table:
+    """Return the paths of all programs, in the order of the patterns."""
+    paths: dict[str, None] = {}
+    patterns = table.texts("programs")
+    if not patterns and "programs" in table:
         table.fail("programs", "`programs`: name at least one program")
-    if not given:
+    if not patterns:
         table.fail_missing("programs", "`programs`: name at least one program")
-    for number, pattern in enumerate(given):
+    for number, pattern in enumerate(patterns):
         matches = _matches(folder, pattern) if pattern else []
         if not matches and pattern and _exists(folder / pattern):
             message = f"`programs`: `{pattern[:80]}` {'has' if (folder / pattern).is_dir() else 'is'} no program"
@@ -455,13 +475,14 @@ def _programs(table: TomlTable, folder: Path) -> tuple[str, ...]:
         if not matches:
             message = f"`programs`: no program matches `{pattern[:80]}`"
             table.document.fail(("programs", str(number)), message, f"paths are relative to {folder}")
-        found |= dict.fromkeys(matches)
-        if len(found) > MAX_PROGRAMS:
+        paths |= dict.fromkeys(matches)
+        if len(paths) > MAX_PROGRAMS:
             table.fail("programs", f"`programs`: more than {MAX_PROGRAMS:,} files")
-    return tuple(found)
+    return tuple(paths)
 
 
 def _exists(path: Path) -> bool:
+    """Return whether a path exists; a path that is too long does not."""
     try:
         return path.exists()
     except OSError:  # a name of thousands of letters
@@ -483,30 +504,32 @@ def _matches(folder: Path, pattern: str) -> list[str]:
 
 
 def _params(table: TomlTable) -> Mapping[str, Distribution]:
+    """Read the distributions of params."""
     return {name: _distribution(table, name) for name in table}
 
 
 def _words(table: TomlTable) -> Mapping[str, WordChange]:
-    found = {}
+    """Read the changes of words."""
+    changes = {}
     for word in table:
-        own = table.table(word)
-        looks = {name: _distribution(own, name) for name in LOOKS if name in own}
+        word_table = table.table(word)
+        looks = {name: _distribution(word_table, name) for name in LOOKS if name in word_table}
         for name, look in looks.items():
-            _check_look(own, name, look)
-        bind = _distribution(own, "bind") if "bind" in own else None
+            _check_look(word_table, name, look)
+        bind = _distribution(word_table, "bind") if "bind" in word_table else None
         if bind is not None and not all(isinstance(text, str) and text.strip() for text in bind.values):
-            own.fail(
+            word_table.fail(
                 "bind", "`bind`: expected the text of an expression", 'write bind = ["(lambda () (call \\"cube\\"))"]'
             )
         for text in bind.values if bind is not None else ():
-            _check_expression(own, text)
+            _check_expression(word_table, text)
         for name in (*LOOKS, "bind"):
-            own.take(name)
-        own.finish()
+            word_table.take(name)
+        word_table.finish()
         if not looks and bind is None:
             table.fail(word, f"`{word}`: nothing varies", f"give {', '.join((*LOOKS, 'bind'))}")
-        found[word] = WordChange(looks, bind)
-    return found
+        changes[word] = WordChange(looks, bind)
+    return changes
 
 
 def _check_look(table: TomlTable, name: str, look: Distribution) -> None:
@@ -528,15 +551,16 @@ def _check_look(table: TomlTable, name: str, look: Distribution) -> None:
 
 def _check_expression(table: TomlTable, text: str) -> None:
     """Raise an error for a text of ``bind`` that is not one expression."""
-    found = read(Source("bind", text))
-    problem = next((each for each in found.diagnostics if each.is_error), None)
+    document = read(Source("bind", text))
+    problem = next((diagnostic for diagnostic in document.diagnostics if diagnostic.is_error), None)
     if problem is not None:
         table.fail("bind", f"`bind`: {problem.message}", problem.hint)
-    if len(found.forms) != 1:
-        table.fail("bind", f"`bind`: expected one expression, got {len(found.forms)}")
+    if len(document.forms) != 1:
+        table.fail("bind", f"`bind`: expected one expression, got {len(document.forms)}")
 
 
 def _cameras(table: TomlTable, folder: Path) -> CameraPlan:
+    """Read the plan of cameras."""
     default = CameraPlan()
     kind = table.text("kind", default.kind, CAMERAS)
     plan = CameraPlan(
@@ -561,17 +585,19 @@ def _cameras(table: TomlTable, folder: Path) -> CameraPlan:
 
 
 def _angles(table: TomlTable, key: str, default: Distribution, low: float, high: float) -> Distribution:
+    """Read a distribution of numbers within bounds, to which its draws are clipped."""
     if key not in table:
         table.take(key)
         return default
-    found = _distribution(table, key)
-    bounds = found.values[:1] if found.kind == "normal" else found.values
+    distribution = _distribution(table, key)
+    bounds = distribution.values[:1] if distribution.kind == "normal" else distribution.values
     if not all(isinstance(x, int | float) and not isinstance(x, bool) and low <= x <= high for x in bounds):
         table.fail(key, f"`{key}`: expected numbers from {low:g} to {high:g}")
-    return replace(found, low=max(low, found.low), high=min(high, found.high))
+    return replace(distribution, low=max(low, distribution.low), high=min(high, distribution.high))
 
 
 def _point(table: TomlTable, key: str) -> tuple[float, float, float]:
+    """Read three finite numbers."""
     value = table.take(key)
     if not isinstance(value, list) or len(value) != 3 or not all(map(_is_number, value)):
         table.fail(key, f"`{key}`: expected three finite numbers, got {shown(value)}")
@@ -580,6 +606,7 @@ def _point(table: TomlTable, key: str) -> tuple[float, float, float]:
 
 
 def _points(table: TomlTable, key: str) -> tuple[tuple[float, float, float], ...]:
+    """Read a list of points."""
     value = table.take(key, [])
     if not isinstance(value, list) or len(value) > MAX_VIEWS:
         table.fail(key, f"`{key}`: expected at most {MAX_VIEWS:,} points, got {shown(value)}")
@@ -588,23 +615,25 @@ def _points(table: TomlTable, key: str) -> tuple[tuple[float, float, float], ...
 
 
 def _camera_files(table: TomlTable, folder: Path) -> tuple[str, ...]:
+    """Return the paths of camera files, each of which is validated."""
     from scenelang.backends.pictures.camera import read_camera
 
-    found: list[str] = []
+    paths: list[str] = []
     for pattern in table.texts("files"):
         matches = sorted(glob(pattern, root_dir=folder, recursive=True))
         if not matches:
             table.fail("files", f"`files`: nothing matches `{pattern[:80]}`", f"paths are relative to {folder}")
-        found += [str((folder / path).resolve()) for path in matches]
-    for path in found:
+        paths += [str((folder / path).resolve()) for path in matches]
+    for path in paths:
         try:
             read_camera(path)
         except SceneError as error:
             table.fail("files", f"`files`: {Path(path).name}: {error.message}", error.hint)
-    return tuple(found)
+    return tuple(paths)
 
 
 def _pictures(table: TomlTable) -> PicturePlan:
+    """Read the plan of images; checks the settings with the backends."""
     from scenelang.backends.pictures.film import PictureOptions, check, picture_backend
     from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
 
@@ -626,24 +655,31 @@ def _pictures(table: TomlTable) -> PicturePlan:
 
 
 def _size(table: TomlTable) -> tuple[int, int]:
+    """Read an image size in pixels: a number or a pair."""
     value = table.take("size", [256, 256])
     value = [value, value] if type(value) is int else value
-    if not isinstance(value, list) or len(value) != 2 or not all(type(x) is int and 1 <= x <= _MAX_SIDE for x in value):
-        table.fail("size", f"`size`: expected [width, height] from 1 to {_MAX_SIDE:,} pixels, got {shown(value)}")
+    if (
+        not isinstance(value, list)
+        or len(value) != 2
+        or not all(type(x) is int and 1 <= x <= _MAX_SIDE_PX for x in value)
+    ):
+        table.fail("size", f"`size`: expected [width, height] from 1 to {_MAX_SIDE_PX:,} pixels, got {shown(value)}")
     return value[0], value[1]
 
 
 def _names(table: TomlTable, key: str, default: str | None, known: Sequence[str] = ()) -> Distribution:
-    found = _distribution(table, key, default)
-    for value in found.values if key in table else ():
+    """Read a distribution of names."""
+    distribution = _distribution(table, key, default)
+    for value in distribution.values if key in table else ():
         if not isinstance(value, str):
             table.fail(key, f"`{key}`: expected names, got {shown(value)}")
         if known:
             table.check_choice(key, value, known)
-    return found
+    return distribution
 
 
 def _frames(table: TomlTable) -> tuple[int, int] | None:
+    """Read the first and last frame, None for all."""
     if "frames" not in table:
         table.take("frames")
         return None
@@ -656,6 +692,7 @@ def _frames(table: TomlTable) -> tuple[int, int] | None:
 
 
 def _labels(table: TomlTable, captions: TomlTable) -> LabelPlan:
+    """Read the plan of labels."""
     write = table.texts("write", DEFAULT_LABELS, LABELS)
     plan = LabelPlan(
         write=tuple(name for name in LABELS if name in write),
@@ -671,52 +708,54 @@ def _labels(table: TomlTable, captions: TomlTable) -> LabelPlan:
 
 
 def _splits(table: TomlTable) -> SplitPlan | None:
+    """Read the splits, None for a single one."""
     if "splits" not in table:
         table.take("splits")
         return None
-    own = table.table("splits")
-    by = own.text("by", "scene")
-    rules = {name: _rule(own, name) for name in own if name != "by"}
+    split_table = table.table("splits")
+    by = split_table.text("by", "scene")
+    rules = {name: _rule(split_table, name) for name in split_table if name != "by"}
     if len(rules) < 2:
-        own.fail(None, "`splits`: name at least two splits", "such as train = 0.8 and test = 0.2")
+        split_table.fail(None, "`splits`: name at least two splits", "such as train = 0.8 and test = 0.2")
     if by in ("scene", "program") and all(isinstance(rule, float) for rule in rules.values()):
         if not math.isclose(sum(rules.values()), 1.0, abs_tol=1e-6):
-            own.fail(None, f"`splits`: the shares sum to {sum(rules.values()):g}, not to 1")
+            split_table.fail(None, f"`splits`: the shares sum to {sum(rules.values()):g}, not to 1")
     elif by == "scene":
-        own.fail("by", "splits by scene are shares, such as train = 0.8 and test = 0.2")
+        split_table.fail("by", "splits by scene are shares, such as train = 0.8 and test = 0.2")
     elif any(isinstance(rule, float) for rule in rules.values()):
-        what = (
+        expected = (
             "shares only, or patterns of programs" if by == "program" else "{ range = [low, high] } or a list of values"
         )
         name = next(name for name, rule in rules.items() if isinstance(rule, float))
-        own.fail(name, f"`{name}`: expected {what}")
-    _check_disjoint(own, by, rules)
+        split_table.fail(name, f"`{name}`: expected {expected}")
+    _check_disjoint(split_table, by, rules)
     return SplitPlan(by, rules)
 
 
 def is_split_name(name: str) -> bool:
     """Return whether a split may have this name, which begins the names of its files."""
-    return name.isidentifier() and len(name) <= _MAX_NAME
+    return name.isidentifier() and len(name) <= _MAX_SPLIT_NAME_LENGTH
 
 
 def _rule(table: TomlTable, name: str) -> Any:
+    """Read the rule of a split."""
     value = table.take(name)
     if not is_split_name(name):
-        hint = f"use at most {_MAX_NAME} letters, digits and underscores"
+        hint = f"use at most {_MAX_SPLIT_NAME_LENGTH} letters, digits and underscores"
         table.fail(name, f"`{name[:60]}` is not a name for a split", hint)
     if type(value) in (int, float):
         if not 0 < value <= 1:
             table.fail(name, f"`{name}`: expected a share above 0 and at most 1, got {value:g}")
         return float(value)
     if isinstance(value, dict):
-        own = table.table(name)
-        pair = own.take("range")
+        rule_table = table.table(name)
+        pair = rule_table.take("range")
         is_pair = isinstance(pair, list) and len(pair) == 2 and all(type(x) in (int, float) and x == x for x in pair)
         if not is_pair:
-            own.fail("range" if "range" in own else None, f"`{name}`: expected {{ range = [low, high] }}")
+            rule_table.fail("range" if "range" in rule_table else None, f"`{name}`: expected {{ range = [low, high] }}")
         if pair[0] >= pair[1]:
-            own.fail("range", f"`range`: the range [{pair[0]:g}, {pair[1]:g}) is empty")
-        own.finish()
+            rule_table.fail("range", f"`range`: the range [{pair[0]:g}, {pair[1]:g}) is empty")
+        rule_table.finish()
         return {"range": (float(pair[0]), float(pair[1]))}
     if value == "rest" or (isinstance(value, list) and value):
         return value if value == "rest" else tuple(_hashable(table, name, item) for item in value)
@@ -727,14 +766,16 @@ def _check_disjoint(table: TomlTable, by: str, rules: Mapping[str, Any]) -> None
     """Raise an error if a sample could be in two splits."""
     if sum(rule == "rest" for rule in rules.values()) > 1:
         table.fail(None, "`splits`: only one split can be the rest")
-    seen: dict[Any, str] = {}
+    splits_by_value: dict[Any, str] = {}
     ranges: list[tuple[float, float, str]] = []
     for name, rule in rules.items():
         if isinstance(rule, tuple):
             for value in rule if by != "program" else ():
-                if value in seen:
-                    table.fail(name, f"`{name}`: {shown(value)} is also in `{seen[value]}`, which would leak")
-                seen[value] = name
+                if value in splits_by_value:
+                    table.fail(
+                        name, f"`{name}`: {shown(value)} is also in `{splits_by_value[value]}`, which would leak"
+                    )
+                splits_by_value[value] = name
         elif isinstance(rule, dict):
             ranges.append((*rule["range"], name))
     ranges.sort()
@@ -742,14 +783,15 @@ def _check_disjoint(table: TomlTable, by: str, rules: Mapping[str, Any]) -> None
         if start < end:
             table.fail(second, f"`{second}`: the range overlaps that of `{first}`, which would leak")
     for low, high, other in ranges:
-        for value, name in seen.items():
+        for value, name in splits_by_value.items():
             if _is_number(value) and low <= value < high and name != other:
                 table.fail(name, f"`{name}`: {shown(value)} is in the range of `{other}`, which would leak")
 
 
 def _filters(table: TomlTable) -> FilterPlan:
-    own = table.table("visible")
-    visible = {word: own.number(word, None, 0.0, 1.0) for word in own}
+    """Read the filters; checks that predicates and the simulator are installed."""
+    visible_table = table.table("visible")
+    visible = {word: visible_table.number(word, None, 0.0, 1.0) for word in visible_table}
     predicates = table.texts("predicates")
     known = entry_points_of(PREDICATES)
     for name in predicates:
@@ -772,6 +814,7 @@ def _filters(table: TomlTable) -> FilterPlan:
 
 
 def _output(table: TomlTable) -> OutputPlan:
+    """Read the formats and the size of shards."""
     formats = table.texts("formats", ("webdataset",), FORMATS)
     plan = OutputPlan(formats, table.number("shard", 100, 1, MAX_SHARD), table.text("licence", ""))
     table.finish()
@@ -781,8 +824,9 @@ def _output(table: TomlTable) -> OutputPlan:
 
 
 def _limits(table: TomlTable) -> Limits:
+    """Read the limits of an evaluation."""
     default = Limits()
-    found = Limits(
+    limits = Limits(
         steps=table.number("steps", default.steps, 1, 10**15),
         depth=table.number("depth", default.depth, 1, 10**9),
         entities=table.number("entities", default.entities, 1, 10**12),
@@ -792,7 +836,7 @@ def _limits(table: TomlTable) -> Limits:
         seconds=table.number("seconds", default.seconds, 0.1, 86_400.0),
     )
     table.finish()
-    return found
+    return limits
 
 
 def _check_together(table: TomlTable, spec: Spec) -> None:
@@ -833,7 +877,7 @@ def _check_reached(table: TomlTable, quantity: Distribution, splits: SplitPlan) 
 
 
 def _may_be(quantity: Distribution, value: Any) -> bool:
-    """Return whether a value is drawn; of continuous distributions only their bounds are, again and again."""
+    """Return whether a value may be drawn; of continuous distributions only their bounds are drawn repeatedly."""
     if quantity.kind == "choice":
         return value in _chosen(quantity)
     first, second = quantity.values
@@ -843,12 +887,13 @@ def _may_be(quantity: Distribution, value: Any) -> bool:
 
 
 def _chosen(quantity: Distribution) -> list[Any]:
+    """Return the choices with a positive weight."""
     shares = quantity.weights or (1.0,) * len(quantity.values)
     return [value for value, share in zip(quantity.values, shares, strict=True) if share > 0]
 
 
 def _reaches_range(quantity: Distribution, low: float, high: float) -> bool:
-    """Return whether a number from ``low`` to below ``high`` is drawn."""
+    """Return whether a number from ``low`` to below ``high`` may be drawn."""
     if quantity.kind == "choice":
         return any(_is_number(value) and low <= value < high for value in _chosen(quantity))
     least, most = _span(quantity)
@@ -864,7 +909,7 @@ def _span(quantity: Distribution) -> tuple[float, float]:
 
 
 def _reaches_rest(quantity: Distribution, ranges: Sequence[tuple[float, float]], listed: set[Any]) -> bool:
-    """Return whether a value is drawn that is in no range and not listed."""
+    """Return whether a value may be drawn that is in no range and not listed."""
 
     def is_rest(value: Any) -> bool:
         return value not in listed and not (_is_number(value) and any(low <= value < high for low, high in ranges))
@@ -882,19 +927,19 @@ def _reaches_rest(quantity: Distribution, ranges: Sequence[tuple[float, float]],
 def _check_split_names(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
     """Raise an error for splits whose folders would be those of a format, or of each other where case is ignored."""
     taken = {name: format_ for format_ in spec.output.formats for name in TAKEN.get(format_, ())}
-    seen: dict[str, str] = {}
+    names_by_folded: dict[str, str] = {}
     for name in rules:
         folded = name.casefold()
         if folded in taken:
             message = f"`{name}`: {taken[folded]} has a folder of this name beside its splits"
             table.table("splits").fail(name, message, "choose another name for the split")
-        if seen.setdefault(folded, name) != name:
-            message = f"`{name}` and `{seen[folded]}` are one name where case is ignored"
+        if names_by_folded.setdefault(folded, name) != name:
+            message = f"`{name}` and `{names_by_folded[folded]}` are one name where case is ignored"
             table.table("splits").fail(name, message, "choose another name for one of the splits")
 
 
 def _check_shares(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> None:
-    """Raise an error if there are fewer programs than splits to deal them to."""
+    """Raise an error if there are fewer programs than splits."""
     different = len(set(spec.texts.values()))
     if all(isinstance(rule, float) for rule in rules.values()) and different < len(rules):
         count = "one program" if different == 1 else f"{different:,} different programs"
@@ -908,15 +953,19 @@ def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> N
         return
     names = [spec.program_name(path) for path in spec.programs]
     patterns = {split: tuple(map(str, rule)) for split, rule in rules.items() if isinstance(rule, tuple)}
-    for split, mine in patterns.items():
-        if not any(fnmatchcase(name, pattern) for name in names for pattern in mine):
-            table.table("splits").fail(split, f"`{split}`: no program matches {', '.join(mine)}"[:300])
+    for split, split_patterns in patterns.items():
+        if not any(fnmatchcase(name, pattern) for name in names for pattern in split_patterns):
+            table.table("splits").fail(split, f"`{split}`: no program matches {', '.join(split_patterns)}"[:300])
     rest = next((split for split, rule in rules.items() if rule == "rest"), None)
-    left = [name for name in names if not any(fnmatchcase(name, each) for mine in patterns.values() for each in mine)]
-    if rest is not None and not left:
+    unmatched = [
+        name
+        for name in names
+        if not any(fnmatchcase(name, pattern) for split_patterns in patterns.values() for pattern in split_patterns)
+    ]
+    if rest is not None and not unmatched:
         table.table("splits").fail(rest, f"`{rest}`: every program is in another split, so this one would be empty")
-    if rest is None and left:
-        table.table("splits").fail(None, f"`splits`: `{left[0]}` is in no split", 'name one split "rest"')
+    if rest is None and unmatched:
+        table.table("splits").fail(None, f"`splits`: `{unmatched[0]}` is in no split", 'name one split "rest"')
 
 
 def _check_projection(table: TomlTable, spec: Spec) -> None:
@@ -924,17 +973,20 @@ def _check_projection(table: TomlTable, spec: Spec) -> None:
     from scenelang.backends.pictures.camera import read_camera
 
     cameras = spec.cameras
-    given = map(read_camera, cameras.files if cameras.kind == "file" else ())
-    wrong = [name for name in spec.output.formats if name in PERSPECTIVE]
-    if wrong and (
-        (cameras.orthographic and cameras.kind not in ("file", "trajectory")) or any(c.is_parallel for c in given)
+    camera_files = map(read_camera, cameras.files if cameras.kind == "file" else ())
+    perspective_formats = [name for name in spec.output.formats if name in PERSPECTIVE]
+    if perspective_formats and (
+        (cameras.orthographic and cameras.kind not in ("file", "trajectory"))
+        or any(c.is_parallel for c in camera_files)
     ):
-        message = f"`formats`: {wrong[0]} has no orthographic cameras"
-        table.table("output").fail("formats", message, f"leave out {', '.join(wrong)}, or use perspective cameras")
+        message = f"`formats`: {perspective_formats[0]} has no orthographic cameras"
+        table.table("output").fail(
+            "formats", message, f"leave out {', '.join(perspective_formats)}, or use perspective cameras"
+        )
 
 
 def _check_memory(table: TomlTable, spec: Spec) -> None:
-    """Raise an error for pictures that cannot be made within the limit of memory."""
+    """Raise an error for images that cannot be made within the limit of memory."""
     width, height, limit = spec.pictures.width, spec.pictures.height, spec.limits.memory
     needed = width * height * _BYTES_PER_PIXEL
     if needed > MEMORY_SLACK * limit:
@@ -958,6 +1010,7 @@ def _check_captions(table: TomlTable, spec: Spec) -> None:
 
 
 def _check_needs(table: TomlTable, spec: Spec) -> None:
+    """Raise an error for a format whose labels are not written."""
     for name in spec.output.formats:
         missing = [label for label in NEEDS.get(name, ()) if label not in spec.labels.write]
         if missing:
@@ -969,11 +1022,11 @@ def varied(spec: Spec) -> Iterable[str]:
     """Yield the names of the quantities that vary from sample to sample."""
     if len(spec.programs) > 1:
         yield "program"
-    for name, each in spec.params.items():
-        if not each.is_fixed:
+    for name, param in spec.params.items():
+        if not param.is_fixed:
             yield f"param.{name}"
     for word, change in spec.words.items():
-        own = {**change.looks} | ({"bind": change.bind} if change.bind is not None else {})
-        for name, each in own.items():
-            if not each.is_fixed:
+        quantities = {**change.looks} | ({"bind": change.bind} if change.bind is not None else {})
+        for name, quantity in quantities.items():
+            if not quantity.is_fixed:
                 yield f"{word}.{name}"

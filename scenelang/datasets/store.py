@@ -1,8 +1,9 @@
 """Stores of datasets: local folders and fsspec addresses, shards that are committed whole, and their records.
 
 A shard covers a range of samples. Its files are written under temporary names and renamed; its record in ``shards/``
-is written last and makes it count. What has no record does not exist, so an interrupted run loses only the shards in
-progress and never duplicates a sample.
+is written last and commits it. Files without a record do not count, so an interrupted run loses only the shards in
+progress and never duplicates a sample. A lock service or a queue of samples would lose less work when a run is killed,
+and be one more part that can fail.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ RECORDS = "shards"
 INSTALL = "'scenelang[datasets]'"
 SHARD_NAME = re.compile(r"\w+-\d{6,}\.(?:tar|parquet)")
 _ITEM_KEY = re.compile(r"[0-9]{9,18}(?:-v[0-9]{3,})?(?:-f[0-9]{4,})?")
-_ROWS = 32  # rows of a group in Parquet files
-_OBJECT_STORES = frozenset({"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "oss"})  # have no folders
-_OF_CONTENT = (tarfile.TarError, EOFError, ValueError, KeyError)  # what readers raise for damaged files
+_GROUP_ROWS = 32  # of a row group in Parquet files
+_OBJECT_STORES = frozenset({"s3", "s3a", "gs", "gcs", "az", "abfs", "abfss", "oss"})  # stores without folders
+_DAMAGE_ERRORS = (tarfile.TarError, EOFError, ValueError, KeyError)  # errors of readers for damaged files
 _REMOTE = "check the address, and the endpoint and keys of its store"
-_CHUNK = 1 << 20
+_CHUNK_BYTES = 1 << 20  # bytes read at a time
 _ENDINGS = {"webdataset": "tar", "parquet": "parquet"}
 # The shapes of JSON data: a dict of them by key ("*" for any key), a list of one, or a type; float is any number.
 _PLAN = {
@@ -63,6 +64,7 @@ class Store:
     """
 
     def __init__(self, address: str | Path) -> None:
+        """Open a folder or address; raises SceneError("file")."""
         self.address = str(address)
         self._remote: Any = None
         self._root = self.address
@@ -70,7 +72,7 @@ class Store:
             fsspec = require("fsspec", INSTALL)
             try:
                 self._remote, self._root = fsspec.core.url_to_fs(self.address)
-            except Exception as error:  # of the package of any store
+            except Exception as error:  # packages of stores raise any class
                 raise SceneError("file", f"cannot open {self.address}: {reason_of(error)}") from error
 
     @property
@@ -85,10 +87,11 @@ class Store:
         return Path(self._root) / name
 
     def _path(self, name: str) -> str:
+        """Return the path of a file in the file system of the store."""
         return f"{self._root.rstrip('/')}/{name}" if name else self._root
 
     @contextmanager
-    def _failing(self, what: str, passing: tuple[type[Exception], ...] = ()) -> Iterator[None]:
+    def _failing(self, action: str, passing: tuple[type[Exception], ...] = ()) -> Iterator[None]:
         """Raise SceneError("file") for errors of the file system but those in ``passing``.
 
         Packages of remote stores raise exceptions of any class: that of S3, for instance, for a missing server or key.
@@ -102,7 +105,7 @@ class Store:
             is_remote = self._remote is not None
             if not is_remote and not isinstance(error, OSError):
                 raise
-            message = f"cannot {what} in {self.address}: {reason_of(error)}"
+            message = f"cannot {action} in {self.address}: {reason_of(error)}"
             raise SceneError("file", message, _REMOTE if is_remote else None) from error
 
     def _make_remote(self, path: str) -> None:
@@ -117,6 +120,7 @@ class Store:
                 self._make_remote(self._root)
 
     def exists(self, name: str) -> bool:
+        """Return whether a file or folder exists."""
         with self._failing(f"look for `{name}`"):
             return (
                 Path(self._path(name)).exists() if self._remote is None else bool(self._remote.exists(self._path(name)))
@@ -130,19 +134,20 @@ class Store:
                 return sorted(os.listdir(path)) if os.path.isdir(path) else []
             self._remote.invalidate_cache()
             try:
-                found = self._remote.ls(path, detail=False)
+                paths = self._remote.ls(path, detail=False)
             except FileNotFoundError:
-                found = []
-            return sorted(each.rstrip("/").rsplit("/", 1)[-1] for each in found)
+                paths = []
+            return sorted(entry.rstrip("/").rsplit("/", 1)[-1] for entry in paths)
 
     def read(self, name: str) -> bytes:
+        """Return the content of a file."""
         with self.open(name) as file:
             return file.read()
 
     @contextmanager
     def open(self, name: str) -> Iterator[IO[bytes]]:
-        """Open a file for reading; what a reader raises for a damaged file passes."""
-        with self._failing(f"read `{name}`", _OF_CONTENT):
+        """Open a file for reading; errors of a reader for a damaged file pass through."""
+        with self._failing(f"read `{name}`", _DAMAGE_ERRORS):
             path = self._path(name)
             with open(path, "rb") if self._remote is None else self._remote.open(path, "rb") as file:
                 yield file
@@ -164,7 +169,7 @@ class Store:
             temporary = Path(folder) / Path(name).name
             yield temporary
             parent = self._path(name).rsplit("/", 1)[0]
-            with suppress(OSError, NotImplementedError):  # the file cannot be written then, which is told
+            with suppress(OSError, NotImplementedError):  # writing the file then reports the error
                 self._make_remote(parent)
             self._remote.put_file(str(temporary), self._path(name))
 
@@ -180,7 +185,7 @@ class Store:
         """Return SHA-256 and size of a file."""
         total, size = hashlib.sha256(), 0
         with self.open(name) as file:
-            while chunk := file.read(_CHUNK):
+            while chunk := file.read(_CHUNK_BYTES):
                 total.update(chunk)
                 size += len(chunk)
         return total.hexdigest(), size
@@ -188,7 +193,7 @@ class Store:
     def copy_from(self, other: Store, name: str) -> None:
         """Copy a file of another store, whole or not at all."""
         with other.open(name) as source, self.writing(name) as temporary, open(temporary, "wb") as target:
-            shutil.copyfileobj(source, target, _CHUNK)
+            shutil.copyfileobj(source, target, _CHUNK_BYTES)
 
 
 # --- plans and records -----------------------------------------------------------------------------------------------
@@ -196,7 +201,7 @@ class Store:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What all shards of a dataset share, kept as ``dataset.json``."""
+    """Data that all shards of a dataset share, stored as ``dataset.json``."""
 
     spec_digest: str
     count: int
@@ -216,6 +221,7 @@ class Plan:
 
     @property
     def shards(self) -> int:
+        """Number of shards."""
         return -(-self.count // self.shard)
 
     def samples(self, number: int) -> range:
@@ -239,7 +245,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True)
 class ShardNumbers:
-    """Numbers of the shards to make: those of ``wanted`` that are not ``kept``; there may be very many."""
+    """Numbers of the shards to make: ``wanted`` without ``kept``, never listed because there may be very many."""
 
     wanted: range
     kept: frozenset[int] = frozenset()
@@ -265,14 +271,14 @@ def plan_of(spec: Spec, classes: Mapping[str, int], count: int | None = None) ->
 
 def columns_of(spec: Spec) -> tuple[str, ...]:
     """Return the endings of the files that an item may have, in the order of Parquet's columns."""
-    wanted, found = spec.labels.write, ["json", "color.png"]
+    wanted, common = spec.labels.write, ["json", "color.png"]
     files = {
         "instance": ["instance.png"], "semantic": ["semantic.png"], "depth": ["depth.npy"], "normals": ["normals.png"],
         "levels": [f"level{n}.png" for n in range(1, spec.labels.levels + 1)], "albedo": ["albedo.png"],
         "flow": ["flow.npy", "flow_state.png"], "tracks": ["tracks.npz"], "captions": ["txt"],
         "graph": ["graph.json"], "program": ["program.scene"],
     }  # fmt: skip
-    return (*found, *(name for label in wanted for name in files.get(label, ())))
+    return (*common, *(name for label in wanted for name in files.get(label, ())))
 
 
 def read_plan(store: Store) -> Plan | None:
@@ -293,6 +299,7 @@ def read_plan(store: Store) -> Plan | None:
 
 
 def _is_plan(data: Mapping[str, Any]) -> bool:
+    """Return whether JSON data of the right shape is a plan of this version."""
     is_known = (data["format"], data["version"]) == (FORMAT, VERSION) and set(data["formats"]) <= set(FORMATS)
     has_size = 1 <= data["count"] <= MAX_SAMPLES and 1 <= data["shard"] <= MAX_SHARD
     return is_known and has_size and data["shards"] in SHARD_FORMATS
@@ -308,10 +315,12 @@ def _has_shape(value: Any, shape: Any) -> bool:
     """
     if isinstance(shape, dict):
         if "*" in shape:
-            return isinstance(value, dict) and all(_has_shape(each, shape["*"]) for each in value.values())
-        return isinstance(value, dict) and all(n in value and _has_shape(value[n], each) for n, each in shape.items())
+            return isinstance(value, dict) and all(_has_shape(item, shape["*"]) for item in value.values())
+        return isinstance(value, dict) and all(
+            name in value and _has_shape(value[name], kind) for name, kind in shape.items()
+        )
     if isinstance(shape, list):
-        return isinstance(value, list) and all(_has_shape(each, shape[0]) for each in value)
+        return isinstance(value, list) and all(_has_shape(item, shape[0]) for item in value)
     if shape is float:
         return type(value) in (int, float)
     return shape is object or type(value) is shape
@@ -326,23 +335,26 @@ def require_plan(store: Store) -> Plan:
 
 
 def write_plan(store: Store, plan: Plan) -> None:
+    """Write the plan of a dataset."""
     store.write(PLAN, json.dumps(plan.data(), indent=1, sort_keys=True).encode())
 
 
 def names_of_records(store: Store) -> list[str]:
+    """Return the names of all records."""
     return store.names(RECORDS)
 
 
 def record_name(number: int) -> str:
+    """Return the name of a shard's record."""
     return f"{RECORDS}/{number:06d}.json"
 
 
 def records_of(store: Store, plan: Plan) -> Iterator[dict[str, Any]]:
     """Yield the records of the committed shards in order; damaged records and those of other plans are left out."""
     for number in _recorded(store, plan):
-        found = _record(store, number, plan)
-        if found is not None:
-            yield found
+        record = _record(store, number, plan)
+        if record is not None:
+            yield record
 
 
 def damaged_records(store: Store, plan: Plan) -> list[int]:
@@ -362,14 +374,14 @@ def _recorded(store: Store, plan: Plan) -> Iterator[int]:
 def _record(store: Store, number: int, plan: Plan) -> dict[str, Any] | None:
     """Return the record of a shard, None if it is damaged or of another dataset."""
     try:
-        found = json.loads(store.read(record_name(number)))
+        record = json.loads(store.read(record_name(number)))
     except (ValueError, RecursionError, SceneError):
         return None
-    return found if _has_shape(found, _RECORD) and _is_of(found, number, plan) else None
+    return record if _has_shape(record, _RECORD) and _is_of(record, number, plan) else None
 
 
 def _is_of(record: Mapping[str, Any], number: int, plan: Plan) -> bool:
-    """Return whether a record is that of a shard: it names its samples, and no files but those of the shard."""
+    """Return whether a record belongs to a shard: it lists its samples, and no files but those of the shard."""
     samples = plan.samples(number)
     is_ours = (record["shard"], record["spec"]) == (number, plan.spec_digest)
     is_whole = record["range"] == [samples.start, samples.stop]
@@ -386,7 +398,7 @@ def shard_name(split: str, number: int, kind: str) -> str:
 
 
 def is_intact(store: Store, record: Mapping[str, Any]) -> bool:
-    """Return whether all files of a shard are there with the bytes that its record says."""
+    """Return whether all files of a shard exist with the recorded sizes."""
     try:
         return all(store.digest(file["name"]) == (file["sha256"], file["bytes"]) for file in record["files"])
     except SceneError:
@@ -394,14 +406,14 @@ def is_intact(store: Store, record: Mapping[str, Any]) -> bool:
 
 
 def failures_of_machine(record: Mapping[str, Any]) -> int:
-    """Return how many samples of a shard failed for reasons of the machine, and may succeed in another run."""
-    return sum(each["machine"] for each in record["failures"])
+    """Return the number of samples of a shard that failed for reasons of the machine, such as a limit of time."""
+    return sum(failure["machine"] for failure in record["failures"])
 
 
 def digest_of(records: Sequence[Mapping[str, Any]]) -> str:
     """Return the digest of a dataset: of the digests and names of its files, and of its failures."""
     files = sorted(f"{file['sha256']}  {file['name']}" for record in records for file in record["files"])
-    failed = sorted(f"{each['key']}  {each['code']}" for record in records for each in record["failures"])
+    failed = sorted(f"{failure['key']}  {failure['code']}" for record in records for failure in record["failures"])
     return hashlib.sha256("\n".join([*files, *failed]).encode()).hexdigest()
 
 
@@ -419,24 +431,26 @@ class _TarFile:
         )
 
     def add(self, key: str, files: Files) -> None:
+        """Append the files of an item."""
         for name in sorted(files):
             info = tarfile.TarInfo(f"{key}.{name}")
             info.size, info.mode = len(files[name]), 0o644
             self._tar.addfile(info, io.BytesIO(files[name]))
 
     def close(self) -> None:
+        """Write the end of the archive."""
         self._tar.close()
         self._file.close()
 
     def discard(self) -> None:
-        """Close the file without its content: what is buffered must not fail again when the object is collected."""
+        """Close the file without its content: buffered data must not fail again when the object is collected."""
         self._raw.seek(0)
         self._raw.truncate(0)
         self._file.close()
 
 
 class _ParquetFile:
-    """Parquet: a row for each item, pictures as encoded bytes with the features that ``datasets`` reads."""
+    """Parquet: a row for each item, images as encoded bytes with the features that ``datasets`` reads."""
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self._arrow = require("pyarrow", INSTALL)
@@ -445,6 +459,7 @@ class _ParquetFile:
         self._rows: list[dict[str, Any]] = []
 
     def add(self, key: str, files: Files) -> None:
+        """Append the row of an item, written in groups."""
         row: dict[str, Any] = {"__key__": key}
         for name in self._schema.names[1:]:
             data = files.get(_ending_of(name))
@@ -453,15 +468,17 @@ class _ParquetFile:
             else:
                 row[name] = data.decode("utf-8", "replace") if data is not None and _is_text(name) else data
         self._rows.append(row)
-        if len(self._rows) >= _ROWS:
+        if len(self._rows) >= _GROUP_ROWS:
             self._flush()
 
     def _flush(self) -> None:
+        """Write the collected rows."""
         if self._rows:
             self._writer.write_table(self._arrow.Table.from_pylist(self._rows, schema=self._schema))
             self._rows.clear()
 
     def close(self) -> None:
+        """Write the last rows and the footer."""
         self._flush()
         self._writer.close()
 
@@ -472,6 +489,7 @@ class _ParquetFile:
 
 
 def _is_text(column: str) -> bool:
+    """Return whether a column of Parquet is text."""
     return column in ("json", "txt", "graph_json", "program_scene")
 
 
@@ -482,7 +500,7 @@ def _ending_of(column: str) -> str:
 
 
 def _schema(arrow: Any, columns: Sequence[str]) -> Any:
-    """Return the schema of a Parquet file, with Hugging Face's description of its pictures."""
+    """Return the schema of a Parquet file, with Hugging Face's description of its images."""
     picture = arrow.struct([("bytes", arrow.binary()), ("path", arrow.string())])
     fields, features = [("__key__", arrow.string())], {"__key__": {"dtype": "string", "_type": "Value"}}
     for ending in columns:
@@ -504,6 +522,7 @@ class ShardFiles:
     """The files of one shard, one for each split that occurs; they appear when the shard is committed."""
 
     def __init__(self, store: Store, plan: Plan, number: int) -> None:
+        """Prepare the files of a shard; a writer is opened for each split on first use."""
         self._store, self._plan, self._number = store, plan, number
         self._folder = store.local if store.local is not None else None
         self._open: dict[str, tuple[Any, Path, Any]] = {}
@@ -523,25 +542,26 @@ class ShardFiles:
 
     def commit(self) -> list[dict[str, Any]]:
         """Close the files and give them their names; returns their records."""
-        found = []
+        records = []
         for split, (writer, path, context) in sorted(self._open.items()):
             with self._writing(split):
                 writer.close()
             data = hashlib.sha256()
             with open(path, "rb") as file:
-                while chunk := file.read(_CHUNK):
+                while chunk := file.read(_CHUNK_BYTES):
                     data.update(chunk)
             size = path.stat().st_size
             context.__exit__(None, None, None)
             name = shard_name(split, self._number, self._plan.format)
-            found.append(
+            records.append(
                 {"name": name, "split": split, "sha256": data.hexdigest(), "bytes": size, "items": self._count[split]}
             )
         self._open.clear()
-        return found
+        return records
 
     @contextmanager
     def _writing(self, split: str) -> Iterator[None]:
+        """Raise SceneError("file") for errors of the file system."""
         try:
             yield
         except OSError as error:
@@ -550,7 +570,7 @@ class ShardFiles:
             raise SceneError("file", message) from error
 
     def abandon(self) -> None:
-        """Remove what has not been committed."""
+        """Remove the files that are not committed."""
         for writer, _, context in self._open.values():
             with suppress(Exception):
                 writer.discard()
@@ -575,14 +595,15 @@ def items_of(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]]:
 
 
 def _tar_items(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]]:
+    """Yield the items of a tar file; members of one item are adjacent."""
     key, files = "", dict[str, bytes]()
     with store.open(name) as raw, tarfile.open(fileobj=raw, mode="r|") as tar:
         for member in tar:
-            own, _, ending = member.name.partition(".")
-            if own != key and files:
+            member_key, _, ending = member.name.partition(".")
+            if member_key != key and files:
                 yield key, files
                 files = {}
-            key = own
+            key = member_key
             content = tar.extractfile(member)
             files[ending] = content.read() if content is not None else b""
     if files:
@@ -590,10 +611,11 @@ def _tar_items(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]
 
 
 def _parquet_items(store: Store, name: str) -> Iterator[tuple[str, dict[str, bytes]]]:
+    """Yield the items of a Parquet file."""
     parquet = require("pyarrow.parquet", INSTALL)
     with store.open(name) as raw:
         try:
-            for batch in parquet.ParquetFile(raw).iter_batches(batch_size=_ROWS):
+            for batch in parquet.ParquetFile(raw).iter_batches(batch_size=_GROUP_ROWS):
                 for row in batch.to_pylist():
                     yield row.pop("__key__"), dict(_row_files(row))
         except OSError as error:
@@ -601,6 +623,7 @@ def _parquet_items(store: Store, name: str) -> Iterator[tuple[str, dict[str, byt
 
 
 def _row_files(row: Mapping[str, Any]) -> Iterator[tuple[str, bytes]]:
+    """Yield the files of a row by ending."""
     for name, value in row.items():
         if value is not None:
             data = value["bytes"] if isinstance(value, dict) else value

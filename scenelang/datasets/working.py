@@ -1,6 +1,8 @@
 """Workers of datasets: one process each, which makes whole shards and reports in lines of JSON.
 
-A worker is asked for shards on standard input and answers on standard output. The pool watches its workers: one that
+A worker receives shards on standard input and answers on standard output. It is a subprocess rather than a
+`multiprocessing` one: nothing runs the user's main script again, each has one thread for linear algebra, and a killed
+one leaves no lock or queue behind. The pool watches its workers: one that
 exceeds a limit of its program is ended, one that dies is replaced, and the shard is made again; a sample that ends its
 worker again and again is recorded as failed.
 """
@@ -30,13 +32,13 @@ from scenelang.datasets.store import Plan, ShardFiles, Store, record_name
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.sandbox.environment import named_variables
 
-_DEATHS = 3  # of workers at one sample before it counts as failed
-_GRACE = 2.0  # seconds over twice the limit of a program before its worker is ended
-_SLOWEST = 20.0  # times the limit of a program, in wall-clock time, and a minute, before its worker is ended
-_STALLED = 3_600.0  # seconds without a word from a worker
-_POLL = 0.25
-_MOST_LOSSES = 10  # of a shard on a cluster
-_OF_MACHINE = ("time", "memory")  # diagnostics of samples that another run may make
+_MAX_DEATHS = 3  # of workers at one sample, after which it counts as failed
+_GRACE_S = 2.0  # over twice the limit of a program, before its worker is ended
+_MAX_SLOWDOWN = 20.0  # times the limit of a program in wall-clock time, plus a minute, before its worker is ended
+_STALLED_S = 3_600.0  # without a message from a worker, before it is ended
+_POLL_S = 0.25  # seconds between checks of the workers
+_MAX_LOSSES = 10  # of a shard on a cluster
+_MACHINE_FAILURES = ("time", "memory")  # diagnostics of failures that another run may not have
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS"), "1")
 _CODE = "from scenelang.datasets.working import serve; serve()"
 
@@ -100,7 +102,7 @@ def write_shard(
 
 
 class Encoder:
-    """Encodes and writes the samples of a shard in a thread, each while the next one is made."""
+    """Encoder of the samples of a shard, in a thread: one sample is written while the next one is made."""
 
     def __init__(self, files: ShardFiles) -> None:
         self._files = files
@@ -108,33 +110,35 @@ class Encoder:
         self._last: Future[None] | None = None
 
     def add(self, sample: Sample) -> None:
-        """Begin to write a sample after waiting for the one before, so that two are held; raises what that raised."""
+        """Begin to write a sample after the one before is written, so that two are held; raises its errors."""
         if self._last is not None:
             self._last.result()
         self._last = self._thread.submit(self._files.add, sample)
 
     def finish(self) -> None:
-        """Wait for the last sample; raises what it raised."""
+        """Wait for the last sample; raises its error."""
         if self._last is not None:
             self._last.result()
         self._thread.shutdown()
 
     def cancel(self) -> None:
-        """Wait until nothing is written any more; the errors of samples are dropped."""
+        """Wait until no sample is being written; their errors are dropped."""
         self._thread.shutdown()
 
 
 def failure_record(index: int, diagnostic: Diagnostic, of_machine: bool = False) -> dict[str, Any]:
-    """Return the record of a failed sample: its key, its diagnostic as code, message and text, and whether it failed
-    for reasons of the machine, as limits of time and memory do."""
+    """Return the record of a failed sample: its key, and its diagnostic as code, message and text.
+
+    It also tells whether the sample failed for reasons of the machine, such as limits of time and memory.
+    """
     return {
         "key": key_of(index), "code": diagnostic.code, "message": diagnostic.message[:500],
-        "text": render_text(diagnostic)[:2_000], "machine": of_machine or diagnostic.name in _OF_MACHINE,
+        "text": render_text(diagnostic)[:2_000], "machine": of_machine or diagnostic.name in _MACHINE_FAILURES,
     }  # fmt: skip
 
 
 def processor_seconds_of(pid: int) -> float | None:
-    """Return the seconds that processors have spent on a process, None if the system does not tell."""
+    """Return the CPU time of a process in seconds, None if the system does not report it."""
     try:
         with open(f"/proc/{pid}/stat", "rb") as file:
             user, system = file.read().rpartition(b")")[2].split()[11:13]
@@ -144,7 +148,7 @@ def processor_seconds_of(pid: int) -> float | None:
 
 
 def peak_memory() -> int:
-    """Return the most bytes of memory that this process has had, 0 if the system does not tell."""
+    """Return the peak memory of this process in bytes, 0 if the system does not report it."""
     try:
         with open("/proc/self/status", encoding="ascii") as status:  # unlike getrusage, without the parent's memory
             return next((int(line.split()[1]) * 1024 for line in status if line.startswith("VmHWM:")), 0)
@@ -169,7 +173,7 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the pool, which ends its workers
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # removes temporary files
     replies = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)  # what a library prints is no reply
+    os.dup2(2, 1)  # output of libraries must not be read as replies
     if is_supported():
         become_child(Status())  # programs are confined, and the worker ends with the pool
 
@@ -200,12 +204,12 @@ def serve() -> None:
 
 
 def environment(out: str = "") -> dict[str, str]:
-    """Return the environment of workers: one thread each, so that workers do not compete and sums have one order.
+    """Return the environment of workers, with one thread each, so that workers do not compete and sums have one order.
 
-    Keys in the environment are for the stores of other machines only.
+    Keys in the environment are only for the stores of other machines.
     """
-    given = dict(os.environ) if "://" in out else named_variables()
-    return {**given, **_ONE_THREAD}
+    variables = dict(os.environ) if "://" in out else named_variables()
+    return {**variables, **_ONE_THREAD}
 
 
 # --- the pool --------------------------------------------------------------------------------------------------------
@@ -213,7 +217,7 @@ def environment(out: str = "") -> dict[str, str]:
 
 @dataclass(slots=True)
 class _Task:
-    """A shard to make, the samples to leave out, and the deaths of workers at each sample."""
+    """Shard to make, the samples to skip, and the deaths of workers at each sample."""
 
     number: int
     skip: dict[int, dict[str, Any]] = field(default_factory=dict)
@@ -221,29 +225,32 @@ class _Task:
 
 
 class _Queue:
-    """Shards to make: those that are handed back, and then ``numbers``, which are not listed at once."""
+    """Queue of shards: those that are handed back, and then ``numbers``, which are not listed at once."""
 
     def __init__(self, numbers: Collection[int]) -> None:
-        self._numbers, self._left = iter(numbers), len(numbers)
+        self._numbers, self._remaining = iter(numbers), len(numbers)
         self._back: list[_Task] = []
 
     def __len__(self) -> int:
-        return self._left + len(self._back)
+        return self._remaining + len(self._back)
 
     def pop(self) -> _Task:
+        """Remove and return the next shard."""
         if self._back:
             return self._back.pop()
-        self._left -= 1
+        self._remaining -= 1
         return _Task(next(self._numbers))
 
     def append(self, task: _Task) -> None:
+        """Hand back a shard."""
         self._back.append(task)
 
 
 class _Worker:
-    """A worker process as the pool sees it."""
+    """Worker process from the pool's side."""
 
     def __init__(self, request: Mapping[str, Any]) -> None:
+        """Start a process and send it the spec and the plan."""
         self.process = subprocess.Popen(  # this interpreter with our own code  # noqa: S603  # nosec B603
             [sys.executable, "-c", _CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0,
             env=environment(str(request["out"])), start_new_session=True,
@@ -259,11 +266,12 @@ class _Worker:
 
     @property
     def output(self) -> IO[bytes]:
+        """Standard output of the process."""
         assert self.process.stdout is not None
         return self.process.stdout
 
     def messages(self) -> list[dict[str, Any]] | None:
-        """Return the messages that have arrived, None at the end of the worker."""
+        """Return the messages that have arrived, None if the worker has ended."""
         data = os.read(self.output.fileno(), 1 << 20)
         if not data:
             return None
@@ -271,28 +279,31 @@ class _Worker:
         return [json.loads(line) for line in lines]
 
     def _send(self, message: Mapping[str, Any]) -> None:
+        """Send a message; a dead worker is noticed when reading."""
         assert self.process.stdin is not None
         with suppress(BrokenPipeError):
             self.process.stdin.write(json.dumps(message).encode() + b"\n")
 
     def give(self, task: _Task) -> None:
+        """Ask for a shard."""
         self.task, self.sample, self.heard = task, None, time.monotonic()
         self._send({"shard": task.number, "skip": task.skip})
 
     def evaluates(self, begins: bool) -> None:
-        """Note that the evaluation of a program begins or ends."""
+        """Record that the evaluation of a program begins or ends."""
         self._evaluates_since = (time.monotonic(), processor_seconds_of(self.process.pid)) if begins else None
 
     def is_late(self, seconds: float) -> bool:
-        """Return whether an evaluation exceeds its limit by far, so that the evaluator cannot end it."""
+        """Return whether an evaluation exceeds its limit by so much that the evaluator cannot end it."""
         if self._evaluates_since is None:
             return False
         start, spent = self._evaluates_since
         now = processor_seconds_of(self.process.pid)
-        is_busy = spent is not None and now is not None and now - spent > 2.0 * seconds + _GRACE
-        return is_busy or time.monotonic() - start > _SLOWEST * seconds + 60.0
+        is_busy = spent is not None and now is not None and now - spent > 2.0 * seconds + _GRACE_S
+        return is_busy or time.monotonic() - start > _MAX_SLOWDOWN * seconds + 60.0
 
     def end(self, number: int = signal.SIGTERM) -> None:
+        """Send a signal to the process."""
         with suppress(ProcessLookupError):
             self.process.send_signal(number)
 
@@ -304,6 +315,7 @@ class Pool:
     """
 
     def __init__(self, spec: Spec, plan: Plan, out: str, jobs: int, report: Report) -> None:
+        """Prepare the request that starts a worker."""
         self._limits, self._jobs, self._report = spec.limits, jobs, report
         data = {name: getattr(plan, name) for name in plan.__dataclass_fields__}
         self._request = {"text": spec.text, "name": spec.name, "folder": spec.folder, "out": out, "plan": data}
@@ -318,19 +330,21 @@ class Pool:
                 for _ in range(min(self._jobs, len(numbers))):
                     self._start(selector)
                 while self._workers:
-                    for key, _ in selector.select(_POLL):
+                    for key, _ in selector.select(_POLL_S):
                         yield from self._heard(selector, key.data)
                     self._watch()
             finally:
                 self._stop()
 
     def _start(self, selector: selectors.BaseSelector) -> None:
+        """Start a worker with the next shard."""
         worker = _Worker(self._request)
         self._workers.append(worker)
         selector.register(worker.output, selectors.EVENT_READ, worker)
         worker.give(self._waiting.pop())
 
     def _heard(self, selector: selectors.BaseSelector, worker: _Worker) -> Iterator[dict[str, Any]]:
+        """Handle the messages of a worker, or its end."""
         messages = worker.messages()
         if messages is None:
             self._lost(selector, worker)
@@ -341,6 +355,7 @@ class Pool:
     def _take(
         self, selector: selectors.BaseSelector, worker: _Worker, message: dict[str, Any]
     ) -> Iterator[dict[str, Any]]:
+        """Handle a message; yields the record of a committed shard."""
         worker.heard = time.monotonic()
         if "fatal" in message:
             raise SceneError(*message["fatal"])
@@ -358,6 +373,7 @@ class Pool:
                 self._dismiss(selector, worker)
 
     def _dismiss(self, selector: selectors.BaseSelector, worker: _Worker) -> None:
+        """End a worker that has no more shards."""
         selector.unregister(worker.output)
         self._workers.remove(worker)
         assert worker.process.stdin is not None
@@ -366,7 +382,7 @@ class Pool:
         worker.output.close()
 
     def _lost(self, selector: selectors.BaseSelector, worker: _Worker) -> None:
-        """Replace a worker that died; its shard is made again, without a sample that cannot be made."""
+        """Replace a worker that died; its shard is made again, without a sample that repeatedly kills workers."""
         task, sample = worker.task, worker.sample
         self._dismiss(selector, worker)
         if task is None:
@@ -374,13 +390,15 @@ class Pool:
         code = worker.process.returncode
         if sample is None:  # it died before its first sample, which another worker would do, too
             task.deaths[-1] += 1
-            if task.deaths[-1] >= _DEATHS:
+            if task.deaths[-1] >= _MAX_DEATHS:
                 raise SceneError("sample", f"workers end before they begin (exit status {code})")
         else:
             task.deaths[sample] += 1
             verdict = worker.verdict
-            if verdict is None and task.deaths[sample] >= _DEATHS:
-                verdict = Diagnostic("sample", f"the worker ended {_DEATHS} times at this sample (exit status {code})")
+            if verdict is None and task.deaths[sample] >= _MAX_DEATHS:
+                verdict = Diagnostic(
+                    "sample", f"the worker ended {_MAX_DEATHS} times at this sample (exit status {code})"
+                )
             if verdict is not None:
                 task.skip[sample] = failure_record(sample, verdict, of_machine=True)
         self._report({"lost": code, "shard": task.number})
@@ -401,8 +419,8 @@ class Pool:
                 worker.verdict = Diagnostic("memory", f"the sample exceeds {self._limits.memory:,} bytes of memory")
             elif worker.is_late(self._limits.seconds):
                 worker.verdict = Diagnostic("time", f"the program exceeds {self._limits.seconds:g} seconds")
-            elif now - worker.heard > _STALLED:
-                worker.verdict = Diagnostic("time", f"the sample takes more than {_STALLED:,.0f} seconds")
+            elif now - worker.heard > _STALLED_S:
+                worker.verdict = Diagnostic("time", f"the sample takes more than {_STALLED_S:,.0f} seconds")
             if worker.verdict is not None:
                 worker.end(signal.SIGKILL)
 
@@ -423,7 +441,7 @@ class Pool:
 def in_process(
     spec: Spec, plan: Plan, out: str, report: Report
 ) -> Callable[[Collection[int]], Iterator[dict[str, Any]]]:
-    """Return what makes shards in this process: for stores that no other process sees, and without hard limits."""
+    """Return a maker of shards in this process, without hard limits: for stores that other processes cannot see."""
     maker, store = Maker(spec, plan.classes), Store(out)
 
     def run(numbers: Collection[int]) -> Iterator[dict[str, Any]]:
@@ -435,15 +453,15 @@ def in_process(
 
 # --- Ray -------------------------------------------------------------------------------------------------------------
 
-_ACTOR_MEMORY = 500_000_000  # bytes that an actor asks for
-_IN_FLIGHT = 2  # shards that an actor has at a time, so that none waits for the driver
+_ACTOR_BYTES = 500_000_000  # that an actor reserves
+_MAX_SHARDS_PER_ACTOR = 2  # shards that an actor has at a time, so that none waits for the driver
 
 
-_MOST_NODES = 8  # in a message
+_MAX_LISTED_NODES = 8  # in a message
 _RAY_HINT = "`ray status` tells the address; a cluster with tokens needs RAY_AUTH_MODE=token in the environment"
 
 
-def _resources(given: Mapping[str, float]) -> str:
+def _resources(amounts: Mapping[str, float]) -> str:
     """Return resources of Ray as a text.
 
     Examples
@@ -451,7 +469,7 @@ def _resources(given: Mapping[str, float]) -> str:
     >>> _resources({"CPU": 1.0, "GPU": 0.5, "memory": 5e8})
     '1 CPU, 0.5 GPU and 500 MB'
     """
-    cpus, gpus, memory = (given.get(name, 0.0) for name in ("CPU", "GPU", "memory"))
+    cpus, gpus, memory = (amounts.get(name, 0.0) for name in ("CPU", "GPU", "memory"))
     return f"{cpus:g} CPU, {gpus:g} GPU and {memory / 1e6:,.0f} MB"
 
 
@@ -479,12 +497,13 @@ class RayActor:
 
 
 class RayPool:
-    """Actors on a Ray cluster that make shards; what dies is replaced, and its shards are made again.
+    """Actors on a Ray cluster that make shards; dead ones are replaced, and their shards are made again.
 
-    ``address`` is that of the cluster or "auto", ``gpus`` the share of a GPU that an actor asks for.
+    ``address`` is that of the cluster or "auto", ``gpus`` the share of a GPU that an actor reserves.
     """
 
     def __init__(self, spec: Spec, plan: Plan, out: str, address: str, gpus: float, report: Report) -> None:
+        """Connect to the cluster; raises SceneError("backend") if there is none or its nodes are too small."""
         ray = require("ray", "'scenelang[cluster]'")
         data = {name: getattr(plan, name) for name in plan.__dataclass_fields__}
         self._request = {"text": spec.text, "name": spec.name, "folder": spec.folder, "out": out, "plan": data}
@@ -495,16 +514,19 @@ class RayPool:
             except (ConnectionError, ValueError, RuntimeError) as error:
                 message = f"no Ray cluster at `{address}`: {str(error)[:200]}"
                 raise SceneError("backend", message, _RAY_HINT) from error
-        self._wanted = {"CPU": 1.0, "GPU": float(gpus), "memory": float(_ACTOR_MEMORY)}
-        options = {"num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_MEMORY}  # one processor: Ray gives it one thread
+        self._wanted = {"CPU": 1.0, "GPU": float(gpus), "memory": float(_ACTOR_BYTES)}
+        options = {"num_cpus": 1, "num_gpus": gpus, "memory": _ACTOR_BYTES}  # one processor: Ray gives it one thread
         self._kind = ray.remote(**options)(RayActor)
         self._check_resources()
         self._actors: dict[Any, int] = {}  # actors that run, with the number of shards that each has
-        self._starting: dict[Any, Any] = {}  # actors that may yet have to wait for a processor, by what tells
+        self._starting: dict[
+            Any, Any
+        ] = {}  # actors that may still wait for a processor, by the reference that is ready when they run
         self._false_starts = 0
         self._running: dict[Any, tuple[Any, _Task]] = {}
 
     def _fits(self, node: Mapping[str, float]) -> bool:
+        """Return whether a node has the resources of an actor."""
         return all(node.get(name, 0.0) >= amount for name, amount in self._wanted.items())
 
     def _nodes(self) -> list[Mapping[str, float]]:
@@ -512,10 +534,12 @@ class RayPool:
         return [node["Resources"] for node in self._ray.nodes() if node["Alive"]]
 
     def _check_resources(self) -> None:
-        """Raise SceneError("backend") if no node has what an actor asks for, which Ray would wait for silently."""
+        """Raise SceneError("backend") if no node has an actor's resources, for which Ray would wait silently."""
         nodes = self._nodes()
         if not any(map(self._fits, nodes)):
-            listed = "; ".join(map(_resources, nodes[:_MOST_NODES])) + ("; ..." if len(nodes) > _MOST_NODES else "")
+            listed = "; ".join(map(_resources, nodes[:_MAX_LISTED_NODES])) + (
+                "; ..." if len(nodes) > _MAX_LISTED_NODES else ""
+            )
             message = (
                 f"no node of the cluster has {_resources(self._wanted)} for a worker; it has {listed or 'no nodes'}"
             )
@@ -542,7 +566,7 @@ class RayPool:
             self._starting.clear()
 
     def _grow(self, shards: int) -> None:
-        """Have as many actors as the cluster has processors now, but no more than shards."""
+        """Start actors for the processors that the cluster has now, at most one per shard."""
         if not self._actors:
             self._check_resources()  # a node may have been lost
         wanted = min(shards, max(1, int(sum(node.get("CPU", 0.0) for node in self._nodes()))))
@@ -559,21 +583,22 @@ class RayPool:
             self._ray.get(reference)
         except self._ray.exceptions.RayError as error:
             self._false_starts += 1
-            if self._false_starts > _MOST_LOSSES:
+            if self._false_starts > _MAX_LOSSES:
                 raise SceneError("sample", f"workers cannot start on the cluster: {str(error)[:500]}") from error
         else:
             self._actors[actor] = 0
 
     def _hand_out(self, waiting: _Queue) -> None:
-        """Give shards to the actors that have the fewest, up to the most that one may have."""
-        while waiting and (free := [actor for actor, count in self._actors.items() if count < _IN_FLIGHT]):
-            actor = min(free, key=lambda each: self._actors[each])
+        """Give shards to the actors with the fewest, up to the maximum of each."""
+        while waiting and (free := [actor for actor, count in self._actors.items() if count < _MAX_SHARDS_PER_ACTOR]):
+            actor = min(free, key=self._actors.__getitem__)
             task = waiting.pop()
             skip = {number: dict(failure) for number, failure in task.skip.items()}
             self._running[actor.make.remote(task.number, skip)] = actor, task
             self._actors[actor] += 1
 
     def _take(self, reference: Any, waiting: _Queue) -> Iterator[dict[str, Any]]:
+        """Handle the result of a shard, or the loss of its actor; yields the record."""
         actor, task = self._running.pop(reference)
         try:
             record = self._ray.get(reference)
@@ -581,7 +606,7 @@ class RayPool:
             self._actors.pop(actor, None)
             self._report({"lost": str(error)[:200], "shard": task.number})
             task.deaths[-1] += 1
-            if task.deaths[-1] > _MOST_LOSSES:
+            if task.deaths[-1] > _MAX_LOSSES:
                 message = f"shard {task.number} was lost {task.deaths[-1]} times: {str(error)[:300]}"
                 raise SceneError("sample", message, "`--resume` goes on") from error
             waiting.append(task)
@@ -590,7 +615,7 @@ class RayPool:
             self._actors[actor] -= 1
         if "fatal" in record:
             raise SceneError(*record["fatal"])
-        failed = {each["key"]: each["code"] for each in record["failures"]}
+        failed = {failure["key"]: failure["code"] for failure in record["failures"]}
         for index in self._plan.samples(task.number):
             code = failed.get(key_of(index))
             self._report({"begin": index})

@@ -42,11 +42,11 @@ if TYPE_CHECKING:
     from scenelang.backends.language_models.catalogue import Usage
     from scenelang.backends.pictures.images import Image
 
-_MAX_TASK_LENGTH = 100_000  # characters
-_MAX_IMAGES = 20
-_TOKENS_OF_WORDS = 8_000
-_SIZE = 512
-_DRAFT_SIZE = 768
+_MAX_TASK_LENGTH = 100_000  # characters of a task
+_MAX_IMAGES = 20  # of a task
+_DESCRIPTION_TOKENS = 8_000  # of an answer that describes primitives
+_IMAGE_PX = 512  # of images that are sent to the model
+_DRAFT_PX = 768  # of the draft next to a program
 
 
 # --- tasks -----------------------------------------------------------------------------------------------------------
@@ -74,8 +74,10 @@ def task_of(
 
 
 def edit_task(source: Source, scene: SceneGraph, instruction: str, ablation: Ablation, seed: int) -> Task:
-    """Create the task of editing the program ``source`` of ``scene``. Raises SceneError if the source is not a program,
-    or the scene is too large for a list."""
+    """Create the task of editing the program ``source`` of ``scene``.
+
+    Raises SceneError if the source is not a program, or the scene is too large for a list.
+    """
     if is_scene_file(source):
         hint = "edit its source program instead, possibly with --ablate P"
         raise SceneError("unsupported", f"{source.name} is a flattened scene, not a program", hint)
@@ -151,7 +153,7 @@ def describer(settings: InferenceSettings, live: TextIO | None = None) -> Descri
     """Connect a describer of primitives to the model. Raises SceneError."""
     from scenelang.inference.brief import Prompts
 
-    settings = replace(settings, max_tokens=settings.max_tokens or _TOKENS_OF_WORDS)
+    settings = replace(settings, max_tokens=settings.max_tokens or _DESCRIPTION_TOKENS)
     client = settings.client()
     speaker = settings.speaker(client.model, Notation.PYTHON)
     return Describer(client, Prompts(settings.prompts_folder), speaker, LiveCount(live))
@@ -265,7 +267,7 @@ def draw_draft(scene: SceneGraph, program: Path, progress: Progress | None = Non
     """Render a scene next to its program, to a PNG, or to a GIF if it is animated. Returns the path."""
     from scenelang.backends.pictures.images import image_of, picture_options, video_of
 
-    size = _DRAFT_SIZE
+    size = _DRAFT_PX
     if scene.animated:
         video = video_of(scene, picture_options(size=(size // 2, size // 2)))
         return video.save(program.with_suffix(".gif"), progress=progress)
@@ -274,8 +276,7 @@ def draw_draft(scene: SceneGraph, program: Path, progress: Progress | None = Non
 
 @dataclass(frozen=True, slots=True)
 class SceneEdit:
-    """Effect of an edit: ``text`` is the unified diff of the programs as sent and as received, ``changes`` the changes
-    of the scene."""
+    """Effect of an edit: ``text`` is the unified diff of both programs, ``changes`` the changes of the scene."""
 
     text: str
     changes: Changes
@@ -283,8 +284,11 @@ class SceneEdit:
 
 @dataclass(frozen=True, slots=True)
 class Edited(Generic[AnyScene]):
-    """A program edited by a language model: ``diff`` and ``changes`` describe the edit, ``before`` is the original
-    scene, ``result`` the edited one. Nothing is overwritten before ``save`` or ``apply``."""
+    """Program edited by a language model.
+
+    ``diff`` and ``changes`` describe the edit, ``before`` is the original scene, ``result`` the edited one. No file is
+    overwritten before ``save`` or ``apply``.
+    """
 
     path: Path
     diff: str = field(repr=False)
@@ -327,6 +331,7 @@ def digest_of(path: Path) -> str:
 
 
 def _write(target: Path, text: str) -> Path:
+    """Write a program to a new or existing file, and return it."""
     if target.exists():
         rewrite(target, text)
         return target
@@ -406,21 +411,23 @@ def written_as(path: Path, task: Task, after: Verdict) -> str:
 def _in_response(path: Path, code: str) -> str:
     """Replace the code in the response that a file contains; a new file contains only the code."""
     text = path.read_text("utf-8") if path.exists() else ""
-    found = find_code(text)
-    if not text[: found.start].strip():
+    code_span = find_code(text)
+    if not text[: code_span.start].strip():
         return f"```python\n{code}```\n"
-    return text[: found.start] + code + text[found.end :]
+    return text[: code_span.start] + code + text[code_span.end :]
 
 
 def before_and_after(before: SceneGraph, after: SceneGraph) -> Image:
-    """Render both scenes side by side from one camera, which frames the larger one. Raises SceneError if a scene cannot
-    be rendered."""
+    """Render both scenes side by side from one camera, which frames the larger one.
+
+    Raises SceneError if a scene cannot be rendered.
+    """
     from scenelang.backends.pictures.camera import Viewpoint
     from scenelang.backends.pictures.images import image_of, picture_options
     from scenelang.backends.pictures.stage import still
 
     larger = max((before, after), key=_largest_side)
-    camera = still(larger, Viewpoint(), 0, _SIZE, _SIZE).camera
+    camera = still(larger, Viewpoint(), 0, _IMAGE_PX, _IMAGE_PX).camera
     middle = min(len(before.frames), len(after.frames)) // 2
     first, second = (
         image_of(scene, picture_options(camera, frame=middle if scene.animated else None)) for scene in (before, after)
@@ -429,6 +436,7 @@ def before_and_after(before: SceneGraph, after: SceneGraph) -> Image:
 
 
 def _largest_side(scene: SceneGraph) -> float:
+    """Return the longest side of a scene's box."""
     from scenelang.backends.pictures.stage import box_of
 
     low, high = box_of(scene)

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 EXPORTS = (".npz", ".safetensors", ".json")
-MAX_ROWS = 500
+MAX_ROWS = 500  # of a table
 _PICTURES = (".png", ".jpg", ".jpeg", ".webp")
 _NO_PLACE = "expected an embeddings file: --z FILE"
 _FINISHED = "set the embeddings of its source program instead"
@@ -97,9 +97,9 @@ class EmbeddingRow:
         """Return the row as JSON data."""
         from scenelang.interpreter.runtime.show import plain_attributes
 
-        found: dict[str, Any] = {"handle": f"<{self.handle}>", "word": self.word, "text": self.text}
-        found["attributes"] = plain_attributes(self.entity)
-        return found | ({"vectors": self.learned} if self.learned else {})
+        row: dict[str, Any] = {"handle": f"<{self.handle}>", "word": self.word, "text": self.text}
+        row["attributes"] = plain_attributes(self.entity)
+        return row | ({"vectors": self.learned} if self.learned else {})
 
     def __repr__(self) -> str:
         text = f": {self.text!r}" if self.text else ""
@@ -185,6 +185,7 @@ class Embeddings:
 
     @typed
     def __init__(self, path: str | Path | None) -> None:
+        """Refer to a file, without reading it."""
         object.__setattr__(self, "path", None if path is None else Path(path))
 
     # --- files -------------------------------------------------------------------------------------------------------
@@ -294,8 +295,8 @@ class Embeddings:
         if wording is not None:
             texts[wording.style] = wording.style_text
         texts |= {handle: entry.text for handle, entry in entries.items() if entry.text}
-        kept = wording.rows if wording is not None and template is None else ()
-        templates = {handle: row.template for row in kept for handle in row.handles}
+        stored_rows = wording.rows if wording is not None and template is None else ()
+        templates = {handle: row.template for row in stored_rows for handle in row.handles}
         return PromptContext(frozenset(vectors), texts, template or DEFAULT_TEMPLATE, templates), vectors
 
     # --- changes -----------------------------------------------------------------------------------------------------
@@ -351,14 +352,14 @@ class Embeddings:
         path = self.place()
         if text is None and not attributes and not clear and image is None and vectors is None:
             raise SceneError("value", "nothing to set", "give a text, attributes, vectors or an image")
-        given = _given_vectors(vectors)
+        array = _given_vectors(vectors)
         values = {key: _attribute_value(value) for key, value in (attributes or {}).items()}
         model_name, word = (
             _picture_word(Path(image), start, model, models or Models()) if image is not None else ("", None)
         )
         zfile.set_entry(path, name, text, values, clear)
-        if given is not None:
-            zfile.write_vectors(path, {name: given}, {name: Made("array", "Python", "", _now())})
+        if array is not None:
+            zfile.write_vectors(path, {name: array}, {name: Made("array", "Python", "", _now())})
         if word is not None and image is not None:
             zfile.write_vectors(
                 path, {name: word.vectors}, {name: Made("picture", Path(image).name, model_name, _now())}
@@ -449,12 +450,12 @@ class Embeddings:
     ) -> SceneWording:
         """Describe every primitive as ``words_of`` does, and store the descriptions for neural backends."""
         path = self.place()
-        found = self.words_of(scene, template=template, describe=describe, force=force, limit=limit)
-        stored.write_wording(path, found.wording)
-        return found
+        descriptions = self.words_of(scene, template=template, describe=describe, force=force, limit=limit)
+        stored.write_wording(path, descriptions.wording)
+        return descriptions
 
     def check_undescribed(self) -> None:
-        """Raise SceneError("value") if descriptions are stored already, before a language model is queried."""
+        """Raise SceneError("value") if descriptions are already stored, before a language model is queried."""
         if self.wording is not None:
             raise SceneError("value", "the scene is already described", "use --force to overwrite the descriptions")
 
@@ -509,11 +510,11 @@ class Embeddings:
         conditions = merge_conditions(leaf.condition for leaves in frames for leaf in leaves)
         chosen = models or Models()
         loaded = _clip(model, chosen)
-        found = encode_conditions(
+        encodings = encode_conditions(
             conditions, TextEncoder(loaded), tensors_of(vectors, chosen.resolve_device()), str(loaded.name)
         )
-        stored.write_encodings(path, found)
-        return found
+        stored.write_encodings(path, encodings)
+        return encodings
 
     @typed
     def similar(
@@ -526,13 +527,13 @@ class Embeddings:
         SceneError
             If the scene has not been encoded, or the handle is not part of it.
         """
-        kept = self.encodings
-        if kept is None:
+        encodings = self.encodings
+        if encodings is None:
             hint = "scenelang embeddings FILE encode"
             raise SceneError("value", "the scene has not been encoded", hint=hint)
-        query_vector, own = _query_vector(str(query), kept, models or Models())
-        best = [(i, cosine) for i, cosine in kept.nearest(query_vector) if i != own][:number]
-        rows = ((cosine, kept.rows[i]) for i, cosine in best)
+        query_vector, own_row = _query_vector(str(query), encodings, models or Models())
+        best = [(i, cosine) for i, cosine in encodings.nearest(query_vector) if i != own_row][:number]
+        rows = ((cosine, encodings.rows[i]) for i, cosine in best)
         return tuple(SimilarEmbedding(cosine, row.word, row.prompt, row.handles) for cosine, row in rows)
 
     @typed
@@ -633,6 +634,7 @@ def _attribute_value(value: Any) -> Any:
 
 
 def _given_vectors(vectors: npt.ArrayLike | None) -> npt.NDArray[np.float32] | None:
+    """Return vectors as a float32 array (K, width), None for none; raises SceneError."""
     if vectors is None:
         return None
     array = np.atleast_2d(np.ascontiguousarray(vectors, np.float32))
@@ -668,6 +670,7 @@ def _picture_word(image: Path, start: str | None, model: str | None, models: Mod
 
 
 def _clip(model: str | None, models: Models) -> ClipModel:
+    """Load the OpenCLIP model that embeddings are learned with."""
     from scenelang.backends.neural.clip import EMBEDDING_MODEL, ClipName, load_clip
 
     name = ClipName.parse(model) if model else EMBEDDING_MODEL
@@ -705,17 +708,19 @@ def _write_arrays(path: Path, ending: str, arrays: dict[str, Any], rows: dict[st
 
 
 def _counted(number: int, what: str) -> str:
+    """Return a number with its noun."""
     return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def _now() -> str:
+    """Return the current time in UTC, as provenance stores it."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 # --- tables ----------------------------------------------------------------------------------------------------------
 
 
-_SHOWN = 3  # maximum number of handles listed per row
+_MAX_LISTED_HANDLES = 3  # handles listed per row
 
 
 def rows_table(rows: Sequence[EmbeddingRow]) -> str:
@@ -727,13 +732,14 @@ def rows_table(rows: Sequence[EmbeddingRow]) -> str:
 
 
 def _row_cells(row: EmbeddingRow) -> tuple[str, ...]:
+    """Return the cells of a row of the table."""
     attributes = " ".join(f":{key} {show(value, 40)}" for key, value in row.attributes.items())
     return f"<{row.handle}>", row.word, row.text or "", attributes, row.learned
 
 
-def similar_table(found: Sequence[SimilarEmbedding]) -> str:
+def similar_table(results: Sequence[SimilarEmbedding]) -> str:
     """Format the results of ``Embeddings.similar``."""
-    cells = [(f"{row.cosine:.3f}", _some(row.handles, "({:,})"), row.prompt) for row in found]
+    cells = [(f"{row.cosine:.3f}", _some(row.handles, "({:,})"), row.prompt) for row in results]
     return table([("cosine", "handles", "prompt"), *cells], (True, False, False))
 
 
@@ -751,5 +757,5 @@ def wording_table(wording: Wording) -> str:
 
 def _some(handles: tuple[str, ...], rest: str) -> str:
     """List the first handles; ``rest`` is the format of the total number."""
-    shown = " ".join(f"<{handle}>" for handle in handles[:_SHOWN])
-    return shown if len(handles) <= _SHOWN else f"{shown} ... {rest.format(len(handles))}"
+    shown = " ".join(f"<{handle}>" for handle in handles[:_MAX_LISTED_HANDLES])
+    return shown if len(handles) <= _MAX_LISTED_HANDLES else f"{shown} ... {rest.format(len(handles))}"

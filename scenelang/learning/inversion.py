@@ -71,6 +71,7 @@ class RunFolder:
     start: str | Path | None = setting(None, "earlier run from which to reuse unchanged objects", metavar="DIR")
 
     def __post_init__(self) -> None:
+        """Raise SceneError for exclusive options."""
         if self.resume and self.force:
             raise SceneError("value", "`--resume` cannot be combined with `--force`")
         if self.resume and self.start is not None:
@@ -120,6 +121,7 @@ class PictureSubject:
     style_word: str = setting("photo", "word that initializes the style embedding (default photo)", metavar="TEXT")
 
     def __post_init__(self) -> None:
+        """Raise SceneError for exclusive options and empty words."""
         if self.whole and (self.text or self.mask):
             raise SceneError("value", "`--no-segment` cannot be combined with `--text` or `--mask`")
         if self.text and self.mask:
@@ -324,14 +326,14 @@ def invert(
     if before is not None:
         parts = _load_parts(work, before, targets)
     else:
-        parts, missing = _parts(work, _opened(pictures), targets, bool(entities), missing_ok)
+        parts, missing = _parts(work, _opened(pictures), targets, named=bool(entities), missing_ok=missing_ok)
     learned = tuple(LearnedPart(part.target.text, part.target.handles) for part in parts)
     if on_start is not None:
         on_start(InversionStart(learned, tuple(missing), work.folder))
     if not parts:
         return Inversion(work.z, work.folder, (), (), tuple(missing), float("nan"), float("nan"), True)
     styles = (style_handle(scene.graph),)
-    outcome = _learn(work, before, parts, styles, False, _step_callback(progress, on_step), stop)
+    outcome = _learn(work, before, parts, styles, _step_callback(progress, on_step), stop, style_only=False)
     return Inversion(
         work.z, work.folder, learned, styles, tuple(missing), outcome.before, outcome.after, outcome.finished
     )
@@ -387,14 +389,14 @@ def learn_style(
     if before is not None:
         parts = _load_parts(work, before, [target])
     else:
-        given = _opened(picture)
-        found = _found_parts(work, [target], [subject.text], given) if subject.text else None
-        parts = [_masked_part(work, target, given[0])] if found is None else found
+        inputs = _opened(picture)
+        detected = _found_parts(work, [target], [subject.text], inputs) if subject.text else None
+        parts = [_masked_part(work, target, inputs[0])] if detected is None else detected
         if not parts:
-            raise SceneError("value", f'no "{subject.text}" detected in {given[0].name}')
+            raise SceneError("value", f'no "{subject.text}" detected in {inputs[0].name}')
     if on_start is not None:
         on_start(InversionStart((LearnedPart(target.text, target.handles),), (), work.folder))
-    outcome = _learn(work, before, parts, target.handles, True, _step_callback(progress, on_step), stop)
+    outcome = _learn(work, before, parts, target.handles, _step_callback(progress, on_step), stop, style_only=True)
     return Inversion(work.z, work.folder, (), target.handles, (), outcome.before, outcome.after, outcome.finished)
 
 
@@ -457,6 +459,7 @@ def _work(
 
 
 def _targets(scene: LoadedScene, names: Sequence[str]) -> list[InversionTarget]:
+    """Return the entities to learn; raises SceneError for the root, and for entities that share an embedding."""
     from scenelang.backends.neural.inversion import named_parts, targets_named
 
     if not names:
@@ -483,10 +486,12 @@ def _styled(scene: LoadedScene, name: str | None) -> InversionTarget:
 
 def _check_replaced(work: _Work, handles: Sequence[str]) -> None:
     """Raise SceneError("value") if the style would overwrite embeddings learned by ``invert``."""
-    made = work.z.made
-    overwritten = next((handle for handle in handles if handle in made and made[handle].how != "style"), None)
+    provenance = work.z.made
+    overwritten = next(
+        (handle for handle in handles if handle in provenance and provenance[handle].how != "style"), None
+    )
     if overwritten is not None and not work.run.force and not work.run.resume:
-        message = f"<{overwritten}> already has an embedding, learned from {made[overwritten].source}"
+        message = f"<{overwritten}> already has an embedding, learned from {provenance[overwritten].source}"
         raise SceneError("value", message, hint="use --force to overwrite it")
 
 
@@ -508,49 +513,51 @@ def _opened(pictures: PictureSource) -> list[_Input]:
     """Open the input images; images that are not files are named by number."""
     from scenelang.backends.pictures.film import open_image
 
-    given = pictures if isinstance(pictures, (list, tuple)) else [pictures]
-    if not given:
+    sources = pictures if isinstance(pictures, (list, tuple)) else [pictures]
+    if not sources:
         raise SceneError("value", "expected at least one image")
     return [
-        _Input(Path(each).name, open_image(each))
-        if isinstance(each, (str, Path))
-        else _Input(f"picture {number}", each.convert("RGB"))
-        for number, each in enumerate(given, start=1)
+        _Input(Path(source).name, open_image(source))
+        if isinstance(source, (str, Path))
+        else _Input(f"picture {number}", source.convert("RGB"))
+        for number, source in enumerate(sources, start=1)
     ]
 
 
 def _parts(
-    work: _Work, given: Sequence[_Input], targets: Sequence[InversionTarget], named: bool, missing_ok: bool
+    work: _Work, inputs: Sequence[_Input], targets: Sequence[InversionTarget], *, named: bool, missing_ok: bool
 ) -> tuple[list[_Part], list[str]]:
-    """Locate the targets in the images. Returns the parts found and the texts of the missing ones; raises SceneError
-    if nothing is found, or an explicitly named target is missing."""
+    """Locate the targets in the images; return their parts, and the texts of the missing ones.
+
+    Raises SceneError if none is detected, or an explicitly named target is missing.
+    """
     if work.subject.whole or work.subject.mask:
-        return [_masked_part(work, targets[0], given[0])], []
+        return [_masked_part(work, targets[0], inputs[0])], []
     texts = [work.subject.text or target.text for target in targets]
-    parts = _found_parts(work, targets, texts, given)
-    seen = [part.target for part in parts]
-    missing = [text for target, text in zip(targets, texts, strict=True) if target not in seen]
+    parts = _found_parts(work, targets, texts, inputs)
+    detected = [part.target for part in parts]
+    missing = [text for target, text in zip(targets, texts, strict=True) if target not in detected]
     if missing and not missing_ok and (named or not parts):
         hint = "describe it with --text, or mark it with --mask"
-        names = ", ".join(each.name for each in given)
+        names = ", ".join(image.name for image in inputs)
         raise SceneError("value", f'no "{missing[0]}" detected in {names}', hint=hint)
     return parts, missing
 
 
-def _masked_part(work: _Work, target: InversionTarget, given: _Input) -> _Part:
+def _masked_part(work: _Work, target: InversionTarget, image: _Input) -> _Part:
     """Return the part shown by the mask file, or by the whole image without a mask."""
     import numpy as np
 
     from scenelang.backends.neural.grounding import crop_masked, random_grey, read_mask
 
-    width, height = given.picture.size
+    width, height = image.picture.size
     mask = work.subject.mask
-    shown = read_mask(Path(mask), width, height) if mask else np.ones((height, width), np.bool_)
-    return _Part(target, given.name, crop_masked(np.asarray(given.picture), shown, random_grey(work.settings.seed)))
+    region = read_mask(Path(mask), width, height) if mask else np.ones((height, width), np.bool_)
+    return _Part(target, image.name, crop_masked(np.asarray(image.picture), region, random_grey(work.settings.seed)))
 
 
 def _found_parts(
-    work: _Work, targets: Sequence[InversionTarget], texts: Sequence[str], given: Sequence[_Input]
+    work: _Work, targets: Sequence[InversionTarget], texts: Sequence[str], inputs: Sequence[_Input]
 ) -> list[_Part]:
     """Detect ``targets`` in the images by their ``texts``, and crop each from the image with the most confident
     detection."""
@@ -568,12 +575,12 @@ def _found_parts(
     detector = load_detector(work.networks.detector or DETECTOR, hub, device)
     segmenter = load_segmenter(work.networks.segmenter or SEGMENTER, hub, device)
     grounding, grey = Grounding(detector, segmenter), random_grey(work.settings.seed)
-    found = []
+    parts = []
     for target, text in zip(targets, texts, strict=True):
-        seen = find_object(grounding, [each.picture for each in given], text, grey)
-        if seen is not None:
-            found.append(_Part(target, given[seen[0]].name, seen[1]))
-    return found
+        detection = find_object(grounding, [image.picture for image in inputs], text, grey)
+        if detection is not None:
+            parts.append(_Part(target, inputs[detection[0]].name, detection[1]))
+    return parts
 
 
 def _load_parts(work: _Work, saved: SavedInversion, targets: Sequence[InversionTarget]) -> list[_Part]:
@@ -584,11 +591,12 @@ def _load_parts(work: _Work, saved: SavedInversion, targets: Sequence[InversionT
 
     parts = saved.config.get("parts")
     sources = {str(name): str(source) for name, source in parts.items()} if isinstance(parts, Mapping) else {}
-    found = [target for target in targets if target.name in sources]
-    if len(found) != len(sources):
+    saved_targets = [target for target in targets if target.name in sources]
+    if len(saved_targets) != len(sources):
         raise SceneError("value", f"the run in {work.folder} is for other entities", hint="use --force to overwrite it")
     return [
-        _Part(each, sources[each.name], np.asarray(open_image(_cut_file(work.folder, each.name)))) for each in found
+        _Part(target, sources[target.name], np.asarray(open_image(_cut_file(work.folder, target.name))))
+        for target in saved_targets
     ]
 
 
@@ -604,6 +612,7 @@ def _save_parts(folder: Path, parts: Sequence[_Part]) -> None:
 
 
 def _cut_file(folder: Path, name: str) -> Path:
+    """Return the file of a cropped training image."""
     return folder / f"{name.replace('*', '-')}.png"
 
 
@@ -615,13 +624,16 @@ def _learn(
     before: SavedInversion | None,
     parts: Sequence[_Part],
     styles: Sequence[str],
-    style_only: bool,
     on_step: Callable[[InversionProgress], None],
     stop: Callable[[], bool] | None,
+    *,
+    style_only: bool,
 ) -> InversionOutcome:
-    """Optimize the embeddings of ``parts`` and their common style. At the end, store each part's embedding for the
-    handles of its target, and the style for the handles ``styles``. With ``style_only``, the prompt uses the plain
-    class word instead of a learned embedding."""
+    """Optimize the embeddings of ``parts`` and their common style.
+
+    At the end, each part's embedding is stored for the handles of its target, and the style for the handles ``styles``.
+    With ``style_only``, the prompt uses the plain class word instead of a learned embedding.
+    """
     from scenelang.backends.files import new_folder
     from scenelang.backends.neural.diffusion import translate_out_of_memory
     from scenelang.backends.neural.diffusion_loading import MULTIVIEW_MODEL, load_any
@@ -632,7 +644,7 @@ def _learn(
         model = load_any(work.networks.model or MULTIVIEW_MODEL, work.models.hub(), work.models.resolve_device())
         words = {} if style_only else {p.target.name: work.subject.class_word or p.target.text for p in parts}
         words[STYLE] = work.subject.style_word
-        subjects = [_subject(work, part, model.size, style_only) for part in parts]
+        subjects = [_subject(work, part, model.size, style_only=style_only) for part in parts]
         initial = {name: initial_vector(model.text_encoder, word) for name, word in words.items()}
         config = run_config(work.settings, model.name, subjects, words)
         config["parts"] = {part.target.name: part.source for part in parts}
@@ -640,11 +652,12 @@ def _learn(
         trainer = InversionTrainer(model, subjects, initial, work.settings)
         outcome = run_steps(trainer, work.folder, config, before, on_step, stop or (lambda: False))
     if outcome.finished:
-        _store(work.z.place(), trainer.vectors(), parts, styles, model.name, style_only)
+        _store(work.z.place(), trainer.vectors(), parts, styles, model.name, style_only=style_only)
     return outcome
 
 
-def _subject(work: _Work, part: _Part, size: int, style_only: bool) -> LearnedSubject:
+def _subject(work: _Work, part: _Part, size: int, *, style_only: bool) -> LearnedSubject:
+    """Return a training image with its prompt; the style alone is learned with the plain class word."""
     import torch
 
     from scenelang.backends.neural.grounding import resize
@@ -670,18 +683,18 @@ def _step_callback(
 
 
 def _store(
-    z: Path, vectors: Mapping[str, Any], parts: Sequence[_Part], styles: Sequence[str], model: str, style_only: bool
+    z: Path, vectors: Mapping[str, Any], parts: Sequence[_Part], styles: Sequence[str], model: str, *, style_only: bool
 ) -> None:
     """Write the embeddings with their provenance to the embeddings file."""
     from scenelang.backends.neural.inversion import STYLE
 
     when = datetime.now(UTC).isoformat(timespec="seconds")
-    found, made = {}, {}
+    arrays, provenance = {}, {}
     for part in () if style_only else parts:
         for handle in part.target.handles:
-            found[handle] = vectors[part.target.name]
-            made[handle] = zfile.Made("inversion", part.source, model, when)
+            arrays[handle] = vectors[part.target.name]
+            provenance[handle] = zfile.Made("inversion", part.source, model, when)
     sources = ", ".join(dict.fromkeys(part.source for part in parts))
     for handle in styles:
-        found[handle], made[handle] = vectors[STYLE], zfile.Made("style", sources, model, when)
-    zfile.write_vectors(z, found, made)
+        arrays[handle], provenance[handle] = vectors[STYLE], zfile.Made("style", sources, model, when)
+    zfile.write_vectors(z, arrays, provenance)

@@ -44,8 +44,8 @@ Pixels = npt.NDArray[np.uint8]
 Warn = Callable[[Diagnostic], None]
 METHODS = ("regional", "gligen", "migc")
 SCHEDULERS = ("own", "ddim")
-_LAYOUT_SIZE = (512, 512)
-_MAX_IMAGES = 1000
+_LAYOUT_SIZE = (512, 512)  # width and height in pixels of a layout without a camera
+_MAX_IMAGES = 1000  # of one call
 
 
 # --- imagine: settings -----------------------------------------------------------------------------------------------
@@ -109,6 +109,7 @@ class ImagineSettings:
     )
 
     def __post_init__(self) -> None:
+        """Raise SceneError for numbers out of range and unknown names."""
         from scenelang.backends.neural.imagine.sampling import check_sampling
 
         if not 0.0 <= self.strength <= 1e6:
@@ -145,6 +146,7 @@ class SceneLayout:
 
     @property
     def size(self) -> Size:
+        """Width and height in pixels."""
         return self._shot_layout.layout.width, self._shot_layout.layout.height
 
     @property
@@ -388,14 +390,18 @@ def imagine_layout(
     <SceneLayout 96 x 64: 1 instances>
     """
     context, _ = Embeddings.of(scene, embeddings).prompt_context(template)
-    own = size or _own_size(camera, _LAYOUT_SIZE)
-    shot_layout = _shot_layout(scene, camera, own, frame, granularity, method, limit, warn or (lambda _: None))
+    image_size = size or _own_size(camera, _LAYOUT_SIZE)
+    shot_layout = _shot_layout(scene, camera, image_size, frame, granularity, method, limit, warn or (lambda _: None))
     prompts = shot_layout.prompts(context)
     return SceneLayout(shot_layout, shot_layout.conditions(prompts), prompts, scene_prompt(scene, prompt))
 
 
 def scene_prompt(scene: LoadedScene, prompt: str | None = None) -> str:
-    """Return the prompt of the whole scene: ``prompt``, else the head comment of the program, else the root's word."""
+    """Return the prompt of the whole scene: ``prompt``, else the program's first comment, else the root's word.
+
+    A line `; task: ...` of the comment takes precedence; otherwise its first sentence is used, which usually describes
+    the scene.
+    """
     from scenelang.backends.neural.descriptions import noun_of
     from scenelang.reference.primer import stated_task
 
@@ -427,6 +433,7 @@ def check_size(camera: View | None, size: Size | None) -> None:
 
 
 def _own_size(camera: View | None, default: Size) -> Size:
+    """Return the size of a placed camera, or the default."""
     return (camera.width, camera.height) if isinstance(camera, PlacedCamera) else default
 
 
@@ -440,6 +447,7 @@ def _shot_layout(
     limit: int,
     warn: Warn,
 ) -> ShotLayout:
+    """Return the layout of one image; raises SceneError for an invalid size."""
     from scenelang.backends.neural.imagine.sampling import max_instances_of, shot_layout_of
     from scenelang.backends.neural.prompts import Granularity
     from scenelang.backends.pictures.stage import still
@@ -450,6 +458,7 @@ def _shot_layout(
 
 
 def _checkpoint(settings: ImagineSettings, models: Models) -> Checkpoint:
+    """Load the checkpoint of the settings, by default that of the method."""
     from scenelang.backends.neural.imagine import layout, migc, sampling
 
     default = {"gligen": layout.DEFAULT_MODEL, "migc": migc.DEFAULT_MODEL}.get(settings.method, sampling.DEFAULT_MODEL)
@@ -717,13 +726,14 @@ def _reused(run: RunFolder, scene_groups: SceneGroups) -> dict[int, Any]:
         return {}
     from scenelang.backends.neural.distillation.run import load_checkpoint, unchanged_groups
 
-    found = unchanged_groups(load_checkpoint(Path(run.start)), scene_groups)
-    if len(found) == len(scene_groups.groups):
+    unchanged = unchanged_groups(load_checkpoint(Path(run.start)), scene_groups)
+    if len(unchanged) == len(scene_groups.groups):
         raise SceneError("value", f"nothing to optimize: all objects are unchanged since {run.start}")
-    return found
+    return unchanged
 
 
 def _teachers(networks: DistillationModels, models: Models, prompt: str, vectors: Mapping[str, Any]) -> Teachers:
+    """Load the diffusion models that supervise a distillation."""
     from scenelang.backends.neural.diffusion_loading import load_multiview
     from scenelang.backends.neural.distillation.training import Teachers
 
@@ -737,6 +747,7 @@ def _teachers(networks: DistillationModels, models: Models, prompt: str, vectors
 
 
 def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> DiffusionModel:
+    """Load the depth-conditioned model of the whole scene."""
     from scenelang.backends.neural.diffusion_loading import load_depth
 
     named: dict[str, Any] = {} if networks.scene_model is None else {"name": networks.scene_model}
@@ -745,9 +756,10 @@ def _scene_model(networks: DistillationModels, models: Models, dtype: Any) -> Di
 
 
 def _start(scene_groups: SceneGroups, trainer: DistillationTrainer, folder: Path) -> DistillationStart:
-    left = trainer.steps - trainer.step_number
+    """Return the summary of a run before its first step."""
+    remaining_steps = trainer.steps - trainer.step_number
     prompts = tuple(group.condition.plain for group in scene_groups.groups)
-    return DistillationStart(len(scene_groups.instances), trainer.learned, left, folder, prompts)
+    return DistillationStart(len(scene_groups.instances), trainer.learned, remaining_steps, folder, prompts)
 
 
 def _step_callback(

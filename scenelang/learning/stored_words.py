@@ -1,4 +1,9 @@
-"""Descriptions and encodings in an embeddings file (``files/zfile``), which evaluation does not read."""
+"""Descriptions and encodings in an embeddings file (``files/zfile``), which evaluation does not read.
+
+They are not entries of Z, because a text in an entry evaluates the call again with the merged embedding: with 2,000
+entries, a row of 1,000 equal pawns takes 0.54 s instead of 0.07 s and has 1,003 distinct entities instead of 4, and the
+time grows quadratically.
+"""
 
 from __future__ import annotations
 

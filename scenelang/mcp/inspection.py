@@ -1,6 +1,6 @@
-"""Tools that look at a scene: measures, instances, relations, contact sheets with overlays, and reference pictures.
+"""Tools that inspect a scene: measures, instances, relations, contact sheets with overlays, and reference images.
 
-They run in a worker, and are thin calls of the library.
+They run in a worker, and only call the library.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.geometry.arrangement import Arrangement, Thing, scene_relations
+from scenelang.backends.geometry.arrangement import Arrangement, PlacedObject, scene_relations
 from scenelang.backends.labels.maps import maps_of
 from scenelang.backends.pictures.images import Size, View, image_of, picture_options
 from scenelang.grammar.diagnostics import SceneError
@@ -37,15 +37,15 @@ Pixels = npt.NDArray[np.uint8]
 
 OVERLAYS = ("none", "word", "instance", "depth")
 CAMERAS = ("isometric", "azimuth=0,elevation=5", "azimuth=90,elevation=5", "top")
-MAX_CAMERAS = 6
-MAX_REFERENCE = 20_000_000  # bytes
-_SHEET = 1024  # pixels of the longer side of a sheet
-_REFERENCE_HEIGHT = 384  # pixels
-_LEGEND = 24  # entries
-_ROW = 14  # pixels of a line of the legend
-_SHARE = 0.6  # of an overlay, over the picture
-_THINGS = 20  # that are measured in one call
-_PAIRS = 400
+MAX_CAMERAS = 6  # of a contact sheet
+MAX_REFERENCE_BYTES = 20_000_000  # of a reference image
+_SHEET_PX = 1024  # longer side of a sheet
+_REFERENCE_HEIGHT_PX = 384  # of both images of a comparison
+_MAX_LEGEND_ENTRIES = 24  # entries
+_LEGEND_ROW_PX = 14  # line of the legend
+_OVERLAY_OPACITY = 0.6  # opacity of an overlay over the image
+_MAX_INSTANCES = 20  # instances that are listed in one call
+_MAX_PAIRS = 400  # of instances whose distance is measured in one call
 _SINGLE = ("supported", "symmetric", "evenly-spaced", "aligned")
 _DOUBLE = (
     "on", "inside", "touching", "clear-of", "facing", "above", "below", "left-of", "right-of", "in-front-of", "behind",
@@ -53,18 +53,22 @@ _DOUBLE = (
 
 
 def _api(result: Evaluated, project: Project) -> LoadedScene:
+    """Return the scene of an evaluation as a Python object."""
     return scene_from(LoadedScene, result, "<program>", Options(limits=project.limits, project=project.root))
 
 
 def _number(value: float) -> str:
+    """Return a number with five digits."""
     return f"{value + 0.0:.5g}"
 
 
 def _triple(values: Any) -> str:
+    """Return numbers as a vector of the language."""
     return "[" + " ".join(_number(float(x)) for x in values) + "]"
 
 
 def _rounded(values: Any) -> list[float]:
+    """Return numbers for JSON data, rounded."""
     return [round(float(x), 6) for x in values]
 
 
@@ -72,33 +76,38 @@ def _rounded(values: Any) -> list[float]:
 
 
 def query(project: Project, program: ProjectProgram, path: str, frame: int) -> ToolAnswer:
-    """Return the instances that a path means: poses, boxes, attributes and places in the text."""
+    """Return the instances that a path denotes: poses, boxes, attributes and lines of the text."""
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
+        """Return the answer for an evaluated scene."""
         number = frame_in(scene, frame)
         count = len(Locator(scene, number).find(path or "*"))
-        found = _api(result, project).instances(path or "*", number, _THINGS)
+        instances = _api(result, project).instances(path or "*", number, _MAX_INSTANCES)
         lines = [f"{count:,} instance{'s' * (count != 1)} of {path or '*'}"]
-        for each in found:
-            parts = [each.path, f"<{each.handle}>"]
-            parts.append(f"at {_triple(each.pose[:3, 3])}")
-            if each.box is not None:
-                parts.append(f"box {_triple(each.box[0])} to {_triple(each.box[1])}")
-            if each.attributes:
-                parts.append(" ".join(f":{name} {value}" for name, value in each.attributes.items())[:120])
-            places = [("defined", each.definition), ("made", each.place)]
-            parts += [f"{what} in line {span.source.position(span.start)[0]}" for what, span in places if span]
+        for instance in instances:
+            parts = [instance.path, f"<{instance.handle}>"]
+            parts.append(f"at {_triple(instance.pose[:3, 3])}")
+            if instance.box is not None:
+                parts.append(f"box {_triple(instance.box[0])} to {_triple(instance.box[1])}")
+            if instance.attributes:
+                parts.append(" ".join(f":{name} {value}" for name, value in instance.attributes.items())[:120])
+            places = [("defined", instance.definition), ("made", instance.place)]
+            parts += [f"{role} in line {span.source.position(span.start)[0]}" for role, span in places if span]
             lines.append("  ".join(parts))
-        left = count - len(found)
-        lines += [f"... and {left:,} more; name fewer, such as {path or '*'}[{len(found)}]"] if left else []
-        data: dict[str, Any] = {"ok": True, "count": count, "instances": [_with_rounded(each.data()) for each in found]}
-        return answer(lines, data | ({"instances_left_out": left} if left else {}))
+        omitted = count - len(instances)
+        lines += [f"... and {omitted:,} more; name fewer, such as {path or '*'}[{len(instances)}]"] if omitted else []
+        data: dict[str, Any] = {
+            "ok": True,
+            "count": count,
+            "instances": [_with_rounded(instance.data()) for instance in instances],
+        }
+        return answer(lines, data | ({"instances_left_out": omitted} if omitted else {}))
 
     return of_scene(project, program, reply)
 
 
 def _with_rounded(data: dict[str, Any]) -> dict[str, Any]:
-    """Return the data of an instance with its place instead of its whole pose, and short numbers."""
+    """Return the data of an instance with its position instead of its whole pose, and short numbers."""
     pose, box = data.pop("pose"), data["box"]
     data["at"] = _rounded(row[3] for row in pose)
     if any(abs(pose[i][j] - (i == j)) > 1e-9 for i in range(3) for j in range(3)):
@@ -111,112 +120,134 @@ def _with_rounded(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def measure(project: Project, program: ProjectProgram, a: str, b: str, that: Sequence[str], frame: int) -> ToolAnswer:
-    """Measure the scene, the things of a path, or two things; and test declarations."""
+    """Measure the scene, the instances of a path, or two paths; and test declarations."""
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
+        """Return the answer for an evaluated scene."""
         number = frame_in(scene, frame)
         data: dict[str, Any] = {"ok": True}
         lines: list[str] = []
-        here = Arrangement(scene, number)
+        arrangement = Arrangement(scene, number)
         if b and not a:
             raise SceneError("value", "`b` needs `a`, the thing that is compared with it")
-        _add_boxes(here, [name for name in (a, b) if name] or [""], lines, data)
+        _add_boxes(arrangement, [name for name in (a, b) if name] or [""], lines, data)
         if a and not b:
             _add_volume(_api(result, project), a, number, lines, data)
         if a and b:
-            _add_distance(here, a, b, lines, data)
-        stated = [f'({name} "{_quoted(a)}" "{_quoted(b)}")' for name in _DOUBLE] if b else []
-        stated += [f'({name} "{_quoted(a)}")' for name in _SINGLE] if a and not b else []
-        _add_relations(scene, project, [*that], stated, lines, data)
+            _add_distance(arrangement, a, b, lines, data)
+        declarations = [f'({name} "{_quoted(a)}" "{_quoted(b)}")' for name in _DOUBLE] if b else []
+        declarations += [f'({name} "{_quoted(a)}")' for name in _SINGLE] if a and not b else []
+        _add_relations(scene, project, [*that], declarations, lines, data)
         return answer(lines, data)
 
     return of_scene(project, program, reply)
 
 
 def _quoted(text: str) -> str:
+    """Return a text with backslashes and quotes escaped."""
     return text.replace("\\", "\\\\").replace('"', '\\"')
 
 
-def _things(here: Arrangement, name: str) -> list[Thing]:
-    """Return the things of a path; raises SceneError with a hint if there are none."""
-    found = here.things(name)
-    if not found:
-        Locator(here.scene, here.scene.frames.index(here.root)).find(name)  # raises, or it has no primitives
+def _instances_named(arrangement: Arrangement, name: str) -> list[PlacedObject]:
+    """Return the outermost instances of a path; raises SceneError with a hint if there are none."""
+    instances = arrangement.objects(name)
+    if not instances:
+        Locator(arrangement.scene, arrangement.scene.frames.index(arrangement.root)).find(
+            name
+        )  # raises, or it has no primitives
         raise SceneError("empty-scene", f"`{name}` has no geometry")
-    return found
+    return instances
 
 
-def _add_boxes(here: Arrangement, names: Sequence[str], lines: list[str], data: dict[str, Any]) -> None:
+def _add_boxes(arrangement: Arrangement, names: Sequence[str], lines: list[str], data: dict[str, Any]) -> None:
+    """Add the boxes of the instances of each path; an empty one is the whole scene."""
     boxes: list[dict[str, Any]] = []
     for name in names:
-        things = _things(here, name) if name else [here.thing(0)]
-        for thing in things[:_THINGS]:
-            low, high = here.box(thing)
-            path = here.path(thing)
+        instances = _instances_named(arrangement, name) if name else [arrangement.object_at(0)]
+        for instance in instances[:_MAX_INSTANCES]:
+            low, high = arrangement.box(instance)
+            path = arrangement.path(instance)
             lines.append(f"{path}: box {_triple(low)} to {_triple(high)}, size {_triple(high - low)}")
             boxes.append({"path": path, "box": [_rounded(low), _rounded(high)], "size": _rounded(high - low)})
-        if len(things) > _THINGS:
-            lines.append(f"... and {len(things) - _THINGS:,} more of `{name}`")
+        if len(instances) > _MAX_INSTANCES:
+            lines.append(f"... and {len(instances) - _MAX_INSTANCES:,} more of `{name}`")
     data["boxes"] = boxes
 
 
 def _add_volume(scene: LoadedScene, path: str, frame: int, lines: list[str], data: dict[str, Any]) -> None:
+    """Add volume, surface and centroid, or the reason why they are unknown."""
     try:
-        found = scene.measure(path, frame)
+        measures = scene.measure(path, frame)
     except SceneError as error:
         lines.append(f"no volume: {error.message}")
         return
-    lines.append(f"volume {_number(found.volume)}, surface {_number(found.area)}, centre {_triple(found.centroid)}")
-    data |= {"volume": round(found.volume, 9), "area": round(found.area, 9), "centroid": _rounded(found.centroid)}
+    lines.append(
+        f"volume {_number(measures.volume)}, surface {_number(measures.area)}, centre {_triple(measures.centroid)}"
+    )
+    data |= {
+        "volume": round(measures.volume, 9),
+        "area": round(measures.area, 9),
+        "centroid": _rounded(measures.centroid),
+    }
 
 
-def _add_distance(here: Arrangement, a: str, b: str, lines: list[str], data: dict[str, Any]) -> None:
-    """Add the distance, or the depth of the overlap, of the nearest pair of things."""
-    first, second = _things(here, a), _things(here, b)
-    pairs = [(one, other) for one in first for other in second if one.instance != other.instance]
-    if len(pairs) > _PAIRS:
+def _add_distance(arrangement: Arrangement, a: str, b: str, lines: list[str], data: dict[str, Any]) -> None:
+    """Add the distance, or the penetration depth, of the nearest pair of instances."""
+    first, second = _instances_named(arrangement, a), _instances_named(arrangement, b)
+    pairs = [
+        (a_instance, b_instance)
+        for a_instance in first
+        for b_instance in second
+        if a_instance.instance != b_instance.instance
+    ]
+    if len(pairs) > _MAX_PAIRS:
         raise SceneError("primitives", f"{len(pairs):,} pairs are too many to measure; name fewer, such as `{a}[0]`")
-    found = [(pair, separation) for pair in pairs if (separation := here.separation(*pair)) is not None]
-    if not found:
+    separations = [(pair, separation) for pair in pairs if (separation := arrangement.separation(*pair)) is not None]
+    if not separations:
         lines.append("there is no second thing with a solid part to measure")
         return
-    (one, other), nearest = min(found, key=lambda each: each[1].distance)
-    names = f"{here.path(one)} and {here.path(other)}"
-    low, high = here.box(one)
-    under, over = here.box(other)
+    (a_instance, b_instance), nearest = min(separations, key=lambda candidate: candidate[1].distance)
+    names = f"{arrangement.path(a_instance)} and {arrangement.path(b_instance)}"
+    low, high = arrangement.box(a_instance)
+    under, over = arrangement.box(b_instance)
     gaps = np.maximum(low - over, under - high)
-    what = (
+    relation = (
         f"overlap by {_number(-nearest.distance)}" if nearest.distance < 0 else f"distance {_number(nearest.distance)}"
     )
-    lines.append(f"{names}: {what}; clearance of the boxes along x y z {_triple(gaps)}")
+    lines.append(f"{names}: {relation}; clearance of the boxes along x y z {_triple(gaps)}")
     data |= {
-        "nearest": [here.path(one), here.path(other)],
+        "nearest": [arrangement.path(a_instance), arrangement.path(b_instance)],
         "distance": round(nearest.distance, 9),
         "clearance": _rounded(gaps),
-        "centres": _rounded(here.center(other) - here.center(one)),
+        "centres": _rounded(arrangement.center(b_instance) - arrangement.center(a_instance)),
     }
-    lines.append(f"from centre to centre {_triple(here.center(other) - here.center(one))}")
+    lines.append(f"from centre to centre {_triple(arrangement.center(b_instance) - arrangement.center(a_instance))}")
 
 
 def _add_relations(
-    scene: Scene, project: Project, asked: Sequence[str], usual: Sequence[str], lines: list[str], data: dict[str, Any]
+    scene: Scene,
+    project: Project,
+    requested: Sequence[str],
+    usual: Sequence[str],
+    lines: list[str],
+    data: dict[str, Any],
 ) -> None:
-    """Add which declarations hold, and how far the asked ones are from holding."""
+    """Add which declarations hold, and how far the requested ones are from holding."""
     from scenelang.backends.geometry.relations import violations
 
     session = Session(Options(limits=project.limits, project=project.root))
     results: list[dict[str, Any]] = []
-    for text in [*asked, *usual]:
-        stated = declarations_of(session, text)
+    for text in [*requested, *usual]:
+        declarations = declarations_of(session, text)
         try:
-            failed = violations(scene, stated, partial(_is_among, stated))
+            failed = violations(scene, declarations, partial(_is_among, declarations))
         except SceneError as error:
-            if text in asked:
+            if text in requested:
                 raise
             lines.append(f"{text}: {error.message}")
             continue
-        if failed and text in asked:
-            worst = max(failed, key=lambda each: each.amount)
+        if failed and text in requested:
+            worst = max(failed, key=lambda violation: violation.amount)
             move = f"; {_triple(worst.move)} would fix it" if worst.move is not None else ""
             lines.append(f"{text}: no, {worst.message}{move}")
             moved = {"move": _rounded(worst.move)} if worst.move is not None else {}
@@ -226,16 +257,17 @@ def _add_relations(
             results.append({"that": text, "holds": True})
         else:
             results.append({"that": text, "holds": False})
-    false = [each["that"] for each in results if not each["holds"] and each["that"] not in asked]
-    if false:
-        lines.append(f"do not hold: {', '.join(text.split(' ')[0].strip('(') for text in false)}")
+    failed_texts = [result["that"] for result in results if not result["holds"] and result["that"] not in requested]
+    if failed_texts:
+        lines.append(f"do not hold: {', '.join(text.split(' ')[0].strip('(') for text in failed_texts)}")
     if results:
-        data["holds"] = [each["that"] for each in results if each["holds"]]
-        data["fails"] = [each for each in results if not each["holds"] and each["that"] in asked]
+        data["holds"] = [result["that"] for result in results if result["holds"]]
+        data["fails"] = [result for result in results if not result["holds"] and result["that"] in requested]
 
 
-def _is_among(stated: Sequence[Declaration], declaration: Declaration) -> bool:
-    return any(declaration is each for each in stated)
+def _is_among(declarations: Sequence[Declaration], declaration: Declaration) -> bool:
+    """Return whether a declaration is one of several, by identity."""
+    return any(declaration is other for other in declarations)
 
 
 def _pixels(scene: Scene, camera: View | None, size: Size, frame: int) -> Pixels:
@@ -245,16 +277,17 @@ def _pixels(scene: Scene, camera: View | None, size: Size, frame: int) -> Pixels
 
 
 def related(project: Project, program: ProjectProgram, words: Sequence[str], frame: int) -> ToolAnswer:
-    """Return what is on, inside of, touching or overlapping what."""
+    """Return the pairs of objects that are on, inside, touching or overlapping each other."""
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
-        found = scene_relations(scene, set(words) or None, frame_in(scene, frame))
+        """Return the answer for an evaluated scene."""
+        relations = scene_relations(scene, set(words) or None, frame_in(scene, frame))
         lines = [
             f"{r.subject_word} <{r.subject}> {r.relation} {r.other_word} <{r.other}>"
             + (f" by {_number(-r.distance)}" if r.relation == "overlapping" else "")
-            for r in found
+            for r in relations
         ]
-        data = [[r.subject_word, r.subject, r.relation, r.other_word, r.other] for r in found]
+        data = [[r.subject_word, r.subject, r.relation, r.other_word, r.other] for r in relations]
         return answer(lines or ["nothing touches anything"], {"ok": True, "relations": data})
 
     return of_scene(project, program, reply)
@@ -265,8 +298,11 @@ def related(project: Project, program: ProjectProgram, words: Sequence[str], fra
 
 @dataclass(frozen=True, slots=True)
 class SheetView:
-    """What a contact sheet shows: cameras, an overlay, a frame, the path of a part (empty: everything), and the side of
-    each picture in pixels."""
+    """Contents of a contact sheet.
+
+    These are cameras, an overlay, a frame, the path of a part (empty: the whole scene), and the side of each image in
+    pixels.
+    """
 
     cameras: tuple[str, ...] = CAMERAS
     overlay: str = "none"
@@ -283,9 +319,10 @@ def views(project: Project, program: ProjectProgram, view: SheetView) -> ToolAns
         raise _wrong(f"expected 1 to {MAX_CAMERAS} cameras, got {len(view.cameras)}")
     cameras = [camera_in(project, camera) for camera in view.cameras]
     columns = min(len(cameras), 3 if len(cameras) > 4 else 2)
-    side = min(view.side, _SHEET // columns)
+    side = min(view.side, _SHEET_PX // columns)
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
+        """Return the answer for an evaluated scene."""
         frame = frame_in(scene, view.frame)
         sheet = _Sheet(_api(result, project), scene, frame, view)
         cells = [sheet.cell(camera, (side, side)) for camera in cameras]
@@ -298,25 +335,27 @@ def views(project: Project, program: ProjectProgram, view: SheetView) -> ToolAns
 
 
 def _wrong(message: str) -> Exception:
+    """Return the error for an invalid call."""
     from scenelang.mcp.tools import WrongArguments
 
     return WrongArguments(message)
 
 
 class _Sheet:
-    """Pictures of a scene with an overlay, and the legend of its colours."""
+    """Images of a scene with an overlay, and the legend of its colors."""
 
     def __init__(self, api: LoadedScene, scene: Scene, frame: int, view: SheetView) -> None:
+        """Select the part of the view; paths in the legend remain those of the whole scene."""
         self._scene = api.part(view.part) if view.part else api
         self._frame, self._overlay = frame, view.overlay
         self._locator = Locator(scene, frame)
-        found = list(outermost(self._locator.find(view.part))) if view.part else []
-        self._origins = [each.positions for each in found if each.positions]
+        roots = list(outermost(self._locator.find(view.part))) if view.part else []
+        self._origins = [root.positions for root in roots if root.positions]
         self._legend: dict[str, tuple[int, int, int]] = {}
         self._depths: list[tuple[float, float]] = []
 
     def cell(self, camera: Any, size: tuple[int, int]) -> Pixels:
-        """Draw one picture."""
+        """Draw one image."""
         if self._overlay == "none":
             return _pixels(self._scene.graph, camera, size, self._frame)
         maps = maps_of(self._scene.graph, picture_options(camera, size, frame=self._frame))
@@ -324,45 +363,46 @@ class _Sheet:
             return self._depth(maps["depth"])
         picture = maps["color"].astype(np.float64)
         for mask, name in self._masks(maps):
-            picture[mask] = (1.0 - _SHARE) * picture[mask] + _SHARE * np.array(self._color(name))
+            picture[mask] = (1.0 - _OVERLAY_OPACITY) * picture[mask] + _OVERLAY_OPACITY * np.array(self._color(name))
         return picture.astype(np.uint8)
 
     def _masks(self, maps: Any) -> list[tuple[npt.NDArray[np.bool_], str]]:
-        """Return the pixels of each visible word or thing, with its name."""
-        from scenelang.backends.labels.things import things_of
+        """Return the pixels of each visible word or object, with its name."""
+        from scenelang.backends.labels.object_labels import objects_of
 
         truth = maps.truth
-        things = things_of(truth)
-        found = []
-        for number, instance in enumerate(things.shown.tolist(), 1):
-            mask = things.ids == number
+        objects = objects_of(truth)
+        masks = []
+        for number, instance in enumerate(objects.shown.tolist(), 1):
+            mask = objects.ids == number
             if mask.any():
                 entity = truth.ancestry.entity(instance)
                 name = entity.word if self._overlay == "word" else self._path(truth.ancestry.path(instance))
-                found.append((mask, name))
-        return found
+                masks.append((mask, name))
+        return masks
 
     def _path(self, positions: tuple[int, ...]) -> str:
-        """Return the path in the scene of an instance of the picture."""
+        """Return the path in the scene of an instance of the image."""
         if self._origins and positions:
             positions = (*self._origins[positions[0]], *positions[1:])
         return self._locator.path(positions)
 
     def _color(self, name: str) -> tuple[int, int, int]:
+        """Return the color of a name; a golden-ratio sequence of hues keeps successive colors apart."""
         if name not in self._legend:
-            hue = (0.61803398875 * len(self._legend)) % 1.0  # far from those before
+            hue = (0.61803398875 * len(self._legend)) % 1.0
             r, g, b = colorsys.hsv_to_rgb(hue, 0.85, 1.0 if len(self._legend) % 2 else 0.75)
             self._legend[name] = (int(255 * r), int(255 * g), int(255 * b))
         return self._legend[name]
 
     def _depth(self, depth: npt.NDArray[np.float64]) -> Pixels:
-        """Draw near as white and far as dark grey, on black."""
-        seen = np.isfinite(depth)
-        if not seen.any():
+        """Draw near as white and far as dark gray, on black."""
+        is_visible = np.isfinite(depth)
+        if not is_visible.any():
             return np.zeros((*depth.shape, 3), np.uint8)
-        near, far = float(depth[seen].min()), float(depth[seen].max())
+        near, far = float(depth[is_visible].min()), float(depth[is_visible].max())
         self._depths.append((near, far))
-        shade = np.where(seen, 255.0 - 205.0 * (depth - near) / max(far - near, 1e-12), 0.0)
+        shade = np.where(is_visible, 255.0 - 205.0 * (depth - near) / max(far - near, 1e-12), 0.0)
         return np.repeat(np.nan_to_num(shade)[:, :, None], 3, axis=2).astype(np.uint8)
 
     def legend_lines(self) -> list[str]:
@@ -371,53 +411,58 @@ class _Sheet:
             return [f"view {k}: white is {near:.4g} from the camera, dark grey {far:.4g}"
                     for k, (near, far) in enumerate(self._depths, 1)]  # fmt: skip
         names = [f"{name} #{r:02x}{g:02x}{b:02x}" for name, (r, g, b) in self._legend.items()]
-        left = len(names) - _LEGEND
-        return [*names[:_LEGEND], *([f"... and {left:,} more colours"] if left > 0 else [])]
+        left = len(names) - _MAX_LEGEND_ENTRIES
+        return [*names[:_MAX_LEGEND_ENTRIES], *([f"... and {left:,} more colours"] if left > 0 else [])]
 
     def png(self, cells: Sequence[Pixels], columns: int, labels: Sequence[str]) -> bytes:
-        """Return the sheet with the cameras above the pictures and the legend below."""
+        """Return the sheet with the cameras above the images and the legend below."""
         from PIL import Image, ImageDraw
 
         height, width = cells[0].shape[:2]
         rows = -(-len(cells) // columns)
-        names = list(self._legend.items())[:_LEGEND]
+        names = list(self._legend.items())[:_MAX_LEGEND_ENTRIES]
         per_row = max(1, columns * width // 160)
-        below = _ROW * -(-len(names) // per_row)
-        sheet = Image.new("RGB", (columns * width, rows * (height + _ROW) + below), "white")
+        below = _LEGEND_ROW_PX * -(-len(names) // per_row)
+        sheet = Image.new("RGB", (columns * width, rows * (height + _LEGEND_ROW_PX) + below), "white")
         draw = ImageDraw.Draw(sheet)
         for k, cell in enumerate(cells):
-            x, y = k % columns * width, k // columns * (height + _ROW)
+            x, y = k % columns * width, k // columns * (height + _LEGEND_ROW_PX)
             draw.text((x + 3, y + 1), _ascii(labels[k])[: width // 6], fill="black")
-            sheet.paste(Image.fromarray(np.ascontiguousarray(cell)), (x, y + _ROW))
+            sheet.paste(Image.fromarray(np.ascontiguousarray(cell)), (x, y + _LEGEND_ROW_PX))
         for k, (name, color) in enumerate(names):
-            x, y = k % per_row * (columns * width // per_row), rows * (height + _ROW) + k // per_row * _ROW
+            x, y = (
+                k % per_row * (columns * width // per_row),
+                rows * (height + _LEGEND_ROW_PX) + k // per_row * _LEGEND_ROW_PX,
+            )
             draw.rectangle((x + 3, y + 2, x + 12, y + 11), fill=color)
             draw.text((x + 16, y + 1), _ascii(name)[:22], fill="black")
         return _png(sheet)
 
 
 def _ascii(text: str) -> str:
+    """Return a text with other characters replaced, which the font lacks."""
     return text.encode("ascii", "replace").decode("ascii")
 
 
 def _png(image: Any) -> bytes:
+    """Return an image as PNG."""
     stream = io.BytesIO()
     image.save(stream, "PNG")
     return stream.getvalue()
 
 
-# --- reference pictures ----------------------------------------------------------------------------------------------
+# --- reference images ----------------------------------------------------------------------------------------------
 
 
 def compare(
     project: Project, program: ProjectProgram, reference: str, camera: str, frame: int, score: bool = False
 ) -> ToolAnswer:
-    """Draw the scene beside a picture of the project; with ``score`` also how similar they are for CLIP."""
+    """Draw the scene next to an image of the project; with ``score``, also their CLIP similarity."""
     from scenelang.backends.pictures.film import open_image
 
     file = project.file(reference)
-    if file.stat().st_size > MAX_REFERENCE:
-        raise _wrong(f"the picture exceeds {MAX_REFERENCE:,} bytes")
+    if file.stat().st_size > MAX_REFERENCE_BYTES:
+        raise _wrong(f"the picture exceeds {MAX_REFERENCE_BYTES:,} bytes")
     placed = camera_in(project, camera)
     try:
         wanted = open_image(file)
@@ -425,10 +470,11 @@ def compare(
         raise _wrong(error.message.replace(str(project.root), ".")) from None
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
+        """Return the answer for an evaluated scene."""
         from PIL import Image
 
         number = frame_of(scene, frame)
-        height = _REFERENCE_HEIGHT
+        height = _REFERENCE_HEIGHT_PX
         width = int(np.clip(round(wanted.width * height / max(wanted.height, 1)), 128, 640))
         ours = Image.fromarray(_pixels(scene, placed, (width, height), number))
         sheet = Image.new("RGB", (2 * width, height), "white")
@@ -441,7 +487,7 @@ def compare(
 
 
 def _score(wanted: Any, ours: Any) -> str:
-    """Return the similarity of two pictures for CLIP, or why there is none."""
+    """Return the CLIP similarity of two images, or why it is unknown."""
     if find_spec("open_clip") is None or find_spec("torch") is None:
         return "no score: CLIP is not installed"
     try:

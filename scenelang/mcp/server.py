@@ -58,10 +58,10 @@ _INSTRUCTIONS = (
 _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
 _EDITS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempotent_hint=False, open_world_hint=False)
 _WRITES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_hint=True, open_world_hint=False)
-_MAX_ARGUMENT_LENGTH = 4_000  # characters, for arguments other than programs
+_MAX_ARGUMENT_LENGTH = 4_000  # characters, of arguments other than programs
 _PROGRAMS = ("program", "program_a", "program_b", "text", "old", "new")
-_MAX_DECLARATIONS = 50
-_MAX_REPAIR = 60.0  # effort
+_MAX_DECLARATIONS = 50  # of a call
+_MAX_REPAIR_EFFORT = 60.0  # effort of a call
 
 Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
 Ask = Callable[..., Awaitable[Any]]
@@ -127,8 +127,8 @@ class SceneServer(MCPServer[Any]):
 
 
 def _encodable(result: CallToolResult) -> CallToolResult:
-    """Return a result without halves of surrogate pairs, as in file names that are no UTF-8: JSON cannot have them."""
-    texts = [each.text for each in result.content if isinstance(each, TextContent)]
+    """Return a result without lone surrogates, such as in file names that are not UTF-8: JSON cannot encode them."""
+    texts = [block.text for block in result.content if isinstance(block, TextContent)]
     if not any(map(_HALF.search, [*texts, json.dumps(result.structured_content, ensure_ascii=False)])):
         return result
     data: Any = json.loads(
@@ -168,8 +168,8 @@ def _reason(error: ToolError) -> tuple[str, str]:
     """Return a failure as one line, and the name of its diagnostic: invalid arguments by name, no tracebacks."""
     cause = error.__cause__
     if isinstance(cause, ValidationError):
-        wrong = (f"`{'.'.join(map(str, each['loc']))}`: {each['msg']}" for each in cause.errors()[:5])
-        return "; ".join(wrong), "value"
+        problems = (f"`{'.'.join(map(str, problem['loc']))}`: {problem['msg']}" for problem in cause.errors()[:5])
+        return "; ".join(problems), "value"
     if isinstance(cause, WrongArguments):
         return str(cause), cause.name
     if isinstance(cause, SceneError):
@@ -180,7 +180,7 @@ def _reason(error: ToolError) -> tuple[str, str]:
 
 
 def _failed(message: str, name: str) -> CallToolResult:
-    """Return the result of a call that makes no sense: one line with its code, and the diagnostic as data."""
+    """Return the result of an invalid call: one line with its code, and the diagnostic as data."""
     line = clipped(message).replace("\n", " ")
     diagnostic = Diagnostic(name if name in CODES else "value", line)
     data = {key: value for key, value in to_json(diagnostic).items() if value not in (None, [], "")}
@@ -248,9 +248,10 @@ def build_server(project: Project, version: str, worker: Worker, writer: Worker 
 
 
 class Bench:
-    """What the tools of a server share: the project, the workers, of which one runs at a time, and the sessions."""
+    """Shared state of a server's tools: the project, the workers, of which one runs at a time, and the sessions."""
 
     def __init__(self, project: Project, worker: Worker, writer: Worker | None) -> None:
+        """Start without sessions."""
         self.project = project
         self.sessions = Workbench()
         self._worker, self._writer = worker, writer
@@ -284,18 +285,18 @@ class Bench:
     ) -> CallToolResult:
         """Return the answer about a session that changed, with what a check finds."""
         is_empty = not draft.text.strip()
-        found = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
-        if isinstance(found, ToolAnswer):
-            return _result(found)
-        errors, findings = found
-        told, _ = tools.diagnosed(findings[:3])
-        left = [f"... and {len(findings) - 3} more findings"] if len(findings) > 3 else []
+        checked = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
+        if isinstance(checked, ToolAnswer):
+            return _result(checked)
+        errors, findings = checked
+        finding_lines, _ = tools.diagnosed(findings[:3])
+        omitted = [f"... and {len(findings) - 3} more findings"] if len(findings) > 3 else []
         warnings = len(findings) - errors
         counted = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
         state = {"ok": True, **draft.state(), "errors": errors, "warnings": warnings, **(data or {})}
         if findings:
             state["findings"] = workbench.findings_data(findings)
-        return _result(tools.answer([*lines, f"check: {counted}", *told, *left], state))
+        return _result(tools.answer([*lines, f"check: {counted}", *finding_lines, *omitted], state))
 
     async def rewrite(self, draft: WorkingProgram, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
         """Run a tool that returns a new program, put that into the session, and return the answer about it.
@@ -303,19 +304,21 @@ class Bench:
         Raises WrongArguments if another call has changed the session meanwhile.
         """
         base = draft.text
-        found = await self.ask(tool, draft.program(), *arguments)
-        if found.program is None:
-            return _result(found)
+        rewritten = await self.ask(tool, draft.program(), *arguments)
+        if rewritten.program is None:
+            return _result(rewritten)
         if draft.text != base:
             raise WrongArguments(f"`{draft.name}` was changed while the program was edited; call again")
-        draft.set(found.program)
-        return await self.changed(draft, found.text.splitlines(), {**(found.data or {}), **draft.state()})
+        draft.set(rewritten.program)
+        return await self.changed(draft, rewritten.text.splitlines(), {**(rewritten.data or {}), **draft.state()})
 
 
-# --- tools that look -------------------------------------------------------------------------------------------------
+# --- tools that inspect ----------------------------------------------------------------------------------------------
 
 
 def _add_facts(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that check, evaluate, count and compare programs."""
+
     @server.tool(annotations=_READS)
     async def check(
         program: Text = "",
@@ -365,11 +368,13 @@ def _add_facts(server: SceneServer, bench: Bench) -> None:
         if not draft.saved or not lines.text:
             return _result(ToolAnswer(lines.text or "nothing changed", {**lines.data, **draft.state()}))
         before = ProjectProgram(draft.saved, "", "", draft.path)
-        found = await bench.ask(tools.diff, before, draft.program(), tolerance)
-        return _result(ToolAnswer(f"{lines.text}\n{found.text}", {**(found.data or {}), **draft.state()}))
+        changes = await bench.ask(tools.diff, before, draft.program(), tolerance)
+        return _result(ToolAnswer(f"{lines.text}\n{changes.text}", {**(changes.data or {}), **draft.state()}))
 
 
 def _add_pictures(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that render."""
+
     @server.tool(annotations=_READS)
     async def render(
         program: Text = "",
@@ -415,6 +420,8 @@ def _add_pictures(server: SceneServer, bench: Bench) -> None:
 
 
 def _add_help(server: SceneServer) -> None:
+    """Add the tools that describe the language."""
+
     @server.tool(annotations=_READS)
     def help(
         name: Annotated[
@@ -432,12 +439,14 @@ def _add_help(server: SceneServer) -> None:
     ) -> CallToolResult:
         """Search forms, functions, combinators, primitives, attributes, relations, diagnostics and examples by
         meaning."""
-        found = search(query, limit)
-        data = {"ok": True, "results": [[each.kind, each.name] for each in found]}
-        return _result(tools.answer([each.text() for each in found] or ["nothing was found"], data))
+        entries = search(query, limit)
+        data = {"ok": True, "results": [[entry.kind, entry.name] for entry in entries]}
+        return _result(tools.answer([entry.text() for entry in entries] or ["nothing was found"], data))
 
 
 def _add_inspection(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that measure a session's scene."""
+
     @server.tool(annotations=_READS)
     async def query(session: Name, path: ScenePath = "*", frame: Number = 0) -> CallToolResult:
         """List the instances that a path means: their own paths, handles, places, boxes, attributes and lines."""
@@ -470,28 +479,30 @@ def _add_inspection(server: SceneServer, bench: Bench) -> None:
 
 
 def _add_sessions(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that open, read, list and close sessions."""
+
     @server.tool(name="open", annotations=_EDITS)
     async def open_session(program: Text = "", path: File = "") -> CallToolResult:
         """Open a session: a file of the project, a given text, or an empty program. Python is translated."""
         if not program and not path:
             draft = bench.sessions.open("")
             return await bench.changed(draft, [f"session {draft.name}, an empty program"])
-        found = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
-        if found.program is None:
-            return _result(found)
-        is_file = bool(path) and not found.data["translated"]
-        own = str(bench.project.file(path).relative_to(bench.project.root)) if is_file else ""
-        draft = bench.sessions.open(found.program, own, found.program if is_file else None)
+        opened = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
+        if opened.program is None:
+            return _result(opened)
+        is_file = bool(path) and not opened.data["translated"]
+        file_path = str(bench.project.file(path).relative_to(bench.project.root)) if is_file else ""
+        draft = bench.sessions.open(opened.program, file_path, opened.program if is_file else None)
         count = workbench.line_count(draft.text)
-        return await bench.changed(draft, [f"session {draft.name}, {count:,} lines", *found.text.splitlines()])
+        return await bench.changed(draft, [f"session {draft.name}, {count:,} lines", *opened.text.splitlines()])
 
     @server.tool(annotations=_EDITS)
     async def transpile(program: Text = "", path: File = "") -> CallToolResult:
         """Translate a model's Python to a program of the language, and open it as a session. It is never executed."""
-        found = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
-        if found.program is None:
-            return _result(found)
-        draft = bench.sessions.open(found.program)
+        opened = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
+        if opened.program is None:
+            return _result(opened)
+        draft = bench.sessions.open(opened.program)
         return await bench.changed(draft, [f"session {draft.name}", *workbench.numbered(draft.text, 1, 60)])
 
     @server.tool(annotations=_READS)
@@ -527,6 +538,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
 
 
 def _add_edits(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that edit a session."""
+
     @server.tool(annotations=_EDITS)
     async def edit(
         session: Name,
@@ -584,7 +597,9 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         session: Name,
         that: Declarations = None,
         geometry: Annotated[bool, Field(description="also resolve overlaps and gaps")] = True,
-        effort: Annotated[float, Field(gt=0, le=_MAX_REPAIR, description="search effort, about a second each")] = 20.0,
+        effort: Annotated[
+            float, Field(gt=0, le=_MAX_REPAIR_EFFORT, description="search effort, about a second each")
+        ] = 20.0,
     ) -> CallToolResult:
         """Edit numbers of a session so that failed declarations and findings of the geometry are resolved; one line for
         each edit. Undoable."""
@@ -615,6 +630,8 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
 
 
 def _add_files(server: SceneServer, bench: Bench) -> None:
+    """Add the tools that write files of the project."""
+
     @server.tool(annotations=_WRITES)
     def save(
         session: Name,
@@ -648,6 +665,8 @@ def _add_files(server: SceneServer, bench: Bench) -> None:
 
 
 def _add_resources(server: SceneServer, bench: Bench) -> None:
+    """Add the primer, the examples and the sessions as resources."""
+
     @server.resource(PRIMER, title="Overview of the Scene Language", mime_type="text/markdown")
     def overview() -> str:
         return tools.primer_text()
@@ -672,6 +691,8 @@ def _add_resources(server: SceneServer, bench: Bench) -> None:
 
 
 def _add_prompts(server: SceneServer) -> None:
+    """Add the prompts for common tasks."""
+
     @server.prompt(description="Build a scene from a description")
     def build(task: str) -> str:
         return (
@@ -719,8 +740,9 @@ async def _in_thread(worker: Worker, *arguments: Any) -> Any:
 
 
 def _result(answer: ToolAnswer) -> CallToolResult:
-    found = fitted(answer)
-    content: list[ContentBlock] = [TextContent(text=found.text)]
-    if found.png is not None:
-        content.insert(0, ImageContent(data=base64.b64encode(found.png).decode("ascii"), mime_type="image/png"))
-    return CallToolResult(content=content, structured_content=found.data)
+    """Return an answer as a protocol result, within the limit of size."""
+    short = fitted(answer)
+    content: list[ContentBlock] = [TextContent(text=short.text)]
+    if short.png is not None:
+        content.insert(0, ImageContent(data=base64.b64encode(short.png).decode("ascii"), mime_type="image/png"))
+    return CallToolResult(content=content, structured_content=short.data)

@@ -48,13 +48,14 @@ if TYPE_CHECKING:
 
 
 MAX_ITEMS = 100  # of lists of changes and of printed lines
-_MAX_DIAGNOSTICS = 20
-_MAX_INSIDE = 10  # items of nested lists
-_MAX_TEXT_LENGTH = 20_000  # characters
-_MAX_STRING_LENGTH = 500
+_MAX_DIAGNOSTICS = 20  # of an answer
+_MAX_NESTED_ITEMS = 10  # items of nested lists
+_MAX_TEXT_LENGTH = 20_000  # characters of an answer's text
+_MAX_STRING_LENGTH = 500  # characters of a string in data
 MAX_ANSWER = 4_000  # bytes of text and data together
-_TEXT_SHARE = 2_200  # bytes of text beside data that needs more than the rest
-_STEPS = ((100, 500), (50, 400), (20, 300), (10, 200), (5, 160), (3, 120), (2, 80), (1, 60), (0, 40))
+_MIN_TEXT_BYTES = 2_200  # bytes of text, if the data needs more than the rest
+# numbers of items and characters that are tried, in this order, until the data fits
+_TRUNCATIONS = ((100, 500), (50, 400), (20, 300), (10, 200), (5, 160), (3, 120), (2, 80), (1, 60), (0, 40))
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,79 +84,84 @@ def bounded_text(lines: Iterable[str]) -> str:
     return f"{text[:_MAX_TEXT_LENGTH]}\n... and {len(text) - _MAX_TEXT_LENGTH:,} more characters"
 
 
-def fitted(found: ToolAnswer) -> ToolAnswer:
-    """Return an answer whose text and data have at most 4,000 bytes together; what is left out is told."""
-    needed = 0 if found.data is None else len(json.dumps(found.data))
-    text = _cut(found.text, MAX_ANSWER - min(needed, MAX_ANSWER - _TEXT_SHARE))
-    if found.data is None:
-        return replace(found, text=text)
-    return replace(found, text=text, data=_shrunk(found.data, MAX_ANSWER - len(text.encode("utf-8"))))
+def fitted(full: ToolAnswer) -> ToolAnswer:
+    """Return an answer whose text and data have at most 4,000 bytes together, with the numbers of omitted parts."""
+    needed = 0 if full.data is None else len(json.dumps(full.data))
+    text = _cut(full.text, MAX_ANSWER - min(needed, MAX_ANSWER - _MIN_TEXT_BYTES))
+    if full.data is None:
+        return replace(full, text=text)
+    return replace(full, text=text, data=_shrunk(full.data, MAX_ANSWER - len(text.encode("utf-8"))))
 
 
 def _cut(text: str, most: int) -> str:
     """Truncate a text at the end of a line."""
     if len(text.encode("utf-8")) <= most:
         return text
-    kept = text.encode("utf-8")[: most - 60].decode("utf-8", "ignore")
-    kept = kept[: kept.rfind("\n")] if kept.rfind("\n") > most // 2 else kept
-    return f"{kept}\n... and {len(text) - len(kept):,} more characters"
+    cut = text.encode("utf-8")[: most - 60].decode("utf-8", "ignore")
+    cut = cut[: cut.rfind("\n")] if cut.rfind("\n") > most // 2 else cut
+    return f"{cut}\n... and {len(text) - len(cut):,} more characters"
 
 
-def _shrunk(data: dict[str, Any], room: int) -> dict[str, Any]:
+def _shrunk(data: dict[str, Any], max_bytes: int) -> dict[str, Any]:
     """Truncate lists, tables and strings until the data fits."""
-    for most, length in _STEPS:
-        found = _with_fewer(data, most, length)
-        if len(json.dumps(found)) <= room:
-            return found
+    for most, length in _TRUNCATIONS:
+        shorter = _with_fewer(data, most, length)
+        if len(json.dumps(shorter)) <= max_bytes:
+            return shorter
     plain = {name: value for name, value in data.items() if isinstance(value, bool | int | float)}
     return {**plain, "truncated": True}
 
 
 def _with_fewer(data: dict[str, Any], most: int, length: int) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    """Return data with lists of at most ``most`` items and strings of at most ``length`` characters."""
+    shorter: dict[str, Any] = {}
     for name, value in data.items():
-        left = f"{name}_left_out"
+        omitted_name = f"{name}_left_out"
         if isinstance(value, list):
-            found[name] = [_shortened(item, most, length) for item in value[:most]]
+            shorter[name] = [_shortened(item, most, length) for item in value[:most]]
         elif isinstance(value, dict):
-            found[name] = {k: _shortened(value[k], most, length) for k in islice(value, max(2 * most, 12))}
+            shorter[name] = {k: _shortened(value[k], most, length) for k in islice(value, max(2 * most, 12))}
         else:
-            found.setdefault(name, _shortened(value, most, length))
+            shorter.setdefault(name, _shortened(value, most, length))
             continue
-        missing = len(value) - len(found[name])
+        missing = len(value) - len(shorter[name])
         if missing:
-            found[left] = missing + int(data.get(left, 0))
-    return found
+            shorter[omitted_name] = missing + int(data.get(omitted_name, 0))
+    return shorter
 
 
 def _shortened(value: Any, most: int, length: int) -> Any:
+    """Return a value with its strings and lists truncated."""
     if isinstance(value, str):
         return value if len(value) <= length else f"{value[:length]}..."
     if isinstance(value, dict):
-        return {name: _shortened(each, most, length) for name, each in value.items()}
+        return {name: _shortened(item, most, length) for name, item in value.items()}
     if isinstance(value, list):
         return [_shortened(item, most, length) for item in value[: max(most, 4)]]
     return value
 
 
 def bounded(data: dict[str, Any], most: int = MAX_ITEMS) -> dict[str, Any]:
-    """Truncate lists and strings in JSON data. ``NAME_left_out`` beside a truncated list is the number of omitted
-    items."""
-    found: dict[str, Any] = {}
+    """Truncate lists and strings in JSON data.
+
+    ``NAME_left_out`` next to a truncated list is the number of omitted items.
+    """
+    short: dict[str, Any] = {}
     for name, value in data.items():
-        found[printable(name)] = _bounded(value, most)
+        short[printable(name)] = _bounded(value, most)
         if isinstance(value, list) and len(value) > most:
-            found[f"{name}_left_out"] = len(value) - most
-    return found
+            short[f"{name}_left_out"] = len(value) - most
+    return short
 
 
 def _bounded(value: Any, most: int) -> Any:
+    """Return a value with its strings, lists and tables truncated."""
     if isinstance(value, str):
         return clipped(value)
     if isinstance(value, dict):
-        return bounded(value, min(most, _MAX_INSIDE))
+        return bounded(value, min(most, _MAX_NESTED_ITEMS))
     if isinstance(value, list):
-        return [_bounded(item, min(most, _MAX_INSIDE)) for item in value[:most]]
+        return [_bounded(item, min(most, _MAX_NESTED_ITEMS)) for item in value[:most]]
     return value
 
 
@@ -241,6 +247,7 @@ def overview_text() -> str:
 
 
 def _titles(topics: Sequence[str]) -> list[tuple[str, str]]:
+    """Return topics with their titles."""
     return [(topic, TOPICS[topic][0]) for topic in topics]
 
 
@@ -249,7 +256,7 @@ def _titles(topics: Sequence[str]) -> list[tuple[str, str]]:
 
 _NAME = "<program>"
 MAX_PROGRAM_LENGTH = 1_000_000  # characters; larger programs can be passed as files
-_SHOWN = 120
+_MAX_SHOWN_LENGTH = 120  # characters of a path in a message
 
 
 class WrongArguments(Exception):
@@ -257,10 +264,12 @@ class WrongArguments(Exception):
     its diagnostic."""
 
     def __init__(self, message: str, name: str = "value") -> None:
+        """Store the one-line message and the name of its diagnostic."""
         super().__init__(message, name)
         self.name = name
 
     def __str__(self) -> str:
+        """Return the message."""
         return str(self.args[0])
 
 
@@ -271,8 +280,10 @@ def wrong_arguments(error: SceneError) -> WrongArguments:
 
 @dataclass(frozen=True, slots=True)
 class ProjectProgram:
-    """Program of a call: either its text or a file, the other is empty. ``root`` is the word to evaluate (empty: the
-    program's default), ``name`` the file that a text of a session is from."""
+    """Program of a call: its text or a file, the other is empty.
+
+    ``root`` is the word to evaluate (empty: the program's default), ``name`` the file of a session's text.
+    """
 
     text: str = ""
     path: str = ""
@@ -282,15 +293,17 @@ class ProjectProgram:
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """Resolved project folder ``root``, and the limits of evaluations in it. It is also the working directory, so that
-    imports are resolved relative to it."""
+    """Resolved project folder ``root``, and the limits of evaluations in it.
+
+    It is also the working directory, so that imports are resolved relative to it.
+    """
 
     root: Path
     limits: Limits
 
     def file(self, path: str) -> Path:
         """Resolve a path to a regular file; raises WrongArguments if there is none, or it is outside the folder."""
-        shown = printable(path[:_SHOWN]).replace("\n", " ")
+        shown = printable(path[:_MAX_SHOWN_LENGTH]).replace("\n", " ")
         try:
             target = (self.root / path).resolve()
             is_inside, is_file = target.is_relative_to(self.root), target.is_file()
@@ -318,15 +331,17 @@ class Project:
         return session, Source(str(file.relative_to(self.root)), session.source(str(file)).text)
 
     def _session(self, program: ProjectProgram, entries: dict[str, ZEntry]) -> Session:
+        """Return a session for a program."""
         return Session(Options(root=program.root or None, limits=self.limits, project=self.root, z_entries=entries))
 
     def _embeddings(self, file: Path) -> dict[str, ZEntry]:
-        """Return the embeddings beside a program, as on the command line."""
+        """Return the embeddings next to a program, as on the command line."""
         z = beside(str(file))
         return read_entries(self.file(str(z))) if os.path.exists(z) else {}
 
 
 def _checked(text: str) -> str:
+    """Return the text of a program; raises WrongArguments if it is too long."""
     if len(text) > MAX_PROGRAM_LENGTH:
         raise WrongArguments(
             f"`program` exceeds {MAX_PROGRAM_LENGTH:,} characters; save it as a file and use `path`", "size"
@@ -335,16 +350,15 @@ def _checked(text: str) -> str:
 
 
 MAX_SIDE = 1024  # pixels per side of an image
-SIZE = 512
-_MAX_WORDS = 200
-_MAX_WORD_LENGTH = 200
-_CHANGES_TOLD = 20
+SIZE = 512  # default width and height of an image, in pixels
+_MAX_WORDS = 200  # in counts
+_MAX_WORD_LENGTH = 200  # characters of a word in counts
+_MAX_LISTED_CHANGES = 20  # changes that the text lists
 
 
 @dataclass(frozen=True, slots=True)
 class ToolView:
-    """View of an image: frame of a 4D scene (None: the first), camera, size in pixels, and the path of what is shown
-    (empty: everything)."""
+    """View of an image: frame of a 4D scene (None: the first), camera, size in pixels, and the path of a part."""
 
     camera: str = ""
     frame: int | None = None
@@ -364,21 +378,24 @@ def check(
     try:
         with limited(project.limits):
             session, source = project.opened(program)
-            stated = [each for text in that for each in session.declarations(declaration_source(text))]
-            found: Sequence[Diagnostic] = session.check(source).diagnostics
-            if geometry or stated or physics:
+            declarations = [
+                declaration for text in that for declaration in session.declarations(declaration_source(text))
+            ]
+            diagnostics: Sequence[Diagnostic] = session.check(source).diagnostics
+            if geometry or declarations or physics:
                 result = session.evaluate(source)
-                lints = [lambda scene: check_declarations(scene, stated), *([check_geometry] if geometry else [])]
+                lints = [lambda scene: check_declarations(scene, declarations), *([check_geometry] if geometry else [])]
                 lints += [_check_physics] if physics else []
-                found = [*result.diagnostics, *linted(result, *lints)]
+                diagnostics = [*result.diagnostics, *linted(result, *lints)]
     except SceneError as error:
         return refused([error.diagnostic])
-    lines, data = diagnosed(found)
-    ok = not any(diagnostic.is_error for diagnostic in found)
+    lines, data = diagnosed(diagnostics)
+    ok = not any(diagnostic.is_error for diagnostic in diagnostics)
     return answer(lines or ["no errors and no warnings"], {"ok": ok, **data})
 
 
 def _check_physics(scene: Scene) -> list[Diagnostic]:
+    """Return the warnings of a simulation."""
     diagnostics: list[Diagnostic] = SERVICES.find("physics").check_physics(scene)
     return diagnostics
 
@@ -400,6 +417,7 @@ def count(project: Project, program: ProjectProgram, frame: int) -> ToolAnswer:
     """Return the instances of every word in a frame, in order of first appearance."""
 
     def reply(scene: Scene, _: Evaluated) -> ToolAnswer:
+        """Return the answer for an evaluated scene."""
         counts = count_words(scene.frames[frame_in(scene, frame)])
         shown = dict(islice(((word, n) for word, n in counts.items() if len(word) <= _MAX_WORD_LENGTH), _MAX_WORDS))
         left = len(counts) - len(shown)
@@ -451,13 +469,13 @@ def diff(project: Project, a: ProjectProgram, b: ProjectProgram, tolerance: floa
         sides.append(side)
     try:
         with limited(project.limits):
-            found = changes_between(sides[0], sides[1], tolerance)
+            changes = changes_between(sides[0], sides[1], tolerance)
     except SceneError as error:
         return refused([error.diagnostic])
-    data = found.data(MAX_ITEMS)
-    left = len(found.changes) - MAX_ITEMS
-    more = {"changes_left_out": left} if left > 0 else {}
-    return answer(change_lines(found, _CHANGES_TOLD), {"ok": True, **data, **more})
+    data = changes.data(MAX_ITEMS)
+    omitted = len(changes.changes) - MAX_ITEMS
+    more = {"changes_left_out": omitted} if omitted > 0 else {}
+    return answer(change_lines(changes, _MAX_LISTED_CHANGES), {"ok": True, **data, **more})
 
 
 def explain(name: str) -> ToolAnswer:
@@ -510,6 +528,7 @@ def _compared_frames(project: Project, program: ProjectProgram) -> list[Compared
 
 
 def frame_in(scene: Scene, frame: int | None) -> int:
+    """Return the number of a frame, by default the first; raises WrongArguments if it does not exist."""
     try:
         return frame_of(scene, frame)
     except SceneError as error:

@@ -1,4 +1,4 @@
-"""Programs that an agent works on: texts in memory with undo, and files that are written in the project folder.
+"""Programs of an agent: texts in memory with undo, and files that are written in the project folder.
 
 ``Workbench`` lives in the server; the functions below it evaluate, and run in a worker.
 """
@@ -34,18 +34,18 @@ from scenelang.sandbox.supervision import limited
 from scenelang.session.declarations import declaration_source
 from scenelang.session.session import is_python
 
-MAX_SESSIONS = 16
-MAX_EXPORT = 200_000_000  # bytes
-_MAX_UNDO = 200
-_MAX_DIFF = 40  # lines
-_MAX_KEPT = 20_000_000  # characters of all versions of a session
-_MAX_SHOWN = 60  # lines
-_CONTEXT = 2  # lines around an edit
-_MAX_MATCHES = 10_000
+MAX_SESSIONS = 16  # that are open at a time
+MAX_EXPORT = 200_000_000  # of an export, in bytes
+_MAX_UNDO = 200  # versions of a session
+_MAX_DIFF_LINES = 40  # lines
+_MAX_HISTORY_LENGTH = 20_000_000  # characters of all versions of a session
+_MAX_READ_LINES = 60  # lines that are read at a time
+_CONTEXT_LINES = 2  # lines around an edit
+_MAX_MATCHES = 10_000  # of a replacement
 _MAX_READ = 16_000_000  # bytes
-_MAX_COMPARED = (500, 120)  # lines, and characters of a line, that are searched for one like another
-_MAX_BYTES = 3_000  # of lines that are read
-_MAX_NAME = 200  # bytes of the name of a file
+_MAX_COMPARED = (500, 120)  # lines, and characters of a line, in which a similar line is searched
+_MAX_LINES_BYTES = 3_000  # of lines that are read at a time
+_MAX_NAME_BYTES = 200  # of a file name, as file systems allow
 _SAVED = (".scene",)
 
 
@@ -54,10 +54,16 @@ _SAVED = (".scene",)
 
 @dataclass(slots=True)
 class WorkingProgram:
-    """A program in memory.
+    """Program in memory.
 
-    ``path`` is the file that it is from, relative to the project ("" for none), ``saved`` the text of that file, and
-    ``before`` and ``after`` the texts to go back and forward to.
+    Attributes
+    ----------
+    path
+        Its file, relative to the project, empty without one.
+    saved
+        Text of that file.
+    before, after
+        Texts for undo and redo.
     """
 
     name: str
@@ -72,7 +78,7 @@ class WorkingProgram:
         return ProjectProgram(self.text or "\n", "", root, self.path)
 
     def state(self) -> dict[str, Any]:
-        """Return what an agent needs to know after each call."""
+        """Return the name and the state of the session, which every answer contains."""
         return {"session": self.name, "version": len(self.before), "unsaved": self.text != (self.saved or "")}
 
     def set(self, text: str) -> None:
@@ -84,11 +90,13 @@ class WorkingProgram:
         self.before.append(self.text)
         self.after.clear()
         self.text = text
-        while len(self.before) > _MAX_UNDO or (len(self.before) > 1 and sum(map(len, self.before)) > _MAX_KEPT):
+        while len(self.before) > _MAX_UNDO or (
+            len(self.before) > 1 and sum(map(len, self.before)) > _MAX_HISTORY_LENGTH
+        ):
             del self.before[0]
 
     def step(self, steps: int, back: bool) -> int:
-        """Go back or forward; returns the number of steps that there were."""
+        """Go back or forward; returns the number of steps taken."""
         source, target = (self.before, self.after) if back else (self.after, self.before)
         taken = 0
         while source and taken < steps:
@@ -99,9 +107,10 @@ class WorkingProgram:
 
 
 class Workbench:
-    """The open sessions of a server, by name."""
+    """Open sessions of a server, by name."""
 
     def __init__(self) -> None:
+        """Start without sessions."""
         self._drafts: dict[str, WorkingProgram] = {}
         self._number = 0
 
@@ -117,6 +126,7 @@ class Workbench:
         return draft
 
     def __getitem__(self, name: str) -> WorkingProgram:
+        """Return a session; raises WrongArguments if it is not open."""
         draft = self._drafts.get(name)
         if draft is None:
             known = f"open are {', '.join(self._drafts)}" if self._drafts else "none is open; call `open`"
@@ -130,6 +140,7 @@ class Workbench:
         return draft
 
     def names(self) -> list[str]:
+        """Return the names of the open sessions."""
         return list(self._drafts)
 
 
@@ -138,9 +149,9 @@ class Workbench:
 
 @dataclass(frozen=True, slots=True)
 class TextSpan:
-    """A range of a text: lines and columns from 1 as in diagnostics, the end excluded, or offsets from 0.
+    """Range of a text: lines and columns from 1 as in diagnostics, the end excluded, or offsets from 0.
 
-    Without an end it is empty, which inserts. ``old`` is the text that is expected there, if it is given.
+    Without an end it is empty, which inserts. ``old`` is the expected text of the range.
     """
 
     line: int = 0
@@ -152,7 +163,7 @@ class TextSpan:
     old: str | None = None
 
     def offsets(self, text: str) -> tuple[int, int]:
-        """Return the range as offsets; raises WrongArguments if it is none of the text."""
+        """Return the range as offsets; raises WrongArguments if it is not a range of the text."""
         by_line = self.line > 0
         if by_line == (self.start >= 0):
             raise WrongArguments("expected either `line` and `column`, or the offset `start`")
@@ -169,12 +180,13 @@ class TextSpan:
         if not 0 <= start <= end <= len(text):
             raise WrongArguments(f"the span {start} to {end} is no range of a text of {len(text):,} characters")
         if self.old is not None and text[start:end] != self.old:
-            found = clipped(text[start:end][:80]).replace("\n", " ")
-            raise WrongArguments(f"`old` differs from the text of the span, which is `{found}`")
+            actual = clipped(text[start:end][:80]).replace("\n", " ")
+            raise WrongArguments(f"`old` differs from the text of the span, which is `{actual}`")
         return start, end
 
 
 def _offset(text: str, line: int, column: int) -> int:
+    """Return the offset of a line and column; raises WrongArguments if it does not exist."""
     lines = text.count("\n") + 1
     if line > lines:
         raise WrongArguments(f"line {line} does not exist; the program has {lines:,}")
@@ -211,7 +223,7 @@ def substituted(text: str, old: str, new: str, every: bool) -> tuple[str, int, i
 
 
 def _nearest(text: str, old: str) -> str:
-    """Return a hint with the line that is most like the first one of a text that does not occur."""
+    """Return a hint with the line most similar to the first line of a text that does not occur."""
     lines, length = _MAX_COMPARED
     line = next((part for part in old[:10_000].splitlines() if part.strip()), old).strip()[:length]
     every = [part.strip() for part in text.splitlines() if len(part) <= length][:lines]
@@ -220,27 +232,28 @@ def _nearest(text: str, old: str) -> str:
 
 
 def _places(text: str, old: str, most: int) -> list[int]:
-    found: list[int] = []
-    at = text.find(old)
-    while at >= 0 and len(found) < most:
-        found.append(at)
-        at = text.find(old, at + len(old))
-    return found
+    """Return the offsets of the first occurrences of a text."""
+    offsets: list[int] = []
+    offset = text.find(old)
+    while offset >= 0 and len(offsets) < most:
+        offsets.append(offset)
+        offset = text.find(old, offset + len(old))
+    return offsets
 
 
 def numbered(text: str, first: int, last: int) -> list[str]:
     """Return lines with their numbers, at most 60 and about 3,000 bytes."""
     source = Source("<program>", text)
-    first, last = max(1, first), min(last, line_count(text), first + _MAX_SHOWN - 1)
-    found: list[str] = []
+    first, last = max(1, first), min(last, line_count(text), first + _MAX_READ_LINES - 1)
+    lines: list[str] = []
     size = 0
     for number in range(first, last + 1):
         line = f"{number:>4}  {clipped(source.line(number))}"
         size += len(line.encode("utf-8")) + 1
-        if size > _MAX_BYTES and found:
+        if size > _MAX_LINES_BYTES and lines:
             break
-        found.append(line)
-    return found
+        lines.append(line)
+    return lines
 
 
 def line_count(text: str) -> int:
@@ -249,10 +262,10 @@ def line_count(text: str) -> int:
 
 
 def around(text: str, offset: int, length: int) -> list[str]:
-    """Return the lines of a change with some around it."""
+    """Return the lines of a change with some context."""
     first = text.count("\n", 0, offset) + 1
     last = first + text.count("\n", offset, offset + length)
-    return numbered(text, first - _CONTEXT, min(last, first + 10) + _CONTEXT)
+    return numbered(text, first - _CONTEXT_LINES, min(last, first + 10) + _CONTEXT_LINES)
 
 
 # --- files -----------------------------------------------------------------------------------------------------------
@@ -261,8 +274,8 @@ def around(text: str, offset: int, length: int) -> list[str]:
 def target_of(project: Project, path: str, endings: Iterable[str], overwrite: bool) -> Path:
     """Return the file to write, in an existing folder of the project.
 
-    Raises WrongArguments for a path outside, through a link, to something that is no file, hidden, with another ending,
-    or to an existing file without ``overwrite``.
+    Raises WrongArguments for a path that is outside, hidden, through a link, not a regular file, of another extension,
+    or of an existing file without ``overwrite``.
     """
     shown = clipped(path[:120]).replace("\n", " ")
     known = tuple(endings)
@@ -273,7 +286,7 @@ def target_of(project: Project, path: str, endings: Iterable[str], overwrite: bo
         if not relative.is_relative_to(project.root):
             raise WrongArguments(f"`{shown}` is outside the project folder", "import-outside")
         relative = relative.relative_to(project.root)
-    if any(len(part.encode("utf-8", "replace")) > _MAX_NAME for part in relative.parts):
+    if any(len(part.encode("utf-8", "replace")) > _MAX_NAME_BYTES for part in relative.parts):
         raise WrongArguments(f"the name `{shown}` is too long", "file")
     if ".." in relative.parts:
         raise WrongArguments(f"`{shown}` is outside the project folder", "import-outside")
@@ -284,14 +297,14 @@ def target_of(project: Project, path: str, endings: Iterable[str], overwrite: bo
     target = project.root / relative
     try:
         _check_folders(project.root, target, shown)
-        _check_file(target, shown, overwrite)
+        _check_file(target, shown, overwrite=overwrite)
     except (OSError, ValueError):
         raise WrongArguments(f"invalid path `{shown}`", "file") from None
     return target
 
 
 def _check_folders(root: Path, target: Path, shown: str) -> None:
-    """Check that all folders on the way exist, and that none is a link."""
+    """Check that all folders of the path exist, and that none is a link."""
     folder = root
     for part in target.relative_to(root).parts[:-1]:
         folder = folder / part
@@ -301,7 +314,8 @@ def _check_folders(root: Path, target: Path, shown: str) -> None:
             raise WrongArguments(f"`{shown}` is below a link or a file; folders of the project only", "file")
 
 
-def _check_file(target: Path, shown: str, overwrite: bool) -> None:
+def _check_file(target: Path, shown: str, *, overwrite: bool) -> None:
+    """Check that a file is a regular one without other links, and may be replaced."""
     if not os.path.lexists(target):
         return
     status = os.lstat(target)
@@ -330,7 +344,7 @@ def save(project: Project, draft: WorkingProgram, path: str, overwrite: bool) ->
 
 
 def _is_own(project: Project, draft: WorkingProgram, name: str) -> bool:
-    """Return whether a file is the session's own and still as it was; raises WrongArguments if it was changed."""
+    """Return whether a file is the session's own and unchanged; raises WrongArguments if it was changed."""
     if not draft.path or draft.saved is None or (project.root / name) != project.root / draft.path:
         return False
     try:
@@ -352,24 +366,24 @@ def opened_text(project: Project, program: ProjectProgram) -> ToolAnswer:
             session, source = project.opened(program)
             if not is_python(source):
                 return ToolAnswer("", {"ok": True, "translated": False}, program=source.text)
-            found = session.transpile(source)
+            translation = session.transpile(source)
     except SceneError as error:
         return refused([error.diagnostic])
-    if not found.ok:
-        return refused(found.diagnostics)
-    lines, data = diagnosed(found.diagnostics)
-    return ToolAnswer("\n".join(lines), {"ok": True, "translated": True, **data}, program=found.text)
+    if not translation.ok:
+        return refused(translation.diagnostics)
+    lines, data = diagnosed(translation.diagnostics)
+    return ToolAnswer("\n".join(lines), {"ok": True, "translated": True, **data}, program=translation.text)
 
 
 def changed_lines(project: Project, old: str, new: str, names: tuple[str, str]) -> ToolAnswer:
     """Return a unified diff of two texts, at most 40 lines."""
     try:
         with limited(project.limits):
-            found = list(difflib.unified_diff(old.splitlines(), new.splitlines(), *names, lineterm="", n=1))
+            diff = list(difflib.unified_diff(old.splitlines(), new.splitlines(), *names, lineterm="", n=1))
     except SceneError as error:
         return refused([error.diagnostic])
-    left = len(found) - _MAX_DIFF
-    lines = [*map(clipped, found[:_MAX_DIFF]), *([f"... and {left:,} more lines"] if left > 0 else [])]
+    omitted = len(diff) - _MAX_DIFF_LINES
+    lines = [*map(clipped, diff[:_MAX_DIFF_LINES]), *([f"... and {omitted:,} more lines"] if omitted > 0 else [])]
     return answer(lines, {"ok": True})
 
 
@@ -378,30 +392,32 @@ def brief_check(project: Project, program: ProjectProgram) -> tuple[int, list[Di
     try:
         with limited(project.limits):
             session, source = project.opened(program)
-            found = list(session.check(source).diagnostics)
+            diagnostics = list(session.check(source).diagnostics)
     except SceneError as error:
-        found = [error.diagnostic]
-    return sum(each.is_error for each in found), sorted(found, key=lambda each: not each.is_error)
+        diagnostics = [error.diagnostic]
+    return sum(d.is_error for d in diagnostics), sorted(diagnostics, key=lambda d: not d.is_error)
 
 
 def repair(project: Project, program: ProjectProgram, that: Sequence[str], geometry: bool, effort: float) -> ToolAnswer:
     """Repair a program without a model; one line for each edit."""
     try:
         session, source = project.opened(program)
-        stated = [each for text in that for each in session.declarations(declaration_source(text))]
-        found = repaired(session, source, stated, effort=effort, geometry=geometry)
+        sources = map(declaration_source, that)
+        declarations = [declaration for written in sources for declaration in session.declarations(written)]
+        outcome = repaired(session, source, declarations, effort=effort, geometry=geometry)
     except SceneError as error:
         return refused([error.diagnostic])
     lines = [
         f"line {edit.line}: {_line(edit.old)} -> {_line(edit.new) or 'nothing'}, since {_line(edit.resolves)}"
-        for edit in found.edits
+        for edit in outcome.edits
     ]
-    lines += [f"remains: {_line(message)}" for message in found.left]
-    data = {"ok": not found.left, **found.data()}
-    return ToolAnswer("\n".join(lines) or "nothing to repair", data, program=found.text)
+    lines += [f"remains: {_line(message)}" for message in outcome.left]
+    data = {"ok": not outcome.left, **outcome.data()}
+    return ToolAnswer("\n".join(lines) or "nothing to repair", data, program=outcome.text)
 
 
 def _line(text: str) -> str:
+    """Return a text as one line of at most 160 characters."""
     line = " ".join(text.split())
     return line if len(line) <= 160 else line[:157] + "..."
 
@@ -410,13 +426,14 @@ def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit) -> 
     """Edit the form that makes the instances of a path."""
     try:
         session, source = project.opened(program)
-        found = edited(session, source, edit)
+        outcome = edited(session, source, edit)
     except SceneError as error:
         return refused([error.diagnostic])
-    many = f"{found.instances:,} instance{'s' * (found.instances != 1)}"
-    line = f"line {found.line}: {_line(found.old)} -> {_line(found.new) or 'nothing'} ({many}, nothing else changes)"
-    data = {"ok": True, "line": found.line, "instances": found.instances}
-    return ToolAnswer(line, data, program=found.text)
+    count = f"{outcome.instances:,} instance{'s' * (outcome.instances != 1)}"
+    change = f"{_line(outcome.old)} -> {_line(outcome.new) or 'nothing'}"
+    line = f"line {outcome.line}: {change} ({count}, nothing else changes)"
+    data = {"ok": True, "line": outcome.line, "instances": outcome.instances}
+    return ToolAnswer(line, data, program=outcome.text)
 
 
 def export(project: Project, program: ProjectProgram, path: str, frame: int | None, overwrite: bool) -> ToolAnswer:
@@ -434,7 +451,7 @@ def export(project: Project, program: ProjectProgram, path: str, frame: int | No
             options = base.BackendOptions(frame, project.limits.primitives, None, {}, warned.append)
             with atomic_write_all(target.parent) as folder:
                 backend.run(result.scene, folder / target.name, options)
-                files = _written(folder, target, overwrite)
+                files = _written(folder, target, overwrite=overwrite)
     except SceneError as error:
         return refused([error.diagnostic])
     lines, data = diagnosed(warned)
@@ -442,22 +459,22 @@ def export(project: Project, program: ProjectProgram, path: str, frame: int | No
     return answer([*rows, *lines], {"ok": True, "files": [name for name, _ in files], **data})
 
 
-def _written(folder: Path, target: Path, overwrite: bool) -> list[tuple[str, int]]:
-    """Check the files of an export before they are moved to their place, and return their names and sizes."""
+def _written(folder: Path, target: Path, *, overwrite: bool) -> list[tuple[str, int]]:
+    """Check the files of an export before they are moved to their folder, and return their names and sizes."""
     files = []
-    for made in sorted(folder.iterdir()):
-        if made.name != target.name:
-            _check_file(target.parent / made.name, made.name, overwrite)
-        if not stat.S_ISREG(os.lstat(made).st_mode):
+    for file in sorted(folder.iterdir()):
+        if file.name != target.name:
+            _check_file(target.parent / file.name, file.name, overwrite=overwrite)
+        if not stat.S_ISREG(os.lstat(file).st_mode):
             raise SceneError("unsupported", f"an export to `{target.name}` makes a folder; use the command line")
-        files.append((made.name, made.stat().st_size))
+        files.append((file.name, file.stat().st_size))
     total = sum(size for _, size in files)
     if total > MAX_EXPORT:
         raise SceneError("size", f"the export has {total:,} bytes, more than {MAX_EXPORT:,}")
     return files
 
 
-def findings_data(found: Sequence[Diagnostic]) -> list[dict[str, Any]]:
+def findings_data(diagnostics: Sequence[Diagnostic]) -> list[dict[str, Any]]:
     """Return the essentials of the first findings as JSON data."""
-    every = [to_json(each) for each in found[:3]]
-    return [{key: each[key] for key in ("code", "message", "place", "hint") if each[key]} for each in every]
+    first = [to_json(diagnostic) for diagnostic in diagnostics[:3]]
+    return [{key: data[key] for key in ("code", "message", "place", "hint") if data[key]} for data in first]

@@ -24,14 +24,17 @@ if TYPE_CHECKING:
 
 _CELL = "<cell>"
 _MAX_PRIMITIVES = 2_000_000  # of the viewer, as for ``Scene.show``
-_VIEWER_HEIGHT = 520  # pixels
+_VIEWER_HEIGHT_PX = 520  # of the viewer's iframe
 Read = TypeVar("Read")
 
 
 @dataclass(frozen=True, slots=True)
 class CellOptions:
-    """Display options of a cell: ``variable`` is the notebook variable that receives the scene; ``is_interactive``
-    shows the viewer instead of an image."""
+    """Display options of a cell.
+
+    ``variable`` is the notebook variable that receives the scene; ``is_interactive`` shows the viewer instead of an
+    image.
+    """
 
     variable: str = "scene"
     size: tuple[int, int] = (480, 360)
@@ -41,16 +44,18 @@ class CellOptions:
     is_interactive: bool = False
 
     def shown(self, scene: LoadedScene) -> Any:
-        """Return the displayable object of ``scene``. Raises SceneError."""
+        """Return the displayable object of ``scene``; raises SceneError."""
         if self.is_interactive:
-            return ViewerPage(page_of(scene.graph, _MAX_PRIMITIVES), _VIEWER_HEIGHT)
+            return ViewerPage(page_of(scene.graph, _MAX_PRIMITIVES), _VIEWER_HEIGHT_PX)
         options = picture_options(self.camera, self.size, frame=self.frame, warn=_warn)
         return image_of(scene.graph, options, self.quality)
 
 
 def register(shell: InteractiveShell, kind: type[LoadedScene]) -> None:
-    """Register ``%%scene`` with a running IPython: it evaluates and displays the cell, and assigns a scene of the class
-    ``kind``."""
+    """Register ``%%scene`` with a running IPython.
+
+    The magic evaluates and displays the cell, and assigns a scene of the class ``kind`` to a variable.
+    """
     from IPython.core.magic_arguments import MagicArgumentParser
 
     parser = MagicArgumentParser(
@@ -70,24 +75,25 @@ def register(shell: InteractiveShell, kind: type[LoadedScene]) -> None:
 
     def scene(line: str, cell: str) -> None:
         try:
-            given = parser.parse_argstring(line)
+            arguments = parser.parse_argstring(line)
         except ValueError as error:  # quotes that are not closed
             print(f"error: {error}", file=sys.stderr)
             return
-        with_errors(lambda: _run(given, cell, shell.user_ns, kind))
+        with_errors(lambda: _run(arguments, cell, shell.user_ns, kind))
 
     scene.__doc__ = parser.format_help()
     shell.register_magic_function(scene, "cell", "scene")
 
 
-def _run(given: Any, cell: str, variables: dict[str, Any], kind: type[LoadedScene]) -> None:
-    camera = _checked(parse_viewpoint, given.camera) if given.camera else None
-    if not given.variable.isidentifier() or iskeyword(given.variable):
-        raise UsageError("value", f"expected a variable name, got `{given.variable}`")
-    size = _checked(picture_size, given.size)
-    options = CellOptions(given.variable, size, given.quality, camera, given.frame, given.view)
-    scene = scene_of(kind, Source(_CELL, cell), Options(root=given.root, seed=given.seed))
-    show(scene, options, variables, has_widgets=not given.no_widgets)
+def _run(arguments: Any, cell: str, variables: dict[str, Any], kind: type[LoadedScene]) -> None:
+    """Evaluate and show a cell with its arguments; raises UsageError for invalid ones."""
+    camera = _checked(parse_viewpoint, arguments.camera) if arguments.camera else None
+    if not arguments.variable.isidentifier() or iskeyword(arguments.variable):
+        raise UsageError("value", f"expected a variable name, got `{arguments.variable}`")
+    size = _checked(picture_size, arguments.size)
+    options = CellOptions(arguments.variable, size, arguments.quality, camera, arguments.frame, arguments.view)
+    scene = scene_of(kind, Source(_CELL, cell), Options(root=arguments.root, seed=arguments.seed))
+    show(scene, options, variables, has_widgets=not arguments.no_widgets)
 
 
 def _checked(read: Callable[[str], Read], text: str) -> Read:
@@ -117,14 +123,15 @@ def show(scene: LoadedScene, options: CellOptions, variables: dict[str, Any], ha
         _warn(warning)
     controls = [c for c in _controls(scene) if c.kind in _WIDGETS] if has_widgets else []
     if not controls or find_spec("ipywidgets") is None:
-        shown = options.shown(scene)
+        view = options.shown(scene)
         variables[options.variable] = scene
-        display(shown)
+        display(view)
         return
     display(_panel(scene, options, variables, controls))
 
 
 def _controls(scene: LoadedScene) -> tuple[ParamControl, ...]:
+    """Return the controls of a scene's params, none without a program."""
     return () if scene.program is None else controls_of(scene.program.params)
 
 
@@ -136,15 +143,17 @@ def _panel(scene: LoadedScene, options: CellOptions, variables: dict[str, Any], 
     output = ipywidgets.Output()
     widgets = {control.param.name: (control, _widget(control)) for control in controls}
 
-    first = options.shown(scene)  # before the output exists, which would print a traceback of its own
+    first = options.shown(scene)  # before the output exists, which would print its own traceback
 
-    def draw(made: LoadedScene, shown: Any = None) -> None:
-        shown = options.shown(made) if shown is None else shown
-        variables[options.variable] = made
+    def draw(new_scene: LoadedScene, view: Any = None) -> None:
+        """Assign and display a scene."""
+        view = options.shown(new_scene) if view is None else view
+        variables[options.variable] = new_scene
         output.clear_output(wait=True)
-        display(shown)
+        display(view)
 
     def changed(_: Any) -> None:
+        """Evaluate the program with the values of the controls."""
         with output:
             with_errors(lambda: draw(_with_defines(scene, {n: c.literal(w.value) for n, (c, w) in widgets.items()})))
 
@@ -185,4 +194,5 @@ _WIDGETS = {
 
 
 def _warn(warning: Any) -> None:
+    """Print a warning on standard error, without an exception, as IPython's own magics do."""
     print(render_text(warning), file=sys.stderr)

@@ -111,7 +111,7 @@ class ObjectCorners:
             has_owner = ~contacts.loose & (contacts.owner > 1)
             first = dict(zip(contacts.owner[has_owner].tolist(), np.flatnonzero(has_owner).tolist()))
             pairs = [(i, first[owner]) for i, owner in enumerate(contacts.owner.tolist()) if has_owner[i]]
-            frame_labels[row] = at + row[clusters(len(row), [*enumerate(contacts.thing.tolist()), *pairs])]
+            frame_labels[row] = at + row[clusters(len(row), [*enumerate(contacts.object_of.tolist()), *pairs])]
             labels.append(frame_labels)
         _, numbers, counts = np.unique(np.repeat(np.concatenate(labels), 2), return_inverse=True, return_counts=True)
         return cls(numbers, counts)
@@ -165,7 +165,7 @@ def aims_of(frame: CheckedFrame, finding: Finding, cluster: IntArray, at: int) -
     from scenelang.backends.geometry.lint import ground_height
     from scenelang.backends.geometry.stability import loads_of
 
-    bodies, object_of = frame.bodies, frame.contacts.thing
+    bodies, object_of = frame.bodies, frame.contacts.object_of
     if finding.shift is not None:
         members, shares, feet = loads_of(bodies, frame.contacts, finding.body, ground_height(bodies))
         # An unbalanced object: its load, each body by its share of the mass, moves over its feet.
@@ -196,7 +196,7 @@ def _falls(frame: CheckedFrame, cluster: IntArray, finding: Finding) -> Iterator
     bodies = frame.bodies
     low, high = bodies.boxes
     if finding.kind == "hanging":  # the only contact is with the support that it falls from
-        cluster = frame.contacts.thing
+        cluster = frame.contacts.object_of
     in_cluster = cluster == cluster[finding.body]
     foot, least, most = float(low[in_cluster, 1].min()), low[in_cluster].min(axis=0), high[in_cluster].max(axis=0)
     below = ~in_cluster & (high[:, 1] <= foot + bodies.touch)
@@ -274,7 +274,7 @@ def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> boo
 
 def _loses_support(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
     """Return whether an object that stood on something touches it only sideways now, or has no contact any more."""
-    labels = before.contacts.thing
+    labels = before.contacts.object_of
     return bool((_support_of(after, labels) < _support_of(before, labels)).any())
 
 

@@ -947,7 +947,7 @@ def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) 
     goals = []
     for number, at in offsets.items():
         frame = frames[number]
-        bodies, object_of = frame.bodies, frame.contacts.thing
+        bodies, object_of = frame.bodies, frame.contacts.object_of
         cluster = clusters(len(bodies), bodies.contacts[0].tolist()) if frame.findings else object_of
         for finding in frame.findings:
             words, other_words = "/".join(frame.words(finding)), ""

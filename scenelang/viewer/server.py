@@ -24,10 +24,10 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.viewer.workspace import FileWatch, Workspace, state_data
 
 HOST = "127.0.0.1"
-MAX_BODY_SIZE = 64 * 1024
-_HEARTBEAT = 10.0
-_TIMEOUT = 30.0
-_MAX_LISTENERS = 32
+MAX_BODY_SIZE = 64 * 1024  # of a request, in bytes
+_HEARTBEAT_S = 10.0  # seconds between events that keep proxies from closing the connection
+_TIMEOUT_S = 30.0  # seconds of a silent connection
+_MAX_LISTENERS = 32  # open pages that receive events, each of which occupies a thread
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -41,6 +41,7 @@ class ViewServer(ThreadingHTTPServer):
     allow_reuse_address = True
 
     def __init__(self, workspace: Workspace, port: int = 0) -> None:
+        """Bind the port and start watching the files; raises SceneError("file") if the port is in use."""
         self.workspace = workspace
         self.token = secrets.token_urlsafe(24)
         self._events: list[queue.SimpleQueue[int | None]] = []
@@ -56,6 +57,7 @@ class ViewServer(ThreadingHTTPServer):
 
     @property
     def address(self) -> str:
+        """URL to open, with the token."""
         return f"http://{HOST}:{self.server_port}/{self.token}/"
 
     @property
@@ -72,10 +74,12 @@ class ViewServer(ThreadingHTTPServer):
             return self._events[-1]
 
     def unsubscribe(self, events: queue.SimpleQueue[int | None]) -> None:
+        """End a subscription."""
         with self._events_lock:
             self._events.remove(events)
 
     def server_close(self) -> None:
+        """Stop watching and end all event streams, then close the socket."""
         if self._watch is not None:
             self._watch.stop()
         with self._events_lock:
@@ -87,6 +91,7 @@ class ViewServer(ThreadingHTTPServer):
         """Ignore disconnected browsers."""
 
     def _announce(self, file: int) -> None:
+        """Tell all subscribers that a file has changed."""
         with self._events_lock:
             for events in self._events:
                 events.put(file)
@@ -100,15 +105,19 @@ class _Refused(Exception):
 
 
 class _Handler(BaseHTTPRequestHandler):
+    """Handler of one connection."""
+
     server: ViewServer
     protocol_version = "HTTP/1.1"
     server_version, sys_version = "scenelang", ""
-    timeout = _TIMEOUT
+    timeout = _TIMEOUT_S
 
     def do_GET(self) -> None:
+        """Answer a GET request."""
         self._guarded(self._get)
 
     def do_POST(self) -> None:
+        """Answer a POST request."""
         self._guarded(self._post)
 
     def log_message(self, format: str, *arguments: Any) -> None:
@@ -117,6 +126,7 @@ class _Handler(BaseHTTPRequestHandler):
     # --- access control --------------------------------------------------------------------------------------------
 
     def _guarded(self, action: Callable[[str, dict[str, str]], None]) -> None:
+        """Run an action of an authorized request; errors become JSON responses."""
         try:
             action(*self._checked())
         except _Refused as refused:
@@ -160,6 +170,7 @@ class _Handler(BaseHTTPRequestHandler):
     # --- GET -------------------------------------------------------------------------------------------------------
 
     def _get(self, name: str, query: dict[str, str]) -> None:
+        """Answer a GET request for a name below the token."""
         if name == "":
             self._send(packet.served_page(), "text/html; charset=utf-8")
         elif name in packet.STATIC:
@@ -176,10 +187,12 @@ class _Handler(BaseHTTPRequestHandler):
             raise _Refused(HTTPStatus.NOT_FOUND, "not found")
 
     def _send_state(self, file: int) -> None:
+        """Send the state of a file."""
         workspace = self.server.workspace
         self._send_json(state_data(workspace.files[file], workspace.state(file)))
 
     def _send_picture(self, file: int, has: str | None) -> None:
+        """Send the packet of a file, or its changes to the version ``has`` if that is shorter."""
         state = self.server.workspace.state(file)
         body = state.packet
         if body is None:
@@ -189,6 +202,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._send(body, "application/octet-stream", tag=f'"{state.picture}"')
 
     def _send_events(self) -> None:
+        """Send events until the page disconnects or the server closes."""
         events = self.server.subscribe()
         if events is None:
             raise _Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many open pages")
@@ -198,7 +212,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(b"retry: 1000\n\n")
             while True:
                 try:
-                    file = events.get(timeout=_HEARTBEAT)
+                    file = events.get(timeout=_HEARTBEAT_S)
                 except queue.Empty:
                     self.wfile.write(b": still here\n\n")
                     continue
@@ -211,6 +225,7 @@ class _Handler(BaseHTTPRequestHandler):
     # --- POST ------------------------------------------------------------------------------------------------------
 
     def _post(self, name: str, query: dict[str, str]) -> None:
+        """Set or save the value of a param."""
         if name not in ("set", "save"):
             raise _Refused(HTTPStatus.NOT_FOUND, "not found")
         data = self._body()
@@ -244,14 +259,17 @@ class _Handler(BaseHTTPRequestHandler):
     # --- answers ---------------------------------------------------------------------------------------------------
 
     def _send_json(self, data: dict[str, Any], status: HTTPStatus = HTTPStatus.OK) -> None:
+        """Send JSON data."""
         self._send(json.dumps(data).encode(), "application/json", status)
 
     def _send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK, tag: str | None = None) -> None:
+        """Send a body."""
         self._headers(status, kind, len(body), tag)
         if self.command != "HEAD":
             self.wfile.write(body)
 
     def _headers(self, status: HTTPStatus, kind: str, length: int | None, tag: str | None = None) -> None:
+        """Send the status and headers of a response, which forbid caching and other origins."""
         self.send_response(status)
         self.send_header("Content-Type", kind)
         if length is not None:

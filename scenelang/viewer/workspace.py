@@ -34,15 +34,23 @@ from scenelang.stdlib.colors import color_of
 
 _HEX = re.compile(r"#[0-9a-fA-F]{6}")
 _BOM = b"\xef\xbb\xbf"
-_DIGITS = 4  # of a color's linear channels, finer than 8-bit sRGB
+_COLOR_DECIMALS = 4  # decimals of a color's linear channels, finer than 8-bit sRGB
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ParamControl:
-    """A param as a control. ``kind``: integer, number, boolean, text, color, literal (as in the source) or computed.
+    """Param as a control.
 
-    ``value`` is the file's value: a number, a boolean, a string, or ``#rrggbb``. ``place`` is its span in the file, or
-    None if it cannot be written back, for the given ``reason``.
+    Attributes
+    ----------
+    kind
+        "integer", "number", "boolean", "text", "color", "literal" (as in the source) or "computed".
+    value
+        The file's value: a number, a boolean, a string, or ``#rrggbb``.
+    place
+        Its span in the file, None if it cannot be written back.
+    reason
+        Why it cannot be written back.
     """
 
     param: Param
@@ -74,6 +82,7 @@ def controls_of(params: tuple[Param, ...]) -> tuple[ParamControl, ...]:
 
 
 def _control(param: Param) -> ParamControl:
+    """Return the control of a param, with the reason if it cannot be written back."""
     datum = _value_datum(param.span)
     kind, value = _kind(datum) if datum is not None else ("computed", param.default)
     if kind == "integer" and not all(
@@ -107,6 +116,7 @@ def _value_datum(span: Span) -> Datum | None:
 
 
 def _kind(datum: Datum) -> tuple[str, Any]:
+    """Return the kind and the value of a param's datum."""
     text = " ".join(datum.span.text.split())
     if isinstance(datum, Atom):
         return _atom_kind(datum.value, text)
@@ -118,6 +128,7 @@ def _kind(datum: Datum) -> tuple[str, Any]:
 
 
 def _atom_kind(value: Any, text: str) -> tuple[str, Any]:
+    """Return the kind and the value of an atom; integers beyond 2^53 are not exact in JavaScript."""
     if isinstance(value, bool):
         return "boolean", value
     if type(value) is int:
@@ -153,11 +164,13 @@ def _named_color(datum: ListDatum) -> str | None:
 
 
 def _hex(linear: tuple[float, ...]) -> str:
+    """Return linear channels as ``#rrggbb``."""
     channels = np.rint(to_srgb(np.array(linear)) * 255.0).astype(int).tolist()
     return "#" + "".join(f"{channel:02x}" for channel in channels)
 
 
 def _literal(kind: str, value: Any) -> str | None:
+    """Return a value sent by the page as a literal, None if it does not fit the kind."""
     if kind == "boolean":
         return ("#t" if value else "#f") if isinstance(value, bool) else None
     if kind in ("integer", "number"):
@@ -176,6 +189,7 @@ def _literal(kind: str, value: Any) -> str | None:
 
 
 def _number_literal(kind: str, value: Any) -> str | None:
+    """Return a finite number as a literal, else None."""
     if type(value) not in (int, float) or not math.isfinite(value):
         return None
     if kind == "integer":
@@ -184,8 +198,9 @@ def _number_literal(kind: str, value: Any) -> str | None:
 
 
 def _color_literal(value: str) -> str:
+    """Return ``#rrggbb`` as an array of linear channels."""
     encoded = np.array([int(value[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
-    return "[" + " ".join(f"{round(channel, _DIGITS):g}" for channel in from_srgb(encoded).tolist()) + "]"
+    return "[" + " ".join(f"{round(channel, _COLOR_DECIMALS):g}" for channel in from_srgb(encoded).tolist()) + "]"
 
 
 def write_back(controls: Mapping[str, ParamControl], name: str, value: Any) -> None:
@@ -215,6 +230,7 @@ def write_back(controls: Mapping[str, ParamControl], name: str, value: Any) -> N
 
 
 def _bytes(path: Path) -> bytes:
+    """Return the content of a file; raises SceneError("file")."""
     try:
         return read_regular(path)
     except OSError as error:
@@ -241,7 +257,7 @@ class Stamps:
     def folders(self) -> frozenset[str]:
         """Folders in which a change may concern the files; a file may be replaced by another one."""
         names = {name for name, _ in self.files}
-        files = names | set(map(os.path.realpath, names))  # a symbolic link, and what it leads to
+        files = names | set(map(os.path.realpath, names))  # symbolic links and their targets
         return frozenset(
             os.path.abspath(name) for name in {*map(os.path.dirname, files), *filter(os.path.isdir, names)}
         )
@@ -257,30 +273,33 @@ def stamps_of(names: Iterable[str]) -> Stamps:
     return Stamps(tuple((name, _stamp(name)) for name in names))
 
 
-def with_missing(names: Sequence[str], found: Sequence[Diagnostic]) -> list[str]:
+def with_missing(names: Sequence[str], diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return the names of files, and the folders in which missing files, or folders of them, may be created."""
-    spans = [diagnostic.span for diagnostic in found if diagnostic.name == "file" and diagnostic.span is not None]
+    spans = [diagnostic.span for diagnostic in diagnostics if diagnostic.name == "file" and diagnostic.span is not None]
     missing = [Path(span.source.name).parent / span.text.strip('"') for span in spans]
     folders = [next(filter(Path.is_dir, path.parents), None) for path in missing]
     return [*names, *sorted({str(folder) for folder in folders if folder is not None})]
 
 
 def _stamp(name: str) -> Stamp:
+    """Return the stamp of a file, None if it does not exist."""
     try:
-        found = os.stat(name)
+        status = os.stat(name)
     except (OSError, ValueError):
         return None
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
-_STEP, _DEBOUNCE = 5, 50  # milliseconds without a change, and at most, until several changes are taken as one
-_MAX_WAIT = 1000  # milliseconds
+_STEP, _DEBOUNCE = 5, 50  # ms without a change, and ms at most, until changes are reported together
+_MAX_WAIT_MS = 1000  # between calls where the system does not notify
 
 
 class FileWatch:
     """Thread that calls ``look`` after changes in ``folders``, until it is stopped.
 
-    The operating system notifies it. Where that fails, as on some network drives, it calls ``look`` once a second.
+    The operating system notifies it through watchfiles, within ten milliseconds and also if an editor replaces the
+    file; watchdog, pure Python, holds back renames for half a second. Where notification fails, as on some network
+    drives, it calls ``look`` once a second.
     """
 
     def __init__(self, folders: Callable[[], frozenset[str]], look: Callable[[], None]) -> None:
@@ -290,6 +309,7 @@ class FileWatch:
 
     @property
     def is_stopped(self) -> bool:
+        """Whether ``stop`` was called."""
         return self._stopped.is_set()
 
     def stop(self) -> None:
@@ -297,6 +317,7 @@ class FileWatch:
         self._stopped.set()
 
     def _run(self) -> None:
+        """Call ``look`` after changes, and watch again whenever the folders change."""
         while not self.is_stopped:
             folders = self._folders()
             try:
@@ -305,14 +326,15 @@ class FileWatch:
                     if self._folders() != folders:
                         break
             except (OSError, RuntimeError):  # such as too many watched folders
-                self._stopped.wait(_MAX_WAIT / 1000)
+                self._stopped.wait(_MAX_WAIT_MS / 1000)
                 self._look()
 
     def _changes(self, folders: Sequence[str]) -> Iterable[object]:
+        """Yield after changes, and at the latest after ``_MAX_WAIT_MS``."""
         from watchfiles import watch
 
         return watch(
-            *folders, watch_filter=None, recursive=False, debounce=_DEBOUNCE, step=_STEP, rust_timeout=_MAX_WAIT,
+            *folders, watch_filter=None, recursive=False, debounce=_DEBOUNCE, step=_STEP, rust_timeout=_MAX_WAIT_MS,
             yield_on_timeout=True, stop_event=self._stopped, raise_interrupt=False,
         )  # fmt: skip
 
@@ -324,8 +346,10 @@ Announce = Callable[[int], None]  # called with the number of a changed file
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WorkspaceEvaluation:
-    """Picklable result of evaluating a file. ``controls`` is None if the params are unknown; ``all_known`` is False if
-    some may be missing."""
+    """Picklable result of evaluating a file.
+
+    ``controls`` is None if the params are unknown; ``all_known`` is False if some may be missing.
+    """
 
     packet: bytes | None
     diagnostics: tuple[Diagnostic, ...]
@@ -336,9 +360,19 @@ class WorkspaceEvaluation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """State of one file. ``version`` increases with each evaluation; ``picture`` is the version of ``packet``, the last
-    valid one, or None, and ``last`` the one before it, with its version. ``values`` are the overridden values of
-    params."""
+    """State of one file.
+
+    Attributes
+    ----------
+    version
+        Increases with each evaluation.
+    picture, packet
+        Last valid packet and its version, None before the first one.
+    last
+        Valid packet before that, with its version.
+    values
+        Overridden values of params.
+    """
 
     version: int = 0
     ok: bool = False
@@ -405,8 +439,8 @@ class Workspace:
     @property
     def folders(self) -> frozenset[str]:
         """Folders of the files and of all that they depend on."""
-        own = stamps_of(self.files).folders
-        return own.union(*(state.stamps.folders for state in self._states))
+        file_folders = stamps_of(self.files).folders
+        return file_folders.union(*(state.stamps.folders for state in self._states))
 
     def refresh(self) -> None:
         """Evaluate files whose text, imports, assets or embeddings have changed on disk."""
@@ -429,58 +463,66 @@ class Workspace:
             announce(file)
 
     def _evaluated(self, file: int, old: State, literals: Mapping[str, str]) -> State:
+        """Return the next state of a file; a failed evaluation keeps the last valid packet."""
         version = old.version + 1
         try:
-            found = self._evaluate_file(self.files[file], literals)
+            evaluation = self._evaluate_file(self.files[file], literals)
         except Ended as error:
-            found = WorkspaceEvaluation(None, (error.problem,), stamps_of(_beside(self.files[file])))
-        ok = found.packet is not None
+            evaluation = WorkspaceEvaluation(None, (error.problem,), stamps_of(_beside(self.files[file])))
+        ok = evaluation.packet is not None
         controls = old.controls
-        if found.controls is not None and (found.all_known or not controls):
-            controls = found.controls
+        if evaluation.controls is not None and (evaluation.all_known or not controls):
+            controls = evaluation.controls
         picture = version if ok else old.picture
-        packet = found.packet if ok else old.packet
+        packet = evaluation.packet if ok else old.packet
         last = (old.picture, old.packet) if ok and old.picture is not None and old.packet is not None else old.last
-        return State(version, ok, picture, packet, last, found.diagnostics, controls, {}, found.stamps)
+        return State(version, ok, picture, packet, last, evaluation.diagnostics, controls, {}, evaluation.stamps)
 
 
 def _states_declarations(scene: Scene) -> bool:
+    """Return whether a scene has declarations."""
     return bool(scene.declarations) or any(entity.declarations for entity in descendants(*scene.frames))
 
 
 def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = None) -> Evaluate:
-    """Create the evaluation function of a workspace; ``splats`` returns the Gaussians to show in place of solids. What
-    an edit does not reach is not evaluated again."""
-    opened: dict[str, Editing] = {}
-    seen: dict[str, Stamps] = {}
+    """Create the evaluation function of a workspace.
+
+    Parts that an edit does not affect are not evaluated again. ``splats`` returns the Gaussians to show instead of
+    solids.
+    """
+    editings: dict[str, Editing] = {}
+    last_stamps: dict[str, Stamps] = {}
 
     def evaluate(path: str, literals: Mapping[str, str]) -> WorkspaceEvaluation:
+        """Evaluate a file with overridden params; errors are part of the result."""
         program: Program | None = None
         packet: bytes | None = None
-        found: tuple[Diagnostic, ...] = ()
-        before = stamps_of(dict.fromkeys([*_beside(path), *(name for name, _ in seen.get(path, Stamps()).files)]))
+        diagnostics: tuple[Diagnostic, ...] = ()
+        before = stamps_of(
+            dict.fromkeys([*_beside(path), *(name for name, _ in last_stamps.get(path, Stamps()).files)])
+        )
         stamps = stamps_of([path])
         try:
             session = open_session(path, literals)
             with limited(session.options.limits):
-                editing = opened.setdefault(path, Editing(session))
+                editing = editings.setdefault(path, Editing(session))
                 editing.session = session  # with the values of the params
                 result = editing.evaluate(session.source(path))
-                program, found = result.program, result.diagnostics
-                stamps = _stamps(path, program, result.scene, found)
+                program, diagnostics = result.program, result.diagnostics
+                stamps = _stamps(path, program, result.scene, diagnostics)
                 if result.scene is not None:
                     words = program.all_words if program is not None else None
                     packet = packet_of(result.scene, limit, words, splats)
                     if _states_declarations(result.scene):
-                        found = (*found, *linted(result, SERVICES.find("declarations")))
+                        diagnostics = (*diagnostics, *linted(result, SERVICES.find("declarations")))
         except SceneError as error:
-            found = (*found, error.diagnostic)
+            diagnostics = (*diagnostics, error.diagnostic)
         except Exception as error:  # an internal error must not end the viewer
             message = f"internal error: {type(error).__name__}: {error}"
-            found = (*found, SceneError("unsupported", message, "please report it").diagnostic)
+            diagnostics = (*diagnostics, SceneError("unsupported", message, "please report it").diagnostic)
         controls = controls_of(program.params) if program is not None else None
-        stamps = seen[path] = stamps.since(before)  # a file may have changed since it was read
-        return WorkspaceEvaluation(packet, found, stamps, controls, program is not None and _is_read(program))
+        stamps = last_stamps[path] = stamps.since(before)  # a file may have changed since it was read
+        return WorkspaceEvaluation(packet, diagnostics, stamps, controls, program is not None and _is_read(program))
 
     return evaluate
 
@@ -502,7 +544,7 @@ def _beside(path: str) -> list[str]:
     return [path, str(beside(path))]
 
 
-def _stamps(path: str, program: Program | None, scene: Scene | None, found: Sequence[Diagnostic]) -> Stamps:
+def _stamps(path: str, program: Program | None, scene: Scene | None, diagnostics: Sequence[Diagnostic]) -> Stamps:
     """Take a snapshot of the stamps of all files that a program depends on."""
     names = _beside(path)
     if program is not None:
@@ -510,7 +552,7 @@ def _stamps(path: str, program: Program | None, scene: Scene | None, found: Sequ
     if scene is not None:
         files = (getattr(entity.shape, "file", None) for entity in descendants(*scene.frames))
         names += [file for file in files if file is not None]
-    return stamps_of(dict.fromkeys(with_missing(names, found)))
+    return stamps_of(dict.fromkeys(with_missing(names, diagnostics)))
 
 
 def state_data(name: str, state: State, is_live: bool = True) -> dict[str, Any]:
@@ -521,7 +563,7 @@ def state_data(name: str, state: State, is_live: bool = True) -> dict[str, Any]:
         "ok": state.ok,
         "picture": state.picture,
         "diagnostics": [_diagnostic_data(diagnostic) for diagnostic in capped(state.diagnostics)],
-        "params": [_param_data(control, state.values, is_live) for control in state.controls],
+        "params": [_param_data(control, state.values, is_live=is_live) for control in state.controls],
     }
 
 
@@ -532,7 +574,8 @@ def _diagnostic_data(diagnostic: Diagnostic) -> dict[str, str]:
     return {"severity": severity, "code": diagnostic.code, "message": diagnostic.message, "text": rest.strip("\n")}
 
 
-def _param_data(control: ParamControl, values: Mapping[str, Any], is_live: bool) -> dict[str, Any]:
+def _param_data(control: ParamControl, values: Mapping[str, Any], *, is_live: bool) -> dict[str, Any]:
+    """Return a param as JSON data for the page."""
     param = control.param
     reason = control.reason if is_live else "Saved page; run `scenelang view` to change params."
     return {

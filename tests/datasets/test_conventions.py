@@ -167,7 +167,7 @@ def test_coco_masks_and_boxes_are_of_pixel_edges(still: Made) -> None:
             word = names[each["category_id"]]
             assert (coco.annToMask(each) == expected[word]).all()
             assert masks.toBbox(coco.annToRLE(each)).tolist() == each["bbox"]
-            (thing,) = (thing for thing in item.things if thing["word"] == word)
+            (thing,) = (thing for thing in item.instances if thing["word"] == word)
             pixels = outline(word, pose_) @ item.intrinsics.T
             pixels = pixels[:, :2] / pixels[:, 2:]
             ends = np.append(pixels.min(axis=0), pixels.max(axis=0))

@@ -12,13 +12,13 @@ import pytest
 from support import evaluate
 
 from scenelang.backends.labels.ground_truth import Truth, truth_of
-from scenelang.backends.labels.things import (
-    keypoints_data,
+from scenelang.backends.labels.object_labels import (
+    keypoint_records,
     levels_data,
+    object_records,
+    objects_of,
     oriented_boxes,
     pixels_alone,
-    things_data,
-    things_of,
 )
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.stage import still, unit_size
@@ -46,12 +46,12 @@ def row() -> Scene:
 
 
 def test_things_are_the_nearest_words_of_the_program(row: Scene) -> None:
-    found = things_of(truth(row))
+    found = objects_of(truth(row))
     words = [found.truth.ancestry.entity(i).word for i in found.shown]
     assert sorted(set(words)) == ["chest", "drawer", "knob", "room"]
     shown = {words[number - 1] for number in np.unique(found.ids[found.ids > 0])}
     assert shown == {"drawer", "knob", "room"}  # the chest shows its drawers only
-    only = things_of(found.truth, ["chest"])
+    only = objects_of(found.truth, ["chest"])
     assert set(np.unique(only.ids)) == {0, 1}
     assert only.shares(["chest", "drawer"])["chest"] == pytest.approx((only.ids > 0).mean())
 
@@ -109,7 +109,7 @@ def test_labels_agree_with_an_independent_ray_tracer(read: Read) -> None:
 
 
 def test_pixels_alone_are_those_of_a_scene_of_the_thing_alone(row: Scene) -> None:
-    found = things_of(truth(row))
+    found = objects_of(truth(row))
     alone = pixels_alone(found, *unit_size(row))
     boxes = found.boxes
     for instance in found.shown.tolist():
@@ -144,9 +144,9 @@ def test_handles_of_some_are_those_of_all(row: Scene) -> None:
 
 
 def test_records_of_things_are_exact(row: Scene) -> None:
-    found = things_of(truth(row))
+    found = objects_of(truth(row))
     classes = {"chest": 1, "drawer": 2, "knob": 3}
-    records = things_data(
+    records = object_records(
         found, dict.fromkeys(found.shown.tolist(), "h"), classes, pixels_alone(found, *unit_size(row))
     )
     by_id = {each["id"]: each for each in records}
@@ -177,8 +177,8 @@ def test_oriented_boxes_hold_sheared_and_reflected_things() -> None:
 
 
 def test_keypoints_know_whether_they_are_seen(row: Scene) -> None:
-    found = things_of(truth(row))
-    points = keypoints_data(found, ["knob", "drawer"])
+    found = objects_of(truth(row))
+    points = keypoint_records(found, ["knob", "drawer"])
     assert sorted(each["word"] for each in points) == ["drawer", "drawer", "knob", "knob"]
     for each in points:
         pixel, _ = found.truth.camera.project(np.array([each["world"]]))
@@ -190,7 +190,7 @@ def test_keypoints_know_whether_they_are_seen(row: Scene) -> None:
 
 
 def test_levels_cover_the_same_pixels(row: Scene) -> None:
-    found = things_of(truth(row))
+    found = objects_of(truth(row))
     levels = levels_data(found, 8)
     assert [sorted({record["word"] for record in records}) for _, records in levels] == [
         ["chest", "cube"], ["cube", "drawer"], ["cube", "knob"], ["cube", "sphere"],
@@ -268,9 +268,9 @@ def test_a_million_instances_are_labelled(tmp_path: Path, n: int) -> None:
 
 
 def test_more_things_than_a_map_can_number_are_told(row: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    from scenelang.backends.labels import things
+    from scenelang.backends.labels import object_labels
     from scenelang.grammar.diagnostics import LimitError
 
-    monkeypatch.setattr(things, "MAX_THINGS", 2)
+    monkeypatch.setattr(object_labels, "MAX_OBJECTS", 2)
     with pytest.raises(LimitError, match="things are visible, more than the 2"):
-        things_of(truth(row))
+        objects_of(truth(row))

@@ -252,7 +252,7 @@ def test_tracks_follow_points_and_know_when_they_are_hidden() -> None:
         (truths[0].seen & (words[truths[0].ancestry.node[np.maximum(truths[0].instance, 0)]] == "sphere")).reshape(-1)
     )
     places = ground_truth.places_of(truths[0], paths[0], ball)
-    tracks = ground_truth.tracks_of([ground_truth.found_in(places, one, path) for one, path in zip(truths, paths)])
+    tracks = ground_truth.tracks_of([ground_truth.locate(places, one, path) for one, path in zip(truths, paths)])
     assert tracks.pixels[0] == pytest.approx(tracks.pixels[2])
     assert (tracks.state[0] == ground_truth.VISIBLE).all()
     assert (tracks.state[1] == ground_truth.HIDDEN).all()
