@@ -337,7 +337,7 @@ def test_each_frame_of_a_film_is_cast_once(folder: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(views, "truth_in", lambda frame, shot: cast.append(shot.frame) or truth_in(frame, shot))
     everything = [dict(item.files) for item in Maker(spec_of(text, "spec", folder)).make(0).items]
     assert sorted(cast) == [0, 1, 2, 3]
-    monkeypatch.setattr(views, "_KEPT_BYTES", 0)  # two at a time, as for large pictures
+    monkeypatch.setattr(views, "_MAX_CACHE_BYTES", 0)  # two at a time, as for large pictures
     assert [dict(item.files) for item in Maker(spec_of(text, "spec", folder)).make(0).items] == everything
     assert len(cast) > 8
 

@@ -103,7 +103,7 @@ def test_blocks_are_filled_too() -> None:
 
 def test_large_solids_are_looked_at_in_slabs(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = fill('(call "sphere")', 40)
-    monkeypatch.setattr(filling, "_SLAB", 3_000)
+    monkeypatch.setattr(filling, "_BATCH_CELLS", 3_000)
     assert np.array_equal(fill('(call "sphere")', 40).cells, whole.cells)
     assert np.count_nonzero(whole.cells) == pytest.approx(4 / 3 * math.pi * 20**3, rel=0.01)
 

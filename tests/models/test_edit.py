@@ -37,7 +37,7 @@ EDITS = [("t03-bramante-staircase", "shrink staircase radius by 80%"),
 
 @pytest.fixture(autouse=True)
 def _small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(generation, "_SIZE", 48)
+    monkeypatch.setattr(generation, "_IMAGE_PX", 48)
 
 
 def fenced(text: str) -> Said:

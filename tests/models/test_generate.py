@@ -235,7 +235,7 @@ def test_a_scene_without_primitives_goes_back(place: Place) -> None:
 
 
 def test_render_draws_beside_the_program(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(generation, "_DRAFT_SIZE", 64)
+    monkeypatch.setattr(generation, "_DRAFT_PX", 64)
     place.serve(answers(cubes()))
     place.generate("a cube", "-o", "out.scene", "--render")
     with Image.open(place.work / "out.png") as image:
@@ -244,7 +244,7 @@ def test_render_draws_beside_the_program(place: Place, monkeypatch: pytest.Monke
 
 
 def test_render_of_a_film_is_a_gif(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(generation, "_DRAFT_SIZE", 64)
+    monkeypatch.setattr(generation, "_DRAFT_PX", 64)
     film = python("""
 @register()
 def ball(x: float) -> Shape:
@@ -418,7 +418,7 @@ def test_parts_are_learned_from_the_pictures(place: Place, monkeypatch: pytest.M
     def note(arguments: Any, scene: Any, shown: Any, program: Path) -> None:
         calls.append((scene.word, [each.data for each in shown], program, program.exists()))
 
-    monkeypatch.setattr("scenelang.cli.models.invert_generated", note)
+    monkeypatch.setattr("scenelang.cli.neural.invert_generated", note)
     place.serve(answers(cubes(), cubes()))
     place.generate("--image", "a.png", "-o", "out.scene")
     assert calls == []

@@ -136,7 +136,7 @@ def test_the_folder_of_a_linked_file_is_watched(tmp_path: Path) -> None:
 
 
 def test_a_notification_arrives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("scenelang.viewer.workspace._MAX_WAIT", 10_000_000)  # without one it would look after hours
+    monkeypatch.setattr("scenelang.viewer.workspace._MAX_WAIT_MS", 10_000_000)  # without one it would look after hours
     path = tmp_path / "a.scene"
     path.write_text("1", "utf-8")
     changed = threading.Event()
