@@ -257,3 +257,10 @@ def test_a_domain_can_be_deleted(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", sorted(table()))
 def test_every_domain_can_be_deleted(name: str, tmp_path: Path) -> None:
     check_deletion(name, tmp_path)
+
+
+def test_files_that_can_be_imported_are_those_of_the_importers() -> None:
+    from scenelang.backends.minecraft.export import ENDINGS
+    from scenelang.session.session import IMPORTED_ENDINGS
+
+    assert set(IMPORTED_ENDINGS) == {".scad", *ENDINGS}

@@ -492,9 +492,7 @@ def add_import(parser: argparse.ArgumentParser) -> None:
 
 def run_import(arguments: argparse.Namespace) -> int:
     """Convert a file of another program to a scene program."""
-    from scenelang.backends.minecraft import export as minecraft
-    from scenelang.backends.openscad import converting as openscad
-    from scenelang.session.session import other_file_error
+    from scenelang.session.session import IMPORTED_ENDINGS, other_file_error
 
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
@@ -502,11 +500,14 @@ def run_import(arguments: argparse.Namespace) -> int:
             raise UsageError("backend", f"cannot write a program to `{output.name}`", "use .scene")
         check_folder(output)
     path = Path(arguments.file)
-    if path.suffix.lower() not in (".scad", *minecraft.ENDINGS):
-        known = ", ".join((".scad", *minecraft.ENDINGS))
-        message = f"`{path.name}` is no file that can be imported; expected {known}"
+    if path.suffix.lower() not in IMPORTED_ENDINGS:
+        message = f"`{path.name}` is no file that can be imported; expected {', '.join(IMPORTED_ENDINGS)}"
         raise other_file_error(path) or SceneError("file", message)
-    text, warnings = openscad.imported(path) if path.suffix.lower() == ".scad" else minecraft.imported(path)
+    if path.suffix.lower() == ".scad":
+        from scenelang.backends.openscad.converting import imported
+    else:
+        from scenelang.backends.minecraft.export import imported
+    text, warnings = imported(path)
     deliver(text, arguments.output)
     if output is not None:
         done(arguments, output)

@@ -975,6 +975,9 @@ def _reading_hint(error: Exception) -> str | None:
     return "use `-` for standard input" if number == errno.EINVAL else None
 
 
+IMPORTED_ENDINGS = (".scad", ".schem", ".litematic", ".nbt")  # of OpenSCAD, and of Minecraft builds
+
+
 def other_file_error(path: Path) -> SceneError | None:
     """Return the error for a file of another kind, with a hint what to do with it; None if it may be a program."""
     from scenelang.interpreter.scene.primitives import MESH_ENDINGS
@@ -983,7 +986,7 @@ def other_file_error(path: Path) -> SceneError | None:
     if ending in MESH_ENDINGS:
         hint = f'a mesh is a primitive: `(call "asset" :file "{path.name}")`'
         return SceneError("file", f"`{path.name}` is a mesh, not a program", hint)
-    if ending in (".scad", ".schem", ".litematic", ".nbt"):
+    if ending in IMPORTED_ENDINGS:
         hint = f"`scenelang import {path.name}` writes a program"
         return SceneError("file", f"`{path.name}` is of another program", hint)
     return None
