@@ -13,9 +13,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from test_structure import FACADE, FILES, ROOT, file_of, named_modules, reached_from
 
 import scenelang
-from tests.test_structure import FACADE, FILES, ROOT, file_of, named_modules, reached_from
 
 APPLICATIONS = FACADE | {"scenelang/cli", "scenelang/doctor"}
 PACKAGE = Path(scenelang.__file__).parent
