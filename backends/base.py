@@ -161,23 +161,16 @@ class Backend:
         return all(find_spec(package) is not None for package in self.packages)
 
     def metadata(self) -> dict[str, Any]:
-        """Return the backend's metadata as JSON data."""
+        """Return the backend's metadata as JSON data: its description, with the state of the installation."""
+        described = description_of(self)
         return {
-            "name": self.name,
-            "doc": self.doc,
-            "command": self.work.value,
-            "endings": list(self.endings),
+            **{name: described[name] for name in ("name", "doc", "command", "endings")},
             "installed": self.is_installed,
             "install": self.install,
-            "accepts": {
-                "words": list(self.accepts.primitives()),
-                "any_word": self.accepts.any_word,
-                "attributes": list(self.accepts.attributes),
-                "animated": self.accepts.animated,
-            },
+            "accepts": described["accepts"] | {"words": list(self.accepts.primitives())},
             "options": [
-                {"name": option.name, "doc": option.doc, "default": option.default, "choices": list(option.choices)}
-                for option in self.options
+                {name: option[name] for name in ("name", "doc", "default", "choices")}
+                for option in described["options"]
             ],
         }
 
@@ -231,9 +224,9 @@ def require_word(scene: Scene, word: str) -> None:
     from scenelang.interpreter.inspection.instance_paths import is_plain
     from scenelang.interpreter.scene.entity import descendants
 
-    if is_plain(word) and all(entity.word != word for entity in descendants(*scene.frames)):
-        known = sorted({entity.word for entity in descendants(*scene.frames)})
-        raise SceneError("value", f'no entity has the word "{word}"', suggest(word, known))
+    known = {entity.word for entity in descendants(*scene.frames)} if is_plain(word) else {word}
+    if word not in known:
+        raise SceneError("value", f'no entity has the word "{word}"', suggest(word, sorted(known)))
 
 
 def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None:
@@ -306,7 +299,7 @@ class BackendRegistry(PluginRegistry[Backend]):
 
     def _listed(self, point: Any) -> Backend:
         data = _descriptions().get(point.value)
-        return PluginRegistry._load(self, point) if data is None else described(data)
+        return self._load(point) if data is None else described(data)
 
 
 BACKENDS = BackendRegistry(GROUP, "backend", Backend)

@@ -271,6 +271,11 @@ class Edit:
     span: Span
     text: str
 
+    @property
+    def text_edit(self) -> TextEdit:
+        """The edit by its offsets."""
+        return TextEdit(self.span.start, self.span.end, self.text)
+
 
 @dataclass(frozen=True, slots=True)
 class Fix:
@@ -286,7 +291,7 @@ class Fix:
     @property
     def text_edits(self) -> list[TextEdit]:
         """Edits by offsets; all are in one source."""
-        return [TextEdit(edit.span.start, edit.span.end, edit.text) for edit in self.edits]
+        return [edit.text_edit for edit in self.edits]
 
 
 _MAX_MESSAGE = 2_000  # characters of a message or hint; cut in the middle, because values are quoted there

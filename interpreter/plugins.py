@@ -47,6 +47,15 @@ class PluginRegistry(Generic[Plugin]):
         listed = f"available: {', '.join(known)}" if known else "none installed: `pip install scenelang`"
         raise SceneError(self.error, f"unknown {self.kind} `{name}` ({listed})", hint=suggest(name, known))
 
+    def optional(self, name: str) -> Plugin | None:
+        """Return the plug-in ``name``, or None if this installation lacks it or a module that it needs."""
+        try:
+            return self.get(name)
+        except SceneError as error:
+            if isinstance(error.__cause__, ModuleNotFoundError):
+                return None
+            raise
+
     def all(self) -> list[Plugin]:
         """Return all plug-ins that load, sorted by name; ``find`` reports why the others fail."""
         listed = []

@@ -27,7 +27,7 @@ from scenelang.backends.minecraft.blocks import (
 )
 from scenelang.backends.minecraft.voxels import NAMESPACE, Voxels, ignored, modern, namespaced
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, suggest
 from scenelang.interpreter.plugins import SERVICES
 
 IntArray = npt.NDArray[np.int64]
@@ -363,11 +363,8 @@ def nearest_by_meaning(name: str, candidates: Sequence[str]) -> str | None:
 
     Only weights that are already on the machine are used: a misspelled block does not justify a download of 4 GB.
     """
-    try:
-        nearest_word = SERVICES.find("nearest-word")
-    except SceneError:  # without the neural domain
-        return None
-    candidate: str | None = nearest_word(name, candidates)
+    nearest_word = SERVICES.optional("nearest-word")
+    candidate: str | None = None if nearest_word is None else nearest_word(name, candidates)
     return candidate
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from scenelang.grammar.datum import Source, TextEdit, with_edits
+from scenelang.grammar.datum import Source, with_edits
 from scenelang.grammar.diagnostics import Edit
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ class Trials:
 
 def edited(text: str, edits: Iterable[Edit]) -> str:
     """Apply edits that do not overlap; their spans are those of the text before all of them."""
-    return with_edits(text, [TextEdit(edit.span.start, edit.span.end, edit.text) for edit in edits])
+    return with_edits(text, (edit.text_edit for edit in edits))
 
 
 def cheapest(

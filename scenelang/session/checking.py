@@ -28,6 +28,7 @@ from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, S
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.checker.lint import with_fixes
 from scenelang.interpreter.plugins import SERVICES
+from scenelang.interpreter.scene.entity import descendants
 from scenelang.session.session import Session, is_python, linted
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ class Examination:
             diagnostics = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
             diagnostics = with_options(source, diagnostics)
             if self.complete and not is_python(source):
-                with_tested = SERVICES.get("tested-fixes")
+                with_tested = SERVICES.optional("tested-fixes")
                 if with_tested is not None:
                     diagnostics = with_tested(source, diagnostics, self.session.evaluate)
             return Examined(diagnostics, None, result.subject)
@@ -106,7 +107,7 @@ class Examination:
         except SceneError as error:
             return Examined([*result.diagnostics, error.diagnostic], result.scene, error.subject)
         if self.complete and result.scene is not None and not is_python(source) and not _changes(source, diagnostics):
-            with_repairs = SERVICES.get("scene-fixes")
+            with_repairs = SERVICES.optional("scene-fixes")
             if with_repairs is not None:
                 diagnostics = with_repairs(self.session, source, diagnostics, self.stated, geometry=self.geometry)
         return Examined(diagnostics, result.scene, result.subject)
@@ -114,14 +115,24 @@ class Examination:
     def _lints(self) -> Iterator[Callable[[Scene], list[Diagnostic]]]:
         """Yield the checks of the scene that are asked for."""
         if self.stated or self.run:
-            check_declarations = SERVICES.find("declarations")
-            yield lambda scene: check_declarations(scene, self.stated)
+            yield lambda scene: declaration_errors(scene, self.stated)
         if self.geometry:
             yield SERVICES.find("geometry")
         if self.physics is not None:
             physics = SERVICES.find("physics")
             seconds, meters_per_unit = self.physics
             yield lambda scene: physics.check_physics(scene, seconds or physics.SECONDS, meters_per_unit)
+
+
+def declaration_errors(scene: Scene, stated: Sequence[Declaration] = ()) -> list[Diagnostic]:
+    """Return an error for each declaration of a scene, or in ``stated``, that does not hold.
+
+    Only a scene with declarations needs the geometry checks; raises SceneError if this installation lacks them.
+    """
+    if not stated and not scene.declarations and not any(e.declarations for e in descendants(*scene.frames)):
+        return []
+    errors: list[Diagnostic] = SERVICES.find("declarations")(scene, stated)
+    return errors
 
 
 def with_options(source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:

@@ -7,15 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import fits
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.primitives.base import color_of
 from scenelang.interpreter.values.values import Embedding, Pair, Vector
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def look_value(name: str, value: Any) -> Any:

@@ -21,10 +21,10 @@ from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, Li
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.program import Param, Program
-from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
+from scenelang.session.checking import declaration_errors
 from scenelang.session.editing import Editing
 from scenelang.session.session import Session, linted
 from scenelang.stdlib.colors import color_of
@@ -479,11 +479,6 @@ class Workspace:
         return State(version, ok, picture, packet, last, evaluation.diagnostics, controls, {}, evaluation.stamps)
 
 
-def _states_declarations(scene: Scene) -> bool:
-    """Return whether a scene has declarations."""
-    return bool(scene.declarations) or any(entity.declarations for entity in descendants(*scene.frames))
-
-
 def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = None) -> Evaluate:
     """Create the evaluation function of a workspace.
 
@@ -513,8 +508,7 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
                 if result.scene is not None:
                     words = program.all_words if program is not None else None
                     packet = packet_of(result.scene, limit, words, splats)
-                    if _states_declarations(result.scene):
-                        diagnostics = (*diagnostics, *linted(result, SERVICES.find("declarations")))
+                    diagnostics = (*diagnostics, *linted(result, declaration_errors))
         except SceneError as error:
             diagnostics = (*diagnostics, error.diagnostic)
         except Exception as error:  # an internal error must not end the viewer
