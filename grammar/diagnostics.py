@@ -174,18 +174,26 @@ CODES: dict[str, DiagnosticCode] = {
     "overlap": DiagnosticCode(
         "W611", "Parts of the scene overlap: duplicates, one hidden inside another, or a deep intersection."
     ),
-    "floating": DiagnosticCode(
-        "W612", "A part touches nothing and floats slightly off the ground or off its neighbour."
-    ),
-    "unstable": DiagnosticCode("W626", "A thing would fall over: its centre of mass is beside what it rests on."),
-    "below-ground": DiagnosticCode("W613", "A thing is sunk into its floor, or extends far below the ground, y = 0."),
+    "floating": DiagnosticCode("W612", "An object has no support: no contacts lead from it to the ground."),
+    "unstable": DiagnosticCode("W626", "An object would tip over, slide or fall: nothing holds it where it is."),
+    "below-ground": DiagnosticCode("W613", "An object is sunk into the ground, or into what it stands on."),
     "coincident-faces": DiagnosticCode(
         "W614", "Two faces of different colours are coplanar and overlap, so either may be drawn (z-fighting)."
     ),
+    "outlier": DiagnosticCode(
+        "W628", "An object differs from its siblings: turned, out of its row, larger, or missing."
+    ),
+    "outlier-note": DiagnosticCode("N628", "An object differs from its siblings, and may be meant to."),
+    "overlap-note": DiagnosticCode("N611", "Two objects are in each other, and may be meant to be."),
+    "floating-note": DiagnosticCode("N612", "An object has no support, and may be meant to fly."),
+    "unstable-note": DiagnosticCode("N626", "An object stands only if something that no contact shows holds it."),
+    "coincident-faces-note": DiagnosticCode("N614", "Small coplanar faces of different colours overlap (z-fighting)."),
+    "below-ground-note": DiagnosticCode("N613", "An object is in the ground, and may be planted there."),
     "geometry-limit": DiagnosticCode(
         "W615", "The scene is too large for `check --geometry` to check completely, or has too many findings."
     ),
     "body-moves": DiagnosticCode("W631", "A body slides, sinks or is pushed when gravity acts on the scene."),
+    "body-note": DiagnosticCode("N631", "A body moves in a simulation, and may be meant to: it flies, or barely stands."),
     "body-tips": DiagnosticCode("W632", "A body tips over when gravity acts on the scene."),
     "body-falls": DiagnosticCode("W633", "A body falls when gravity acts on the scene."),
     "body-explodes": DiagnosticCode(
@@ -253,7 +261,7 @@ CODES: dict[str, DiagnosticCode] = {
 
 
 # Findings about positions of objects, which may be consequences of other mistakes: repairs handle them last.
-ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces")
+ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces", "outlier")
 
 
 @dataclass(frozen=True, slots=True)
@@ -336,12 +344,17 @@ class Diagnostic:
 
     @property
     def code(self) -> str:
-        """Code such as ``E101``, which users see; errors start with E, warnings with W."""
+        """Code such as ``E101``, which users see; errors start with E, warnings with W, notes with N."""
         return CODES[self.name].code
 
     @property
+    def severity(self) -> str:
+        """Whether it is an "error", a "warning", or a "note": a finding that may be meant."""
+        return {"E": "error", "W": "warning", "N": "note"}[self.code[0]]
+
+    @property
     def is_error(self) -> bool:
-        """Whether the program is rejected; otherwise this is a warning."""
+        """Whether the program is rejected; otherwise this is a warning or a note."""
         return self.code.startswith("E")
 
 
@@ -521,7 +534,10 @@ def is_one_letter_off(a: str, b: str) -> bool:
 
 # --- rendering -------------------------------------------------------------------------------------------------
 
-_STYLES = {"error": "\x1b[1;31m", "warning": "\x1b[1;33m", "place": "\x1b[36m", "hint": "\x1b[32m", "off": "\x1b[0m"}
+_STYLES = {
+    "error": "\x1b[1;31m", "warning": "\x1b[1;33m", "note": "\x1b[1;36m", "place": "\x1b[36m", "hint": "\x1b[32m",
+    "off": "\x1b[0m",
+}  # fmt: skip
 _TAB = "    "
 _MAX_WIDTH = 160  # columns of an excerpt: about two lines of a terminal
 _MAX_CHAIN_LINES = 8  # of a call stack: the four innermost and the four outermost calls
@@ -591,7 +607,7 @@ def _chain_lines(chain: Sequence[tuple[str, Span | None]]) -> list[str]:
 def render_text(diagnostic: Diagnostic, color: bool = False) -> str:
     """Render a diagnostic as text: code, message, location, underlined source line, hint, notes and call stack."""
     style = _STYLES if color else dict.fromkeys(_STYLES, "")
-    severity = "error" if diagnostic.is_error else "warning"
+    severity = diagnostic.severity
     lines = [f"{style[severity]}{severity}[{diagnostic.code}]{style['off']}: {printable(diagnostic.message)}"]
     if diagnostic.span:
         lines.append(f"{style['place']}  --> {_place(diagnostic.span)}{style['off']}")
@@ -652,7 +668,7 @@ def to_json(diagnostic: Diagnostic) -> dict[str, Any]:
     return {
         "code": diagnostic.code,
         "name": diagnostic.name,
-        "severity": "error" if diagnostic.is_error else "warning",
+        "severity": diagnostic.severity,
         "message": diagnostic.message,
         "place": _json_place(diagnostic.span),
         "hint": diagnostic.hint,
@@ -834,8 +850,16 @@ _WARNINGS = {
     "floating": "Place it with `on-top-of`, `align` or `attach`, or allow it with `; lint: allow floating`.",
     "unstable": "Move it over its support, or attach it; allow it with `; lint: allow unstable` if it is fixed there.",
     "below-ground": "Raise it by the depth below 0, which `compute-shape-min` returns.",
+    "outlier": "Place it as its siblings are, or allow it with `; lint: allow outlier` if it is meant.",
+    "outlier-note": "Place it as its siblings are, if it is not meant.",
+    "overlap-note": "Move one of the objects, if it is not meant.",
+    "floating-note": "Give it `:floating #t` if it flies, or place it on something.",
+    "unstable-note": "Give it `:fixed #t`, or put `:body #t` around it and what holds it.",
+    "below-ground-note": "Raise it, if it is not planted there.",
+    "coincident-faces-note": "Move one of the faces by a thousandth.",
     "coincident-faces": "Move one of the faces by a thousandth, or make one of the parts slightly smaller.",
     "body-moves": "Level what carries it, raise its `:friction`, or fix it with the attribute `:fixed #t`.",
+    "body-note": "Give it `:floating #t` or `:fixed #t`, or move it over its support.",
     "body-tips": "Move it over its support, widen the support, or fix it with `:fixed #t`.",
     "body-falls": "Put it on something, join it to what holds it with `:body #t` around both, or fix it.",
     "body-explodes": "Move the overlapping parts apart, or make them one body with `:body #t`.",

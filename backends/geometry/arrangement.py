@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.lint import ground_height
-from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of, clusters
+from scenelang.backends.facts.frame import FrameFacts
+from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of
 from scenelang.backends.surfaces.distance import IntArray, Pairs, depths, distances, neighbours
 from scenelang.backends.surfaces.solids import FloatArray, is_object
 from scenelang.grammar.diagnostics import LimitError, SceneError
@@ -268,9 +268,14 @@ class Arrangement:
         )
 
     @cached_property
+    def facts(self) -> FrameFacts:
+        """Bodies, contacts, ground and verdicts of the frame."""
+        return FrameFacts(self.root, self.bodies, self.ancestry)
+
+    @property
     def ground(self) -> float:
-        """Height of the ground: 0 if an object stands there, else that of the lowest point."""
-        return ground_height(self.bodies) if len(self.bodies) else 0.0
+        """Height of the ground."""
+        return self.facts.ground.height
 
     # --- pairs of bodies ---------------------------------------------------------------------------------------
 
@@ -628,14 +633,6 @@ class Arrangement:
         rows = self._rows(placed, other) if other is not None else np.arange(placed.first, placed.last)
         points = [self._vertices(int(row)) for row in rows]
         return manifold3d.Manifold.hull_points(np.concatenate(points)) if points else manifold3d.Manifold()
-
-    def groups(self, reach: float) -> IntArray:
-        """Return the number (N,) of the cluster of each body; bodies within ``reach`` of each other share it."""
-        near, complete = neighbours(*self.bodies.boxes, reach, MAX_PAIRS)
-        if not complete:
-            raise SceneError("primitives", f"`supported` compares at most {MAX_PAIRS:,} pairs of primitives")
-        close = near[self._gaps(near, np.zeros(3), 2.0 * reach + 1e-12) <= reach] if len(near) else near
-        return clusters(len(self.bodies), close.tolist())
 
 
 def _is_convex(entity: Entity) -> bool:

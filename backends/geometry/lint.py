@@ -1,191 +1,51 @@
-"""Geometric checks of one frame: duplicate, floating, sunken or hidden objects, and z-fighting faces.
+"""Geometric checks of one frame: what floats, is sunk, would fall, overlaps, is hidden or there twice, or z-fights.
 
-Solids often overlap on purpose: a trunk goes into its crown, a leg into the board, a rock into the ground. An overlap
-alone is therefore not reported; the rules below identify configurations that are nearly always mistakes. Measured: 0.4
-findings per scene of the corpus and the examples, at most four in one. Shapes are exact; only mesh files are
-represented by their boxes, and Minecraft blocks, which replace earlier ones, are skipped.
+All rules read the facts of the frame (``backends/facts``); the constants are in its table. Findings that may be meant
+are notes: words and doubtful readings only soften a finding. Minecraft blocks, which replace earlier ones, are skipped.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 
-from scenelang.backends.geometry.stability import (
-    Contacts,
-    boxes_of_groups,
-    contacts_of,
-    hanging,
-    intersecting,
-    is_airborne,
-    is_mounted,
-    is_put_down,
-    is_soft,
-    may_be_set_in,
-    standing_of,
-    unstable,
+from scenelang.backends.facts.frame import FrameFacts, Verdict
+from scenelang.backends.facts.statics import PLANE
+from scenelang.backends.facts.tolerances import (
+    CONTACT_ERROR,
+    COPLANAR_AREA,
+    PLANTED,
+    SHALLOW,
+    SLIM,
+    SUNK_BASE,
+    TOUCH_OF_SOLIDS,
 )
-from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of, clusters
-from scenelang.backends.surfaces.distance import IntArray, depths, distances
+from scenelang.backends.facts.words import flies, is_soft
+from scenelang.backends.geometry.coplanar import coplanar_pairs, faces_of
+from scenelang.backends.geometry.hidden import duplicates, hidden_solids
+from scenelang.backends.geometry.intention import intentions
+from scenelang.backends.geometry.trials import helpful_move
+from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, hull_of
+from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.marks import Marks
-from scenelang.backends.surfaces.solids import FloatArray, PosedForms
+from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, Note
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
-from scenelang.interpreter.scene.primitives import find
-from scenelang.interpreter.scene.primitives.mesh import cofactors_of, inverses_of
 
-_ROUND_SIDES = 32  # of a round solid's mesh, for containment tests of its vertices
+Vector = tuple[float, float, float]
 
-
-# --- coplanar faces: the flat faces of posed solids, and the intersection of two of them ---
-
-
-_DOWNWARD_NORMAL = -0.99  # vertical component of the normal of faces that look down and are rarely visible
-
-
-_Face = tuple[FloatArray, FloatArray]
-
-
-def faces_of(solids: PosedForms, i: int) -> Iterator[_Face]:
-    """Yield outward unit normals (3,) and corners (K, 3) of a posed solid's flat faces."""
-    matrix = solids.matrices[i]
-    cofactors = cofactors_of(matrix[None, :, :3])[0]
-    inside_out = np.sign(np.linalg.det(matrix[:, :3]))
-    form, ratios = solids.form(i)
-    for axis, side, corners in form.flat_faces(ratios):
-        normal = cofactors[:, axis] * side * inside_out
-        length = np.linalg.norm(normal)
-        if length > 0.0:
-            yield normal / length, corners @ matrix[:, :3].T + matrix[:, 3]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SharedFace:
-    """Overlap of two coplanar faces that face the same way.
-
-    Attributes
-    ----------
-    area
-        Area of the overlap, in squared scene units.
-    share
-        Its fraction of the smaller face.
-    center, normal : (3,)
-        Its center, and the common unit normal.
-    """
-
-    area: float
-    share: float
-    center: FloatArray
-    normal: FloatArray
-
-
-def shared_face(
-    faces: Sequence[_Face], others: Sequence[_Face], tolerance: float, least_width: float
-) -> SharedFace | None:
-    """Return the largest overlap of coplanar ``faces`` and ``others``, in planes closer than ``tolerance``.
-
-    Faces that look straight down and overlaps narrower than ``least_width`` are ignored, since they are rarely visible.
-    """
-    best: SharedFace | None = None
-    for normal, corners in faces:
-        if normal[1] < _DOWNWARD_NORMAL:
-            continue
-        for other_normal, other in others:
-            if normal @ other_normal < 1.0 - 1e-6 or abs((other[0] - corners[0]) @ normal) > tolerance:
-                continue
-            axes = _axes(normal)
-            first, second = _counter_clockwise(corners @ axes), _counter_clockwise(other @ axes)
-            piece = _clipped(first, second)
-            area, smaller = _area(piece), min(_area(first), _area(second))
-            if smaller > 0.0 and _width(piece) >= least_width and area > (best.area if best is not None else 0.0):
-                center = axes @ piece.mean(axis=0) + normal * (corners[0] @ normal)
-                best = SharedFace(area, area / smaller, center, normal)
-    return best
-
-
-def _axes(normal: FloatArray) -> FloatArray:
-    """Return two unit vectors perpendicular to ``normal`` as columns (3, 2)."""
-    least = np.eye(3)[np.argmin(np.abs(normal))]
-    u = np.cross(normal, least)
-    u /= np.linalg.norm(u)
-    return np.stack([u, np.cross(normal, u)], axis=1)
-
-
-def _signed(polygon: FloatArray) -> float:
-    """Return the signed area of a polygon (K, 2), positive if it is counter-clockwise (shoelace formula)."""
-    if not len(polygon):
-        return 0.0
-    x, y = (polygon - polygon[0]).T  # products of coordinates far from the origin would cancel
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0) if len(polygon) > 2 else 0.0
-
-
-def _area(polygon: FloatArray) -> float:
-    """Return the area of a polygon (K, 2)."""
-    return abs(_signed(polygon))
-
-
-def _width(polygon: FloatArray) -> float:
-    """Return the width of a rectangle of the polygon's area and perimeter, if it is narrow."""
-    perimeter = np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1).sum() if len(polygon) else 0.0
-    return 2.0 * _area(polygon) / float(perimeter) if perimeter > 0.0 else 0.0
-
-
-def _counter_clockwise(polygon: FloatArray) -> FloatArray:
-    """Return a polygon (K, 2) in counter-clockwise order."""
-    return polygon if _signed(polygon) >= 0.0 else polygon[::-1]
-
-
-def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:
-    """Return the part of a convex polygon inside another; both counter-clockwise.
-
-    Source: Sutherland and Hodgman, "Reentrant polygon clipping", CACM 17 (1974).
-    """
-    for start, end in zip(clip, np.roll(clip, -1, axis=0)):
-        edge = end - start
-        side = edge[0] * (subject[:, 1] - start[1]) - edge[1] * (subject[:, 0] - start[0])
-        inside_points: list[FloatArray] = []
-        for k in range(len(subject)):
-            distance, next_distance = side[k], side[(k + 1) % len(subject)]
-            if distance >= 0.0:
-                inside_points.append(subject[k])
-            if (distance >= 0.0) != (next_distance >= 0.0):
-                inside_points.append(
-                    subject[k] + (subject[(k + 1) % len(subject)] - subject[k]) * distance / (distance - next_distance)
-                )
-        if not inside_points:
-            return np.zeros((0, 2))
-        subject = np.array(inside_points)
-    return subject
-
-
-_POSE_TOLERANCE = 1e-6  # of the scene's size: equal poses differ by rounding only
-_DUPLICATE_OFFSET = 0.05  # of its least extent: a copy that is offset by less is a duplicate, not a neighbor
-_MAX_SIBLING_OVERLAP = 0.34  # of the smaller extent: siblings of one word that overlap more are reported
-_MAX_SUNK = 0.4  # of its height: an object that is deeper in the ground was probably never raised by half its height
-_MAX_SUNK_FURNITURE = 0.05  # the same for objects that are put on a floor, by their noun
-_MAX_SUNK_PEER = 0.02  # the same for an object whose equals stand on the ground
-_MAX_SUNK_BALL = 0.75  # the same for round bodies: rocks, bushes and boats are often half in the ground
-_INLAY_HEIGHT = 0.05  # of its breadth: a flatter object is an inlay of the floor
-_GROUND_AREA = 0.4  # of the scene's area: a body this broad is the ground
-_MAX_HOVER_HEIGHT = 2.0  # of its size: an object that floats higher is meant to fly
-_MAX_FALL_GAPS = 4.0  # times the nearest gap: a body within this distance below an object is its intended support
-_MAX_NEAR_BODIES, _MAX_CLUSTER_BODIES = 24, 64  # bodies around and of a cluster whose gaps are measured
-_MAX_FALL_PAIRS = 16  # lowest bodies of a cluster, and pairs of these with bodies below, whose fall is computed
-_MAX_FALL_STEPS = 16  # steps of a fall, each by the distance that remains
-_CONTACT_GAP = 0.02  # of the contact tolerance: smaller gaps count as none
-_MIN_TILES = 6  # equal floating objects from which small gaps are meant, as of tiles
-_MAX_TILE_GAP = 0.05  # of their size: gaps up to this between many equal objects are joints
-_MAX_FLOATING_SHARE = 0.34  # of the kinds of clusters: if more of them float, the whole scene is in the air
-_JOINT_SCALE = 0.8  # scale of the outer solid: a part that fits into it is deeper than a joint needs
-_MAX_OUTSIDE_SHARE = 1e-3  # of its volume: a solid with less outside another is inside it, up to tessellation
-_MIN_FACE_SHARE = 0.1  # of the smaller face: less flickers too little to be seen
-_MIN_COLOR_DIFFERENCE = 0.08  # of linear channels: z-fighting of stones with slightly different tints is not visible
+MAX_PRIMITIVES = 100_000  # of a frame that is checked
+_MIN_CHECKED_FRAMES = 6  # of a video that are checked, however large they are
+_MAX_CHECKED_FRAMES = 12  # of a video: a finding counts if it holds in most, and a frame takes up to a second
+_MAX_TOTAL_PRIMITIVES = 100_000  # of all checked frames together
+_MAX_DIAGNOSTICS = 20  # findings of a report; further ones are counted
+_SURE = 0.8  # confidence from which an outlier is a warning
+_MAX_MOVES = 4  # findings of a scene for which moves are tried, the gravest
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,579 +55,420 @@ class Finding:
     Attributes
     ----------
     kind
-        "twin", "buried", "deep", "through", "unstable", "tipping" (on an edge), "hanging", "hovering", "sunk" or
-        "fighting".
+        "twin", "hidden", "deep", "sunk", "floating", "tips", "slides", "falls", "outlier" or "coplanar".
     body, other
-        Its subject, and the body that the subject is near or in.
+        Solids: one of its subject, and one that the subject is near or in.
     amount
-        Length in scene units, for faces an area.
-    move, shift
-        Translation that fixes it, and that of the subject's center of mass alone.
+        Length in scene units; for coplanar faces an area.
+    move
+        Translation that would fix it, not yet tried.
+    shift
+        Translation of the subject's center of mass alone that would balance it.
+    note
+        Why it may be meant; empty for a warning.
     whole
-        Whether a twin is a whole object.
+        Whether a duplicate is a whole object.
+    evidence
+        What tells an outlier among its siblings; empty for other kinds.
     """
 
     kind: str
     body: int
     other: int | None
     amount: float
-    move: tuple[float, float, float] | None = None
-    shift: tuple[float, float, float] | None = None
+    move: Vector | None = None
+    shift: Vector | None = None
+    note: str = ""
     whole: bool = False
+    evidence: str = ""
 
 
-_OVERLAPS = ("twin", "buried", "deep", "through")
+_KINDS = ("twin", "hidden", "deep", "sunk", "tips", "slides", "falls", "floating", "outlier", "coplanar")
+
+
+def _gravity(finding: Finding) -> tuple[bool, int, float]:
+    """Return a key that sorts findings, the gravest first: warnings before notes, by kind and amount."""
+    return bool(finding.note), _KINDS.index(finding.kind), -finding.amount
 
 
 class CheckedFrame:
-    """Frame with its bodies, their contacts and one finding per misplaced object, the gravest first."""
+    """Frame with its facts and one finding for each misplaced object, the gravest first."""
 
-    def __init__(self, root: Entity, bodies: Bodies | None = None) -> None:
-        self.bodies = bodies_of(root) if bodies is None else bodies
-        self.contacts = contacts_of(self.bodies, root)
+    def __init__(self, root: Entity, facts: FrameFacts | None = None) -> None:
+        self.facts = FrameFacts(root) if facts is None else facts
+
+    @property
+    def solids(self) -> Bodies:
+        """The solids of the frame."""
+        return self.facts.solids
 
     @cached_property
     def findings(self) -> list[Finding]:
-        """Findings about the frame, the gravest first."""
-        return self._ranked(list(_findings(self.bodies, self.contacts))) if len(self.bodies) else []
+        """Findings about the frame: warnings before notes, the gravest first."""
+        if not len(self.solids):
+            return []
+        every = [self._softened(finding) for finding in self._every()]
+        ranked: dict[tuple[object, ...], Finding] = {}
+        for finding in sorted(every, key=_gravity):
+            ranked.setdefault(self._key(finding), finding)
+        return list(ranked.values())
+
+    def _key(self, finding: Finding) -> tuple[object, ...]:
+        """Return a key by which a body has one finding about its place."""
+        body = int(self.facts.bodies.body[finding.body])
+        if finding.kind in ("coplanar", "hidden"):
+            return finding.kind, finding.body
+        return "place", body
+
+    def _every(self) -> Iterator[Finding]:
+        """Yield all findings."""
+        twins = self._duplicates()
+        yield from twins
+        known = {frozenset((f.body, f.other)) for f in twins if f.other is not None}
+        pairs = self.facts.contacts.pairs
+        fresh = np.array([pair for pair in pairs.tolist() if frozenset(pair) not in known], np.int64).reshape(-1, 2)
+        hidden = hidden_solids(self.facts, fresh)
+        for inner, outer in hidden.items():
+            yield Finding("hidden", inner, outer, self._least_side(inner))
+        twin_bodies = {frozenset(self.facts.bodies.body[list(pair)].tolist()) for pair in known}
+        yield from self._overlaps(hidden, twin_bodies)
+        yield from self._unsupported()
+        yield from self._outliers()
+        side = np.sort(self.solids.boxes[1].max(axis=0) - self.solids.boxes[0].min(axis=0))
+        for i, j, area, move in coplanar_pairs(self.solids, fresh):
+            small = area < COPLANAR_AREA * float(side[1] * side[2])
+            yield Finding("coplanar", j, i, area, move, note="small" if small else "")
+
+    def _outliers(self) -> Iterator[Finding]:
+        """Yield the objects that differ from their siblings."""
+        for outlier in intentions(self.facts):
+            note = "" if outlier.confidence >= _SURE else "a guess"
+            first = int(outlier.rows[0])
+            yield Finding("outlier", first, None, 0.0, outlier.move, note=note, evidence=outlier.evidence)
+
+    def _least_side(self, i: int) -> float:
+        """Return the shortest side of a solid's box."""
+        low, high = self.solids.boxes
+        return float((high[i] - low[i]).min())
+
+    # --- overlaps ----------------------------------------------------------------------------------------------------
+
+    def _duplicates(self) -> list[Finding]:
+        """Return duplicates: one for each body all of whose solids have an equal, else one for each solid."""
+        pairs, body = duplicates(self.facts), self.facts.bodies.body
+        copies = Counter(map(tuple, body[pairs].tolist()))
+        copies_of: dict[object, Finding] = {}
+        for i, j in pairs.tolist():
+            first, second = int(body[i]), int(body[j])
+            whole = first != second and copies[first, second] == len(self.facts.bodies.members[second])
+            key = ("body", second) if whole else ("solid", j)
+            note = "part of one body" if first == second else ""
+            copies_of.setdefault(key, Finding("twin", j, i, self._least_side(i), note=note, whole=whole))
+        return list(copies_of.values())
+
+    def _overlaps(self, hidden: dict[int, int], twins: set[frozenset[int]]) -> Iterator[Finding]:
+        """Yield bodies that are sunk into what they stand on, and pairs of bodies that are in each other."""
+        facts, deepest = self.facts, dict[tuple[int, int], Finding]()
+        group = facts.fastened
+        for link in facts.statics.links:
+            pair = frozenset((link.body, link.other))
+            if link.depth <= 0.0 or pair in twins:
+                continue
+            if link.other == PLANE:
+                finding = self._sunk(link.body, None, link.depth, None)
+            else:
+                i, j = facts.contacts.pairs[link.row].tolist()
+                if {i, j} & hidden.keys() or not self._shows(i, j) or self._are_one(link.body, link.other):
+                    continue
+                finding = self._overlap(link.row, joined=bool(group[link.body] == group[link.other]))
+            if finding is None:
+                continue
+            other = -1 if finding.other is None else int(facts.bodies.body[finding.other])
+            key = (int(facts.bodies.body[finding.body]), other)
+            if key not in deepest or _gravity(finding) < _gravity(deepest[key]):
+                deepest[key] = finding
+        yield from deepest.values()
+
+    def _are_one(self, body: int, other: int) -> bool:
+        """Return whether two bodies are one in the other reading, or parts of one that attributes hold in the air."""
+        bodies, parent = self.facts.bodies, self.facts.ancestry.parent
+        if bodies.joined[body] == bodies.joined[other]:
+            return True
+        return bool(
+            bodies.floating[[body, other]].all() and parent[bodies.instance[body]] == parent[bodies.instance[other]]
+        )
+
+    def _shows(self, i: int, j: int) -> bool:
+        """Return whether an overlap of two solids can be judged: both are opaque or solid, and their shapes known."""
+        solids = self.solids
+        known = solids.exact[[i, j]] | solids.hollow[[i, j]]
+        return bool(known.all())
+
+    def _overlap(self, row: int, *, joined: bool) -> Finding | None:
+        """Return the finding about two overlapping solids of two bodies, None if they may overlap so."""
+        facts, contacts = self.facts, self.facts.contacts
+        i, j = contacts.pairs[row].tolist()
+        depth, along = contacts.depth(row), contacts.along(row)
+        if depth <= CONTACT_ERROR * contacts.room[row]:
+            return None
+        low, high = self.solids.boxes
+        upper, lower = (j, i) if along[1] > 0.0 else (i, j)
+        bodies = facts.bodies.body[[upper, lower]].tolist()
+        if abs(along[1]) >= 0.8 and not facts.fixed[bodies[0]]:
+            on_ground = bool(facts.ground.solids[lower])
+            beside = float(high[lower, 1] - facts.bodies.low[bodies[0], 1]) > 2.0 * depth  # of two chairs in each other
+            if on_ground or not (joined or facts.ground.solids[upper] or beside):
+                level = self._is_level(lower) and (self._is_level(upper) or self._is_round(upper))
+                if on_ground or (level and not self._is_narrower(lower, upper)):
+                    return self._sunk(bodies[0], lower, depth, upper)
+                return None
+        if joined or self.facts.ground.solids[[i, j]].any():
+            return None
+        thin = min(float(np.abs(along) @ (high - low)[k]) for k in (i, j))
+        if depth <= SHALLOW * thin:
+            return None
+        subject, other = self._smaller(i, j)
+        sign = 1.0 if subject == j else -1.0
+        x, y, z = (sign * depth * along).tolist()
+        note = "" if self.solids.opaque[[i, j]].all() else "in something that light passes"
+        if self._is_round(i) and self._is_round(j):
+            note = note or "both are round"
+        if facts.is_threaded(row) and facts.is_enclosed(row, along):
+            note = note or "a rod"
+        return Finding("deep", subject, other, depth, (x, y, z), note=note)
+
+    def _smaller(self, i: int, j: int) -> tuple[int, int]:
+        """Return two solids, that of the smaller or movable body first."""
+        first, second = self.facts.bodies.body[[i, j]].tolist()
+        size = np.linalg.norm(self.facts.bodies.size, axis=1)
+        swapped = (bool(self.facts.fixed[first]), size[first]) > (bool(self.facts.fixed[second]), size[second])
+        return (j, i) if swapped else (i, j)
+
+    def _is_round(self, i: int) -> bool:
+        """Return whether a solid has no flat face."""
+        return bool(self.solids.solids.form(i)[0].is_rounded)
+
+    def _is_narrower(self, i: int, j: int) -> bool:
+        """Return whether a solid is narrower than another in both horizontal directions, as a pole in a ball is."""
+        size = (self.solids.boxes[1] - self.solids.boxes[0])[[i, j]][:, [0, 2]]
+        return bool((size[0] < size[1]).all())
+
+    def _is_level(self, i: int) -> bool:
+        """Return whether a solid has a level face."""
+        return any(abs(float(normal[1])) > 0.99 for normal, _ in faces_of(self.solids.solids, i))
+
+    def _sunk(self, body: int, lower: int | None, depth: float, upper: int | None) -> Finding | None:
+        """Return the finding about a body that is in the ground or in what it stands on, None if it is not deep."""
+        bodies, (low, high) = self.facts.bodies, self.solids.boxes
+        if lower is None:
+            depth = self.facts.ground.height - float(bodies.low[body, 1])
+        elif self.facts.ground.solids[lower]:
+            depth = max(depth, min(float(high[lower, 1] - bodies.low[body, 1]), float(bodies.size[body, 1])))
+        height = float(bodies.size[body, 1])
+        room = min(self.solids.touch, TOUCH_OF_SOLIDS * float(np.linalg.norm(bodies.size[body])))
+        if depth <= max(SUNK_BASE * height, CONTACT_ERROR * room):
+            return None
+        rows = bodies.members[body]
+        level = self.facts.ground.height if lower is None else float(high[lower, 1])
+        below = rows[low[rows, 1] < level - self.solids.touch]
+        foot = float((high[below].max(axis=0) - low[below].min(axis=0))[[0, 2]].max()) if len(below) else 0.0
+        note = ""
+        on_ground = lower is None or bool(self.facts.ground.solids[lower])
+        if not on_ground and not self.solids.opaque[[lower, rows[0]]].all():
+            note = "in something that light passes"
+        elif on_ground and len(below) and all(self._is_round(int(k)) for k in below):
+            note = "it is round"
+        elif foot * SLIM <= height or (on_ground and self._is_planted(body, below, level)):
+            note = "its foot is slim"
+        elif lower is None and self._hangs(body):
+            note = "it hangs"
+        subject = int(upper if upper is not None else rows[np.argmin(low[rows, 1])])
+        return Finding("sunk", subject, lower, depth, (0.0, depth, 0.0), note=note)
+
+    def _is_planted(self, body: int, below: IntArray, level: float) -> bool:
+        """Return whether all that a body has in the ground are slim legs, by a part of their length, as its equals."""
+        facts, (low, high) = self.facts, self.solids.boxes
+        sides = np.sort(np.linalg.norm(self.solids.solids.matrices[below, :, :3], axis=1), axis=1)  # half of its own
+        slim = sides[:, 2] >= SLIM * sides[:, 1]
+        if not len(below) or not slim.all() or (level - low[below, 1] > PLANTED * (high - low)[below, 1]).any():
+            return False
+        entity = self.facts.ancestry.node[facts.bodies.instance]
+        equals = np.flatnonzero(entity == entity[body])
+        return bool((np.abs(facts.bodies.low[equals, 1] - facts.bodies.low[body, 1]) <= 2.0 * self.solids.touch).all())
+
+    def _hangs(self, body: int) -> bool:
+        """Return whether a contact pushes a body up above its center of mass."""
+        return any(
+            link.other != PLANE
+            and (link.normal[1] if link.body == body else -link.normal[1]) > 0.5
+            and link.points[:, 1].min() > self.facts.bodies.center[body, 1]
+            for link in self.facts.statics.of_body[body]
+        )
+
+    # --- support -----------------------------------------------------------------------------------------------------
+
+    def _unsupported(self) -> Iterator[Finding]:
+        """Yield one finding for each cluster that floats, and each group of bodies that would fall."""
+        facts, seen = self.facts, set[object]()
+        for body, verdict in enumerate(facts.verdicts):
+            if verdict.holds:
+                continue
+            if verdict.kind == "floating":
+                key: object = ("cluster", int(facts.clusters[body]))
+            elif verdict.note in ("joined", "glued"):
+                key = (verdict.note, int(facts.bodies.joined[body]))
+            else:
+                key = ("group", int(facts.fastened[body]))
+            if key not in seen:
+                seen.add(key)
+                yield self._floating(body, verdict) if verdict.kind == "floating" else self._falling(body, verdict)
+
+    def _floating(self, body: int, verdict: Verdict) -> Finding:
+        """Return the finding about a cluster of bodies without support, about its largest one."""
+        facts = self.facts
+        members = np.flatnonzero(facts.clusters == facts.clusters[body])
+        largest = int(members[np.argmax(np.linalg.norm(facts.bodies.size[members], axis=1))])
+        rows = facts.bodies.members[largest]
+        low, high = self.solids.boxes
+        lowest = float(facts.bodies.low[members, 1].min())
+        below_plane = facts.ground.height - float(facts.bodies.high[members, 1].max())
+        if below_plane > 0.0 and not facts.ground.solids.any():
+            depth = facts.ground.height - lowest
+            return Finding("sunk", int(rows[0]), None, depth, (0.0, depth, 0.0), note=verdict.note)
+        others = np.flatnonzero(~np.isin(facts.bodies.body, members))
+        least, most = facts.bodies.low[members].min(axis=0), facts.bodies.high[members].max(axis=0)
+        below = others[((low[others] < most) & (high[others] > least))[:, [0, 2]].all(axis=1)]
+        below = below[high[below, 1] <= lowest + self.solids.touch]
+        drop, support = lowest - facts.ground.height, None
+        if len(below) and (highest := int(below[np.argmax(high[below, 1])])) is not None:
+            if lowest - float(high[highest, 1]) <= drop:
+                drop, support = lowest - float(high[highest, 1]), highest
+        if drop <= self.solids.touch and len(others):  # beside or below what it should touch
+            apart = np.maximum(np.maximum(low[others] - most, least - high[others]), 0.0)
+            nearest = int(np.argmin(np.linalg.norm(apart, axis=1)))
+            drop, support = float(np.linalg.norm(apart[nearest])), int(others[nearest])
+        return Finding("floating", int(rows[np.argmin(low[rows, 1])]), support, drop, note=verdict.note)
+
+    def _falling(self, body: int, verdict: Verdict) -> Finding:
+        """Return the finding about a group of bodies that gravity would move, about the body itself."""
+        facts = self.facts
+        rows = facts.bodies.members[body]
+        support = next((link.other if link.body == body else link.body for link in facts.statics.of_body[body]), PLANE)
+        other = None if support == PLANE else int(facts.bodies.members[support][-1])
+        contact = next((link for link in facts.statics.of_body[body] if link.row >= 0), None)
+        if contact is not None:
+            other = next(k for k in facts.contacts.pairs[contact.row].tolist() if facts.bodies.body[k] != body)
+        x, z = verdict.balance.shift
+        shift = (x, 0.0, z) if verdict.kind == "tips" and np.isfinite([x, z]).all() and (x or z) else None
+        beyond = verdict.balance.beyond if np.isfinite(verdict.balance.beyond) else 0.0
+        lowest = int(rows[np.argmin(self.solids.boxes[0][rows, 1])])
+        return Finding(verdict.kind, lowest, other, max(beyond, 0.0), shift, shift, verdict.note)
+
+    def _softened(self, finding: Finding) -> Finding:
+        """Return a finding as a note where its words say that it may be meant."""
+        if finding.note or finding.kind in ("twin", "hidden", "coplanar"):
+            return finding
+        words = self.solids.words(finding.body)[1:]
+        if finding.kind in ("floating", "tips", "falls", "slides"):
+            body = int(self.facts.bodies.body[finding.body])
+            members = np.flatnonzero(self.facts.fastened == self.facts.fastened[body])
+            every = [word for member in members for word in self.facts.words_of(int(member))]
+            if any(flies(word) for word in (*words, *every)):
+                return replace(finding, note="by its word")
+        elif any(
+            is_soft(word) for word in (*words, *(() if finding.other is None else self.solids.words(finding.other)[1:]))
+        ):
+            return replace(finding, note="by its word")
+        return finding
+
+    # --- what a report shows -----------------------------------------------------------------------------------------
 
     def words(self, finding: Finding) -> tuple[str, ...]:
-        """Return the words from the root to the subject of a finding; for a twin, to the duplicated object."""
-        bodies = self.bodies
-        words = bodies.words(finding.body)
-        if finding.whole:
-            words = words[:-1]
-            for i in np.flatnonzero(self.contacts.object_of == self.contacts.object_of[finding.body]).tolist():
-                words = words[: next((k for k, (a, b) in enumerate(zip(words, bodies.words(i))) if a != b), None)]
-        return words
+        """Return the words from the root to the subject of a finding: the object, or the solid of a part of one."""
+        body = int(self.facts.bodies.body[finding.body])
+        if finding.kind in ("hidden", "coplanar") or (finding.kind == "twin" and not finding.whole):
+            return self.solids.words(finding.body)
+        own = self.facts.words_of(body)
+        root = self.facts.root.word
+        return (root, *own) if own else self.solids.words(finding.body)
 
     def concerned(self, finding: Finding) -> IntArray:
-        """Return the bodies of the objects that a finding is about."""
+        """Return the solids of the objects that a finding is about."""
+        body = self.facts.bodies.body
         named = [finding.body] if finding.other is None else [finding.body, finding.other]
-        is_concerned = np.isin(self.contacts.object_of, self.contacts.object_of[named]) | np.isin(
-            self.contacts.owner, self.contacts.owner[named]
-        )
-        return np.flatnonzero(is_concerned)
+        return np.flatnonzero(np.isin(body, body[named]))
+
+    def subject(self, finding: Finding) -> IntArray:
+        """Return the solids of the object that a finding is about."""
+        body = self.facts.bodies.body
+        return np.flatnonzero(body == body[finding.body])
+
+    def members(self, finding: Finding) -> IntArray:
+        """Return the bodies that move together when a finding is fixed: its cluster or its fastened group."""
+        body = int(self.facts.bodies.body[finding.body])
+        label = self.facts.clusters if finding.kind == "floating" else self.facts.fastened
+        return np.flatnonzero((label == label[body]) & ~self.facts.fixed)
+
+    def tried_move(self, finding: Finding) -> Vector | None:
+        """Return a translation of the subject that was tried and fixes a finding without another one; else None."""
+        members = self.members(finding)
+        if finding.kind in ("twin", "hidden", "coplanar") or not len(members):
+            return None
+        before = Counter(self._identity(f) for f in self.findings)
+
+        def helps(facts: FrameFacts) -> bool:
+            """Return whether the finding is gone, and none is new."""
+            after = Counter(
+                CheckedFrame(facts.root, facts)._identity(f) for f in CheckedFrame(facts.root, facts).findings
+            )
+            return after[self._identity(finding)] < before[self._identity(finding)] and not after - before
+
+        return helpful_move(self.facts, members, helps, (finding.move,) if finding.move is not None else ())
+
+    def _identity(self, finding: Finding) -> tuple[object, ...]:
+        """Return the kind of a finding and the body that it is about, which a move does not change."""
+        kind = "falls" if finding.kind in ("tips", "slides", "floating") else finding.kind
+        return kind, bool(finding.note), int(self.facts.bodies.instance[self.facts.bodies.body[finding.body]])
 
     def marks(self, finding: Finding) -> Marks:
         """Return the marks of an image of a finding: both objects, their contact and the missing support."""
-        bodies, contacts = self.bodies, self.contacts
-        subject = np.flatnonzero(contacts.object_of == contacts.object_of[finding.body])
+        facts, solids = self.facts, self.solids
+        body = facts.bodies.body
+        subject = np.flatnonzero(body == body[finding.body])
         other = np.zeros(0, np.int64)
         if finding.other is not None:
-            other = np.setdiff1d(np.flatnonzero(contacts.object_of == contacts.object_of[finding.other]), subject)
+            other = np.setdiff1d(np.flatnonzero(body == body[finding.other]), subject)
         points, lines, centers = np.zeros((0, 3)), np.zeros((0, 2, 3)), np.zeros((0, 3))
-        low, high = bodies.boxes
-        foot = (low[subject].min(axis=0) + high[subject].max(axis=0)) / 2.0
-        foot[1] = low[subject, 1].min()
-        if finding.kind in ("unstable", "tipping"):
-            points, lines, centers = standing_of(bodies, contacts, finding.body, ground_height(bodies))
-        elif finding.kind in ("deep", "through") and finding.other is not None:
-            points = bodies.patch(finding.body, finding.other, 0.0)
-        elif finding.kind == "hanging" and finding.other is not None:
-            points = bodies.patch(finding.other, finding.body, bodies.touch)
-        elif finding.move is not None:
-            lines = np.array([[foot, foot + finding.move]])
+        if finding.kind in ("tips", "slides", "falls"):
+            points, lines, centers = self._standing(int(body[finding.body]))
+        elif finding.kind == "deep" and finding.other is not None:
+            points = solids.patch(finding.body, finding.other, 0.0)
+        elif finding.kind in ("floating", "sunk"):
+            low, high = solids.boxes
+            foot = (low[subject].min(axis=0) + high[subject].max(axis=0)) / 2.0
+            foot[1] = low[subject, 1].min()
+            up = finding.amount if finding.kind == "sunk" else -finding.amount
+            lines = np.array([[foot, foot + np.array([0.0, up, 0.0])]])
         return Marks(
-            frozenset(bodies.row[subject].tolist()), frozenset(bodies.row[other].tolist()), points, lines, centers
+            frozenset(solids.row[subject].tolist()), frozenset(solids.row[other].tolist()), points, lines, centers
         )
 
-    def _ranked(self, findings: list[Finding]) -> list[Finding]:
-        """Return one finding for each object; of overlaps, for the object that is in most of them.
-
-        A later finding about an object that an earlier one moves is omitted, since fixing the first may fix it too.
-        """
-        object_of = self.contacts.object_of
-        overlap_counts = self._overlap_counts(findings)
-        twins = Counter(
-            (int(object_of[f.body]), int(object_of[f.other]))
-            for f in findings
-            if f.kind == "twin" and f.other is not None
-        )
-        parts = Counter(object_of.tolist())
-        ranked: dict[tuple[str, int], Finding] = {}
-        moved: set[int] = set()
-        for finding in findings:
-            finding = self._turned(finding, overlap_counts)
-            subject = int(object_of[finding.body])
-            if finding.kind == "fighting":
-                ranked.setdefault(("fighting", finding.body), finding)
-                continue
-            other = None if finding.other is None else int(object_of[finding.other])
-            if finding.kind not in _OVERLAPS and subject in moved:
-                continue
-            if finding.kind in ("deep", "through") and other in moved and ("deep", other) in ranked:
-                continue
-            key = "deep" if finding.kind in ("deep", "through") else finding.kind
-            if key == "deep" and any((kind, subject) in ranked for kind in ("twin", "buried")):
-                continue
-            if key == "twin" and other is not None and other != subject and twins[subject, other] == parts[subject]:
-                ranked.setdefault((key, parts.total() + subject), replace(finding, whole=parts[subject] > 1))
-            elif key == "twin" or key == "buried":
-                ranked.setdefault((key, finding.body), finding)
-            elif (key, subject) not in ranked or ranked[key, subject].amount < finding.amount:
-                ranked[key, subject] = finding
-            moved.add(subject)
-        return list(ranked.values())
-
-    def _overlap_counts(self, findings: Iterable[Finding]) -> Counter[int]:
-        """Return for each object the number of overlaps that one translation of it could resolve.
-
-        It is 0 if the translations contradict each other: a sofa with a chair in each side is not the cause.
-        """
-        object_of = self.contacts.object_of
-        moves: dict[int, list[FloatArray]] = {}
-        for f in findings:
-            if f.kind in ("deep", "through") and f.other is not None and f.move is not None:
-                moves.setdefault(int(object_of[f.body]), []).append(np.array(f.move))
-                moves.setdefault(int(object_of[f.other]), []).append(-np.array(f.move))
-        return Counter({
-            number: len(object_moves) if all(a @ b >= 0.0 for a in object_moves for b in object_moves) else 0
-            for number, object_moves in moves.items()
-        })  # fmt: skip
-
-    def _turned(self, finding: Finding, overlap_counts: Mapping[int, int]) -> Finding:
-        """Return a finding about an overlap with the object in more overlaps, or the smaller one, as subject."""
-        if finding.kind not in ("deep", "through") or finding.other is None or finding.move is None:
-            return finding
-        object_of = self.contacts.object_of
-        first, second = (overlap_counts[int(object_of[i])] for i in (finding.body, finding.other))
-        sizes = [self._size(i) for i in (finding.body, finding.other)]
-        if (first, -sizes[0]) >= (second, -sizes[1]):
-            return finding
-        x, y, z = finding.move
-        return replace(finding, body=finding.other, other=finding.body, move=(-x, -y, -z))
-
-    def _size(self, i: int) -> float:
-        """Return the diagonal of the object of a body."""
-        low, high = self.bodies.boxes
-        rows = self.contacts.object_of == self.contacts.object_of[i]
-        return float(np.linalg.norm(high[rows].max(axis=0) - low[rows].min(axis=0)))
-
-
-def findings(bodies: Bodies, root: Entity) -> list[Finding]:
-    """Return the findings about the frame with a root, the gravest first."""
-    return CheckedFrame(root, bodies).findings
-
-
-def _findings(bodies: Bodies, contacts: Contacts) -> Iterator[Finding]:
-    """Yield all findings about a frame, kind by kind."""
-    pairs = contacts.pairs
-    twins = _twins(bodies, contacts, pairs)
-    yield from twins
-    twin_pairs = {(f.body, f.other) for f in twins}
-    other_pairs = np.array([pair for pair in pairs.tolist() if (pair[1], pair[0]) not in twin_pairs], np.int64).reshape(
-        -1, 2
-    )
-    hidden = _buried(bodies, contacts, other_pairs)
-    yield from hidden
-    hidden_bodies = {f.body for f in hidden}
-    siblings = list(
-        _deep_siblings(
-            bodies, np.array([p for p in other_pairs.tolist() if hidden_bodies.isdisjoint(p)]).reshape(-1, 2)
-        )
-    )
-    yield from siblings
-    known_pairs = twin_pairs | {(f.body, f.other) for f in siblings} | {(i, None) for i in hidden_bodies}
-    ground = ground_height(bodies)
-    for fault in intersecting(bodies, contacts, ground):
-        body, other = fault.body, fault.other
-        if known_pairs.isdisjoint({(body, other), (other, body), (body, None), (other, None)}):
-            yield Finding("through", *fault)
-    sunk = list(_below_ground(bodies, contacts))
-    yield from (finding for finding, deep in sunk if deep)
-    for fault in unstable(bodies, contacts, ground):
-        yield Finding("unstable" if fault.shift is not None else "tipping", *fault)
-    for fault in hanging(bodies, contacts, ground):
-        yield Finding("hanging", *fault)
-    yield from (finding for finding, deep in sunk if not deep)  # a tilted object is reported as unstable instead
-    yield from _hovering(bodies, pairs)
-    yield from _fighting_faces(bodies, other_pairs)
-
-
-# --- overlaps --------------------------------------------------------------------------------------------------------
-
-
-def _twins(bodies: Bodies, contacts: Contacts, pairs: IntArray) -> list[Finding]:
-    """Return duplicates: equal solids under equal poses, and solids of one call with a slight offset.
-
-    Equal solids count however they were created.
-    """
-    a, b = pairs[:, 0], pairs[:, 1]
-    first, second = bodies.solids.take(a), bodies.solids.take(b)
-    is_equal = (first.forms == second.forms) & (
-        np.abs(first.ratios - second.ratios).max(axis=1, initial=0.0) <= _POSE_TOLERANCE
-    )
-    is_equal &= ~bodies.hollow[pairs].any(axis=1) | (bodies.entity[a] == bodies.entity[b])
-    is_same_pose = np.abs(first.matrices - second.matrices).max(axis=(1, 2)) <= _POSE_TOLERANCE * bodies.size
-    turn = np.abs(first.matrices - second.matrices)[:, :, :3].max(axis=(1, 2), initial=0.0)
-    offset = np.linalg.norm(first.matrices[:, :, 3] - second.matrices[:, :, 3], axis=1)
-    low, high = bodies.boxes
-    object_boxes = boxes_of_groups(bodies, contacts.object_of)
-    body_side, object_side = (high - low)[a].min(axis=1), (object_boxes[1] - object_boxes[0])[a].min(axis=1)
-    least_side = np.where(contacts.object_of[a] == contacts.object_of[b], body_side, object_side)
-    is_offset_copy = (offset <= _DUPLICATE_OFFSET * least_side) & (turn <= _POSE_TOLERANCE * bodies.size)
-    is_offset_copy &= (bodies.entity[a] == bodies.entity[b]) & (bodies.path[a] == bodies.path[b])
-    return [
-        Finding("twin", j, i, _extent(bodies, i)) for i, j in pairs[(is_equal & is_same_pose) | is_offset_copy].tolist()
-    ]
-
-
-def _extent(bodies: Bodies, i: int) -> float:
-    """Return the least side of a body's box."""
-    low, high = bodies.boxes
-    return float((high[i] - low[i]).min())
-
-
-def _buried(bodies: Bodies, contacts: Contacts, pairs: IntArray) -> list[Finding]:
-    """Return objects whose solids are all inside an opaque solid, and so never visible.
-
-    A single hidden solid among others, such as a ball in a joint, is normal modeling practice.
-    """
-    low, high = bodies.boxes
-    buried: dict[int, Finding] = {}
-    for first, second in ((0, 1), (1, 0)):
-        inner, outer = pairs[:, first], pairs[:, second]
-        tolerance = 1e-4 * bodies.size
-        boxed = ((low[inner] >= low[outer] - tolerance) & (high[inner] <= high[outer] + tolerance)).all(axis=1)
-        for i, o in pairs[boxed & bodies.opaque[outer]][:, [first, second]].tolist():
-            if i not in buried and _is_inside(bodies, i, o):
-                buried[i] = Finding("buried", i, o, _extent(bodies, i))
-    owner = contacts.owner
-    parts = Counter(owner.tolist())
-    hidden = Counter(owner[list(buried)].tolist())
-    return [
-        f for i, f in buried.items()
-        if hidden[owner[i]] == parts[owner[i]] or _is_deep_sibling(bodies, i, f.other)
-    ]  # fmt: skip
-
-
-def _is_deep_sibling(bodies: Bodies, i: int, other: int | None) -> bool:
-    """Return whether a solid is deeper inside another solid of its object than a joint requires."""
-    assert other is not None
-    return bool(bodies.path[i] == bodies.path[other]) and _is_inside(bodies, i, other, _JOINT_SCALE)
-
-
-def _is_material(word: str) -> bool:
-    """Return whether a primitive's word names only a shape, such as "cube"."""
-    cls = find(word)
-    return cls is not None and cls.is_solid
-
-
-def _is_inside(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> bool:
-    """Return whether a solid is inside another that is scaled by ``limit`` about its center."""
-    if bodies.hollow[outer]:
-        surfaces = bodies.surface(inner), bodies.surface(outer)
-        if surfaces[0] is not None and surfaces[1] is not None:
-            return bool((surfaces[0] - surfaces[1]).volume() < _MAX_OUTSIDE_SHARE * surfaces[0].volume())
-    matrix = bodies.solids.matrices[inner]
-    form, ratios = bodies.solids.form(inner)
-    return _holds(bodies, outer, form.mesh(_ROUND_SIDES, ratios).vertices @ matrix[:, :3].T + matrix[:, 3], limit)
-
-
-def _holds(bodies: Bodies, outer: int, points: FloatArray, limit: float = 1.0) -> bool:
-    """Return whether all points (K, 3) are inside a solid that is scaled by ``limit`` about its center."""
-    matrix = bodies.solids.matrices[outer]
-    local = (points - matrix[:, 3]) @ inverses_of(matrix[None, :, :3])[0].T / limit
-    form, ratios = bodies.solids.form(outer)
-    return bool(form.contains(local[:, 0], local[:, 1], local[:, 2], ratios).all())
-
-
-def _deep_siblings(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Yield deep overlaps of objects with the same word, such as books in a row.
-
-    Round objects are exempt: they are usually leaves, clouds, bubbles or limbs.
-    """
-    chosen = [
-        (i, j)
-        for i, j in pairs.tolist()
-        if bodies.entity[i] == bodies.entity[j] and bodies.paths[bodies.path[i]] == bodies.paths[bodies.path[j]]
-        and _is_an_object(bodies, i) and not bodies.solids.form(i)[0].is_rounded
-    ]  # fmt: skip
-    if not chosen:
-        return
-    numbers = np.array(chosen, np.int64)
-    depth, along = depths(bodies.pairs(numbers))
-    for (i, j), deep, direction in zip(chosen, depth.tolist(), along):
-        if deep > _MAX_SIBLING_OVERLAP * min(_extent(bodies, i), _extent(bodies, j)):
-            move = tuple(float(x) for x in direction * deep)
-            yield Finding("deep", j, i, deep, (move[0], move[1], move[2]))
-
-
-def _is_an_object(bodies: Bodies, i: int) -> bool:
-    """Return whether a body is an object rather than building material.
-
-    Its word is not a shape's, or it is the only solid of a bound word.
-    """
-    words = bodies.words(i)
-    return not _is_material(words[-1]) or (len(words) > 1 and words[-2] in bodies.plain)
-
-
-def ground_height(bodies: Bodies) -> float:
-    """Return the height of the ground: 0 if a body stands there, else the lowest point of the scene."""
-    low, _ = bodies.boxes
-    return 0.0 if bool((np.abs(low[:, 1]) <= 2.0 * bodies.touch).any()) else float(low[:, 1].min())
-
-
-# --- floating --------------------------------------------------------------------------------------------------------
-
-
-def _hovering(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Yield clusters of touching solids that are slightly above the ground and separate from everything else."""
-    cluster = clusters(len(bodies), pairs.tolist())
-    low, _ = bodies.boxes
-    ground = ground_height(bodies)
-    numbers, sizes = np.unique(cluster, return_counts=True)
-    if len(numbers) < 2:
-        return
-    standing = {int(number) for number in cluster[low[:, 1] <= ground + 2.0 * bodies.touch]}
-    if np.count_nonzero(sizes == sizes.max()) == 1:
-        standing.add(int(numbers[np.argmax(sizes)]))
-    firsts = np.unique(cluster, return_index=True)[1]
-    words = {int(number): bodies.words(int(i)) for number, i in zip(numbers, firsts, strict=True)}
-    flying = [
-        int(number) for number in numbers if int(number) not in standing and not is_airborne(words[int(number)][1:])
-    ]
-    kinds, floating = {words[number] for number in (*standing, *flying)}, {words[number] for number in flying}
-    if len(floating) > max(1.0, _MAX_FLOATING_SHARE * len(kinds)):
-        return
-    word_counts = Counter(words[number] for number in flying)
-    for number in flying:
-        members = np.flatnonzero(cluster == number)
-        for finding in _gap_of(bodies, members, np.flatnonzero(cluster != number), ground):
-            size = float((bodies.boxes[1][members].max(axis=0) - bodies.boxes[0][members].min(axis=0)).max())
-            is_tile = word_counts[words[number]] >= _MIN_TILES and finding.other is not None
-            if not is_tile or finding.amount > _MAX_TILE_GAP * size:
-                yield finding
-
-
-def _gap_of(bodies: Bodies, members: IntArray, others: IntArray, ground: float) -> Iterator[Finding]:
-    """Yield the finding about one floating cluster, if the gap around it is small."""
-    low, high = bodies.boxes
-    cluster_low, cluster_high = low[members].min(axis=0), high[members].max(axis=0)
-    size = float((cluster_high - cluster_low).max())
-    apart = np.maximum(np.maximum(low[others] - cluster_high, cluster_low - high[others]), 0.0)
-    near = others[np.argsort(np.linalg.norm(apart, axis=1))[:_MAX_NEAR_BODIES]]
-    numbers = np.array([(i, j) for i in members[:_MAX_CLUSTER_BODIES].tolist() for j in near.tolist()], np.int64)
-    gaps = bodies.gaps(numbers)
-    best = int(np.argmin(gaps))
-    gap, height = float(gaps[best]), float(cluster_low[1] - ground)
-    if min(gap, height) >= _MAX_HOVER_HEIGHT * size:
-        return
-    i, j = numbers[best].tolist()
-    max_drop = max(min(_MAX_FALL_GAPS * gap, _MAX_HOVER_HEIGHT * size), gap)
-    drop, upper, lower = (np.inf, i, j) if height < gap else _drop_of(bodies, members, others, max_drop)
-    if height < gap or height <= drop < np.inf:
-        yield Finding("hovering", i, None, height, (0.0, -height, 0.0))
-    elif drop < np.inf and not is_mounted(bodies.words(i)[1:]):
-        yield Finding("hovering", upper, lower, drop, (0.0, -drop, 0.0))
-    else:
-        _, along = depths(bodies.pairs(numbers[best : best + 1]))
-        move = along[0] * -gap if np.isfinite(along).all() else along[0]
-        yield Finding("hovering", i, j, gap, (-float(move[0]), -float(move[1]), -float(move[2])))
-
-
-def _drop_of(bodies: Bodies, members: IntArray, others: IntArray, most: float) -> tuple[float, int, int]:
-    """Return the fall of a cluster until a body of it meets another body, and these two; infinity if none is near.
-
-    Only bodies within ``most`` below count. Each pair approaches by its distance, which is at most the remaining fall
-    (conservative advancement; Mirtich, 1996).
-    """
-    low, high = bodies.boxes
-    tolerance = bodies.touch
-    lowest = members[np.argsort(low[members, 1], kind="stable")][:_MAX_FALL_PAIRS]
-    above, below = np.repeat(lowest, len(others)), np.tile(others, len(lowest))
-    near = ((low[above] <= high[below]) & (high[above] >= low[below]))[:, [0, 2]].all(axis=1)
-    fall = low[above, 1] - high[below, 1]
-    near &= (low[above, 1] >= low[below, 1]) & (fall <= most)
-    order = np.flatnonzero(near)[np.argsort(fall[near], kind="stable")][:_MAX_FALL_PAIRS]
-    if not len(order):
-        return np.inf, 0, 0
-    pairs = bodies.pairs(np.stack([above[order], below[order]], axis=1))
-    dropped, rows = np.maximum(fall[order], 0.0), np.arange(len(order))
-    best, which = np.inf, 0
-    for _ in range(_MAX_FALL_STEPS):
-        near_pairs = pairs.take(rows)
-        near_pairs.a.matrices[:, 1, 3] -= dropped[rows]
-        gaps = distances(near_pairs)
-        met = rows[gaps <= _CONTACT_GAP * tolerance]
-        if len(met) and dropped[met].min() < best:
-            which = int(met[np.argmin(dropped[met])])
-            best = float(dropped[which])
-        dropped[rows] += gaps
-        rows = rows[(gaps > _CONTACT_GAP * tolerance) & (dropped[rows] <= min(most, best))]
-        if not len(rows):
-            break
-    return best, int(above[order[which]]), int(below[order[which]])
-
-
-# --- the ground ------------------------------------------------------------------------------------------------------
-
-
-def _below_ground(bodies: Bodies, contacts: Contacts) -> Iterator[tuple[Finding, bool]]:
-    """Yield objects that are sunk into their floor or below y = 0, and whether they are deep in it.
-
-    Objects below y = 0 count only if the scene stands there.
-    """
-    low, high = bodies.boxes
-    tolerance = 2.0 * bodies.touch
-    names, object_of = np.unique(contacts.object_of, return_inverse=True)
-    bottom, top = np.full(len(names), np.inf), np.full(len(names), -np.inf)
-    np.minimum.at(bottom, object_of, low[:, 1])
-    np.maximum.at(top, object_of, high[:, 1])
-    hard = np.ones(len(names), bool)
-    hard[object_of[~bodies.solids.that_are("is_rounded")]] = False  # True: all its bodies are round
-    limit = np.where(hard, _MAX_SUNK_BALL, _MAX_SUNK) * np.maximum(top - bottom, 1e-12)
-    lowest = np.lexsort((low[:, 1], object_of))[np.searchsorted(np.sort(object_of), np.arange(len(names)))]
-    below = -low[:, 1] > tolerance
-    ground = _ground(bodies, contacts, below)
-    own = np.where(bodies.solids.that_are("is_rounded"), _MAX_SUNK_BALL, _MAX_SUNK) * (high[:, 1] - low[:, 1])
-    legs = object_of[(-low[:, 1] > np.maximum(own, tolerance)) & (low[:, 1] <= bottom[object_of] + tolerance)]
-    least = np.minimum(limit, _least_dips(bodies, lowest, bottom, top))
-    sunk = (-bottom > np.maximum(least, tolerance)) | np.isin(np.arange(len(names)), legs)
-    sunk &= ~np.isin(np.arange(len(names)), object_of[ground])
-    standing = int(np.count_nonzero((np.abs(bottom) <= tolerance) & ~np.isin(np.arange(len(names)), object_of[ground])))
-    dips: dict[int, tuple[float, int | None]] = {}
-    if standing >= max(int(np.count_nonzero(sunk)), 1):
-        dips |= {int(t): (-float(bottom[t]), None) for t in np.flatnonzero(sunk)}
-    inside = _in_floors(bodies, contacts, object_of, bottom, limit, least)
-    dips |= inside
-    for t, (dip, floor) in dips.items():
-        body = int(lowest[t])
-        if t in inside or not _is_beside(bodies, body, ground):
-            yield Finding("sunk", body, floor, dip, (0.0, dip, 0.0)), dip > limit[t] or t in legs
-
-
-def _least_dips(bodies: Bodies, lowest: IntArray, bottom: FloatArray, top: FloatArray) -> FloatArray:
-    """Return for each object, given by its lowest body, the depth in the ground from which it is a mistake.
-
-    It is finite for objects that are put on a floor, and for objects most of whose equals are on one level above their
-    own; for all others, only a large depth is a mistake.
-    """
-    height, least_dips = top - bottom, np.full(len(lowest), np.inf)
-    round_ones = bodies.solids.that_are("is_rounded")
-    equals: dict[tuple[str, ...], list[int]] = {}
-    for number, body in enumerate(lowest.tolist()):
-        words = bodies.words(body)
-        if len(words) > 2 and not round_ones[body] and not may_be_set_in(words[1:]):
-            equals.setdefault(words, []).append(number)
-            if is_put_down(words[1:]):
-                least_dips[number] = _MAX_SUNK_FURNITURE * height[number]
-    tolerance = 2.0 * bodies.touch
-    for members in equals.values():
-        level = float(np.quantile(bottom[members], 0.5, method="higher"))
-        at_level = [number for number in members if abs(bottom[number] - level) <= tolerance]
-        under = [number for number in members if bottom[number] < level - tolerance]
-        if len(members) > 1 and len(at_level) >= len(under):
-            least_dips[under] = np.minimum(least_dips[under], _MAX_SUNK_PEER * height[under])
-    return least_dips
-
-
-def _in_floors(
-    bodies: Bodies, contacts: Contacts, object_of: IntArray, bottom: FloatArray, limit: FloatArray, least: FloatArray
-) -> dict[int, tuple[float, int | None]]:
-    """Return for each object that is deep in a floor its depth, and the floor."""
-    dips: dict[int, tuple[float, int | None]] = {}
-    low, high = bodies.boxes
-    flat = contacts.floor & (2.0 * (high - low)[:, 1] < (high - low)[:, [0, 2]].min(axis=1)) & bodies.opaque
-    flat &= ~bodies.solids.that_are("is_rounded")  # the side of a hill is below its top
-    touching = contacts.pairs[contacts.apart & flat[contacts.pairs].any(axis=1)]
-    body_of = np.where(flat[touching[:, 1]], touching[:, 0], touching[:, 1])
-    floor_of = touching.sum(axis=1) - body_of
-    deep = high[floor_of, 1] - bottom[object_of[body_of]] > np.maximum(least[object_of[body_of]], 2.0 * bodies.touch)
-    for body, floor in zip(body_of[deep].tolist(), floor_of[deep].tolist()):
-        number, height = int(object_of[body]), float(high[floor, 1])
-        dip, tolerance = height - float(bottom[number]), float(least[number])
-        if is_soft(bodies.words(floor)):
-            tolerance = float(limit[number]) * _MAX_SUNK_BALL / _MAX_SUNK
-        is_flat = float(limit[number]) < _INLAY_HEIGHT * float((high - low)[body, [0, 2]].max())
-        if contacts.floor[body] or object_of[floor] == number or bodies.hollow[floor] or is_flat:
-            continue
-        if dip > max(tolerance, 2.0 * bodies.touch) and dip > dips.get(number, (0.0, None))[0]:
-            dips[number] = dip, (None if abs(height) <= bodies.touch else floor)
-    return dips
-
-
-def _ground(bodies: Bodies, contacts: Contacts, below: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-    """Return which bodies (N,) are the ground.
-
-    They are broad bodies that reach below 0, and bodies below 0 connected to them, such as a board's squares.
-    """
-    low, high = bodies.boxes
-    tolerance = 2.0 * bodies.touch
-    extent = high.max(axis=0) - low.min(axis=0)
-    deep = -low[:, 1] > np.maximum(_MAX_SUNK * (high[:, 1] - low[:, 1]), tolerance)
-    is_broad = (high - low)[:, 0] * (high - low)[:, 2] >= _GROUND_AREA * extent[0] * extent[2]
-    ground: npt.NDArray[np.bool_] = deep & is_broad
-    pairs, depth = contacts.pairs, contacts.depth
-    under = below & (high[:, 1] <= tolerance)
-    level = high[:, 1] >= -tolerance
-    is_joined = (under | ground)[pairs].all(axis=1) & (level[pairs].all(axis=1) | (depth <= 2.0 * tolerance))
-    pairs = pairs[is_joined]
-    while True:
-        reached = ground.copy()
-        reached[pairs[ground[pairs].any(axis=1)]] = True
-        if (reached == ground).all():
-            return ground
-        ground = reached
-
-
-def _is_beside(bodies: Bodies, i: int, ground: npt.NDArray[np.bool_]) -> bool:
-    """Return whether a body touches the side of the ground, as the rim of a board does."""
-    pairs, _, _ = bodies.contacts
-    contact_pairs = pairs[(pairs == i).any(axis=1)]
-    contact_pairs = contact_pairs[ground[contact_pairs].any(axis=1)]
-    if not len(contact_pairs):
-        return False
-    depth, along = depths(bodies.pairs(contact_pairs))
-    return bool(((depth < 0.25 * _extent(bodies, i)) & (np.abs(along[:, 1]) < 0.5)).any())
-
-
-# --- coplanar faces --------------------------------------------------------------------------------------------------
-
-
-def _fighting_faces(bodies: Bodies, pairs: IntArray) -> Iterator[Finding]:
-    """Yield visible overlaps of coplanar faces of different colors, which z-fight."""
-    colors = np.abs(bodies.colors[pairs[:, 0]] - bodies.colors[pairs[:, 1]]).max(axis=1)
-    flat = (bodies.exact & ~bodies.solids.that_are("is_rounded"))[pairs].all(axis=1)
-    opaque = bodies.opaque[pairs].all(axis=1)
-    chosen = pairs[flat & opaque & (colors > _MIN_COLOR_DIFFERENCE)]
-    faces = {i: list(faces_of(bodies.solids, i)) for i in np.unique(chosen).tolist()}
-    for i, j in chosen.tolist():
-        shared = shared_face(faces[i], faces[j], 1e-5 * bodies.size, bodies.touch)
-        if shared is None or shared.share < _MIN_FACE_SHARE:
-            continue
-        if not _is_covered(bodies, shared, i, j):
-            yield Finding("fighting", j, i, shared.area, _out_of(bodies, shared.normal, i, j))
-
-
-def _out_of(bodies: Bodies, normal: FloatArray, i: int, j: int) -> tuple[float, float, float] | None:
-    """Return a translation of a body ``j`` after which the thinner of two bodies protrudes along a normal.
-
-    None if they are equally thick, and so coplanar on both sides.
-    """
-    thick = [float(np.abs(normal) @ (bodies.boxes[1] - bodies.boxes[0])[k]) for k in (i, j)]
-    if abs(thick[0] - thick[1]) <= 1e-5 * bodies.size:
-        return None
-    move = normal * min(2.0 * bodies.touch, 0.5 * min(thick)) * (1.0 if thick[1] < thick[0] else -1.0)
-    return float(move[0]), float(move[1]), float(move[2])
-
-
-def _is_covered(bodies: Bodies, shared: SharedFace, i: int, j: int) -> bool:
-    """Return whether a third solid hides the center of a shared face."""
-    low, high = bodies.boxes
-    point = shared.center + shared.normal * (1e-4 * bodies.size)
-    near = np.flatnonzero(((low <= point) & (high >= point)).all(axis=1))
-    return any(k not in (i, j) and bodies.opaque[k] and _holds(bodies, k, point[None]) for k in near.tolist())
-
-
-# Diagnostics: findings of every frame as warnings at the calls that created the objects (``check --geometry``).
-
-
-MAX_PRIMITIVES = 100_000  # of a frame that is checked
-_MIN_CHECKED_FRAMES = 6  # of a video that are checked, however large they are
-_MAX_TOTAL_PRIMITIVES = 100_000  # of all checked frames together
-_MAX_DIAGNOSTICS = 20  # findings of a report; further ones are counted
+    def _standing(self, body: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the corners of the support of a body's group, its sides and plumb line, and its center of mass."""
+        facts = self.facts
+        members = np.flatnonzero(facts.fastened == facts.fastened[body])
+        points, _, _ = facts.statics.supports_of(members, facts.fastened)
+        center = facts.statics.center_of(members)
+        if not len(points):
+            return points, np.zeros((0, 2, 3)), center[None]
+        level = float(points[:, 1].max())
+        corners = np.insert(hull_of(points[:, [0, 2]]), 1, level, axis=1)
+        sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        plumb = np.array([[center, [center[0], level, center[2]]]])
+        return corners, np.concatenate([sides, plumb]), center[None]
+
+
+# --- diagnostics: findings of every frame at the calls that created the objects (``check --geometry``) ----------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -791,14 +492,15 @@ def marked_finding(scene: Scene) -> tuple[Entity, Marks] | None:
 
 
 def check_geometry(scene: Scene) -> list[Diagnostic]:
-    """Return warnings about the geometry of a scene.
+    """Return warnings and notes about the geometry of a scene.
 
     All frames of a 4D scene are checked, of a large one a sample; findings in most of them are reported.
     """
     count = len(scene.frames)
     frames = checked_frames(scene)
-    groups: dict[tuple[str, tuple[str, ...], tuple[str, ...]], list[_Named]] = {}
+    groups: dict[tuple[object, ...], list[_Named]] = {}
     remarks: list[Diagnostic] = []
+    tried = 0
     for number in frames:
         root = scene.frames[number]
         total = primitive_count(root)
@@ -808,11 +510,16 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
             )
             continue
         checked = CheckedFrame(root)
-        bodies = checked.bodies
         for finding in checked.findings:
             named = _named(checked, finding, number)
-            groups.setdefault((finding.kind, named.words, named.other), []).append(named)
-        if len(bodies) and not bodies.contacts[2]:
+            key = (finding.kind, bool(finding.note), named.words, named.other)
+            if key not in groups and not finding.note and tried < _MAX_MOVES:
+                tried += 1
+                named = replace(named, finding=replace(finding, move=checked.tried_move(finding)))
+            else:
+                named = replace(named, finding=replace(finding, move=None))
+            groups.setdefault(key, []).append(named)
+        if len(checked.solids) and not checked.facts.contacts.complete:
             remarks.append(
                 _incomplete(f"more than the limit of {MAX_PAIRS:,} pairs of nearby primitives", number, count)
             )
@@ -827,7 +534,7 @@ def checked_frames(scene: Scene) -> list[int]:
     """Return the numbers of the frames to check, spaced evenly in a 4D scene that is too large for all."""
     count = len(scene.frames)
     affordable = _MAX_TOTAL_PRIMITIVES // max(primitive_count(scene.root), 1)
-    chosen = min(count, max(_MIN_CHECKED_FRAMES, affordable))
+    chosen = min(count, max(_MIN_CHECKED_FRAMES, min(affordable, _MAX_CHECKED_FRAMES)))
     return sorted({round(i * (count - 1) / max(chosen - 1, 1)) for i in range(chosen)})
 
 
@@ -839,46 +546,52 @@ def _incomplete(why: str, frame: int, count: int) -> Diagnostic:
 
 def _named(checked: CheckedFrame, finding: Finding, frame: int) -> _Named:
     """Return a finding with the words and source locations of its subjects."""
-    bodies, other = checked.bodies, finding.other
+    other = finding.other
+    other_words: tuple[str, ...] = ()
+    if other is not None:
+        subject = Finding(finding.kind, other, None, 0.0)
+        other_words = (
+            checked.words(subject) if finding.kind not in ("hidden", "coplanar") else checked.solids.words(other)
+        )
     return _Named(
-        finding,
-        checked.words(finding),
-        bodies.words(other) if other is not None else (),
-        _place(bodies, finding.body),
-        _place(bodies, other) if other is not None else None,
-        frame,
-    )
+        finding, checked.words(finding), other_words, _place(checked.solids, finding.body),
+        _place(checked.solids, other) if other is not None else None, frame,
+    )  # fmt: skip
 
 
-def _place(bodies: Bodies, i: int) -> Span | None:
-    """Return the source location of a body's first call, None if it is unknown."""
-    places = bodies.entities[bodies.entity[i]].call_sites
+def _place(solids: Bodies, i: int) -> Span | None:
+    """Return the source location of a solid's first call, None if it is unknown."""
+    places = solids.entities[solids.entity[i]].call_sites
     return places[0] if places else None
 
 
 def message_of(checked: CheckedFrame, finding: Finding) -> str:
-    """Return the message of a warning about a finding."""
+    """Return the message of a diagnostic about a finding."""
     return _MESSAGES[finding.kind][1](_named(checked, finding, 0))
 
 
 def _diagnostic(group: Iterable[_Named], *, animated: bool) -> Diagnostic:
-    """Return one warning for equal findings, about the gravest one."""
+    """Return one diagnostic for equal findings, about the gravest one."""
     findings = list(group)
     named = max(findings, key=lambda named: named.finding.amount)
-    finding = named.finding
     frames = {named.frame for named in findings}
     times = max(Counter(named.frame for named in findings).values())
-    name, describe = _MESSAGES[finding.kind]
-    message = describe(named) + (f" ({times} times)" if times > 1 else "")
+    name, describe = _MESSAGES[named.finding.kind]
+    message = describe(named)
+    if named.finding.note:
+        name, message = f"{name}-note", f"{message}; {_NOTES[named.finding.note]}"
+    message += f" ({times} times)" if times > 1 else ""
     if animated:
         message += f" (frame {min(frames)})"
+    move = next((n.finding.move for n in findings if n.finding.move is not None), None)
     hint = None
-    if finding.move is not None and any(abs(x) > 1e-9 for x in finding.move):
-        hint = f"`(translate [{rounded(finding.move, 3)}])` would fix it"
-    elif finding.shift is not None:
-        hint = f"move the heavy parts by `[{rounded(finding.shift, 3)}]` over the foot, or make the foot broader"
+    if move is not None and not named.finding.note:
+        each = " of each" if times > 1 else ""
+        hint = f"`(translate [{rounded(move, 3)}])`{each} would fix it"
+    elif named.finding.shift is not None and not named.finding.note:
+        hint = f"move its centre of mass by `[{rounded(named.finding.shift, 3)}]` over its support, or broaden that"
     other = named.other_place
-    notes = (Note("the other thing is created here", other),) if other is not None and other != named.place else ()
+    notes = (Note("the other object is created here", other),) if other is not None and other != named.place else ()
     return Diagnostic(name, message, named.place, hint, notes)
 
 
@@ -898,66 +611,88 @@ def _twin(named: _Named) -> str:
     return f"{_path(named.words)} occurs twice in the same place"
 
 
-def _buried_message(named: _Named) -> str:
-    """Return the message about a hidden object."""
+def _hidden(named: _Named) -> str:
+    """Return the message about a hidden solid."""
     return f"{_path(named.words)} is hidden inside {_path(named.other)}"
 
 
 def _deep(named: _Named) -> str:
-    """Return the message about a deep overlap of siblings."""
-    return f"{_path(named.words)} overlaps its neighbour of the same word by {named.finding.amount:.3g}"
+    """Return the message about objects that are in each other."""
+    other = "its neighbour of the same word" if named.words == named.other else _path(named.other)
+    return f"{_path(named.words)} is {named.finding.amount:.3g} deep in {other}"
 
 
-def _through(named: _Named) -> str:
-    """Return the message about objects that pass through each other."""
-    return f"{_path(named.words)} passes through {_path(named.other)}, {named.finding.amount:.3g} deep"
+def _falling(what: str) -> Callable[[_Named], str]:
+    """Return the function that writes the message about an object without balance."""
+
+    def message(named: _Named) -> str:
+        """Return the message."""
+        on = f" on {_path(named.other)}" if named.other else " on the ground"
+        beside = f": its centre of mass is {named.finding.amount:.3g} beyond its support"
+        return f"{_path(named.words)} {what}{on}{beside if named.finding.amount > 0.0 else ''}"
+
+    return message
 
 
-def _unstable(named: _Named) -> str:
-    """Return the message about an unbalanced object."""
-    where = f"where it rests on {_path(named.other)}" if named.other else "its foot"
-    return f"{_path(named.words)} would fall: its centre of mass is {named.finding.amount:.3g} beside {where}"
+def _unheld(named: _Named) -> str:
+    """Return the message about an object with contacts of which none carries it."""
+    touched = f"; it touches {_path(named.other)}" if named.other else ""
+    return f"{_path(named.words)} would fall: nothing carries it{touched}"
 
 
-def _tipping(named: _Named) -> str:
-    """Return the message about an object on an edge."""
-    on = f" on {_path(named.other)}" if named.other else ""
-    return f"{_path(named.words)} would fall: it stands on an edge{on}"
-
-
-def _hanging(named: _Named) -> str:
-    """Return the message about a hanging object."""
-    return f"{_path(named.words)} would fall: it hangs below {_path(named.other)}, which does not hold it"
-
-
-def _hovering_message(named: _Named) -> str:
+def _floating(named: _Named) -> str:
     """Return the message about a floating object."""
-    amount = f"{named.finding.amount:.3g}"
-    if not named.other:
-        return f"{_path(named.words)} floats {amount} above the ground"
-    return f"{_path(named.words)} floats {amount} from {_path(named.other)}"
+    above = _path(named.other) if named.other else "the ground"
+    return (
+        f"{_path(named.words)} floats: it touches nothing that stands, and is {named.finding.amount:.3g} from {above}"
+    )
 
 
 def _sunk(named: _Named) -> str:
     """Return the message about a sunken object."""
-    ground = f"the top of {_path(named.other)}" if named.other else "the ground, y = 0"
-    return f"{_path(named.words)} extends {named.finding.amount:.3g} below {ground}"
+    ground = _path(named.other) if named.other else "the ground"
+    return f"{_path(named.words)} is sunk {named.finding.amount:.3g} into {ground}"
 
 
-def _fighting(named: _Named) -> str:
+def _outlier(named: _Named) -> str:
+    """Return the message about an object that differs from its siblings."""
+    return f"{_path(named.words)} {named.finding.evidence}"
+
+
+def _coplanar(named: _Named) -> str:
     """Return the message about z-fighting faces."""
     return f"a face of {_path(named.words)} is coplanar with one of {_path(named.other)} in another colour (z-fighting)"
 
 
 _MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {
     "twin": ("overlap", _twin),
-    "buried": ("overlap", _buried_message),
+    "hidden": ("overlap", _hidden),
     "deep": ("overlap", _deep),
-    "through": ("overlap", _through),
-    "hovering": ("floating", _hovering_message),
-    "unstable": ("unstable", _unstable),
-    "tipping": ("unstable", _tipping),
-    "hanging": ("unstable", _hanging),
     "sunk": ("below-ground", _sunk),
-    "fighting": ("coincident-faces", _fighting),
+    "floating": ("floating", _floating),
+    "tips": ("unstable", _falling("would tip over")),
+    "slides": ("unstable", _falling("would slide")),
+    "falls": ("unstable", _unheld),
+    "outlier": ("outlier", _outlier),
+    "coplanar": ("coincident-faces", _coplanar),
+}
+_NOTES = {
+    "one of many": "it is one of many small ones, which may fly",
+    "above everything that stands": "it is above everything that stands, and may fly",
+    "in a case": "it is enclosed, and may only have clearance",
+    "overlap": "it is held if what it overlaps is joined to it",
+    "joined": "it is held if the shapes that touch are one object",
+    "glued": "it is held if it is fastened to what it touches",
+    "anchored": "it stands if it is anchored in the ground",
+    "heavy foot": "it stands if its foot is much heavier than the rest",
+    "it is round": "it is round, and may be half buried",
+    "part of one body": "it is inside one object, where it only costs",
+    "small": "the faces are small",
+    "it hangs": "something else carries it",
+    "its foot is slim": "its foot is slim, and may be planted",
+    "both are round": "both are round, and may be soft",
+    "in something that light passes": "it may be in water or air",
+    "a rod": "it may be a rod in its bearing",
+    "a guess": "it may be meant",
+    "by its word": "its word says that it may be meant",
 }

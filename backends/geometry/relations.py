@@ -15,7 +15,6 @@ import numpy as np
 from scenelang.backends.geometry.arrangement import SUNK, Arrangement, PlacedObject, Vector, paired, share_of
 from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.surfaces.convex import bodies_of
-from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.marks import Marks
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Span
@@ -994,45 +993,42 @@ def _middle(arrangement: Arrangement, objects: Sequence[PlacedObject]) -> FloatA
 
 
 def _supported(context: _Context) -> list[_Failure]:
-    """Return the subjects that are not connected to the ground by contacts."""
-    arrangement = context.arrangement
-    subjects = context.objects(context.declaration.things[0])
-    reach = float(context.option("within", min(arrangement.touch(a) for a in subjects)))
-    cluster_of = arrangement.groups(reach)
-    low, _ = arrangement.bodies.boxes
-    standing = set(cluster_of[low[:, 1] <= arrangement.ground + 2.0 * reach].tolist())
-    failures = []
-    for a in subjects:
+    """Return the subjects that the facts of the frame say gravity would move, whatever their words."""
+    arrangement, failures = context.arrangement, list[_Failure]()
+    facts = arrangement.facts
+    for a in context.objects(context.declaration.things[0]):
         context.work.spend()
-        clusters = set(cluster_of[a.first : a.last].tolist())
-        if not clusters - standing or (clusters & standing):
+        moving = [b for b in np.unique(facts.bodies.body[a.first : a.last]).tolist() if not facts.verdicts[b].holds]
+        if not moving:
             if context.option("any"):
                 return []
             continue
-        failures.append(_floating(arrangement, a, cluster_of, clusters))
+        failures.append(_unsupported(arrangement, a, moving))
         if context.first and not context.option("any"):
             break
     return failures[:1] if context.option("any") else failures
 
 
-def _floating(arrangement: Arrangement, a: PlacedObject, cluster_of: IntArray, clusters: set[int]) -> _Failure:
-    """Return the failure of an object that is not connected to the ground, with the fall that connects it."""
+def _unsupported(arrangement: Arrangement, a: PlacedObject, moving: Sequence[int]) -> _Failure:
+    """Return the failure of an object with bodies that gravity would move, with the fall that ends on something."""
+    facts = arrangement.facts
+    verdict = facts.verdicts[moving[0]]
     low, _ = arrangement.box(a)
+    if verdict.kind != "floating":
+        what = {"tips": "would tip over", "slides": "would slide"}.get(
+            verdict.kind, "is held by nothing that it touches"
+        )
+        return _Failure(f'"{a.entity.word}" {what}', max(verdict.balance.beyond, arrangement.touch(a)), a)
+    cluster = facts.clusters[moving[0]]
     others = [
         arrangement.object_at(int(arrangement.ancestry.primitives[row]))
-        for row in _outside(arrangement, cluster_of, clusters)
+        for row in arrangement.bodies.row[facts.clusters[facts.bodies.body] != cluster].tolist()
     ]
     fall = arrangement.fall(a, others)
     down = float(low[1]) - arrangement.ground
     drop = down if fall is None else min(fall, down)
     message = f'"{a.entity.word}" floats {drop:.3g} above what is below it'
     return _Failure(message, max(drop, arrangement.touch(a)), a, None, (0.0, -drop, 0.0))
-
-
-def _outside(arrangement: Arrangement, cluster_of: IntArray, clusters: set[int]) -> list[int]:
-    """Return the primitives of the frame whose bodies are in none of the clusters."""
-    rows = np.flatnonzero(~np.isin(cluster_of, list(clusters)))
-    return [int(row) for row in arrangement.bodies.row[rows]]
 
 
 def _vector(values: Iterable[float]) -> Vector:

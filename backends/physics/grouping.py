@@ -1,19 +1,15 @@
-"""Grouping of a frame's primitives into rigid bodies, the objects that can be moved on their own (docs/physics.md).
+"""Rigid bodies of a frame for simulations: the bodies of its facts, with colliders, masses and attributes.
 
-1. A child of the root is an object, or several. Primitives directly in the root form an object while they touch.
-2. An entity whose parts all touch is one body: a chair of legs, a seat and a back.
-3. If at least half of its parts touch, it is an object with strays, and each connected cluster is a body.
-4. Otherwise it is an arrangement, such as "chess pieces", and is treated like the root.
-5. Parts of different bodies that overlap deeper than ``WELD`` of the smaller one's least side are welded into one body,
-   unless one object is set into another from above. An object deeper in the ground than ``ROOTED`` of its least extent
-   is fixed; of a shallower one, the part in the ground is cut off.
+``backends/facts`` decides what one body is, what is fastened to what, what stands fast, and where the ground is, so
+that simulations and checks agree. Here, fastened bodies become one, and so do bodies that overlap deeper than ``WELD``
+of the smaller one's least side, unless one rests on the other: deeper overlaps would make them fly apart. Bodies whose
+place may be meant (notes of the facts, words that fly) are held. A part of a body that is slightly in the ground is cut
+off.
 
-Grouping by contact rather than at a fixed depth of the tree: at a fixed level the chess set exploded. The cost is a
-plate that leaves its "laid table"; chairs whose legs only touch their seat remain one body. A weld hides an object that
-passes through another; the geometric lint reports that (W634), because a simulation cannot tell a candle in a cake from
-a chair in a wall.
+A weld hides an object that passes through another; `check --geometry` reports that (W611), because a simulation cannot
+tell a candle in a cake from a chair in a wall.
 
-The attributes ``:body``, ``:fixed``, ``:mass``, ``:density`` and ``:friction`` of entities override the grouping.
+The attributes ``:body``, ``:fixed``, ``:floating``, ``:mass``, ``:density`` and ``:friction`` override the grouping.
 """
 
 from __future__ import annotations
@@ -26,17 +22,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.stability import (
-    ChainLink,
-    are_one_object,
-    is_airborne,
-    is_mounted,
-    is_part_of_object,
-    is_portable,
-    is_put_down,
-    is_rooted,
-    may_be_set_in,
-)
+from scenelang.backends.facts.bodies import is_whole, physics_of
+from scenelang.backends.facts.frame import FrameFacts
+from scenelang.backends.facts.tolerances import NARROW
+from scenelang.backends.facts.words import flies
 from scenelang.backends.physics.colliders import (
     Collider,
     FloatArray,
@@ -48,7 +37,7 @@ from scenelang.backends.physics.colliders import (
 from scenelang.backends.physics.dynamics import Distances, Overlap
 from scenelang.backends.physics.masses import Moments, entity_moments, primitive_moments, total, united_moments
 from scenelang.backends.surfaces.appearance import look_of
-from scenelang.backends.surfaces.convex import beyond_edge, clusters
+from scenelang.backends.surfaces.convex import clusters
 from scenelang.backends.surfaces.distance import neighbours
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
@@ -129,6 +118,8 @@ class RigidBody:
         Numbers of its parts.
     fixed
         Whether it cannot move.
+    note
+        Why its place may be meant though gravity moves it, as the facts of the frame say; empty if nothing says so.
     moments
         Mass in kg, center of mass in scene units, second moments in kg and squared scene units.
     low, high : (3,)
@@ -142,6 +133,7 @@ class RigidBody:
     moments: Moments
     low: FloatArray
     high: FloatArray
+    note: str = ""
 
     @property
     def name(self) -> str:
@@ -232,7 +224,7 @@ def bodies_of(root: Entity, unit: float | None = None) -> BodySet:
         raise SceneError("empty-scene", message, "semantic primitives take part with `:body #t`")
     if sum(len(part.colliders) for part in parts) > MAX_COLLIDERS:
         raise LimitError("size", f"the scene has more than the limit of {MAX_COLLIDERS:,} convex pieces to simulate")
-    return _Grouping(nodes, parts, unit).grouped()
+    return _Grouping(FrameFacts(root), nodes, parts, unit).grouped()
 
 
 def _refuse_blocks(root: Entity) -> None:
@@ -256,33 +248,16 @@ def _expanded(root: Entity) -> Iterator[PlacedEntity]:
                 "primitives", f"more than the limit of {MAX_PARTS:,} primitives to simulate",
                 hint="simulate a part of the scene with `--root WORD`",
             )  # fmt: skip
-        yield PlacedEntity(entity, world, parent, _physics_of(entity))
+        yield PlacedEntity(entity, world, parent, physics_of(entity))
         stack.extend((part.car, compose(world, part.cdr), number) for part in reversed(entity.children))
         number += 1
-
-
-def _physics_of(entity: Entity) -> dict[str, Any]:
-    """Return the validated physics attributes of an entity; raises SceneError("attribute")."""
-    attributes = entity.embedding.attributes
-    physics: dict[str, Any] = {}
-    for name, attribute in _READERS.items():
-        value = attributes.get(name)
-        if value is None or attribute.read is None:
-            continue
-        try:
-            physics[name] = attribute.read(entity.word, name, value)
-        except SceneError as error:
-            if entity.call_sites and error.span is None:
-                error.span = entity.call_sites[0]
-            raise
-    return physics
 
 
 def _parts(nodes: Sequence[PlacedEntity]) -> Iterator[BodyPart]:
     """Yield the visible primitives with a volume; semantic primitives only within a declared body."""
     in_declared_body = [False] * len(nodes)  # of each node, by attributes at or above it
     for number, node in enumerate(nodes):
-        in_declared_body[number] = _is_whole(node.physics) or (node.parent >= 0 and in_declared_body[node.parent])
+        in_declared_body[number] = is_whole(node.physics) or (node.parent >= 0 and in_declared_body[node.parent])
         shape = node.entity.shape
         if shape is None or not shape.has_geometry or (shape.is_semantic and not in_declared_body[number]):
             continue
@@ -302,9 +277,12 @@ def _parts(nodes: Sequence[PlacedEntity]) -> Iterator[BodyPart]:
 class _Grouping:
     """Groups the parts of a frame into bodies."""
 
-    def __init__(self, nodes: tuple[PlacedEntity, ...], parts: tuple[BodyPart, ...], unit: float | None) -> None:
+    def __init__(
+        self, facts: FrameFacts, nodes: tuple[PlacedEntity, ...], parts: tuple[BodyPart, ...], unit: float | None
+    ) -> None:
         """Index the nodes and parts, and measure the contacts between parts."""
-        self.nodes, self.parts = nodes, parts
+        self.facts, self.nodes, self.parts = facts, nodes, parts
+        self.body_of: list[int] = []  # number of each part's body in the facts; negative without one
         boxes = [part.box() for part in parts]
         self.low, self.high = np.array([low for low, _ in boxes]), np.array([high for _, high in boxes])
         if not (np.isfinite(self.low).all() and np.isfinite(self.high).all()):
@@ -358,76 +336,17 @@ class _Grouping:
         return BodySet(self.nodes, self.parts, bodies, ground, self.unit, frictions)
 
     def _objects(self) -> list[list[int]]:
-        """Return the parts of each object, before welds.
-
-        Nodes are visited from the root down; a node is split while it is an arrangement (see the module).
-        """
-        groups: list[list[int]] = []
-        stack = [0]
-        while stack:
-            node = stack.pop()
-            below = self.below[node]
-            if not below:
-                continue
-            physics = self.nodes[node].physics
-            if _is_whole(physics) or "mass" in physics or self.nodes[node].entity.is_primitive:
-                groups.append(below)
-                continue
-            separate = node == 0 or physics.get("body") is False or self._has_bodies(node) or self._is_arrangement(node)
-            clusters = [] if separate else self._clusters(below)
-            if clusters and 2 * len(clusters[0]) >= len(below):
-                groups += clusters
-                continue
-            by_noun = node != 0 and physics.get("body") is not False
-            loose = [child for child in self.children[node] if self._is_loose(child, by_noun=by_noun)]
-            groups += self._clusters([part for child in loose for part in self.below[child]])
-            stack.extend(child for child in reversed(self.children[node]) if child not in loose)
-        return groups
-
-    def _is_arrangement(self, at: int) -> bool:
-        """Return whether an entity contains an object that is lifted from it, by its noun, such as a cup on a table."""
-        children = [child for child in self.children[at] if self.below[child]]
-        return len(children) > 1 and any(is_portable(self.nodes[child].entity) for child in children)
-
-    def _has_bodies(self, at: int) -> bool:
-        """Return whether an attribute below a node declares a separate body."""
-        for part in self.below[at]:
-            node = self.parts[part].node
-            while node != at:
-                physics = self.nodes[node].physics
-                if _is_whole(physics) or physics.get("body") is False:
-                    return True
-                node = self.nodes[node].parent
-        return False
-
-    def _is_loose(self, node: int, *, by_noun: bool) -> bool:
-        """Return whether a node is material of its container rather than an object of its own.
-
-        That is a primitive named after its shape or, with ``by_noun``, an entity whose noun names a part.
-        """
-        entity, physics = self.nodes[node].entity, self.nodes[node].physics
-        if _is_whole(physics) or physics.get("body") is False or "mass" in physics:
-            return False
-        is_shape = entity.shape is not None and entity.shape.is_solid
-        return is_shape or (by_noun and is_part_of_object(entity))
-
-    def _clusters(self, members: Sequence[int]) -> list[list[int]]:
-        """Return the connected clusters of touching parts, the largest first."""
-        inside, visited = set(members), set()
-        components: list[list[int]] = []
-        for start in members:
-            if start in visited:
-                continue
-            visited.add(start)
-            cluster, stack = [], [start]
-            while stack:
-                part = stack.pop()
-                cluster.append(part)
-                unvisited = [other for other in self.touching[part] if other in inside and other not in visited]
-                visited.update(unvisited)
-                stack += unvisited
-            components.append(sorted(cluster))
-        return sorted(components, key=lambda cluster: (-len(cluster), cluster[0]))
+        """Return the parts of each object: a body of the facts, or several that are fastened to each other."""
+        facts, groups = self.facts, dict[int, list[int]]()
+        primitives = np.cumsum([node.entity.is_primitive for node in self.nodes]) - 1  # of each node's primitive
+        solid_of = {int(row): solid for solid, row in enumerate(facts.solids.row.tolist())}
+        for number, part in enumerate(self.parts):
+            solid = solid_of.get(int(primitives[part.node]))
+            body = -1 - number if solid is None else int(facts.bodies.body[solid])
+            self.body_of.append(body)
+            name = body if body < 0 or self._is_apart(number) else int(facts.fastened[body])
+            groups.setdefault(name, []).append(number)
+        return sorted(groups.values())
 
     def _welded(self, groups: Sequence[Sequence[int]]) -> list[list[int]]:
         """Return the groups, merging those with a weld between them."""
@@ -448,37 +367,12 @@ class _Grouping:
     def _rests(self, i: int, j: int, room: float, other_room: float) -> bool:
         """Return whether one of two parts stands on the other, set into it by at most ``room``.
 
-        ``other_room`` is the limit if the second part is the upper one. They must be parts of two objects, one of which
-        leaves the other upward.
+        ``other_room`` is the limit if the second part is the upper one.
         """
-        upper = next((p for p, q in ((i, j), (j, i)) if self._floors[q]), None)
-        put_down = upper is not None and is_put_down(self._words(self.parts[upper].node)[1:])
-        if not put_down and are_one_object(self._chain(i), self._chain(j)):
-            return False
         overlap = self.distances.overlap(i, j)
         if overlap is None or abs(overlap.along[1]) < UPRIGHT:
             return False
         return overlap.depth <= (other_room if overlap.along[1] > 0.0 else room)
-
-    def _paved(self, height: float) -> npt.NDArray[np.bool_]:
-        """Return which parts (N,) are broad, flat shapes on a floor, in which an object of a height may be planted."""
-        extent = self.high - self.low
-        top = float(self.high[self._floors, 1].max(initial=-np.inf))
-        shapes = np.array([self._is_loose(part.node, by_noun=False) for part in self.parts], bool)
-        broad = (2.0 * extent[:, 1] < extent[:, [0, 2]].min(axis=1)) & (extent[:, [0, 2]].max(axis=1) > height)
-        return np.asarray(shapes & broad & (self.low[:, 1] <= top + TOUCH * self.diagonal.max()), bool)
-
-    @cached_property
-    def _floors(self) -> npt.NDArray[np.bool_]:
-        """Mask (N,) of parts that are flat, broad and at the bottom of the scene or at height 0."""
-        extent, bottom, top = self.high - self.low, self.low[:, 1].min(), self.high[:, 1].max()
-        at_zero = np.abs(self.high[:, 1]) <= 1e-3 * (top - bottom)
-        low = (self.low[:, 1] <= bottom + 0.1 * (top - bottom)) | at_zero
-        return np.asarray(self.broad & low & (2.0 * extent[:, 1] < extent[:, [0, 2]].min(axis=1)), bool)
-
-    def _chain(self, part: int) -> list[ChainLink]:
-        """Return the links from the root to a part."""
-        return [ChainLink(at, self.nodes[at].entity) for at in self._upwards(self.parts[part].node)][::-1]
 
     def _separate(self, groups: Sequence[Sequence[int]]) -> None:
         """Cut overlapping colliders of different bodies, so that no body starts inside another.
@@ -489,9 +383,10 @@ class _Grouping:
         stands on them.
         """
         owner = {part: number for number, group in enumerate(groups) for part in group}
+        held = [any(self._is_held(self.body_of[part]) for part in group) for group in groups]
         parts = list(self.parts)
         for i, j in [*self.shallow, *self.deep]:
-            if owner[i] == owner[j]:
+            if owner[i] == owner[j] or (held[owner[i]] and held[owner[j]]):
                 continue
             for overlap in self.distances.overlaps(i, j):
                 least = min(float(np.ptp(parts[k].box(), axis=0).min()) for k in (i, j))
@@ -516,87 +411,51 @@ class _Grouping:
         return any(ground - self.low[p, 1] > WELD * (self.high[p] - self.low[p]).min() for p in group)
 
     def _stands_fast(self, group: Sequence[int], ground: float) -> bool:
-        """Return whether the ground holds a body: it is deep for its least extent, or as broad as a floor."""
-        rows = list(group)
-        low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
-        deep = ground - low[1] > ROOTED * (high - low).min() and not self._leans(group, ground)
-        return bool(deep or (self.broad[rows] & (self.low[rows, 1] < ground)).any())
+        """Return whether the ground holds a body: it is planted there, or the facts hold it."""
+        return any(self._is_held(self.body_of[part]) for part in group)
 
-    def _leans(self, group: Sequence[int], ground: float) -> bool:
-        """Return whether a body is tilted into the ground rather than planted: a table with two legs below it.
-
-        Its center of mass is outside the parts below the ground, which are not deep enough to hold it.
-        """
-        rows = np.array(group)
-        low, high = self.low[rows], self.high[rows]
-        dips = low[:, 1] < ground
-        depth, height = ground - low[:, 1].min(), high[:, 1].max() - low[:, 1].min()
-        if depth > SUNK * height or may_be_set_in(self._words(self._common(group))[1:]):
+    def _is_held(self, body: int) -> bool:
+        """Return whether a body of the facts stands fast, or is where it is on purpose."""
+        facts = self.facts
+        if body < 0:
             return False
-        shapes = [shape for part in group for shape in self.parts[part].colliders]
-        weights = np.array([volume_of_collider(shape) for shape in shapes])
-        center = np.average([shape.center for shape in shapes], axis=0, weights=np.maximum(weights, 1e-300))
-        feet = np.concatenate([np.stack([x, z], axis=1) for x in (low[dips][:, 0], high[dips][:, 0])
-                               for z in (low[dips][:, 2], high[dips][:, 2])])  # fmt: skip
-        return beyond_edge(feet, center[[0, 2]])[0] > 0.0
+        verdict = facts.verdicts[body]
+        return bool(
+            facts.fixed[body] or facts.bodies.floating[body] or body in facts.planted or verdict.note == "anchored"
+            or (not verdict.holds and not facts.bodies.loose[body] and self._flies(body))
+        )  # fmt: skip
+
+    def _note(self, group: Sequence[int]) -> str:
+        """Return the note of the facts on a body of this group, or "narrow" for little balance; empty for neither."""
+        bodies = {self.body_of[part] for part in group if self.body_of[part] >= 0}
+        verdicts = [(self.facts.verdicts[body], self.facts.bodies.size[body, [0, 2]].max()) for body in sorted(bodies)]
+        note = next((verdict.note for verdict, _ in verdicts if verdict.note), "")
+        narrow = any(verdict.balance.beyond > -NARROW * breadth for verdict, breadth in verdicts if verdict.holds)
+        return note or ("narrow" if narrow else "")
+
+    def _flies(self, body: int) -> bool:
+        """Return whether a word of a body is that of something that flies."""
+        return any(flies(word) for word in self.facts.words_of(body))
 
     def _is_apart(self, part: int) -> bool:
         """Return whether an attribute decides the body of a part, so that overlaps do not weld it."""
-        return any(_is_whole(self.nodes[at].physics) for at in self._upwards(self.parts[part].node))
+        return any(is_whole(self.nodes[at].physics) for at in self._upwards(self.parts[part].node))
 
     def _ground(self, groups: Sequence[Sequence[int]]) -> float:
-        """Return the height of the ground: 0 if a body stands there and none is below, else the lowest point."""
-        boxes = [[part.box() for k in group if (part := self.parts[k]).colliders] for group in groups]
-        bottoms = np.array([min(low[1] for low, _ in body_boxes) for body_boxes in boxes if body_boxes])
-        tops = np.array([max(high[1] for _, high in body_boxes) for body_boxes in boxes if body_boxes])
-        near = TOUCH * np.array(
-            [self.diagonal[list(group)].max() for group, body_boxes in zip(groups, boxes) if body_boxes]
-        )
-        if (np.abs(bottoms) <= near).any() and not ((bottoms < -near) & (tops <= near)).any():
-            return min(0.0, float(bottoms[np.abs(bottoms) <= near].min()))
-        return float(bottoms.min())
+        """Return the height of the ground plane: that of the facts, or the lowest point where a body is below it."""
+        tops = [max(self.high[part, 1] for part in group) for group in groups]
+        height = self.facts.ground.height
+        return height if not tops or min(tops) > height - TOUCH else float(self.low[:, 1].min())
 
     def _body(self, group: Sequence[int], ground: float) -> RigidBody:
         """Return the body of a group of parts; raises SceneError if its volume cannot be computed."""
         node = self._common(group)
         low, high = self.low[list(group)].min(axis=0), self.high[list(group)].max(axis=0)
-        stands_fast = self._is_sunk(group, ground) and self._stands_fast(group, ground)
-        fixed = stands_fast or any(self._inherited(part, "fixed") for part in group) or self._hangs(node, group, ground)
+        fixed = self._stands_fast(group, ground) or any(self._inherited(part, "fixed") for part in group)
         moments = self._moments(node, group)
         if not (np.isfinite(moments.mass) and moments.mass > 0.0):
             raise SceneError("solid", f'the volume of "{self.nodes[node].entity.word}" cannot be computed')
-        return RigidBody(self._words(node), node, tuple(group), fixed, moments, low, high)
-
-    def _hangs(self, at: int, group: Sequence[int], ground: float) -> bool:
-        """Return whether the word of a body holds it in place.
-
-        A hanging, flying or mounted body must touch a body and stand on none; a rooted one must stand on the ground or
-        a floor. Attributes take precedence.
-        """
-        physics, words = self.nodes[at].physics, self._words(at)[1:]
-        if "fixed" in physics or "body" in physics or not (is_mounted(words) or is_rooted(words)):
-            return False
-        rows = list(group)
-        low, high = self.low[rows].min(axis=0), self.high[rows].max(axis=0)
-        tolerance = TOUCH * self.diagonal[rows].max()
-        beside = (self.low <= high + tolerance).all(axis=1) & (self.high >= low - tolerance).all(axis=1)
-        beside[rows] = False
-        if is_rooted(words) and (
-            low[1] <= ground + tolerance or (beside & (self.broad | self._paved(float(high[1] - low[1])))).any()
-        ):
-            return True
-        touched = {other for part in rows for other in self.touching[part]} - set(rows)
-        below = [other for other in touched if self.high[other, 1] <= low[1] + max(tolerance, SUNK * (high - low)[1])]
-        if low[1] <= ground + tolerance or below:
-            return False
-        return bool(touched) or is_airborne(words)
-
-    @cached_property
-    def broad(self) -> npt.NDArray[np.bool_]:
-        """Mask (N,) of parts that are as broad as a floor."""
-        area = (self.high - self.low)[:, [0, 2]].prod(axis=1)
-        frame_area = (self.high.max(axis=0) - self.low.min(axis=0))[[0, 2]].prod()
-        return np.asarray(area >= _FLOOR_AREA * frame_area, bool)
+        return RigidBody(self._words(node), node, tuple(group), fixed, moments, low, high, self._note(group))
 
     def _common(self, group: Sequence[int]) -> int:
         """Return the lowest node that contains a group; for welded objects, that of the largest part."""
@@ -698,11 +557,6 @@ def _cut(parts: list[BodyPart], i: int, j: int, overlap: Overlap) -> None:
         assert new is not None
         shapes[number] = new
         parts[part] = replace(parts[part], colliders=tuple(shapes))
-
-
-def _is_whole(physics: dict[str, Any]) -> bool:
-    """Return whether attributes declare an entity to be one body."""
-    return bool(physics.get("fixed") or physics.get("body"))
 
 
 def _countable(entity: Entity) -> int:

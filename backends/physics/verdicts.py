@@ -63,6 +63,8 @@ class BodyReport:
         Number of the body whose motion takes it along, None if it has its own cause.
     place
         Source location of the body, None if unknown.
+    note
+        Why its place may be meant, as the facts of the frame say; "narrow" if it has little balance.
     farthest, turned
         Greatest distance of the center of mass from its start, and greatest rotation in degrees, at any time.
     """
@@ -82,10 +84,12 @@ class BodyReport:
     place: Span | None = None
     farthest: float = 0.0
     turned: float = 0.0
+    note: str = ""
 
     def data(self) -> dict[str, Any]:
         """Return the report as JSON data, without the place."""
-        names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause", "farthest", "turned")
+        names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause", "farthest", "turned",
+                 "note")  # fmt: skip
         return {"words": list(self.words), **{name: getattr(self, name) for name in names}, "center": list(self.center)}
 
 
@@ -174,7 +178,7 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, restin
     return BodyReport(
         body.words, kind, body.moments.mass, body.fixed, body.size, _triple(body.moments.center),
         float(np.linalg.norm(paths[-1, number])), drop, tilt, when, _why(bodies, motion, number, kind), None,
-        bodies.place(body), float(moved.max()), float(turns.max()),
+        bodies.place(body), float(moved.max()), float(turns.max()), body.note,
     )  # fmt: skip
 
 
@@ -302,6 +306,8 @@ def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
     followers = sum(1 for number in range(len(report.bodies)) if _root_cause(report.bodies, number) in members)
     if followers:
         message += f"; {followers} more {'body goes' if followers == 1 else 'bodies go'} with it"
+    if first.note:
+        return Diagnostic("body-note", f"{message}; it may be meant, or be narrowly balanced", first.place)
     return Diagnostic(f"body-{first.kind}", message, first.place, _HINTS[first.kind])
 
 

@@ -22,7 +22,7 @@ from scenelang.interpreter.scene.entity import Entity, descendants, primitive_co
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.computing import manifold_of_mesh
 from scenelang.interpreter.scene.primitives import Placed
-from scenelang.interpreter.scene.primitives.cube import placed_block
+from scenelang.interpreter.scene.primitives.cube import BLOCK, placed_block
 from scenelang.interpreter.values.values import IDENTITY
 
 if TYPE_CHECKING:
@@ -108,14 +108,46 @@ class Bodies:
         return Pairs(self.solids.take(a), self.solids.take(b))
 
     def gaps(self, numbers: IntArray) -> FloatArray:
-        """Return the distances of pairs (M, 2)."""
-        parts = [distances(self.pairs(numbers[i : i + _BATCH_PAIRS])) for i in range(0, len(numbers), _BATCH_PAIRS)]
-        return np.concatenate(parts) if parts else np.zeros(0)
+        """Return the distances of pairs (M, 2); 0 if they touch or overlap."""
+        low, high = self.boxes
+        a, b = numbers[:, 0], numbers[:, 1]
+        gaps = np.linalg.norm(np.maximum(np.maximum(low[a] - high[b], low[b] - high[a]), 0.0), axis=1)
+        others = np.flatnonzero(~self.aligned[numbers].all(axis=1))  # than boxes along the axes
+        for start in range(0, len(others), _BATCH_PAIRS):
+            rows = others[start : start + _BATCH_PAIRS]
+            gaps[rows] = distances(self.pairs(numbers[rows]))
+        return np.asarray(gaps, np.float64)
+
+    @cached_property
+    def aligned(self) -> npt.NDArray[np.bool_]:
+        """Mask (N,) of bodies that are blocks along the axes of the world."""
+        matrices = np.abs(self.solids.matrices[:, :, :3])
+        straight = (matrices > 1e-9 * matrices.max(axis=(1, 2), keepdims=True)).sum(axis=(1, 2)) == 3
+        blocks = np.array([kind is BLOCK for kind in self.solids.kinds], bool)[self.solids.forms]
+        return np.asarray(straight & blocks & ~self.hollow, bool)
+
+    def common_points(self, i: int, j: int, shift: FloatArray) -> FloatArray:
+        """Return the corners (K, 3) of what a body shares with another that is moved by ``shift``.
+
+        There are none if they do not meet, or a surface is unknown.
+        """
+        a, b = self.surface(i), self.surface(j)
+        if a is None or b is None:
+            return np.zeros((0, 3))
+        x, y, z = shift.tolist()
+        both = a ^ b.translate((x, y, z))
+        if both.is_empty():
+            return np.zeros((0, 3))
+        return np.asarray(both.to_mesh64().vert_properties[:, :3], np.float64)
 
     @cached_property
     def contacts(self) -> tuple[IntArray, FloatArray, bool]:
         """The touching pairs (M, 2), their distances, and whether all pairs were checked."""
         near, complete = neighbours(*self.boxes, self.touch, MAX_PAIRS)
+        return *self.touching(near), complete
+
+    def touching(self, near: IntArray) -> tuple[IntArray, FloatArray]:
+        """Return the pairs (M, 2) among nearby ones (K, 2) that touch, and their distances."""
         gaps = self.gaps(near)
         close = gaps <= self.touch
         near, gaps = near[close], gaps[close]
@@ -124,7 +156,7 @@ class Bodies:
             if a is not None and b is not None:
                 gaps[row] = a.min_gap(b, 2.0 * self.touch)
         close = gaps <= self.touch
-        return near[close], gaps[close], complete
+        return near[close], gaps[close]
 
     def _doubtful(self, pairs: IntArray) -> Sequence[int]:
         """Return the rows of pairs (M, 2) with a body that is not convex: their hulls may touch where they do not."""
@@ -139,16 +171,16 @@ class Bodies:
         return np.asarray(~self.exact & np.array(solid, bool)[self.entity], bool)
 
     @cached_property
-    def _surfaces(self) -> dict[int, Manifold | None]:
+    def surfaces(self) -> dict[int, Manifold | None]:
         """Surfaces of the primitives in their own axes, by index of the entity."""
         return {}
 
     def surface(self, i: int) -> Manifold | None:
         """Return the surface of a body in the world, None if it is open or too large."""
         number = int(self.entity[i])
-        if number not in self._surfaces:
-            self._surfaces[number] = self._local_surface(i)
-        local = self._surfaces[number]
+        if number not in self.surfaces:
+            self.surfaces[number] = self._local_surface(i)
+        local = self.surfaces[number]
         is_form = not self.hollow[i] or self._is_form(i)
         return None if local is None else local.transform((self.solids.matrices if is_form else self.worlds)[i])
 
@@ -384,7 +416,17 @@ def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
     at : (2,)
         The point; the distance is negative if it is inside.
     """
+    return _beyond(hull_of(points), at)
+
+
+def all_within(points: FloatArray, others: FloatArray, margin: float) -> bool:
+    """Return whether all ``others`` (L, 2) are in the convex hull of points (K, 2), or at most ``margin`` outside."""
     corners = hull_of(points)
+    return all(_beyond(corners, other)[0] <= margin for other in others)
+
+
+def _beyond(corners: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
+    """Return ``beyond_edge`` for the corners of a convex hull."""
     edges, away = np.roll(corners, -1, axis=0) - corners, at - corners
     share = np.clip((edges * away).sum(axis=1) / np.maximum((edges**2).sum(axis=1), 1e-300), 0.0, 1.0)
     nearest = corners + share[:, None] * edges

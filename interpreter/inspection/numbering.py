@@ -80,6 +80,13 @@ class Ancestry:
                 return ancestors
             ancestors[deeper] = self.parent[ancestors[deeper]]
 
+    def path_of_instances(self, instance: int) -> tuple[int, ...]:
+        """Return the instances from the root to an instance, both included."""
+        chain = [instance]
+        while self.parent[chain[-1]] >= 0:
+            chain.append(int(self.parent[chain[-1]]))
+        return tuple(reversed(chain))
+
     def path(self, instance: int) -> tuple[int, ...]:
         """Return the child positions from the root to an instance."""
         positions: list[int] = []

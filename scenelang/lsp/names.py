@@ -389,6 +389,11 @@ def uri_of(path: Path) -> str:
 # Conversion of diagnostics to the protocol.
 
 
+_SEVERITIES = {
+    "error": lsp.DiagnosticSeverity.Error,
+    "warning": lsp.DiagnosticSeverity.Warning,
+    "note": lsp.DiagnosticSeverity.Information,
+}
 _START = lsp.Range(lsp.Position(0, 0), lsp.Position(0, 1))
 
 
@@ -408,7 +413,7 @@ def shown(diagnostic: Diagnostic, source: Source) -> lsp.Diagnostic:
     return lsp.Diagnostic(
         range_of(span) if here and span is not None else _START,
         message,
-        lsp.DiagnosticSeverity.Error if diagnostic.is_error else lsp.DiagnosticSeverity.Warning,
+        _SEVERITIES[diagnostic.severity],
         diagnostic.code,
         source="scenelang",
         tags=[lsp.DiagnosticTag.Unnecessary] if diagnostic.name == "unused" else None,

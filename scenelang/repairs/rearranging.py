@@ -1,8 +1,7 @@
 """Effects of an edit on the objects of a scene: how far it moves them, whether it deforms them, whether they stay
 supported.
 
-An object is what a person would lift as one: parts that touch and belong to one word (``backends/geometry/stability``
-forms them). ``repairing`` proposes edits; this module rates them.
+An object is a body of the facts of a frame (``backends/facts``). ``repairing`` proposes edits; this module rates them.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from scenelang.backends.geometry.arrangement import Vector
     from scenelang.backends.geometry.lint import CheckedFrame, Finding
-    from scenelang.backends.surfaces.convex import Bodies
     from scenelang.backends.surfaces.distance import IntArray
     from scenelang.backends.surfaces.solids import FloatArray
 
@@ -30,9 +28,6 @@ BoolArray = npt.NDArray[np.bool_]
 # them (`python benchmarks/repairs.py`).
 _DEFORMATION_COST = 4.0
 _UNINVOLVED_COST = 2.0
-# Margin of `unstable`, relative to the breadth of a group: negative, because a moved object must not only be balanced
-# but have its center of mass inside its support by 2 % of its breadth.
-_BALANCE_MARGIN = -0.02
 _NEGLIGIBLE_SHARE = 1e-3  # of the longest component of a translation: smaller components are rounding
 _MOTION_TOLERANCE = 1e-6  # relative to the size of the frame: smaller motions are rounding
 _DEPTH_TOLERANCE = 1.0  # contact tolerances by which a penetration may grow
@@ -101,17 +96,12 @@ class ObjectCorners:
     @classmethod
     def of(cls, frames: Sequence[tuple[CheckedFrame, int, int]]) -> ObjectCorners:
         """Return the objects of frames, each given with the position of its first primitive and their number."""
-        from scenelang.backends.surfaces.convex import clusters
-
         labels = [np.zeros(0, np.int64)]
         for frame, at, count in frames:
-            frame_labels = np.arange(count) + at  # until they are joined, every primitive is an object
-            contacts, row = frame.contacts, frame.bodies.row
-            # Bodies of one instance belong together even if they do not touch, except shapes that a program arranges.
-            has_owner = ~contacts.loose & (contacts.owner > 1)
-            first = dict(zip(contacts.owner[has_owner].tolist(), np.flatnonzero(has_owner).tolist()))
-            pairs = [(i, first[owner]) for i, owner in enumerate(contacts.owner.tolist()) if has_owner[i]]
-            frame_labels[row] = at + row[clusters(len(row), [*enumerate(contacts.object_of.tolist()), *pairs])]
+            frame_labels = np.arange(count) + at  # a primitive without a solid is an object
+            facts = frame.facts
+            firsts = np.array([members[0] for members in facts.bodies.members], np.int64)
+            frame_labels[facts.solids.row] = at + facts.solids.row[firsts[facts.bodies.body]]
             labels.append(frame_labels)
         _, numbers, counts = np.unique(np.repeat(np.concatenate(labels), 2), return_inverse=True, return_counts=True)
         return cls(numbers, counts)
@@ -149,112 +139,98 @@ class ObjectCorners:
         return mean, motion - mean[self.labels]
 
 
-# --- aims of lint findings ------------------------------------------------------------------------------------------
+# --- aims of findings -----------------------------------------------------------------------------------------------
 
 
-def aims_of(frame: CheckedFrame, finding: Finding, cluster: IntArray, at: int) -> Iterator[Aim]:
-    """Yield the motions that would resolve a finding: of its object, and of the part that it names.
+def aims_of(frame: CheckedFrame, finding: Finding, at: int) -> Iterator[Aim]:
+    """Yield the motions that would resolve a finding: of the objects that move together, and of the solid it names.
 
     Parameters
     ----------
-    cluster
-        Number (N,) of the group of touching bodies that each body is in.
     at
         Position of the frame's first primitive in the layout.
     """
-    from scenelang.backends.geometry.lint import ground_height
-    from scenelang.backends.geometry.stability import loads_of
-
-    bodies, object_of = frame.bodies, frame.contacts.object_of
+    facts = frame.facts
+    row, members = facts.solids.row, frame.members(finding)
+    rows = np.concatenate([facts.bodies.members[int(body)] for body in members]) if len(members) else np.zeros(0, int)
     if finding.shift is not None:
-        members, shares, feet = loads_of(bodies, frame.contacts, finding.body, ground_height(bodies))
-        # An unbalanced object: its load, each body by its share of the mass, moves over its feet.
-        heavy, standing = rows_of(bodies.row[members], at), rows_of(bodies.row[feet], at)
-        yield Aim(heavy, np.repeat(shares / 2.0, 2), standing, _equal(standing), (finding.shift,))
-    moves = (*_moves(bodies, finding), *_falls(frame, cluster, finding))
+        yield from _balancing(frame, rows, finding.shift, at)
+    moves = tuple(dict.fromkeys((*_tried(frame, finding), *_separations(frame, finding))))
     if not moves:
         return
-    rows, none = rows_of(bodies.row[object_of == object_of[finding.body]], at), rows_of(None, at)
-    body = rows_of(bodies.row[[finding.body]], at)
+    none, body = rows_of(None, at), rows_of(row[[finding.body]], at)
+    own = rows_of(row[rows], at)
     if finding.other is None:
-        yield Aim.between(rows, none, moves)
+        yield Aim.between(own, none, moves)
         yield Aim.between(body, none, moves)
-    elif object_of[finding.body] == object_of[finding.other]:
-        yield Aim.between(body, rows_of(bodies.row[[finding.other]], at), moves)
-    else:
-        others = rows_of(bodies.row[[finding.other]], at)
-        yield Aim.between(rows, others, moves)
-        yield Aim.between(body, others, moves)
-
-
-def _falls(frame: CheckedFrame, cluster: IntArray, finding: Finding) -> Iterator[Vector]:
-    """Yield the drops of a finding's cluster of touching objects: to the highest body below it, and to the ground."""
-    from scenelang.backends.geometry.lint import ground_height
-
-    if finding.kind not in ("hovering", "hanging", "unstable", "tipping"):
         return
-    bodies = frame.bodies
-    low, high = bodies.boxes
-    if finding.kind == "hanging":  # the only contact is with the support that it falls from
-        cluster = frame.contacts.object_of
-    in_cluster = cluster == cluster[finding.body]
-    foot, least, most = float(low[in_cluster, 1].min()), low[in_cluster].min(axis=0), high[in_cluster].max(axis=0)
-    below = ~in_cluster & (high[:, 1] <= foot + bodies.touch)
-    for axis in (0, 2):
-        below &= (low[:, axis] < most[axis]) & (high[:, axis] > least[axis])
-    heights = {ground_height(bodies), *([float(high[below, 1].max())] if below.any() else [])}
-    yield from ((0.0, height - foot, 0.0) for height in sorted(heights, reverse=True) if foot - height > bodies.touch)
+    other_body = np.flatnonzero(facts.bodies.body == facts.bodies.body[finding.other])
+    others = rows_of(row[np.setdiff1d(other_body, rows)], at)
+    yield Aim.between(own, others, moves)
+    yield Aim.between(body, rows_of(row[[finding.other]], at), moves)
 
 
-def _moves(bodies: Bodies, finding: Finding) -> tuple[Vector, ...]:
-    """Return the translations that would resolve a finding, the shortest first.
+def _balancing(frame: CheckedFrame, rows: IntArray, shift: Vector, at: int) -> Iterator[Aim]:
+    """Yield the motion of the solids of an unbalanced object over its feet, each by its share of the mass."""
+    solids = frame.solids
+    mass, low = solids.masses[0][rows], solids.boxes[0]
+    feet = rows[low[rows, 1] <= low[rows, 1].min() + solids.touch]
+    heavy, standing = rows_of(solids.row[rows], at), rows_of(solids.row[feet], at)
+    yield Aim(heavy, np.repeat(mass / mass.sum() / 2.0, 2), standing, _equal(standing), (shift,))
 
-    They are the one that the finding has, or those that separate the two boxes along an axis.
-    """
+
+def _tried(frame: CheckedFrame, finding: Finding) -> Iterator[Vector]:
+    """Yield the translation of the objects of a finding that resolves it in the scene, if there is one."""
+    move = frame.tried_move(finding)
+    if move is not None:
+        yield move
+
+
+def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
+    """Return the translations that separate two solids, the shortest first."""
+    if finding.kind not in ("hidden", "coplanar", "deep") or finding.other is None:
+        return ()
     if finding.move is not None:
         least = _NEGLIGIBLE_SHARE * max(map(abs, finding.move))
         x, y, z = (component if abs(component) > least else 0.0 for component in finding.move)
         return ((x, y, z),)
-    if finding.other is None or finding.kind == "twin" or finding.shift is not None:
-        return ()
-    low, high = bodies.boxes
+    low, high = frame.solids.boxes
     i, j = finding.body, finding.other
     moves: list[Vector] = []
     for axis in range(3):
         up, down = high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]
-        if finding.kind == "fighting":
+        if finding.kind == "coplanar":
             # Coplanar faces are separated by little: four contact tolerances are no contact, and hardly visible.
-            up, down = (math.copysign(4.0 * bodies.touch, length) for length in (up, down))
+            up, down = (math.copysign(4.0 * frame.solids.touch, length) for length in (up, down))
         for length in (up,) if axis == 1 else (up, down):  # an object is not moved below the one that it penetrates
             x, y, z = (float(length) if k == axis else 0.0 for k in range(3))
             moves.append((x, y, z))
     return tuple(sorted(moves, key=lambda move: math.hypot(*move)))
 
 
-# --- support after an edit -------------------------------------------------------------------------------------------
+# --- relations after an edit ----------------------------------------------------------------------------------------
 
 
 def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> bool:
-    """Return whether everything that a motion (N, 3) of the corners of a frame moves is supported as before.
+    """Return whether objects that a motion (N, 3) of the corners of a frame moves relate to each other as before.
 
-    Parts stay together, and nothing loses its support or comes close to falling. This is stricter than the lint, which
-    reports only what is nearly always a mistake.
+    The parts of an object stay joined, and what rested on an object rests on it, unless gravity would have moved it.
     """
     moved = _moved(before, after, motion)
     return not moved.any() or not (
-        _is_torn(before, after, moved) or _loses_support(before, after, moved) or _loses_balance(before, after, moved)
+        _is_torn(before, after, moved) or _is_parted(before, after, moved) or _loses_support(before, after)
     )
 
 
 def is_deeper_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> bool:
-    """Return whether a motion (N, 3) of the corners of a frame pushes a body deeper into another object."""
+    """Return whether a motion (N, 3) of the corners of a frame pushes a solid deeper into another object."""
     moved = _moved(before, after, motion)
     return bool(moved.any()) and _is_deeper(before, after, moved)
 
 
 def _moved(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> BoolArray:
-    """Return which bodies (N,) move; none if the frames have different bodies."""
-    old, new = before.bodies, after.bodies
+    """Return which solids (N,) move; none if the frames have different solids."""
+    old, new = before.solids, after.solids
     if len(old) != len(new) or (old.row != new.row).any() or not len(old):
         return np.zeros(len(old), bool)
     length = np.linalg.norm(motion, axis=1).reshape(-1, 2).max(axis=1)[old.row]
@@ -262,9 +238,10 @@ def _moved(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> Boo
 
 
 def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
-    """Return whether a part of an object touches none of the parts that it touched."""
-    touching = {tuple(pair) for pair in after.contacts.pairs.tolist()}
-    joints = before.contacts.pairs[~before.contacts.apart]
+    """Return whether a part of a body touches none of the parts that it touched."""
+    touching = {tuple(pair) for pair in after.facts.contacts.pairs.tolist()}
+    pairs, body = before.facts.contacts.pairs, before.facts.bodies.body
+    joints = pairs[body[pairs[:, 0]] == body[pairs[:, 1]]]
     is_attached: dict[int, bool] = {}
     for i, j in joints[moved[joints].any(axis=1)].tolist():
         for k in (i, j):
@@ -272,53 +249,39 @@ def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> boo
     return not all(is_attached.values())
 
 
-def _loses_support(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
-    """Return whether an object that stood on something touches it only sideways now, or has no contact any more."""
-    labels = before.contacts.object_of
-    return bool((_support_of(after, labels) < _support_of(before, labels)).any())
-
-
-_STANDS, _TOUCHES = 2, 1
-
-
-def _support_of(frame: CheckedFrame, labels: IntArray) -> IntArray:
-    """Return for each object number (N,) ``_STANDS``, ``_TOUCHES``, or 0 if it has no contact."""
-    from scenelang.backends.geometry.lint import ground_height
-
-    bodies, contacts = frame.bodies, frame.contacts
-    low, high = bodies.boxes
-    support = np.zeros(len(labels), np.int64)
-    pairs = contacts.pairs[labels[contacts.pairs[:, 0]] != labels[contacts.pairs[:, 1]]]
-    support[labels[pairs]] = _TOUCHES
-    resting = contacts.pairs[contacts.rests]
-    middle = (low + high)[:, 1]  # twice the height of the center: of two bodies, the higher one stands
-    support[labels[np.where(middle[resting[:, 0]] >= middle[resting[:, 1]], resting[:, 0], resting[:, 1])]] = _STANDS
-    support[labels[low[:, 1] <= ground_height(bodies) + bodies.touch]] = _STANDS
-    return support
-
-
-def _is_deeper(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
-    """Return whether a moved body penetrates another object deeper than before."""
-    known = dict(zip(map(tuple, before.contacts.pairs.tolist()), before.contacts.depth.tolist()))
-    pairs, depth = after.contacts.pairs, after.contacts.depth
-    near = after.contacts.apart & moved[pairs].any(axis=1) & (depth > _DEPTH_TOLERANCE * after.bodies.touch)
-    room = _DEPTH_TOLERANCE * after.bodies.touch
+def _loses_support(before: CheckedFrame, after: CheckedFrame) -> bool:
+    """Return whether gravity would move a body that held before."""
+    then, now = before.facts, after.facts
     return any(
-        deep > max(known.get(tuple(pair), 0.0), 0.0) + room
-        for pair, deep in zip(pairs[near].tolist(), depth[near].tolist())
+        verdict.holds and not now.verdicts[int(now.bodies.body[members[0]])].holds
+        for members, verdict in zip(then.bodies.members, then.verdicts, strict=True)
     )
 
 
-def _loses_balance(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
-    """Return whether a moved group is balanced so narrowly that it may fall, and was not before."""
-    from scenelang.backends.geometry.lint import ground_height
-    from scenelang.backends.geometry.stability import unstable
+def _is_parted(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
+    """Return whether a body that stood on another, and was in its place, touches it no more."""
+    facts = before.facts
+    body, verdicts = facts.bodies.body, facts.verdicts
+    touching = set(map(tuple, body[after.facts.contacts.pairs].tolist()))
+    parted = False
+    for link in facts.statics.links:
+        if link.row < 0 or not moved[facts.contacts.pairs[link.row]].any():
+            continue
+        holds = verdicts[link.body].holds and verdicts[link.other].holds
+        pair = (link.body, link.other)
+        shallow = link.depth <= 4.0 * before.solids.touch  # deeper overlaps may be what is repaired
+        parted |= holds and shallow and pair not in touching and pair[::-1] not in touching
+    return parted
 
-    ground = [ground_height(frame.bodies) for frame in (before, after)]
-    group = after.contacts.group
-    margins = (_BALANCE_MARGIN, _BALANCE_MARGIN)
-    tipping = {fault.body for fault in unstable(after.bodies, after.contacts, ground[1], margins) if fault.shift}
-    tipping = {body for body in tipping if moved[group == group[body]].any()}
-    return bool(tipping) and not tipping <= {
-        fault.body for fault in unstable(before.bodies, before.contacts, ground[0], margins)
-    }
+
+def _is_deeper(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
+    """Return whether a moved solid penetrates another object deeper than before."""
+    old, new, body = before.facts.contacts, after.facts.contacts, before.facts.bodies.body
+    room = _DEPTH_TOLERANCE * after.solids.touch
+    rows = np.flatnonzero((body[new.pairs[:, 0]] != body[new.pairs[:, 1]]) & moved[new.pairs].any(axis=1))
+    before_rows = {tuple(pair): row for row, pair in enumerate(old.pairs.tolist())}
+    for pair, deep in zip(new.pairs[rows].tolist(), new.depths(rows)[0].tolist()):
+        row = before_rows.get(tuple(pair))
+        if deep > room and deep > (0.0 if row is None else old.depth(row)) + room:
+            return True
+    return False

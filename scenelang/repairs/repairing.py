@@ -18,9 +18,9 @@ import difflib
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -88,12 +88,12 @@ _DUPLICATE_DISTANCE = 0.05
 # An edit may move objects up to four times as far as the findings that it resolves need. On planted faults, repairs
 # move them by 1.16 times the planted displacement in the mean (docs/relations.md).
 _MAX_EXCESS = 4.0
-_OVERLAP_KINDS = ("twin", "through", "deep", "buried", "fighting")  # findings that removing a duplicate may resolve
+_OVERLAP_KINDS = ("twin", "deep", "hidden", "coplanar")  # findings that removing a duplicate may resolve
 _NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})  # forms whose numbers place nothing
 _NO_PLACEMENT = frozenset({"color", "opacity", "min", "max", "segments", "seed", "roughness", "metallic"})  # keywords
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Goal:
     """A finding or failed declaration to resolve.
 
@@ -107,8 +107,8 @@ class Goal:
         How far it is from holding; 0 if it holds. The unit is that of the check.
     rows
         Rows of the layout of the objects that it is about.
-    aims
-        Alternative motions, each of which resolves it.
+    find_aims
+        Computes alternative motions, each of which resolves it; those of a finding are tried, which takes long.
     turn
         Angle in radians about the vertical axis by which the first object would face the second; None if it is not
         about orientation.
@@ -120,9 +120,19 @@ class Goal:
     message: str
     amount: float
     rows: IntArray
-    aims: tuple[Aim, ...]
+    find_aims: Callable[[], Iterable[Aim]] = tuple
     turn: float | None = None
     declaration: Declaration | None = None
+
+    @property
+    def is_note(self) -> bool:
+        """Whether it is a finding that may be meant: no edit resolves it, and none may cause it."""
+        return self.key[0].endswith(" note")
+
+    @cached_property
+    def aims(self) -> tuple[Aim, ...]:
+        """Alternative motions, each of which resolves it."""
+        return tuple(self.find_aims())
 
     @property
     def need(self) -> float:
@@ -220,7 +230,7 @@ def repaired(
     now, edits = start, list[ProgramEdit]()
     hopeless: set[tuple[str, ...]] = set()
     while len(edits) < MAX_EDITS and search.trials.can_go_on:
-        goal = next((goal for goal in now.goals if goal.key not in hopeless), None)
+        goal = next((goal for goal in now.goals if goal.key not in hopeless and not goal.is_note), None)
         if goal is None:
             break
         if progress is not None:
@@ -254,7 +264,7 @@ def with_repairs(
     except SceneError:
         start = None
     fixes: dict[int, Fix] = {}
-    left: list[Goal] = [] if start is None else list(start.goals)
+    left: list[Goal] = [] if start is None else [goal for goal in start.goals if not goal.is_note]
     for _ in range(_MAX_FIXED):
         goal = left[0] if left and search.trials.can_go_on else None
         if goal is None or start is None:
@@ -297,6 +307,8 @@ def _messages(version: _Version) -> tuple[str, ...]:
     """Return a message for each kind of finding, about the worst one."""
     worst: dict[tuple[str, ...], Goal] = {}
     for goal in version.goals:
+        if goal.is_note:
+            continue
         if goal.key not in worst or worst[goal.key].amount < goal.amount:
             worst[goal.key] = goal
     counts = version.counts
@@ -471,7 +483,7 @@ class _Search:
             message = f"{violation.declaration} does not hold: {violation.message}"
             turn, declaration = violation.turn, violation.declaration
             aims = (Aim.between(rows, others, moves),) if moves else ()
-            failed.append(Goal(key, message, violation.amount, rows, aims, turn, declaration))
+            failed.append(Goal(key, message, violation.amount, rows, lambda aims=aims: aims, turn, declaration))  # type: ignore[misc]
         failed.sort(key=lambda goal: -goal.amount)
         return [*failed, *(_lint_goals(version.frames, offsets) if self.geometry else ())]
 
@@ -940,23 +952,20 @@ def _between(rows: tuple[int, int] | None) -> IntArray | None:
 
 
 def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) -> list[Goal]:
-    """Return the findings of the lint in some frames as goals, in its order."""
+    """Return the findings of the lint in some frames as goals, in its order; notes are goals that no edit resolves."""
     from scenelang.backends.geometry.lint import message_of
-    from scenelang.backends.surfaces.convex import clusters
 
     goals = []
     for number, at in offsets.items():
         frame = frames[number]
-        bodies, object_of = frame.bodies, frame.contacts.object_of
-        cluster = clusters(len(bodies), bodies.contacts[0].tolist()) if frame.findings else object_of
         for finding in frame.findings:
             words, other_words = "/".join(frame.words(finding)), ""
             if finding.other is not None and not finding.whole:
-                other_words = "/".join(bodies.words(finding.other))
-            message = message_of(frame, finding)
-            rows = rows_of(bodies.row[object_of == object_of[finding.body]], at)
-            aims = tuple(aims_of(frame, finding, cluster, at))
-            goals.append(Goal((finding.kind, words, other_words), message, finding.amount, rows, aims))
+                other_words = "/".join(frame.solids.words(finding.other))
+            kind = f"{finding.kind} note" if finding.note else finding.kind
+            rows = rows_of(frame.solids.row[frame.subject(finding)], at)
+            aims = tuple if finding.note else partial(aims_of, frame, finding, at)
+            goals.append(Goal((kind, words, other_words), message_of(frame, finding), finding.amount, rows, aims))
     return goals
 
 

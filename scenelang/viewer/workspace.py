@@ -564,8 +564,12 @@ def state_data(name: str, state: State, is_live: bool = True) -> dict[str, Any]:
 def _diagnostic_data(diagnostic: Diagnostic) -> dict[str, str]:
     """Split a rendered diagnostic into the parts of its first line, and the rest."""
     _, _, rest = render_text(diagnostic).partition(diagnostic.message)
-    severity = "error" if diagnostic.is_error else "warning"
-    return {"severity": severity, "code": diagnostic.code, "message": diagnostic.message, "text": rest.strip("\n")}
+    return {
+        "severity": diagnostic.severity,
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "text": rest.strip("\n"),
+    }
 
 
 def _param_data(control: ParamControl, values: Mapping[str, Any], *, is_live: bool) -> dict[str, Any]:

@@ -40,7 +40,7 @@ THINGS = {
     "vase": '(transform (call "vase") (translate [.5 .8 0]))',
     "chairs": '(transform (call "chair") (translate [0 0 1])) (transform (call "chair") (translate [0 0 -1]))',
     "books": '(transform (call "book") (translate [-.5 .8 0])) (transform (call "book") (translate [-.5 .85 0]))',
-    "lamp": '(transform (call "pendant-lamp") (translate [0 2.2 0]))',
+    "lamp": '(transform (call "pendant-lamp" :floating #t) (translate [0 2.2 0]))',
     "cup": '(transform (call "cup") (translate [.1 .8 .2]))',
 }
 session = Session()
@@ -69,7 +69,6 @@ def at(word: str, place: str, turn: str = "") -> str:
         {"vase": at("vase", "[.95 .8 0]")},  # near the edge
         {"cup": at("cup", "[.1 .8 .2]", ".1 [0 1 0]")},
         {"cup": at("tree", "[2 0 2]") + at("tree", "[2.6 0 2.4]")},  # crowns that meet, roots below the floor
-        {"cup": at("cup", "[.1 .77 .2]")},  # a dent is no hole
         {"chairs": at("chair", "[0 0 1]") + at("chair", "[.5 0 1]")},  # side by side
     ],
 )
@@ -89,11 +88,11 @@ def test_sound_rooms(changed: dict[str, str]) -> None:
         ("floating", "", {"vase": at("vase", "[.5 .95 0]")}),
         ("floating", "", {"chairs": at("chair", "[0 .2 1]")}),
         ("floating", "", {"chairs": "".join(at("chair", f"[{x} .1 1]") for x in (-2, -1, 0, 1, 2))}),  # one finding
-        ("overlap", "", {"vase": at("vase", "[.5 .62 0]")}),  # through the top
+        ("below-ground", "", {"vase": at("vase", "[.5 .72 0]")}),  # in the top
         ("overlap", "", {"chairs": at("chair", "[0 0 1]") + at("chair", "[.25 0 1.1]")}),
         ("overlap", "", {"chairs": at("chair", "[.5 0 .3]")}),  # its back is in the table
         ("overlap", "", {"cup": at("cup", "[.1 .8 .2]") + at("cup", "[.1 .8 .2]")}),
-        ("overlap", "", {"books": at("book", "[-.5 .8 0]") + at("book", "[-.45 .82 0]")}),
+        ("below-ground", "", {"books": at("book", "[-.5 .8 0]") + at("book", "[-.45 .82 0]")}),
         ("below-ground", "", {"chairs": at("chair", "[0 -.25 1]")}),
     ],
 )
@@ -111,14 +110,14 @@ def test_the_move_that_is_proposed_makes_it_stand() -> None:
         if d.name == "unstable"
     )  # fmt: skip
     assert problem.message == (
-        '"room/vase/cylinder" would fall: its centre of mass is 0.05 beside where it rests on "room/table/cube"'
+        '"room/vase" would tip over on "room/table": its centre of mass is 0.05 beyond its support'
     )
-    assert problem.hint == "`(translate [-0.074 0 0])` would fix it"  # with room
-    assert found(vase=at("vase", "[1 .8 0]")) == []
+    assert problem.hint == "`(translate [-0.0735 0 0])` would fix it"  # with room
+    assert found(vase=at("vase", "[.97 .8 0]")) == []
 
 
-def test_parts_of_one_thing_hold_each_other() -> None:
-    """A street lamp whose arm lies on the pole: its parts are named so, or are shapes."""
+def test_words_do_not_hold_objects() -> None:
+    """An arm that lies on a pole falls from it, whatever both are called; in one word they are one object."""
     program = """
     (bind "{}" (lambda () (transform (call "cube" :scale [2 .1 .1]) (translate [.9 3.05 0]))))
     (bind "{}" (lambda () (call "cylinder" :radius .1 :p0 [0 0 0] :p1 [0 3 0])))
@@ -130,7 +129,10 @@ def test_parts_of_one_thing_hold_each_other() -> None:
         found = session.check_geometry(Source("a.scene", program.format(one, other, one, other)))
         return [d.name for d in found if d.name == "unstable"]
 
-    assert names("arm", "pole") == []
-    assert names("street-arms", "post") == []
-    assert names("plank", "statue") == []
+    assert names("arm", "pole") == ["unstable"]
     assert names("crate", "statue") == ["unstable"]
+    one = '(bind "lamp" (lambda () (union (transform (call "cube" :scale [2 .1 .1]) (translate [.4 3.05 0])) '
+    one += (
+        '(call "cylinder" :radius .5 :p1 [0 3 0])))) (bind "street" (lambda () (union (call "lamp")))) (scene "street")'
+    )
+    assert [d.name for d in session.check_geometry(Source("a.scene", one))] == []

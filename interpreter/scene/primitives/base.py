@@ -244,6 +244,8 @@ DENSITIES: Mapping[str, float] = MappingProxyType({
 PHYSICS = (
     Attribute("fixed", "for simulations: whether it is one body that cannot move; default #f", "#t or #f", False,
               boolean_of, accepts=("Boolean",), aliases=("static", "anchored")),
+    Attribute("floating", "for checks and simulations: whether it stays where it is without support, as a cloud does; "
+              "default #f", "#t or #f", False, boolean_of, accepts=("Boolean",), aliases=("flying", "hovering")),
     Attribute("body", "for simulations: #t, it is one rigid body; #f, its parts are separate; default: by contact",
               "#t or #f", None, boolean_of, accepts=("Boolean",), aliases=("rigid",)),
     Attribute("mass", "for simulations: mass in kg of all that is in it; default: by density", "a number", None,

@@ -1,0 +1,147 @@
+"""Contacts of solids: gaps, penetration depths, directions of separation, and the region in which two solids meet."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.facts.tolerances import TOUCH_OF_SOLIDS
+from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, hull_of
+from scenelang.backends.surfaces.distance import IntArray, neighbours
+from scenelang.backends.surfaces.solids import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+
+_MAX_POINTS = 8  # of a region: its convex hull is simplified to the extreme points in so many directions
+
+
+class Contacts:
+    """The M touching pairs of N solids; depths are computed for the pairs that are asked about.
+
+    The tolerance of a pair is that of the frame, or less for small solids. Axis-aligned boxes, of which walls of bricks
+    are made, are compared by their extents; all others by GJK and separating directions, concave ones by Manifold.
+
+    Attributes
+    ----------
+    pairs : (M, 2)
+        Numbers of the two solids, the smaller first, sorted.
+    gaps : (M,)
+        Distances in scene units, 0 where they overlap.
+    room : (M,)
+        Contact tolerance of the pair, in scene units.
+    complete
+        Whether all pairs were compared.
+    """
+
+    def __init__(self, solids: Bodies, before: Contacts | None = None, moved: BoolArray | None = None) -> None:
+        """Compare all solids, or only those that ``moved`` (N,) since ``before``."""
+        self.solids = solids
+        if before is None or moved is None:
+            pairs, gaps, self.complete = solids.contacts
+        else:
+            pairs, gaps, self.complete = _compared_again(solids, before, moved)
+        room = rooms_of(solids, pairs)
+        near = gaps <= room
+        self.pairs, self.gaps, self.room = pairs[near], gaps[near], room[near]
+        self._depth, self._along = np.full(len(self.pairs), np.nan), np.zeros((len(self.pairs), 3))
+        if before is not None and moved is not None:
+            old = {tuple(pair): row for row, pair in enumerate(before.pairs.tolist())}
+            for row in np.flatnonzero(~moved[self.pairs].any(axis=1)).tolist():
+                same = old[tuple(self.pairs[row].tolist())]
+                self._depth[row], self._along[row] = before._depth[same], before._along[same]
+
+    def __len__(self) -> int:
+        return len(self.pairs)
+
+    def depths(self, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return the penetration depths (K,) of contacts, and the directions (K, 3) in which the second solid leaves.
+
+        The depth is 0 where the solids only touch.
+        """
+        missing = rows[np.isnan(self._depth[rows])]
+        aligned = self.solids.aligned[self.pairs[missing]].all(axis=1)
+        for chosen, measure in ((missing[aligned], self._depths_of_boxes), (missing[~aligned], self.solids.overlaps)):
+            if len(chosen):
+                depth, self._along[chosen] = measure(self.pairs[chosen])
+                self._depth[chosen] = np.maximum(depth, 0.0)
+        return self._depth[rows], self._along[rows]
+
+    def depth(self, row: int) -> float:
+        """Return the penetration depth of a contact."""
+        return float(self.depths(np.array([row]))[0][0])
+
+    def along(self, row: int) -> FloatArray:
+        """Return the direction (3,) in which the second solid of a contact leaves the first."""
+        return np.asarray(self.depths(np.array([row]))[1][0], np.float64)
+
+    def _depths_of_boxes(self, pairs: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return depths (M,) and separating directions (M, 3) of pairs of axis-aligned boxes."""
+        low, high = self.solids.boxes
+        (a, b), rows = pairs.T, np.arange(len(pairs))
+        right, left = high[a] - low[b], high[b] - low[a]  # translations that separate them to either side
+        shared = np.minimum(right, left)
+        axis = np.argmin(shared, axis=1)
+        along = np.zeros((len(pairs), 3))
+        along[rows, axis] = np.where(right[rows, axis] <= left[rows, axis], 1.0, -1.0)
+        return shared[rows, axis], along
+
+
+def _compared_again(solids: Bodies, before: Contacts, moved: BoolArray) -> tuple[IntArray, FloatArray, bool]:
+    """Return the touching pairs (M, 2), sorted, their distances, and whether all were compared."""
+    near, complete = neighbours(*solids.boxes, solids.touch, MAX_PAIRS)
+    pairs, gaps = solids.touching(near[moved[near].any(axis=1)])
+    same = ~moved[before.pairs].any(axis=1)
+    pairs, gaps = np.concatenate([before.pairs[same], pairs]), np.concatenate([before.gaps[same], gaps])
+    order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    return pairs[order], gaps[order], complete
+
+
+def rooms_of(solids: Bodies, pairs: IntArray) -> FloatArray:
+    """Return the contact tolerances (M,) of pairs (M, 2) of solids, in scene units."""
+    low, high = solids.boxes
+    diagonal = np.linalg.norm(high - low, axis=1)
+    return np.asarray(np.minimum(solids.touch, TOUCH_OF_SOLIDS * diagonal[pairs].min(axis=1)), np.float64)
+
+
+def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
+    """Return points (K, 3) whose convex hull is the region in which the solids of a contact meet, K at most 8."""
+    i, j = contacts.pairs[row].tolist()
+    along, depth, room = contacts.along(row), contacts.depth(row), float(contacts.room[row])
+    if solids.aligned[i] and solids.aligned[j]:
+        return _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
+    points = solids.common_points(i, j, along * (depth - room if depth > room else -float(contacts.gaps[row]) - room))
+    return extreme_points(points, along) if len(points) else _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
+
+
+def _rectangle(solids: Bodies, i: int, j: int, axis: int) -> FloatArray:
+    """Return the four corners (4, 3) of the common face of two boxes, perpendicular to an axis."""
+    low, high = np.maximum(solids.boxes[0][i], solids.boxes[0][j]), np.minimum(solids.boxes[1][i], solids.boxes[1][j])
+    low, high = np.minimum(low, high), np.maximum(low, high)
+    first, second = (k for k in range(3) if k != axis)
+    corners = np.tile((low + high) / 2.0, (4, 1))
+    corners[:, first] = [low[first], high[first], high[first], low[first]]
+    corners[:, second] = [low[second], low[second], high[second], high[second]]
+    return corners
+
+
+def extreme_points(points: FloatArray, normal: FloatArray) -> FloatArray:
+    """Return at most 8 corners of the convex hull of points (K, 3), seen along a normal."""
+    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    u = np.cross(normal, least)
+    u /= max(float(np.linalg.norm(u)), 1e-12)
+    v = np.cross(normal, u)
+    angles = np.arange(_MAX_POINTS) * (2.0 * np.pi / _MAX_POINTS) + 0.1
+    directions = np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
+    return np.asarray(points[np.unique(np.argmax(points @ directions.T, axis=0))], np.float64)
+
+
+def area_of(points: FloatArray, normal: FloatArray) -> float:
+    """Return the area of the convex hull of points (K, 3), seen along a normal."""
+    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    u = np.cross(normal, least)
+    u /= max(float(np.linalg.norm(u)), 1e-12)
+    corners = hull_of(points @ np.stack([u, np.cross(normal, u)], axis=1))
+    if len(corners) < 3:
+        return 0.0
+    x, y = (corners - corners[0]).T
+    return abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0))

@@ -1,0 +1,454 @@
+"""The facts of one frame: bodies, ground, contacts, what is fastened, and a verdict on every body.
+
+Every check, declaration, filter, simulation and repair reads these; none decides anew what an object is, where the
+ground is, or what stands.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.facts.bodies import BodySet, grouped, is_shape
+from scenelang.backends.facts.contacts import Contacts, area_of
+from scenelang.backends.facts.ground import Ground, ground_of, walls_of
+from scenelang.backends.facts.statics import PLANE, STANDS, Balance, BodyContact, Statics
+from scenelang.backends.facts.tolerances import (
+    BURIED,
+    CAGE_DROP,
+    CAGE_OVERLAP,
+    CAGE_SIDES,
+    COURSE,
+    GLUED_AREA,
+    HIGH,
+    HINGE_SPAN,
+    JOINT,
+    MOUNT_AREA,
+    MOUNT_DEPTH,
+    SET_IN,
+    SLIM,
+    SNOW_COUNT,
+    SNOW_SIZE,
+    SUSPENSION_AREA,
+    SUSPENSION_HEIGHT,
+    UPRIGHT,
+)
+from scenelang.backends.surfaces.convex import Bodies, bodies_of, clusters
+from scenelang.backends.surfaces.distance import IntArray
+from scenelang.backends.surfaces.solids import FloatArray
+from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of
+from scenelang.interpreter.scene.entity import Entity
+
+BoolArray = npt.NDArray[np.bool_]
+
+_MAX_NAMED_SOLIDS = 200  # of a body whose lowest instance is looked up
+_HOLDS = ("overlap", "joined", "glued")  # notes on bodies that stand if a doubtful hold is one
+_ROUNDS = 6  # of fastening: each fastens what the one before left in the air; chains of holds are rarely longer
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What gravity does to a body.
+
+    Attributes
+    ----------
+    kind
+        "fixed", "supported", "floating" (no contacts lead to the ground), "tips", "slides" or "falls".
+    note
+        Why it may be meant nevertheless; empty if nothing says so.
+    balance
+        Balance of the bodies that it is fastened to, itself included.
+    """
+
+    kind: str
+    note: str = ""
+    balance: Balance = STANDS
+
+    @property
+    def holds(self) -> bool:
+        """Whether the body stays where it is."""
+        return self.kind in ("fixed", "supported")
+
+
+class FrameFacts:
+    """Facts of a frame, computed when they are asked for.
+
+    Parameters
+    ----------
+    root
+        Root of the frame.
+
+    Raises
+    ------
+    SceneError
+        For physics attributes or meshes that cannot be read.
+
+    Examples
+    --------
+    >>> facts = FrameFacts(scene.frames[0])  # doctest: +SKIP
+    >>> [verdict.kind for verdict in facts.verdicts]  # doctest: +SKIP
+    ['supported', 'floating']
+    """
+
+    def __init__(self, root: Entity, solids: Bodies | None = None, ancestry: Ancestry | None = None) -> None:
+        self.root = root
+        self.solids = bodies_of(root) if solids is None else solids
+        self.ancestry = ancestry_of(root) if ancestry is None else ancestry
+        self._before: FrameFacts | None = None
+        self._moved: BoolArray | None = None
+
+    def moved(self, rows: IntArray, move: tuple[float, float, float]) -> FrameFacts:
+        """Return the facts of the frame with some solids (K,) translated; what did not move is not computed again."""
+        matrices, worlds = self.solids.solids.matrices.copy(), self.solids.worlds.copy()
+        matrices[rows, :, 3] += move
+        worlds[rows, :, 3] += move
+        solids = replace(self.solids, solids=replace(self.solids.solids, matrices=matrices), worlds=worlds)
+        solids.surfaces.update(self.solids.surfaces)
+        facts = FrameFacts(self.root, solids, self.ancestry)
+        facts._before, facts._moved = self, np.isin(np.arange(len(solids)), rows)
+        return facts
+
+    @cached_property
+    def contacts(self) -> Contacts:
+        """The contacts of all solids."""
+        return Contacts(self.solids, None if self._before is None else self._before.contacts, self._moved)
+
+    @cached_property
+    def bodies(self) -> BodySet:
+        """The bodies."""
+        return grouped(self.solids, self.ancestry, self.contacts)
+
+    @cached_property
+    def ground(self) -> Ground:
+        """The ground."""
+        child = self.ancestry.at_depth(1)[self.ancestry.primitives[self.solids.row]]
+        return ground_of(self.solids, self.bodies, child)
+
+    @cached_property
+    def fixed(self) -> BoolArray:
+        """Bodies (B,) that need no support: by attribute, the ground, and walls that close the scene off."""
+        held = self.ground.solids | walls_of(self.solids, self.contacts) | self.inlays
+        if len(self.bodies) > 1:  # a lone panel is no wall
+            held = held & ~self.bodies.loose[self.bodies.body]
+            return np.asarray(self.bodies.fixed | (np.bincount(self.bodies.body, held, len(self.bodies)) > 0), bool)
+        return self.bodies.fixed
+
+    @cached_property
+    def inlays(self) -> BoolArray:
+        """Solids (N,) that end at the ground plane from below, within their height, such as paving and foundations."""
+        low, high = self.solids.boxes
+        depth = self.ground.height - high[:, 1]
+        deep = low[:, 1] < self.ground.height - self.solids.touch
+        return np.asarray(deep & (depth >= -self.solids.touch) & (depth <= (high - low)[:, 1]), bool)
+
+    @cached_property
+    def statics(self) -> Statics:
+        """The contacts of bodies and their balance."""
+        before = None if self._before is None else self._before.statics
+        return Statics(self.solids, self.bodies, self.contacts, self.ground, self.fixed, (before, self._moved))
+
+    @cached_property
+    def grounded(self) -> BoolArray:
+        """Bodies (B,) that contacts connect to the ground, or to a body that attributes hold."""
+        return self.statics.grounded(self.bodies.floating)
+
+    def _in_rows(self, failing: BoolArray) -> BoolArray:
+        """Return which failing bodies (B,) are beside or above an equal one that holds: slats, tiles, courses."""
+        in_row = np.zeros(len(self.bodies), bool)
+        alike: dict[object, list[int]] = {}
+        for body in range(len(self.bodies)) if failing.any() else ():
+            alike.setdefault((int(self.bodies.joined[body]), self._likeness(body)), []).append(body)
+        for row in alike.values():
+            stack = [body for body in row if not failing[body]]
+            waiting = [body for body in row if failing[body]]
+            while stack and waiting:
+                current = stack.pop()
+                near = [body for body in waiting if self._is_beside(body, current)]
+                in_row[near] = True
+                waiting = [body for body in waiting if body not in near]
+                stack += near
+        return in_row
+
+    def _is_beside(self, body: int, other: int) -> bool:
+        """Return whether two equal bodies are beside or above each other with a joint between them."""
+        bodies = self.bodies
+        gap = np.maximum(bodies.low[body] - bodies.high[other], bodies.low[other] - bodies.high[body])
+        level = abs(float(bodies.low[body, 1] - bodies.low[other, 1])) <= self.solids.touch
+        joint = np.array([JOINT, 0.0 if level else COURSE, JOINT]) * bodies.size[body]
+        return bool((level or gap[1] > self.solids.touch) and (np.maximum(gap, 0.0) <= joint).all())
+
+    @cached_property
+    def _held(self) -> tuple[IntArray, dict[int, Balance], dict[int, str]]:
+        """Groups (B,) of bodies that are fastened to each other, their balances, and the notes of doubtful holds."""
+        count, pairs = len(self.bodies), list[tuple[int, int]]()
+        notes: dict[int, str] = {}
+        group = np.arange(count)
+        balances = self.statics.balances(group, self.grounded)
+        for holds in (self._joints, self._mounts, self._glued):
+            for _ in range(_ROUNDS):
+                failing = {number for number, balance in balances.items() if balance.kind != "stands"}
+                fresh: list[tuple[int, int]] = []
+                for number in sorted(failing):
+                    members = np.flatnonzero(group == number)
+                    for link, note in holds(members, group):
+                        other = link.other if link.body in members else link.body
+                        if holds != self._joints and other != PLANE and int(group[other]) in failing:
+                            continue  # it falls itself
+                        fresh.append((link.body, link.other))
+                        if note:
+                            notes |= dict.fromkeys(np.flatnonzero(group == number).tolist(), note)
+                if not fresh:
+                    break
+                pairs += fresh
+                group = clusters(count, [pair for pair in pairs if pair[1] != PLANE])
+                self.planted |= {body for body, other in fresh if other == PLANE}
+                balances = self.statics.balances(group, self.grounded)
+                balances |= {int(group[body]): STANDS for body in self.planted}
+        return group, balances, notes
+
+    @cached_property
+    def planted(self) -> set[int]:
+        """Bodies that are set deep into the ground plane (known when ``fastened`` is)."""
+        return set()
+
+    @property
+    def fastened(self) -> IntArray:
+        """Groups (B,) of bodies that are fastened to each other: embedded, mounted, suspended or joined."""
+        return self._held[0]
+
+    # --- what holds without support from below -----------------------------------------------------------------------
+
+    def _joints(self, members: IntArray, group: IntArray) -> Iterator[tuple[BodyContact, str]]:
+        """Yield the overlaps that hold a group: it is set in, or set into what it holds on to."""
+        if self.bodies.loose[members].any():
+            return
+        for link, normal in self.statics.links_of(members.tolist(), group):
+            inner = link.body if link.body in members else link.other
+            if link.row < 0:
+                if link.depth >= SET_IN * self.bodies.size[inner, 1] and self._has_slim_foot(inner):
+                    yield link, ""
+                continue
+            if link.depth <= self.contacts.room[link.row]:
+                continue
+            if abs(normal[1]) >= UPRIGHT and not self._is_set_in(link, inner):
+                continue  # a seam under what stands on something
+            yield link, "" if self.is_enclosed(link.row, link.normal) or self.is_threaded(link.row) else "overlap"
+
+    def is_threaded(self, row: int) -> bool:
+        """Return whether one solid of a contact is a rod or a line: what hangs on it, or is threaded by it, holds."""
+        sides = np.linalg.norm(self.solids.solids.matrices[self.contacts.pairs[row], :, :3], axis=1)
+        sides = np.sort(sides, axis=1)  # half of its own
+        return bool((sides[:, 2] >= SLIM * sides[:, 1]).any())
+
+    def _is_set_in(self, link: BodyContact, inner: int) -> bool:
+        """Return whether a body is set into what is below or above it: deep, or a rod in a hole, or a ball on a rod."""
+        if link.depth < SET_IN * self.bodies.size[inner].max():
+            return False
+        pair = self.contacts.pairs[link.row]
+        return bool(
+            self.is_threaded(link.row)
+            or self.solids.solids.that_are("is_rounded")[pair].any()
+            or link.depth >= BURIED * self.bodies.size[inner, 1]
+        )
+
+    def _has_slim_foot(self, body: int) -> bool:
+        """Return whether a body enters the ground by one slim foot, or a round one."""
+        rows = self.bodies.members[body]
+        low, high = self.solids.boxes
+        below = rows[low[rows, 1] < self.ground.height]
+        if not len(below):
+            return False
+        foot = float((high[below].max(axis=0) - low[below].min(axis=0))[[0, 2]].max())
+        height = float(self.bodies.size[body, 1])
+        return bool(self.solids.solids.that_are("is_rounded")[below].all()) or height >= SLIM * foot
+
+    def is_enclosed(self, row: int, normal: FloatArray) -> bool:
+        """Return whether one solid of a contact lies within the other, seen along a normal."""
+        low, high = self.solids.boxes
+        across = [k for k in range(3) if k != int(np.argmax(np.abs(normal)))]
+        i, j = self.contacts.pairs[row].tolist()
+        room = float(self.contacts.room[row])
+        return any(
+            bool(((low[a] >= low[b] - room) & (high[a] <= high[b] + room))[across].all()) for a, b in ((i, j), (j, i))
+        )
+
+    def _mounts(self, members: IntArray, group: IntArray) -> Iterator[tuple[BodyContact, str]]:
+        """Yield the contacts by which a group is hung on a face with its back, or suspended by a point of its top."""
+        low, high = self.bodies.low[members].min(axis=0), self.bodies.high[members].max(axis=0)
+        size = np.maximum(high - low, 1e-300)
+        for link, normal in self.statics.links_of(members.tolist(), group):
+            if link.row < 0:
+                continue
+            body, other = (link.body, link.other) if link.body in members else (link.other, link.body)
+            if self.bodies.loose[body]:
+                continue
+            axis = int(np.argmax(np.abs(normal)))
+            is_flat = size[axis] <= MOUNT_DEPTH * float(np.delete(size, axis).max())
+            back = area_of(link.points, normal)
+            if normal[1] < -0.5 and not self.fixed[other]:
+                is_flat = False  # only a ceiling holds what is below it by its back
+            if (is_flat and normal[1] < 0.5 and back >= MOUNT_AREA * self._side_of(link, members, axis)) or (
+                float(link.points[:, 1].max()) >= high[1] - SUSPENSION_HEIGHT * size[1]
+                and normal[1] < UPRIGHT
+                and back <= SUSPENSION_AREA * float(size[[0, 2]].prod())
+            ):
+                yield link, ""
+
+    def _side_of(self, link: BodyContact, members: IntArray, axis: int) -> float:
+        """Return the area of the side of the touching solid of a group, seen along an axis."""
+        first = int(self.contacts.pairs[link.row, 0])
+        return self._sides_of(link, axis)[0 if self.bodies.body[first] in members else 1]
+
+    def _sides_of(self, link: BodyContact, axis: int) -> list[float]:
+        """Return the areas of the sides of both touching solids, seen along an axis."""
+        low, high = self.solids.boxes
+        return [float(np.delete((high - low)[i], axis).prod()) for i in self.contacts.pairs[link.row].tolist()]
+
+    def _glued(self, members: IntArray, group: IntArray) -> Iterator[tuple[BodyContact, str]]:
+        """Yield the contacts of a group that could be glue or hinges, and its joints in the other reading of bodies."""
+        if self.bodies.loose[members].any():
+            return
+        low, high = self.bodies.low[members, 1].min(), self.bodies.high[members, 1].max()
+        sideways: list[BodyContact] = []
+        for link, normal in self.statics.links_of(members.tolist(), group):
+            if link.row < 0:
+                continue
+            body, other = (link.body, link.other) if link.body in members else (link.other, link.body)
+            if self.bodies.joined[body] == self.bodies.joined[other]:
+                yield link, "joined"
+            elif normal[1] < UPRIGHT:
+                sideways.append(link)
+                side = min(self._sides_of(link, int(np.argmax(np.abs(normal)))))
+                if area_of(link.points, normal) >= GLUED_AREA * side:
+                    yield link, "glued"
+        if len(sideways) > 1:
+            heights = np.concatenate([link.points[:, 1] for link in sideways])
+            if np.ptp(heights) >= HINGE_SPAN * (high - low):
+                yield sideways[0], "glued"
+
+    def words_of(self, body: int) -> tuple[str, ...]:
+        """Return the words from the root's child to a body: to the lowest instance with a word that contains it."""
+        ancestry, instance = self.ancestry, self._named_instance(body)
+        words = []
+        while ancestry.parent[instance] >= 0:
+            words.append(ancestry.entity(instance).word)
+            instance = int(ancestry.parent[instance])
+        return tuple(reversed(words))
+
+    def _named_instance(self, body: int) -> int:
+        """Return the lowest instance with a word that contains the solids of a body."""
+        rows = self.ancestry.primitives[self.solids.row[self.bodies.members[body]]]
+        whole = int(self.bodies.instance[body])
+        if len(rows) > _MAX_NAMED_SOLIDS:
+            return whole
+        chains = [self.ancestry.path_of_instances(int(row)) for row in rows]
+        shared = [steps[0] for steps in zip(*chains) if len(set(steps)) == 1]
+        named = [step for step in shared if not is_shape(self.ancestry.entity(step))]
+        return named[-1] if len(named) > 1 else whole
+
+    # --- verdicts ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def verdicts(self) -> list[Verdict]:
+        """One verdict for each body."""
+        plain = [self._verdict(body) for body in range(len(self.bodies))]
+        rows = self._in_rows(np.array([not verdict.holds and verdict.note not in _HOLDS for verdict in plain], bool))
+        return [Verdict("supported") if rows[body] else verdict for body, verdict in enumerate(plain)]
+
+    def _verdict(self, body: int) -> Verdict:
+        """Return the verdict on a body, as if it were in no row of equals."""
+        group, balances, notes = self._held
+        if self.fixed[body] or self.bodies.floating[body]:
+            return Verdict("fixed")
+        if not self.grounded[body]:
+            return Verdict("floating", self._why_floating.get(body, ""))
+        balance, note = balances.get(int(group[body]), STANDS), notes.get(body, "")
+        if balance.kind != "stands":
+            return Verdict(balance.kind, self._why_falling(np.flatnonzero(group == group[body])), balance)
+        # It stands only if the doubtful hold is one.
+        return Verdict("falls", note) if note else Verdict("supported", "", balance)
+
+    def _why_falling(self, members: IntArray) -> str:
+        """Return why bodies without balance may be meant; empty if nothing says so."""
+        low, high = self.bodies.low[members].min(axis=0), self.bodies.high[members].max(axis=0)
+        if self._is_caged(members, low, high):
+            return "in a case"
+        whole = np.flatnonzero(np.isin(self.bodies.joined, self.bodies.joined[members]) & self.grounded)
+        if len(whole) > len(members) and len(np.unique(self.bodies.joined[members])) == 1:
+            group = np.where(np.isin(np.arange(len(self.bodies)), whole), int(whole[0]), self._held[0])
+            balances = self.statics.balances(group, np.isin(np.arange(len(self.bodies)), whole))
+            if balances.get(int(whole[0]), STANDS).kind == "stands":
+                return "joined"
+        if self._is_anchored(members):
+            return "anchored"
+        return "heavy foot" if self.statics.stands_on_heavy_foot(members, self._held[0]) else ""
+
+    def _is_anchored(self, members: IntArray) -> bool:
+        """Return whether a group stands on the ground by upright posts that are narrow for its height."""
+        low, high = self.solids.boxes
+        rows = np.concatenate([self.bodies.members[int(body)] for body in members])
+        feet = rows[low[rows, 1] <= low[rows, 1].min() + self.solids.touch]
+        links = [link for body in members for link in self.statics.of_body[int(body)]]
+        if not any(link.other == PLANE or (link.other not in members and self.fixed[link.other]) for link in links):
+            return False
+        axes = self.solids.solids.matrices[feet, :, 1]
+        upright = bool((np.abs(axes[:, 1]) >= 0.999 * np.linalg.norm(axes, axis=1)).all())
+        height = float(high[rows, 1].max() - low[rows, 1].min())
+        return upright and height >= SLIM * float((high[feet].max(axis=0) - low[feet].min(axis=0))[[0, 2]].max())
+
+    @cached_property
+    def clusters(self) -> IntArray:
+        """Groups (B,) of bodies that contacts connect."""
+        links = [(link.body, link.other) for link in self.statics.links if link.other != PLANE]
+        return clusters(len(self.bodies), links)
+
+    @cached_property
+    def _why_floating(self) -> dict[int, str]:
+        """For bodies without support that may be meant: why."""
+        bodies, loose = self.bodies, np.flatnonzero(~self.grounded & ~self.fixed)
+        reasons: dict[int, str] = {}
+        top = float(bodies.high[self.grounded, 1].max()) if self.grounded.any() else -np.inf
+        keys = {body: self._likeness(body) for body in loose.tolist()}
+        counts = Counter(keys.values())
+        for number in np.unique(self.clusters[loose]).tolist():
+            members = np.flatnonzero(self.clusters == number)
+            low, high = bodies.low[members].min(axis=0), bodies.high[members].max(axis=0)
+            height, size = float(high[1] - low[1]), float(np.linalg.norm(high - low))
+            first = int(members[0])
+            if len(members) == 1 and counts[keys[first]] >= SNOW_COUNT and size <= SNOW_SIZE * self.solids.size:
+                reason = "one of many"
+            elif low[1] > top + max(height, HIGH * (top - self.ground.height)):
+                reason = "above everything that stands"
+            elif self._is_caged(members, low, high):
+                reason = "in a case"
+            else:
+                continue
+            reasons |= dict.fromkeys(members.tolist(), reason)
+        return reasons
+
+    def _likeness(self, body: int) -> tuple[object, ...]:
+        """Return a key that equal bodies share: their primitives and sizes."""
+        rows = self.bodies.members[body]
+        size = np.round(self.bodies.size[body] / max(self.solids.touch, 1e-300))
+        return tuple(self.solids.solids.forms[rows].tolist()), tuple(np.sort(size).tolist())
+
+    def _is_caged(self, members: IntArray, low: FloatArray, high: FloatArray) -> bool:
+        """Return whether bodies are enclosed on three sides, and would drop by little."""
+        others = np.setdiff1d(np.arange(len(self.solids)), np.concatenate([self.bodies.members[m] for m in members]))
+        (under, over), reach = self.solids.boxes, CAGE_DROP * (high - low)
+        sides, size = 0, np.maximum(high - low, 1e-300)
+        shared = (np.minimum(over[others], high) - np.maximum(under[others], low)) / size
+        for axis in range(3):
+            beside = (np.delete(shared, axis, axis=1) >= CAGE_OVERLAP).all(axis=1)
+            for gap in (low[axis] - over[others, axis], under[others, axis] - high[axis]):
+                sides += bool((beside & (gap >= -self.solids.touch) & (gap <= reach[axis])).any())
+        below = (under[others][:, [0, 2]] < high[[0, 2]]).all(axis=1) & (over[others][:, [0, 2]] > low[[0, 2]]).all(
+            axis=1
+        )
+        drop = low[1] - over[others][below & (over[others, 1] <= low[1] + self.solids.touch), 1]
+        return sides >= CAGE_SIDES and bool((drop <= reach[1]).any())

@@ -1,0 +1,121 @@
+"""The ground of a frame, and the walls that close a scene off: what needs no support."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.facts.bodies import BodySet
+from scenelang.backends.facts.contacts import Contacts
+from scenelang.backends.facts.tolerances import (
+    GROUND_AREA,
+    GROUND_BELOW,
+    GROUND_FLATNESS,
+    GROUND_MARGIN,
+    WALL_SPAN,
+    WALL_THICKNESS,
+)
+from scenelang.backends.surfaces.convex import Bodies
+from scenelang.backends.surfaces.distance import IntArray
+from scenelang.backends.surfaces.solids import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ground:
+    """The ground: a plane, and the solids that are it.
+
+    Attributes
+    ----------
+    height
+        Height of the plane, in scene units.
+    solids : (N,)
+        Which solids are the ground.
+    reason
+        Why: "a broad body lies under the rest", "the scene reaches y = 0", or "the lowest point".
+    """
+
+    height: float
+    solids: BoolArray
+    reason: str
+
+
+def ground_of(solids: Bodies, bodies: BodySet, child: IntArray) -> Ground:
+    """Return the ground of a frame; ``child`` (N,) is the part of the root that each solid is in.
+
+    An explicit one comes first: a broad, flat solid under the rest, or the tiles of one part of the root. Otherwise it
+    is the plane y = 0 if a body stands there, else the plane through the lowest point.
+    """
+    low, high = solids.boxes
+    none = np.zeros(len(solids), bool)
+    if not len(solids):
+        return Ground(0.0, none, "the scene reaches y = 0")
+    broad = _broad_ground(low, high, child) & solids.opaque & (len(bodies) > 1)
+    if broad.any():
+        bottom, top = float(low[broad, 1].min()), float(high[broad, 1].max())
+        at_zero = bottom - solids.touch <= 0.0 <= top + solids.touch
+        return Ground(0.0 if at_zero else bottom, broad, "a broad body lies under the rest")
+    held = bodies.floating
+    bottoms = bodies.low[~held, 1] if (~held).any() else bodies.low[:, 1]
+    if (np.abs(bottoms) <= solids.touch).any():
+        return Ground(0.0, none, "the scene reaches y = 0")
+    return Ground(float(bottoms.min()), none, "the lowest point")
+
+
+def _broad_ground(low: FloatArray, high: FloatArray, group: IntArray) -> BoolArray:
+    """Return which solids (N,) are a broad, flat ground under the rest: one solid, or the tiles of a ``group``."""
+    least, most = low.min(axis=0), high.max(axis=0)
+    area, middle = float(np.prod((most - least)[[0, 2]])), (low + high)[:, 1] / 2.0
+    is_ground = np.zeros(len(low), bool)
+    candidates = [np.array([i]) for i in np.flatnonzero(_is_broad(low, high, area)).tolist()]
+    for number in np.unique(group).tolist():
+        tiles = np.flatnonzero(group == number)
+        if len(tiles) > 1 and _is_broad(low[tiles].min(axis=0)[None], high[tiles].max(axis=0)[None], area)[0]:
+            covered = float(np.prod((high - low)[tiles][:, [0, 2]], axis=1).sum())
+            if covered >= GROUND_AREA * area:
+                candidates.append(tiles)
+    for rows in candidates:
+        bottom, top = float(low[rows, 1].min()), float(high[rows, 1].max())
+        rest = np.setdiff1d(np.arange(len(low)), rows)
+        # Under the rest: at least half of it is above, and nearly none below, such as the legs of a table.
+        above, below = np.count_nonzero(middle[rest] > top), np.count_nonzero(middle[rest] < bottom)
+        own = float(np.prod((high[rows].max(axis=0) - low[rows].min(axis=0))[[0, 2]]))
+        broadest = float(np.prod((high - low)[rest][:, [0, 2]], axis=1).max(initial=0.0))
+        if len(rest) and own > GROUND_MARGIN * broadest and 2 * above >= len(rest) and below <= GROUND_BELOW * len(low):
+            is_ground[rows] = True
+    if is_ground.any():
+        lowest = float(high[is_ground, 1].min())
+        is_ground &= low[:, 1] <= lowest + (high - low)[is_ground, 1].min()  # a floor and its carpet, no table top
+    return is_ground
+
+
+def _is_broad(low: FloatArray, high: FloatArray, area: float) -> BoolArray:
+    """Return which boxes (K,) are flat, and cover much of an area."""
+    size = high - low
+    broad = size[:, 0] * size[:, 2] >= GROUND_AREA * area
+    return np.asarray(broad & (size[:, 1] <= GROUND_FLATNESS * size[:, [0, 2]].min(axis=1)), bool)
+
+
+def walls_of(solids: Bodies, contacts: Contacts) -> BoolArray:
+    """Return which solids (N,) are standing panels that close the scene off, and the ceilings that lie on them."""
+    low, high = solids.boxes
+    if not len(solids):
+        return np.zeros(0, bool)
+    size, scene = high - low, high.max(axis=0) - low.min(axis=0)
+    scene = np.maximum(scene, 1e-300)
+    thin = size.min(axis=1) <= WALL_THICKNESS * np.sort(size, axis=1)[:, 1]
+    axis = np.argmin(size, axis=1)
+    spans = size / scene >= WALL_SPAN
+    standing = thin & (axis != 1) & spans[:, 1] & spans[np.arange(len(size)), 2 - axis]
+    lying = thin & (axis == 1) & spans[:, 0] & spans[:, 2]
+    pairs = contacts.pairs
+    on_wall = np.zeros(len(solids), bool)
+    for first, second in ((0, 1), (1, 0)):
+        rows = standing[pairs[:, first]] & (
+            low[pairs[:, second], 1] >= low[pairs[:, first], 1] + size[pairs[:, first], 1] / 2
+        )
+        on_wall[pairs[rows, second]] = True
+    return np.asarray(standing | (lying & on_wall), bool)

@@ -1,0 +1,506 @@
+"""Statics of a frame: which bodies can stay where they are under gravity, as rigid bodies with friction.
+
+A body is in balance if its center of mass and whatever it carries are above the hull of the contacts it rests on.
+Where that decides nothing, such as for a ladder, an arch or a counterweight, the forces of all contacts of the
+connected bodies are a linear program (Whiting, Ochsendorf and Durand, "Procedural modeling of structurally-sound
+masonry buildings", 2009). Equilibrium is not stability: a center of mass must bear a shift, a round foot must raise it
+when it rolls, and faces that clamp a body have no friction, since nothing presses them together.
+
+Contacts only push, except those that ``fastened`` names; bodies that they join are one group.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.facts.bodies import BodySet
+from scenelang.backends.facts.contacts import Contacts, extreme_points, region_of
+from scenelang.backends.facts.ground import Ground
+from scenelang.backends.facts.linear import least_slack
+from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, PARALLEL
+from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, width_of
+from scenelang.backends.surfaces.distance import IntArray
+from scenelang.backends.surfaces.solids import FloatArray, PosedForms
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios
+
+BoolArray = npt.NDArray[np.bool_]
+
+PLANE = -1  # number of the ground plane where contacts name bodies
+_MAX_GROUPS = 200  # of a linear program; of larger ones, each body is judged by the hull of its own contacts
+_RAYS = 8  # of a friction cone; a pyramid of 8 rays holds up to 8 % less than the cone
+_MAX_SLACK = 2e-3  # relative to weight, and to weight times size: HiGHS is exact to 1e-7, contact regions to 1e-3
+_TILT = math.radians(0.5)  # of a test of a round foot: large against rounding, small against a polygon of 64 sides
+_MIN_RISE = -1e-9  # relative to a body's size: a ball neither rises nor falls when it rolls
+_NARROW = 1e-3  # relative to a body's size: a narrower foot is an edge or a point
+_FLAT = 0.1  # thickness over breadth of a region that is a plane: that of a face is twice the contact tolerance
+_SIDES = 64  # of round solids whose lowest points are taken
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyContact:
+    """Contact of two bodies.
+
+    Attributes
+    ----------
+    body, other
+        The body that the contact pushes along ``normal``, and the one that pushes; ``PLANE`` is the ground plane.
+    row
+        Row of the contact of their solids; -1 for the plane.
+    points : (K, 3)
+        Corners of the region.
+    normal : (3,)
+        Unit vector.
+    depth
+        Penetration depth, in scene units.
+    """
+
+    body: int
+    other: int
+    row: int
+    points: FloatArray
+    normal: FloatArray
+    depth: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Balance:
+    """Verdict on a group of bodies.
+
+    Attributes
+    ----------
+    kind
+        "stands", "tips", "slides" or "falls".
+    beyond
+        Distance of the center of mass beyond the hull of its supports, in scene units; negative inside.
+    shift : (2,)
+        Horizontal translation of the center that brings it to the middle of the nearest side of its support.
+    """
+
+    kind: str
+    beyond: float = 0.0
+    shift: tuple[float, float] = (0.0, 0.0)
+
+
+STANDS = Balance("stands", -math.inf)
+PIVOTS = Balance("stands", -0.0)  # about a point or an edge, and comes back: it hangs, or its foot is round
+
+
+@lru_cache(maxsize=256)
+def _vertices(form: CanonicalForm, ratios: Ratios) -> FloatArray:
+    """Return the vertices (K, 3) of a primitive in its own frame."""
+    return np.asarray(form.mesh(_SIDES, ratios).vertices, np.float64)
+
+
+def vertices_of(solids: Bodies, i: int) -> FloatArray:
+    """Return the vertices (K, 3) of a solid in the world; of a concave one those of its surface."""
+    if solids.hollow[i] and (surface := solids.surface(i)) is not None:
+        return np.asarray(surface.to_mesh64().vert_properties[:, :3], np.float64)
+    form, ratios = solids.solids.form(i)
+    matrix = solids.solids.matrices[i]
+    return np.asarray(_vertices(form, ratios) @ matrix[:, :3].T + matrix[:, 3], np.float64)
+
+
+class Statics:
+    """Contacts of the bodies of a frame, and the balance of groups of them."""
+
+    def __init__(
+        self, solids: Bodies, bodies: BodySet, contacts: Contacts, ground: Ground, fixed: BoolArray,
+        before: tuple[Statics | None, BoolArray | None] = (None, None),
+    ) -> None:  # fmt: skip
+        """Measure the contacts; ``before`` are the statics before some solids moved, and which (N,) did."""
+        self.solids, self.bodies, self.contacts, self.ground, self.fixed = solids, bodies, contacts, ground, fixed
+        self._before, self._moved = before
+        self._faces: dict[tuple[int, int], list[tuple[FloatArray, FloatArray]]] = {}  # normals and regions, by solids
+        self._solved: dict[object, list[Balance]] = {}  # of connected groups, by their solids
+        self.links = [*self._between_bodies(), *self._with_plane()]
+        self.of_body: list[list[BodyContact]] = [[] for _ in range(len(bodies))]
+        for link in self.links:
+            self.of_body[link.body].append(link)
+            if link.other != PLANE:
+                self.of_body[link.other].append(link)
+
+    def _between_bodies(self) -> Iterator[BodyContact]:
+        """Yield the contacts of different bodies of which one can move."""
+        contacts, owner = self.contacts, self.bodies.body
+        first, second = owner[contacts.pairs].T
+        rows = np.flatnonzero((first != second) & ~(self.fixed[first] & self.fixed[second]))
+        depths, normals = contacts.depths(rows)
+        for row, depth, along in zip(rows.tolist(), depths.tolist(), normals):
+            for normal, points in self._faces_of(row, depth, along):
+                yield BodyContact(int(second[row]), int(first[row]), row, points, normal, depth)
+
+    def _faces_of(self, row: int, depth: float, along: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+        """Return the normals and regions of a contact, from before if its solids did not move."""
+        i, j = self.contacts.pairs[row].tolist()
+        if self._before is not None and self._moved is not None and not self._moved[[i, j]].any():
+            known = self._before._faces.get((i, j))
+            if known is not None:
+                return self._faces.setdefault((i, j), known)
+        faces = []
+        if self.solids.hollow[[i, j]].any() and depth <= self.contacts.room[row]:
+            faces = self._in_hollow(row)
+        faces = faces or [(along, region_of(self.solids, self.contacts, row))]
+        self._faces[i, j] = faces
+        return faces
+
+    def _in_hollow(self, row: int) -> list[tuple[FloatArray, FloatArray]]:
+        """Return the normals and regions of a contact with a concave solid or a mesh: where one meets the other.
+
+        A pin in a hole rests on it and carries it, a mug on a hook only rests. Sideways contacts count if there is no
+        other. A flat region has the normal of its plane.
+        """
+        i, j = self.contacts.pairs[row].tolist()
+        reach = float(self.contacts.gaps[row]) + float(self.contacts.room[row])
+        for directions in (_VERTICAL, _SIDEWAYS):
+            faces = []
+            for direction in directions:
+                points = self.solids.common_points(i, j, -reach * direction)  # the second is pushed into the first
+                if len(points):
+                    normal = _plane_normal(points, direction)
+                    faces.append((normal, extreme_points(points, normal)))
+            if faces:
+                return faces
+        return []
+
+    def _with_plane(self) -> Iterator[BodyContact]:
+        """Yield the contacts of bodies with the plane of the ground."""
+        low, high = self.solids.boxes
+        height, up = self.ground.height, np.array([0.0, 1.0, 0.0])
+        room = np.minimum(self.solids.touch, 0.02 * np.linalg.norm(high - low, axis=1))
+        near = (low[:, 1] <= height + room) & (high[:, 1] > height + room) & ~self.fixed[self.bodies.body]
+        middle = ((low + high) / 2.0)[:, [0, 2]]
+        for k in np.flatnonzero(self.ground.solids).tolist():  # the plane is beside the solids that are the ground
+            near &= ~((middle >= low[k, [0, 2]]) & (middle <= high[k, [0, 2]])).all(axis=1)
+        for i in np.flatnonzero(near).tolist():
+            body = int(self.bodies.body[i])
+            depth = max(height - float(low[i, 1]), 0.0)
+            yield BodyContact(body, PLANE, -1, self._foot(i, float(room[i])), up, depth if depth > room[i] else 0.0)
+
+    def _foot(self, i: int, room: float) -> FloatArray:
+        """Return the points (K, 3) of a solid at or below the ground plane."""
+        if self.solids.aligned[i]:
+            (x, _, z), (u, _, w) = (corner[i].tolist() for corner in self.solids.boxes)
+            height = self.ground.height
+            return np.array([[x, height, z], [u, height, z], [u, height, w], [x, height, w]])
+        vertices = vertices_of(self.solids, i)
+        limit = max(self.ground.height, float(vertices[:, 1].min())) + room
+        foot: FloatArray = vertices[vertices[:, 1] <= limit].copy()
+        foot[:, 1] = self.ground.height
+        return foot
+
+    # --- groups ------------------------------------------------------------------------------------------------------
+
+    def grounded(self, anchored: BoolArray) -> BoolArray:
+        """Return which bodies (B,) are connected by contacts to the ground or to an ``anchored`` body."""
+        pairs = [(link.body, link.other) for link in self.links if link.other != PLANE]
+        label = clusters(len(self.bodies), pairs)
+        standing = {int(label[link.body]) for link in self.links if link.other == PLANE}
+        standing |= set(label[self.fixed | anchored].tolist())
+        return np.array([int(number) in standing for number in label], bool)
+
+    def balances(self, group: IntArray, judged: BoolArray) -> dict[int, Balance]:
+        """Return the balance of each group of bodies of which ``judged`` (B,) ones are members.
+
+        Parameters
+        ----------
+        group : (B,)
+            Equal for bodies that are fastened to each other.
+        """
+        held = set(group[self.fixed | self.bodies.floating].tolist())
+        known: dict[int, Balance] = dict.fromkeys(held, STANDS)
+        open_groups: set[int] = set()
+        for number in np.unique(group[judged]).tolist():
+            if number in held:
+                continue
+            known[number], sure = self._by_hull(group, number)
+            if not sure:
+                open_groups.add(number)
+        for component in self._components(group, held, open_groups):
+            if len(component) <= _MAX_GROUPS:
+                known |= self._by_program(group, component, known)
+        return known
+
+    def links_of(self, members: Iterable[int], group: IntArray) -> Iterator[tuple[BodyContact, FloatArray]]:
+        """Yield the contacts of the members of a group with others, each with the normal towards the member."""
+        for body in members:
+            for link in self.of_body[body]:
+                if link.body == body:
+                    if link.other == PLANE or group[link.other] != group[body]:
+                        yield link, link.normal
+                elif group[link.body] != group[body]:
+                    yield link, -link.normal
+
+    def center_of(self, members: IntArray) -> FloatArray:
+        """Return the center of mass (3,) of bodies."""
+        mass = self.bodies.mass[members]
+        return np.asarray((self.bodies.center[members] * mass[:, None]).sum(axis=0) / mass.sum(), np.float64)
+
+    def stands_on_heavy_foot(self, members: IntArray, group: IntArray) -> bool:
+        """Return whether a group that tips stands if the one solid that it stands on is heavier than the rest.
+
+        Models are solid where lamps are hollow, so that the shade outweighs the foot.
+        """
+        rows = np.concatenate([self.bodies.members[int(body)] for body in members])
+        feet = {
+            self._solid_of(link, rows) for link, normal in self.links_of(members.tolist(), group) if normal[1] > 0.5
+        }
+        if len(feet) != 1 or len(rows) < 2:
+            return False
+        volume, middle = self.solids.masses
+        weight = volume[rows] * np.where(rows == feet.pop(), float(HEAVY_FOOT), 1.0)
+        center = (middle[rows] * weight[:, None]).sum(axis=0) / weight.sum()
+        supports, _, _ = self.supports_of(members, group)
+        return len(supports) > 0 and beyond_edge(supports[:, [0, 2]], center[[0, 2]])[0] < 0.0
+
+    def _solid_of(self, link: BodyContact, rows: IntArray) -> int:
+        """Return the solid of a contact that is among ``rows``; for the plane, the lowest of them."""
+        if link.row < 0:
+            return int(rows[np.argmin(self.solids.boxes[0][rows, 1])])
+        return next(int(i) for i in self.contacts.pairs[link.row] if i in rows)
+
+    def supports_of(self, members: IntArray, group: IntArray) -> tuple[FloatArray, FloatArray, bool]:
+        """Return the points a group rests on (K, 3), those at which it carries others, and whether it is held aside."""
+        supports, loads, aside = [np.zeros((0, 3))], [np.zeros((0, 3))], False
+        for link, normal in self.links_of(members.tolist(), group):
+            slope = 1.0 / math.hypot(1.0, self._friction(link))
+            if normal[1] >= slope:
+                supports.append(link.points)
+            elif normal[1] <= -slope:
+                loads.append(link.points)
+            else:
+                aside = True
+        return np.concatenate(supports), np.concatenate(loads), aside
+
+    def _friction(self, link: BodyContact) -> float:
+        """Return the coefficient of friction of a contact: the larger given one, else the default."""
+        given = self.bodies.friction[[link.body] if link.other == PLANE else [link.body, link.other]]
+        return float(np.nanmax(given)) if not np.isnan(given).all() else float(FRICTION)
+
+    def _by_hull(self, group: IntArray, number: int) -> tuple[Balance, bool]:
+        """Return the balance of a group by the hull of its supports, and whether that is sure."""
+        members = np.flatnonzero(group == number)
+        supports, loads, aside = self.supports_of(members, group)
+        low, high = self.bodies.low[members].min(axis=0), self.bodies.high[members].max(axis=0)
+        breadth, center = float((high - low)[[0, 2]].max()), self.center_of(members)
+        if not len(supports):
+            return Balance("falls", math.inf), not aside
+        if float(supports[:, 1].max()) > center[1] + BALANCE * float(high[1] - low[1]):
+            return PIVOTS, True  # it hangs: a pendulum swings until its center is below
+        flat = supports[:, [0, 2]]
+        beyond, nearest = beyond_edge(flat, center[[0, 2]])
+        inward = flat.mean(axis=0) - nearest
+        shift = nearest - center[[0, 2]] + 0.1 * breadth * inward / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
+        shift = np.where(np.abs(shift) >= 0.1 * np.abs(shift).max(), shift, 0.0)  # regions are not quite symmetric
+        balance = Balance("tips", beyond, (float(shift[0]), float(shift[1])))
+        if beyond <= -BALANCE * breadth or (beyond < 0.0 and self._bears_shift(flat, center, high - low)):
+            return Balance("stands", beyond), all_within(flat, loads[:, [0, 2]], BALANCE * breadth)
+        if self._is_round(members, supports, center, max(breadth, float(high[1] - low[1]))):
+            return PIVOTS, True
+        return balance, not aside and not len(loads)
+
+    @staticmethod
+    def _bears_shift(flat: FloatArray, center: FloatArray, size: FloatArray) -> bool:
+        """Return whether a center of mass stays above the hull of points (K, 2) when it is shifted along an axis."""
+        shifts = np.array(_SHIFTS[1:]) * float(BALANCE) * size[[0, 2]]
+        return all(beyond_edge(flat, center[[0, 2]] + shift)[0] <= 0.0 for shift in shifts)
+
+    def _is_round(self, members: IntArray, supports: FloatArray, center: FloatArray, size: float) -> bool:
+        """Return whether a group stands on a round foot that raises its center of mass, or keeps it, when it rolls.
+
+        Its own foot must be narrow, and below the center; the height of the center is then the support function.
+        """
+        if width_of(supports[:, [0, 2]]) > _NARROW * size:
+            return False
+        if float(np.linalg.norm(supports[:, [0, 2]] - center[[0, 2]], axis=1).min()) > 2.0 * _NARROW * size and (
+            beyond_edge(supports[:, [0, 2]], center[[0, 2]])[0] > 2.0 * _NARROW * size
+        ):
+            return False
+        rows = np.concatenate([self.bodies.members[int(body)] for body in members])
+        solids = self.solids.solids.take(rows)
+        rise = [self._height(solids, center, azimuth) for azimuth in (None, *np.arange(8) * (math.pi / 4.0))]
+        return min(rise[1:]) - rise[0] >= _MIN_RISE * size and self._has_narrow_foot(rows, size)
+
+    @staticmethod
+    def _height(solids: PosedForms, center: FloatArray, azimuth: float | None) -> float:
+        """Return the height of a center above a plane that supports solids, tilted towards an azimuth."""
+        down = np.array([0.0, -1.0, 0.0])
+        if azimuth is not None:
+            down = np.array(
+                [math.sin(_TILT) * math.cos(azimuth), -math.cos(_TILT), math.sin(_TILT) * math.sin(azimuth)]
+            )
+        points = solids.support(np.broadcast_to(down, (len(solids), 3)))
+        return float((points @ down).max() - center @ down)
+
+    def _has_narrow_foot(self, rows: IntArray, size: float) -> bool:
+        """Return whether the lowest points of solids are an edge or a point."""
+        low = self.solids.boxes[0][rows, 1]
+        lowest = rows[low <= low.min() + _NARROW * 0.01 * size]
+        points = np.concatenate([vertices_of(self.solids, int(i)) for i in lowest])
+        foot = points[points[:, 1] <= points[:, 1].min() + 1e-6 * size]
+        return width_of(foot[:, [0, 2]]) <= _NARROW * size
+
+    # --- linear programs ---------------------------------------------------------------------------------------------
+
+    def _components(self, group: IntArray, held: set[int], open_groups: set[int]) -> Iterator[list[int]]:
+        """Yield the connected groups, through contacts of movable ones, that contain an open group."""
+        if not open_groups:
+            return
+        near: dict[int, set[int]] = {}
+        for link in self.links:
+            if link.other == PLANE:
+                continue
+            a, b = int(group[link.body]), int(group[link.other])
+            if a != b and a not in held and b not in held:
+                near.setdefault(a, set()).add(b)
+                near.setdefault(b, set()).add(a)
+        done: set[int] = set()
+        for start in sorted(open_groups):
+            if start in done:
+                continue
+            component, stack = {start}, [start]
+            while stack:
+                fresh = near.get(stack.pop(), set()) - component
+                component |= fresh
+                stack += fresh
+            done |= component
+            yield sorted(component)
+
+    def _by_program(self, group: IntArray, component: Sequence[int], known: dict[int, Balance]) -> dict[int, Balance]:
+        """Return the balances of connected groups by the forces of their contacts."""
+        members = [np.flatnonzero(group == number) for number in component]
+        solids = tuple(
+            tuple(np.concatenate([self.bodies.members[int(body)] for body in rows]).tolist()) for rows in members
+        )
+        touching = {link.row for rows in members for body in rows for link in self.of_body[int(body)]}
+        pairs = frozenset(tuple(self.contacts.pairs[row].tolist()) if row >= 0 else () for row in touching)
+        key = solids, pairs
+        if key not in self._solved:
+            before = None
+            if self._before is not None and self._moved is not None:
+                named = [i for rows in (*solids, *pairs) for i in rows]
+                before = None if self._moved[named].any() else self._before._solved.get(key)
+            self._solved[key] = before or self._solve(group, component, members, known)
+        return dict(zip(component, self._solved[key]))
+
+    def _solve(
+        self, group: IntArray, component: Sequence[int], members: Sequence[IntArray], known: dict[int, Balance]
+    ) -> list[Balance]:
+        """Return the balances of connected groups, in their order."""
+        pivots = np.array([known.get(number) is PIVOTS for number in component], bool)
+        worst = np.zeros(len(component))
+        for shift in _SHIFTS:
+            slack = self._slack(group, component, members, pivots, shift)
+            if slack is None:
+                return [known[number] for number in component]
+            worst = np.maximum(worst, slack)
+            if worst.max() > _MAX_SLACK:  # what falls without a shift falls with one
+                break
+        verdicts: dict[int, Balance] = {}
+        for k, number in enumerate(component):
+            if worst[k] <= _MAX_SLACK:
+                verdicts[number] = PIVOTS if pivots[k] else STANDS
+            else:
+                before = known[number] if number in known else self._by_hull(group, number)[0]
+                kind = "tips" if before.kind == "stands" else before.kind
+                verdicts[number] = Balance(kind, before.beyond, before.shift)
+        failing = {number for number, balance in verdicts.items() if balance.kind != "stands"}
+        if failing:
+            rough = self._slack(group, component, members, pivots, _SHIFTS[0], rough=True)
+            for k, number in enumerate(component):
+                if number in failing and rough is not None and rough[k] <= _MAX_SLACK and worst[k] > 10.0 * _MAX_SLACK:
+                    verdicts[number] = Balance("slides", verdicts[number].beyond, verdicts[number].shift)
+        return [verdicts[number] for number in component]
+
+    def _slack(
+        self, group: IntArray, component: Sequence[int], members: Sequence[IntArray], pivots: BoolArray,
+        shift: tuple[float, float], *, rough: bool = False,
+    ) -> FloatArray | None:  # fmt: skip
+        """Return the largest slack of each group, relative to its weight and size; None if it cannot be computed.
+
+        ``pivots`` are groups whose moments balance themselves; ``shift`` moves all centers of mass, in shares of the
+        margin; ``rough`` makes every contact rough.
+        """
+        place = {number: k for k, number in enumerate(component)}
+        weight = np.array([float(self.bodies.mass[rows].sum()) for rows in members])
+        low = np.array([self.bodies.low[rows].min(axis=0) for rows in members])
+        high = np.array([self.bodies.high[rows].max(axis=0) for rows in members])
+        size, center = np.linalg.norm(high - low, axis=1), np.array([self.center_of(rows) for rows in members])
+        unit = float(weight.max())
+        entries: tuple[list[IntArray], list[IntArray], list[FloatArray]] = ([], [], [])
+        columns = 0
+        for link, friction in self._pushing(group, place, members, rough=rough):
+            forces = np.repeat(_cone(link.normal, friction), len(link.points), axis=0)
+            points = np.tile(link.points, (_RAYS, 1))
+            for body, sign in ((link.body, 1.0), (link.other, -1.0)):
+                k = place.get(int(group[body]), -1) if body != PLANE else -1
+                if k < 0:
+                    continue
+                moments = np.cross(points - center[k], forces) / size[k] * (not pivots[k])
+                wrench = sign * np.concatenate([forces, moments], axis=1) * (unit / weight[k])
+                entries[0].append(np.tile(np.arange(6 * k, 6 * k + 6), len(forces)))
+                entries[1].append(np.repeat(np.arange(columns, columns + len(forces)), 6))
+                entries[2].append(wrench.ravel())
+            columns += len(forces)
+        load = np.zeros((len(members), 6))
+        load[:, 1] = 1.0
+        arm = np.zeros((len(members), 3))
+        arm[:, [0, 2]] = np.array(shift) * float(BALANCE) * (high - low)[:, [0, 2]]
+        load[:, 3:] = np.cross(arm, [0.0, 1.0, 0.0]) / size[:, None] * ~pivots[:, None]
+        if not columns:
+            return np.ones(len(members))
+        matrix = np.concatenate(entries[0]), np.concatenate(entries[1]), np.concatenate(entries[2])
+        slack = least_slack(matrix, 6 * len(members), columns, load.ravel())
+        return None if slack is None else np.asarray(np.abs(slack).reshape(-1, 6).max(axis=1), np.float64)
+
+    def _pushing(
+        self, group: IntArray, place: dict[int, int], members: Sequence[IntArray], *, rough: bool
+    ) -> Iterator[tuple[BodyContact, float]]:
+        """Yield the contacts of the groups of a component, each once, with its coefficient of friction."""
+        clamped = {id(link) for rows in members for link in self._clamping(rows, group)}
+        seen: set[int] = set()
+        for rows in members:
+            for link, _ in self.links_of(rows.tolist(), group):
+                if id(link) not in seen:
+                    seen.add(id(link))
+                    yield link, 0.0 if id(link) in clamped else 20.0 if rough else self._friction(link)
+
+    def _clamping(self, members: IntArray, group: IntArray) -> Iterator[BodyContact]:
+        """Yield the contacts of a group with opposed parallel faces, sideways: nothing presses them together."""
+        sideways = [(link, normal) for link, normal in self.links_of(members.tolist(), group) if abs(normal[1]) < 0.5]
+        normals = np.array([normal for _, normal in sideways]).reshape(-1, 3)
+        opposed = (normals @ normals.T < -PARALLEL).any(axis=1) if len(normals) else np.zeros(0, bool)
+        for (link, _), is_clamp in zip(sideways, opposed.tolist(), strict=True):
+            if is_clamp:
+                yield link
+
+
+_VERTICAL = (np.array([0.0, 1.0, 0.0]), np.array([0.0, -1.0, 0.0]))
+_SIDEWAYS = tuple(np.array([x, 0.0, z]) for x, z in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)))
+
+
+def _plane_normal(points: FloatArray, direction: FloatArray) -> FloatArray:
+    """Return the normal of a flat set of points (K, 3), on the side of ``direction``; that itself if they are not."""
+    _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    if len(points) < 4 or extents[2] > _FLAT * extents[1]:
+        return direction
+    normal = np.asarray(axes[2] if axes[2] @ direction >= 0.0 else -axes[2], np.float64)
+    return normal if normal @ direction > 0.1 else direction
+
+
+_SHIFTS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+
+
+def _cone(normal: FloatArray, friction: float) -> FloatArray:
+    """Return the rays (8, 3) of the friction cone of a contact."""
+    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    u = np.cross(normal, least)
+    u /= np.linalg.norm(u)
+    v = np.cross(normal, u)
+    angles = np.arange(_RAYS) * (2.0 * math.pi / _RAYS)
+    return np.asarray(normal + friction * (np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v), np.float64)

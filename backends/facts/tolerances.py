@@ -1,0 +1,109 @@
+"""The constants of the facts and of the checks that read them, with units and reasons (docs/facts.md lists them)."""
+
+from __future__ import annotations
+
+
+class Tolerance(float):
+    """Number with its unit and the reason for its value.
+
+    Examples
+    --------
+    >>> width = Tolerance(0.05, "of the body's breadth", "thinner feet are edges")
+    >>> 2.0 * width, width.unit
+    (0.1, "of the body's breadth")
+    """
+
+    unit: str
+    reason: str
+
+    def __new__(cls, value: float, unit: str, reason: str) -> Tolerance:
+        number = super().__new__(cls, value)
+        number.unit, number.reason = unit, reason
+        return number
+
+
+# --- contacts ---
+TOUCH_OF_SOLIDS = Tolerance(
+    0.02, "of the smaller solid's diagonal", "small objects in a large scene are placed as exactly as large ones"
+)
+SHALLOW = Tolerance(
+    0.05, "of a solid's extent along the separation", "overlaps up to this close the seams of a model; deeper ones show"
+)
+SET_IN = Tolerance(
+    0.05, "of the upper body's longest side", "the depth from which an enclosed foot holds its body, as a peg does"
+)
+BURIED = Tolerance(0.25, "of a body's height", "what is this deep in another is built into it")
+UPRIGHT = Tolerance(
+    0.8, "vertical component of a contact's normal", "slopes up to 37 degrees; steeper contacts are sideways"
+)
+
+# --- bodies ---
+MAIN_CLUSTER = Tolerance(
+    0.5, "of the solids of an entity", "an entity is one body if this part of it touches; else it is an arrangement"
+)
+
+# --- ground ---
+GROUND_AREA = Tolerance(
+    0.5, "of the scene's area", "floors, lawns and plates carry most of a scene; rugs and table tops do not"
+)
+GROUND_FLATNESS = Tolerance(
+    0.5, "of its shorter side", "the ground is flat: at most this high; a pedestal is an object"
+)
+GROUND_MARGIN = Tolerance(
+    1.1, "times the broadest solid on it", "a brick under a brick is an object; floors and plates are broader"
+)
+GROUND_BELOW = Tolerance(0.1, "of the solids", "more of them below a broad body are its legs: it is a table")
+WALL_SPAN = Tolerance(
+    0.6, "of two extents of the scene", "a panel that closes a scene off stands by construction, not by its weight"
+)
+WALL_THICKNESS = Tolerance(0.1, "of its shorter side", "a panel is thin")
+
+# --- statics ---
+FRICTION = Tolerance(
+    0.6, "coefficient of friction", "of bodies without `:friction`; wood on wood has .25 to .6, rubber more"
+)
+BALANCE = Tolerance(
+    0.01, "of a body's breadth", "a body bears this shift of its center of mass, or it stands on an edge"
+)
+NARROW = Tolerance(
+    0.05, "of a body's breadth", "a body with less balance may move in a simulation, whose contacts give way: a note"
+)
+HEAVY_FOOT = Tolerance(
+    5.0, "times its density", "lamps and stands have heavy feet and hollow tops; a body that tips even so is a warning"
+)
+PARALLEL = Tolerance(
+    0.9995, "cosine", "two opposed faces within 1.8 degrees clamp: friction between them is not counted, since nothing "
+    "presses them together",
+)  # fmt: skip
+MOUNT_DEPTH = Tolerance(1.0 / 3.0, "of a body's breadth", "what stands out from a wall by at most this is hung there")
+MOUNT_AREA = Tolerance(0.5, "of its back", "the part of a mounted body's back that touches the wall")
+SUSPENSION_HEIGHT = Tolerance(0.1, "of a body's height", "what is held in its top tenth hangs, as a lamp from its cord")
+SUSPENSION_AREA = Tolerance(0.05, "of its footprint", "a hanging body is held at a point rather than a face")
+GLUED_AREA = Tolerance(
+    1.0 / 3.0, "of its side", "a face contact that could be glue: arms of a robot; what falls without it is a note"
+)
+HINGE_SPAN = Tolerance(
+    1.0 / 3.0,
+    "of a body's height",
+    "two contacts at a side this far apart could be hinges; what falls without is a note",
+)
+
+# --- checks ---
+CONTACT_ERROR = Tolerance(2.0, "contact tolerances", "overlaps up to this are errors of round surfaces and of rounding")
+SUNK_BASE = Tolerance(0.02, "of a body's height", "how deep a flat base may be in the ground or on what it stands")
+SLIM = Tolerance(4.0, "height over breadth of the foot", "stems and posts are planted, and tables are not")
+PLANTED = Tolerance(
+    0.2, "of a leg's length", "posts are planted by up to a fifth of their length; furniture sinks by more, or alone"
+)
+COPLANAR_AREA = Tolerance(0.005, "of the scene's largest side", "smaller faces that flicker are hardly seen: a note")
+HIGH = Tolerance(
+    0.5, "of the height of what stands", "suns and birds are this far above everything, and by their own height; a "
+    "cup that floats over its table is not",
+)  # fmt: skip
+SNOW_COUNT = Tolerance(8, "equal bodies", "many equal small bodies in the air are meant: snow, sparks, leaves")
+SNOW_SIZE = Tolerance(0.02, "of the scene's diagonal", "the size of such bodies")
+JOINT = Tolerance(0.25, "of a body's extent", "the gap between slats, planks and tiles of one row")
+COURSE = Tolerance(0.1, "of a body's height", "the joint between courses of bricks and drums of a column")
+CAGE_SIDES = Tolerance(3, "sides", "a body enclosed on so many sides is in a case, as a drawer")
+CAGE_OVERLAP = Tolerance(0.25, "of each extent", "a drawer that is pulled out half is still held by its case")
+CAGE_DROP = Tolerance(0.1, "of a body's height", "the drop of a caged body that is clearance rather than a gap")

@@ -1,0 +1,99 @@
+"""Translations that resolve a finding, tried on the facts: a move counts only if the moved scene is checked again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from scenelang.backends.facts.frame import FrameFacts
+from scenelang.backends.surfaces.distance import IntArray, distances
+from scenelang.backends.surfaces.solids import FloatArray
+
+Vector = tuple[float, float, float]
+
+MAX_TRIED_SOLIDS = 2_000  # of a frame in which moves are tried: each is a check of the whole frame
+_MAX_CANDIDATES = 6  # moves tried for one finding
+_MAX_LOWEST, _MAX_NEAR = 8, 24  # solids whose fall is computed, and solids below them
+_FALL_STEPS = 16  # of a fall, each by the distance that remains
+_CONTACT_GAP = 0.02  # of the contact tolerance: a fall that is this near has ended
+# Weights of a move's length against that of a drop: objects are put down more often than hung on a wall, and more often
+# that than from a ceiling. On the 14 floating faults of benchmarks/everyday, these choose the object's own place.
+_SIDEWAYS_EFFORT, _UPWARD_EFFORT = 1.5, 3.0
+
+
+def helpful_move(
+    facts: FrameFacts, members: IntArray, helps: Callable[[FrameFacts], bool], first: tuple[Vector, ...] = ()
+) -> Vector | None:
+    """Return the shortest translation of bodies after which ``helps`` holds of the frame; None if none does.
+
+    Parameters
+    ----------
+    members : (K,)
+        Numbers of the bodies that move together.
+    first
+        Translations to try besides drops onto what is below, and ways to what is beside.
+    """
+    if len(facts.solids) > MAX_TRIED_SOLIDS:
+        return None
+    rows = np.concatenate([facts.bodies.members[int(body)] for body in members])
+    candidates = sorted({*first, *contact_moves(facts, members)}, key=_effort)
+    for move in candidates[:_MAX_CANDIDATES]:
+        if helps(facts.moved(rows, move)):
+            return move
+    return None
+
+
+def _effort(move: Vector) -> float:
+    """Return the length of a translation; what floats more often fell short of a wall than of a ceiling."""
+    x, y, z = move
+    return math.sqrt(x * x + y * y + z * z) * (_UPWARD_EFFORT if y > 0.0 else 1.0 if y < 0.0 else _SIDEWAYS_EFFORT)
+
+
+def contact_moves(facts: FrameFacts, members: IntArray) -> Iterator[Vector]:
+    """Yield the translations by which bodies come to rest on what is below, and touch what is beside or above them."""
+    solids, bodies = facts.solids, facts.bodies
+    low, high = bodies.low[members].min(axis=0), bodies.high[members].max(axis=0)
+    others = np.flatnonzero(~np.isin(bodies.body, members))
+    under, over = (corners[others] for corners in solids.boxes)
+    room = solids.touch
+    drop = float(low[1]) - facts.ground.height
+    if drop > room:
+        yield (0.0, -drop, 0.0)
+    for axis in (1, 0, 2):
+        across = [k for k in range(3) if k != axis]
+        beside = ((under < high) & (over > low))[:, across].all(axis=1)
+        for sign, gap in ((-1.0, low[axis] - over[:, axis]), (1.0, under[:, axis] - high[axis])):
+            reachable = np.sort(np.unique(gap[beside & (gap > room)]))
+            for length in reachable[:2].tolist():
+                vector = np.zeros(3)
+                vector[axis] = sign * length
+                yield (float(vector[0]), float(vector[1]), float(vector[2]))
+    yield from _exact_drops(facts, members, low, high)
+
+
+def _exact_drops(facts: FrameFacts, members: IntArray, low: FloatArray, high: FloatArray) -> Iterator[Vector]:
+    """Yield the fall until the lowest solids meet another: by distances, each of which they can fall at least.
+
+    The boxes of round and tilted solids meet before they do (conservative advancement; Mirtich, 1996).
+    """
+    solids, body = facts.solids, facts.bodies.body
+    (under, over), own = solids.boxes, np.flatnonzero(np.isin(body, members))
+    others = np.flatnonzero(~np.isin(body, members))
+    near = ((under[others] < high) & (over[others] > low))[:, [0, 2]].all(axis=1) & (under[others, 1] < high[1])
+    pairs = np.stack(np.meshgrid(own[np.argsort(under[own, 1])[:8]], others[near][:24], indexing="ij"), -1).reshape(
+        -1, 2
+    )
+    if not len(pairs):
+        return
+    fallen = 0.0
+    for _ in range(_FALL_STEPS):
+        posed = solids.pairs(pairs)
+        posed.a.matrices[:, 1, 3] -= fallen
+        gap = float(distances(posed).min())
+        fallen += gap
+        if gap <= _CONTACT_GAP * solids.touch or fallen > float(low[1]) - facts.ground.height:
+            break
+    if solids.touch < fallen < float(low[1]) - facts.ground.height:
+        yield (0.0, -fallen, 0.0)
