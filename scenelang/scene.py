@@ -8,7 +8,7 @@ position, the source line and a hint. Each method is a call into one domain, whi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -397,3 +397,8 @@ class Scene(LoadedScene):
 
         chosen = None if words is None else {words} if isinstance(words, str) else set(words)
         return scene_relations(self.graph, chosen, frame_of(self.graph, frame), limit)
+
+
+def public_scene(scene: LoadedScene) -> Scene:
+    """Return a scene of a domain as the class of the Python API; a service for filters of datasets."""
+    return Scene(**{field.name: getattr(scene, field.name) for field in fields(scene)})
