@@ -153,7 +153,7 @@ class Scene(LoadedScene):
             camera, size, environment=environment, ground=ground, labels=labels, seed=seed,
             settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
-        return video_of(self.graph, options, quality, frames, orbit)
+        return video_of(self, options, quality, frames, orbit)
 
     @typed
     def maps(

@@ -593,7 +593,7 @@ class Distillation:
     def film(self, scene: LoadedScene, size: Size = (256, 256)) -> Film:
         """Return a video of the result: a turntable of a static scene, or the frames of a 4D scene."""
         options = picture_options(size=size, settings={"distilled": str(self.folder)})
-        return video_of(scene.graph, options, "splats")
+        return video_of(scene, options, "splats")
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "stopped"
