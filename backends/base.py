@@ -4,8 +4,8 @@ The paper's formal view (section 5): a renderer has a parameter space ``Theta``,
 operation ``R: P(Theta x T) -> O`` from a set of posed primitives to an observation (a picture, a mesh). A backend
 consists of the operation ``R`` and the reparameterisation ``g_reparam: (Word, Embedding) -> Theta``, which maps a
 primitive entity to renderer parameters. The pose of a primitive is the product of the matrices on the path from the
-root to it. Here ``interpreter.flatten`` computes the poses, ``solids``, ``appearance`` and ``meshes`` implement
-``g_reparam`` for the geometric backends, and ``Backend.run`` is ``R``.
+root to it. Here ``interpreter/scene/flatten`` computes the poses, ``surfaces/solids`` and ``surfaces/appearance``
+implement ``g_reparam`` for the geometric backends, and ``Backend.run`` is ``R``.
 
 Backends are discovered through the entry-point group ``scenelang.backends``: any package may add one by naming a
 ``Backend`` object there. What must be known of our own before one is chosen (names, endings, options) is in
