@@ -227,7 +227,7 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
     Returns
     -------
     Repair
-        The repaired text, its edits, what remains, and how far things moved on average, in scene units.
+        The repaired text, its edits, what remains, and how far objects moved on average, in scene units.
 
     Raises
     ------

@@ -368,17 +368,17 @@ class Scene(LoadedScene):
     def relations(
         self, words: str | Sequence[str] | None = None, frame: int = 0, limit: int = 20_000
     ) -> list[SceneRelation]:
-        """Return the relations of things that touch or overlap: what is on, inside of, touching or overlapping what.
+        """Return the relations of objects that touch or overlap: what is on, inside of, touching or overlapping what.
 
         Parameters
         ----------
         words : str or sequence of str, optional
-            Words of the things; by default all that the program binds, and semantic primitives. Things are compared
-            with those that have the same thing around them.
+            Words of the objects; by default all that the program binds, and semantic primitives. Objects are compared
+            with those that have the same object around them.
         frame : int
             Frame of a 4D scene, counted from 0.
         limit : int
-            Most pairs of nearby things.
+            Most pairs of nearby objects.
 
         Raises
         ------
