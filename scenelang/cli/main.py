@@ -1,4 +1,4 @@
-"""CommandRow-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
+"""Command-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
 
 Exit codes: 0 success, 1 a wrong program or file, 2 wrong usage, 130 interrupted (Ctrl-C), 141 nothing reads the output
 any more, 143 ended (SIGTERM).
