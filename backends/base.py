@@ -4,8 +4,8 @@ The paper's formal view (section 5): a renderer has a parameter space ``Theta``,
 operation ``R: P(Theta x T) -> O`` from a set of posed primitives to an observation (a picture, a mesh). A backend
 consists of the operation ``R`` and the reparameterisation ``g_reparam: (Word, Embedding) -> Theta``, which maps a
 primitive entity to renderer parameters. The pose of a primitive is the product of the matrices on the path from the
-root to it. Here ``interpreter.flatten`` computes the poses, ``solids``, ``appearance`` and ``meshes`` implement
-``g_reparam`` for the geometric backends, and ``Backend.run`` is ``R``.
+root to it. Here ``interpreter/scene/flatten`` computes the poses, ``surfaces/solids`` and ``surfaces/appearance``
+implement ``g_reparam`` for the geometric backends, and ``Backend.run`` is ``R``.
 
 Backends are discovered through the entry-point group ``scenelang.backends``: any package may add one by naming a
 ``Backend`` object there. What must be known of our own before one is chosen (names, endings, options) is in
@@ -21,8 +21,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass, field
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.diagnostics import REINSTALL, Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import Setting, setting, whole
+from scenelang.interpreter.loading import is_present
 from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.primitives import geometric_words
 
@@ -137,7 +138,8 @@ class Backend:
 
     ``doc`` is a one-line description, ``endings`` the file extensions it writes (``.png``), ``packages`` the modules it
     imports when it runs, ``install`` the argument of ``pip install`` that provides them. ``run(scene, path, options)``
-    writes one file atomically, or several, in which case it returns their paths; it raises SceneError.
+    writes one file atomically, or several, in which case it returns their paths; it raises SceneError. ``module`` is
+    the module that defines a backend which is listed from its description, and so may be missing.
     """
 
     name: str
@@ -149,16 +151,25 @@ class Backend:
     accepts: Accepts = Accepts()
     packages: tuple[str, ...] = ()
     install: str = "scenelang"
+    module: str = ""
 
     def __repr__(self) -> str:
         return f"<Backend {self.name}: {self.doc}>"
 
     @property
     def is_installed(self) -> bool:
-        """Return whether every package that the backend imports is installed; imports none of them."""
-        from importlib.util import find_spec
+        """Return whether the backend itself and every package that it imports are installed; imports none of them."""
+        return self._is_present and all(map(is_present, self.packages))
 
-        return all(find_spec(package) is not None for package in self.packages)
+    @property
+    def _is_present(self) -> bool:
+        """Return whether this installation has the module of the backend."""
+        return not self.module or is_present(self.module)
+
+    @property
+    def remedy(self) -> str:
+        """Command that installs what the backend needs."""
+        return f"pip install {self.install if self._is_present else REINSTALL}"
 
     def metadata(self) -> dict[str, Any]:
         """Return the backend's metadata as JSON data: its description, with the state of the installation."""
@@ -166,7 +177,7 @@ class Backend:
         return {
             **{name: described[name] for name in ("name", "doc", "command", "endings")},
             "installed": self.is_installed,
-            "install": self.install,
+            "install": self.remedy.removeprefix("pip install "),
             "accepts": described["accepts"] | {"words": list(self.accepts.primitives())},
             "options": [
                 {name: option[name] for name in ("name", "doc", "default", "choices")}
@@ -177,7 +188,7 @@ class Backend:
     @property
     def row(self) -> tuple[str, ...]:
         """Table row of the backend: name, command, file extensions, installation status, description."""
-        installed = "yes" if self.is_installed else f"pip install {self.install}"
+        installed = "yes" if self.is_installed else self.remedy
         return self.name, self.work.value, " ".join(self.endings), installed, self.doc
 
     def setting(self, options: BackendOptions, name: str) -> Any:
@@ -277,8 +288,8 @@ def description_of(backend: Backend) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def described(data: Mapping[str, Any]) -> Backend:
-    """Return a backend for lists from ``description_of``; it is imported when it runs.
+def described(data: Mapping[str, Any], module: str) -> Backend:
+    """Return a backend for lists from ``description_of``; ``module`` is imported when it runs.
 
     Its options lack their own checks, which ``find`` and ``check_settings`` apply when it is chosen.
     """
@@ -289,7 +300,7 @@ def described(data: Mapping[str, Any]) -> Backend:
         lambda scene, path, options: find(data["name"]).run(scene, path, options),
         tuple(Option(**{**option, "choices": tuple(option["choices"])}) for option in data["options"]),
         Accepts(words, accepts["any_word"], tuple(accepts["attributes"]), accepts["animated"]),
-        tuple(data["packages"]), data["install"],
+        tuple(data["packages"]), data["install"], module,
     )  # fmt: skip
 
 
@@ -299,7 +310,7 @@ class BackendRegistry(PluginRegistry[Backend]):
 
     def _listed(self, point: Any) -> Backend:
         data = _descriptions().get(point.value)
-        return self._load(point) if data is None else described(data)
+        return self._load(point) if data is None else described(data, point.value.partition(":")[0])
 
 
 BACKENDS = BackendRegistry(GROUP, "backend", Backend)
@@ -335,14 +346,19 @@ def settings_for(work: Work) -> dict[str, Setting]:
 
 
 def for_file(path: Path | str, work: Work | None = None) -> Backend:
-    """Return the first backend by name that writes files of ``path``'s type; raises SceneError("backend") if
-    none does."""
+    """Return the first backend by name that writes files of ``path``'s type, of those that are installed if any is.
+
+    Raises
+    ------
+    SceneError
+        "backend" if no backend writes such files.
+    """
     ending = Path(path).suffix.lower()
     candidates = all_backends(work)
     for longest in ("".join(Path(path).suffixes[-2:]).lower(), ending):  # .mjcf.xml before .xml
-        for backend in candidates:
-            if longest in backend.endings:
-                return find(backend.name)
+        writers = [backend for backend in candidates if longest in backend.endings]
+        if writers:
+            return find(next((backend for backend in writers if backend.is_installed), writers[0]).name)
     known = sorted({ending for backend in candidates for ending in backend.endings})
     shown = f"`{ending}` files" if ending else "files without an extension"
     raise SceneError(

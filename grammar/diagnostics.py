@@ -417,6 +417,17 @@ def error_of(diagnostic: Diagnostic) -> SceneError:
     )  # fmt: skip
 
 
+REINSTALL = "--force-reinstall scenelang"  # arguments of `pip install` that restore what was deleted of the package
+
+
+def missing_part(error: ModuleNotFoundError) -> SceneError | None:
+    """Return the error for a part of the package that this installation lacks; None for a module of another package."""
+    if not str(error.name).startswith("scenelang."):
+        return None
+    message = f"this installation lacks `{error.name}`, which is needed here"
+    return SceneError("backend", message, f"reinstall it: `pip install {REINSTALL}`")
+
+
 class LimitError(SceneError):
     """A resource limit was exceeded. Programs cannot catch it with ``guard``."""
 

@@ -16,7 +16,7 @@ from functools import wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from scenelang.grammar.datum import dataclass, field, fields, replace
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, missing_part
 
 if TYPE_CHECKING:
     import inspect
@@ -193,8 +193,9 @@ def typed(function: _Function) -> _Function:
     """Decorate a public function so that it checks its arguments by their annotations before it does anything.
 
     The decorated function raises SceneError("value") for an argument of another type, so that a mistake is reported in
-    the caller's terms, and SceneError("file") in place of OSError. Classes are compared by name, because importing
-    them all would make the import of the package slow.
+    the caller's terms, SceneError("file") in place of OSError, and SceneError("backend") for a part of the package that
+    this installation lacks. Classes are compared by name, because importing them all would make the import of the
+    package slow.
     """
     inspected: list[tuple[inspect.Signature, dict[str, str], set[str]]] = []
 
@@ -227,6 +228,11 @@ def typed(function: _Function) -> _Function:
             raise SceneError("file", f"{error.strerror or error}: {error.filename or 'output'}") from error
         except OverflowError as error:  # an integer that is too large for a float
             raise SceneError("value", f"a number is too large: {error}") from error
+        except ModuleNotFoundError as error:
+            part = missing_part(error)
+            if part is None:
+                raise
+            raise part from error
         except UnicodeEncodeError as error:  # a lone surrogate in a file name
             raise SceneError("value", f"a name cannot be written: {error.reason}") from error
 
@@ -238,6 +244,7 @@ _EXPECTED = {
     "str | Path": "a path", "Size": "a size (width, height) in pixels, such as (640, 480)",
     "str | Sequence[str]": "a name or several", "Sequence[str]": "several strings",
     "Sequence[float]": "several finite numbers",
+    "LoadedScene": "a Scene",  # the class of the kernel, of which users see the one of the API
     "View": "a camera, such as `Camera(azimuth=40)`", "Progress": "a function of one number", "Warn": "a function",
     "str | Path | Sequence[str | Path]": "a path or several", "Sequence[str | Path]": "several paths",
 }  # fmt: skip

@@ -93,6 +93,16 @@ def _prune(folder: Path) -> None:
 # --- packages that add parts -----------------------------------------------------------------------------------------
 
 
+def is_present(module: str) -> bool:
+    """Return whether a module can be found; only the packages around it are imported."""
+    from importlib.util import find_spec
+
+    try:
+        return find_spec(module) is not None
+    except ModuleNotFoundError:  # a package around it
+        return False
+
+
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:
     """Return the entry points of ``group`` by name, without loading them; the first package on ``sys.path`` wins.
 

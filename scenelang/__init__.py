@@ -127,24 +127,45 @@ _HOMES = {
     "Scene": "scene", "Checked": "session.session",
     "Evaluated": "session.session", "Options": "session.session", "Session": "session.session",
 }  # fmt: skip
-__all__ = sorted(_HOMES)
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__all__":
+        return _present_names()
     if name not in _HOMES:
         raise AttributeError(f"module 'scenelang' has no attribute {name!r}")
+    return _imported(f"scenelang.{_HOMES[name]}", name)
+
+
+def _imported(module: str, name: str) -> Any:
+    """Return an object of a module; raises SceneError if this installation lacks the module."""
     from importlib import import_module
 
-    return getattr(import_module(f"scenelang.{_HOMES[name]}"), name)
+    try:
+        return getattr(import_module(module), name)
+    except ModuleNotFoundError as error:
+        from scenelang.grammar.diagnostics import missing_part
+
+        part = missing_part(error)
+        if part is None:
+            raise
+        raise part from error
+
+
+def _present_names() -> list[str]:
+    """Return the sorted public names whose modules this installation has."""
+    from scenelang.interpreter.loading import is_present
+
+    present = {home for home in set(_HOMES.values()) if is_present(f"scenelang.{home}")}
+    return sorted(name for name, home in _HOMES.items() if home in present)
 
 
 def load_ipython_extension(shell: Any) -> None:
     """Register the cell magic ``%%scene``; called by ``%load_ext scenelang``."""
-    from scenelang.notebook.magic import register
     from scenelang.scene import Scene
 
-    register(shell, Scene)
+    _imported("scenelang.notebook.magic", "register")(shell, Scene)
 
 
 def __dir__() -> list[str]:
-    return [*__all__, *(name for name in globals() if name.startswith("__"))]
+    return [*_present_names(), *(name for name in globals() if name.startswith("__"))]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TextIO
 
-from scenelang.grammar.datum import Source
+from scenelang.grammar.datum import Source, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, diagnostic_asked, error_of, explained
 from scenelang.grammar.reader import ReadResult, read
 from scenelang.grammar.settings import typed
@@ -101,7 +101,8 @@ def load(
     20
     """
     entries = _entries(Path(path), embeddings)
-    options = _options(seed, defines, root, entries, limits, project, allow_outside=allow_outside, strict=strict)
+    plain = Options(root=root, seed=int(seed), allow_outside=allow_outside, strict=strict, z_entries=entries)
+    options = _with_given(plain, defines, limits, project)
     return scene_of(Scene, Session(options).source(str(path)), options)
 
 
@@ -127,7 +128,8 @@ def evaluate(
     >>> evaluate('(bind "dot" (lambda () (call "sphere" :radius 2)))')
     <Scene "dot": 1 primitive>
     """
-    options = _options(seed, defines, root, {}, limits, project, allow_outside=allow_outside, strict=strict)
+    plain = Options(root=root, seed=int(seed), allow_outside=allow_outside, strict=strict)
+    options = _with_given(plain, defines, limits, project)
     return scene_of(Scene, Source(name, text), options)
 
 
@@ -225,7 +227,7 @@ def repair(text: str, *declarations: str, name: str = "<text>", geometry: bool =
     Returns
     -------
     Repair
-        The repaired text, its edits, what remains, and how far things moved on average, in scene units.
+        The repaired text, its edits, what remains, and how far objects moved on average, in scene units.
 
     Raises
     ------
@@ -588,27 +590,15 @@ def check_installation() -> tuple[Check, ...]:
     return tuple(checks())
 
 
-def _options(
-    seed: int,
-    defines: Mapping[str, Any] | None,
-    root: str | None,
-    entries: Mapping[str, ZEntry],
-    limits: Limits | None,
-    project: str | Path | None,
-    *,
-    allow_outside: bool,
-    strict: bool,
+def _with_given(
+    options: Options, defines: Mapping[str, Any] | None, limits: Limits | None, project: str | Path | None
 ) -> Options:
-    """Return the options of the API's arguments; values of params become literals."""
-    return Options(
-        root=root,
-        seed=int(seed),
+    """Return options with optional arguments of the API; values of params become literals."""
+    return replace(
+        options,
         defines={name: literal(value) for name, value in (defines or {}).items()},
         limits=limits or Limits(),
         project=Path(project) if project is not None else None,
-        allow_outside=allow_outside,
-        strict=strict,
-        z_entries=entries,
     )
 
 

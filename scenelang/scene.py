@@ -8,7 +8,7 @@ position, the source line and a hint. Each method is a call into one domain, whi
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -153,7 +153,7 @@ class Scene(LoadedScene):
             camera, size, environment=environment, ground=ground, labels=labels, seed=seed,
             settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
-        return video_of(self.graph, options, quality, frames, orbit)
+        return video_of(self, options, quality, frames, orbit)
 
     @typed
     def maps(
@@ -368,17 +368,17 @@ class Scene(LoadedScene):
     def relations(
         self, words: str | Sequence[str] | None = None, frame: int = 0, limit: int = 20_000
     ) -> list[SceneRelation]:
-        """Return the relations of things that touch or overlap: what is on, inside of, touching or overlapping what.
+        """Return the relations of objects that touch or overlap: what is on, inside of, touching or overlapping what.
 
         Parameters
         ----------
         words : str or sequence of str, optional
-            Words of the things; by default all that the program binds, and semantic primitives. Things are compared
-            with those that have the same thing around them.
+            Words of the objects; by default all that the program binds, and semantic primitives. Objects are compared
+            with those that have the same object around them.
         frame : int
             Frame of a 4D scene, counted from 0.
         limit : int
-            Most pairs of nearby things.
+            Most pairs of nearby objects.
 
         Raises
         ------
@@ -397,3 +397,8 @@ class Scene(LoadedScene):
 
         chosen = None if words is None else {words} if isinstance(words, str) else set(words)
         return scene_relations(self.graph, chosen, frame_of(self.graph, frame), limit)
+
+
+def public_scene(scene: LoadedScene) -> Scene:
+    """Return a scene of a domain as the class of the Python API; a service for filters of datasets."""
+    return Scene(**{field.name: getattr(scene, field.name) for field in fields(scene)})

@@ -16,6 +16,7 @@ import pytest
 from test_structure import FACADE, FILES, ROOT, file_of, named_modules, reached_from
 
 import scenelang
+from scenelang.cli.command_table import COMMANDS
 
 APPLICATIONS = FACADE | {"scenelang/cli", "scenelang/doctor"}
 PACKAGE = Path(scenelang.__file__).parent
@@ -77,17 +78,39 @@ def test_needs_have_no_cycle() -> None:
     assert [name for name in graph if name in reached_from(name, graph)] == []
 
 
-def test_applications_import_domains_inside_functions_only() -> None:
+COMMANDS_OF = {  # modules of commands that all belong to one domain, which import it and what it needs when they are loaded
+    "scenelang.cli.pictures": "pictures",
+    "scenelang.cli.models": "inference",
+    "scenelang.cli.bench": "bench",
+    "scenelang.cli.neural": "neural",
+    "scenelang.cli.embed_eval": "neural",
+}
+APPLICATION_MODULES = sorted(
+    ".".join(("scenelang", *path.with_suffix("").relative_to(ROOT / "scenelang").parts))
+    for path in FILES
+    if is_application(path) and path.name not in ("__init__.py", "__main__.py")
+)
+
+
+@pytest.mark.parametrize("module", APPLICATION_MODULES)
+def test_applications_import_domains_inside_functions_only(module: str) -> None:
     """Otherwise a command would fail for want of a domain that it does not use."""
-    code = (
-        "import sys\n"
-        "import scenelang.api, scenelang.cli.main, scenelang.cli.programs, scenelang.doctor.doctor\n"
-        "print(*[name for name in sys.modules if name.startswith('scenelang.')])"
-    )
+    code = f"import sys, {module}; print(*[name for name in sys.modules if name.startswith('scenelang.')])"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    files = [file_of(name) for name in run.stdout.split()]
-    assert len(files) > 50
-    assert sorted({d for path in files if path is not None and (d := domain_of(path)) is not None}) == []
+    files = [path for name in run.stdout.split() if (path := file_of(name)) is not None]
+    own = COMMANDS_OF.get(module)
+    needs = {name: set(needs) for name, (_, needs) in table().items()}
+    allowed = set() if own is None else {own} | reached_from(own, needs)
+    assert len(files) > 1
+    assert {domain for path in files if (domain := domain_of(path)) is not None} <= allowed
+
+
+def test_commands_of_a_domain_are_in_modules_of_their_own() -> None:
+    """A command whose module imports a domain needs the domain."""
+    assert set(COMMANDS_OF) <= set(APPLICATION_MODULES)
+    for name, row in COMMANDS.items():
+        own = COMMANDS_OF.get(f"scenelang.cli.{row.module}")
+        assert own is None or NEEDED_BY[name] in dependents(own), name
     assert sorted(path.stem for path in (ROOT / "scenelang").glob("*.py")) == ["__init__", "__main__", "api", "scene"]
 
 
@@ -167,27 +190,51 @@ def copy_without(name: str, target: Path) -> set[str]:
 
 
 PROGRAM = '(bind "dot"\n  (lambda ()\n    (union (call "sphere" :radius 2) (call "cube"))))\n'
-USES = {  # a command of each domain, which ends with one line without it
-    "pictures": ["render", "a.scene", "-o", "a.png", "--size", "16x16"],
-    "exports": ["export", "a.scene", "-o", "a.glb"],
-    "Mitsuba export": ["export", "a.scene", "-o", "a.xml"],
-    "labels": ["maps", "a.scene", "-o", "maps", "--size", "16x16"],
-    "viewer": ["view", "a.scene", "--html", "a.html"],
-    "geometry checks": ["check", "--geometry", "a.scene"],
-    "physics": ["check", "--physics", "a.scene"],
-    "Minecraft": ["export", "a.scene", "-o", "a.schem", "--voxelize", "1"],
-    "Minecraft pages": ["view", "a.scene", "--minecraft", "--html", "a.html"],
-    "OpenSCAD": ["import", "a.scad"],
-    "Python": ["transpile", "a.py"],
-    "repair": ["repair", "a.scene"],
-    "neural": ["embeddings", "a.scene", "list"],
-    "datasets": ["dataset", "status", "folder"],
-    "inference": ["runs"],
-    "bench": ["bench", "--list"],
-    "REPL": ["repl"],
-    "LSP": ["lsp"],
-    "MCP": ["mcp"],
+STUDY = json.dumps({
+    "format": "scenelang-study-answers", "version": 1, "study": "s", "participant": "p",
+    "answers": [{"prompt": "a dot", "methods": ["a", "b"], "choice": "a"}],
+})  # fmt: skip
+USES = {  # commands of each domain, which end with one line without it
+    "pictures": [["render", "a.scene", "-o", "a.png", "--size", "16x16"], ["graph", "a.scene", "-o", "a.svg"]],
+    "exports": [["export", "a.scene", "-o", "a.glb"], ["export", "a.scene", "-o", "a.stl"]],
+    "Mitsuba export": [["export", "a.scene", "-o", "a.xml"]],
+    "labels": [["maps", "a.scene", "-o", "maps", "--size", "16x16"]],
+    "viewer": [["view", "a.scene", "--html", "a.html"]],
+    "geometry checks": [["check", "--geometry", "a.scene"]],
+    "physics": [["check", "--physics", "a.scene"], ["settle", "a.scene", "-o", "settled.json"]],
+    "Minecraft": [["export", "a.scene", "-o", "a.schem", "--voxelize", "1"]],
+    "Minecraft pages": [["view", "a.scene", "--minecraft", "--html", "a.html"]],
+    "OpenSCAD": [["import", "a.scad"]],
+    "Python": [["transpile", "a.py"], ["lift", "a.scene"]],
+    "repair": [["repair", "a.scene"]],
+    "neural": [
+        ["embeddings", "a.scene", "list"],
+        ["embed", "a.scene", "--print"],
+        ["eval", "--study-results", "study.json"],
+    ],
+    "datasets": [["dataset", "status", "folder"]],
+    "inference": [["runs"]],
+    "bench": [["bench", "--list"]],
+    "REPL": [["repl"]],
+    "LSP": [["lsp"]],
+    "MCP": [["mcp"]],
 }
+NEEDED_BY = {  # the domain of each command that the kernel alone cannot do; its help may need the domain too
+    "transpile": "Python", "lift": "Python", "repl": "REPL", "lsp": "LSP", "mcp": "MCP",
+    "render": "pictures", "graph": "pictures", "view": "viewer", "maps": "labels", "dataset": "datasets",
+    "simulate": "physics", "settle": "physics", "repair": "repair",
+    "generate": "inference", "edit": "inference", "runs": "inference", "bench": "bench",
+    "embeddings": "neural", "embed": "neural", "imagine": "neural", "invert": "neural", "style": "neural",
+    "distill": "neural", "eval": "neural",
+}  # fmt: skip
+METHODS = {  # uses of the Python API, and their domains
+    "s.render(size=(16, 16))": "pictures", "s.film(frames=1, size=(16, 16)).save('a.gif')": "pictures",
+    "s.save_graph('b.svg')": "pictures", "s.maps(size=(16, 16))": "labels", "s.html()": "viewer", "s.show()": "viewer",
+    "s.export('b.glb')": "exports", "s.export('b.json')": None, "s._repr_png_()": None,
+    "s.relations()": "geometry checks", "s.violations('(count \"dot\" 1)')": "geometry checks", "s.physics()": "physics",
+    "sl.repair(open('a.scene').read())": "repair", "sl.transpile(open('a.py').read())": "Python",
+    "sl.Embeddings.of(s)": "neural", "sl.runs()": "inference", "sl.BenchReport": "bench", "sl.DatasetReport": "datasets",
+}  # fmt: skip
 NOT_RUN = {"REPL", "LSP", "MCP", "datasets", "Minecraft pages"}  # they wait for input, or need files of others
 KERNEL = [["backends"], ["check", "a.scene"], ["run", "a.scene"], ["flatten", "a.scene"], ["--help"], ["fmt", "--check", "a.scene"],
           ["explain", "E201"], ["check", "--run", "a.scene"], ["tree", "a.scene"], ["measure", "a.scene"], ["expand", "a.scene"]]  # fmt: skip
@@ -199,19 +246,51 @@ sys.meta_path = [f for f in sys.meta_path if "editable" not in f"{getattr(f, '__
 """
 
 
-def command(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run the command line of the package in a folder; ours is not on the path of its interpreter."""
+HELP = """import contextlib, io, json
+from scenelang.cli.command_table import COMMANDS
+from scenelang.cli.main import main
+told = {}
+for name in COMMANDS:
+    out, errors = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
+        try:
+            code = main([name, "--help"])
+        except SystemExit as end:
+            code = end.code
+    told[name] = code, errors.getvalue()
+print(json.dumps(told))
+"""
+API = """import json
+import scenelang as sl
+s = sl.evaluate(open("a.scene").read())
+told = {}
+for text in TEXTS:
+    try:
+        eval(text)
+        told[text] = ""
+    except sl.SceneError as error:
+        told[text] = error.diagnostic.code
+print(json.dumps(told))
+"""
+
+
+def python(code: str, folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """Run a script with the package of a folder; ours is not on the path of its interpreter."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(folder),
         "HOME": str(folder),
         "XDG_STATE_HOME": str(folder / "state"),
     }
-    code = "from scenelang.__main__ import entry; import sys; sys.exit(entry())"
     return subprocess.run(
         [sys.executable, "-c", code, *words], capture_output=True, text=True, cwd=folder, env=environment,
         stdin=subprocess.DEVNULL, timeout=120,
     )  # fmt: skip
+
+
+def command(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the command line of the package in a folder."""
+    return python("from scenelang.__main__ import entry; import sys; sys.exit(entry())", folder, *words)
 
 
 def check_deletion(name: str, folder: Path) -> None:
@@ -224,29 +303,69 @@ def check_deletion(name: str, folder: Path) -> None:
     )
     (folder / "wrong.scene").write_text(PROGRAM.replace(":radius 2", ":radius (ref (list 1) 1)"), "utf-8")
     (folder / "a.scad").write_text("cube(2);\n", "utf-8")
+    (folder / "study.json").write_text(STUDY, "utf-8")
     for words in KERNEL:
         run = command(words, folder)
         assert (run.returncode, run.stderr) == (0, ""), (words, run.stderr)
     wrong = command(["check", "--run", "--json", "wrong.scene"], folder)  # fixes are tried where the domain is there
     assert (wrong.returncode, [d["code"] for d in json.loads(wrong.stdout)]) == (1, ["E405"]), wrong.stdout
-    python = "import scenelang as sl; s = sl.evaluate(open('a.scene').read()); print(len(s.flatten()), s.measure().volume > 1)"
-    script = subprocess.run([sys.executable, "-c", python], capture_output=True, text=True, cwd=folder,
-                            env={**os.environ, "PYTHONPATH": str(folder)})  # fmt: skip
+    script = python(
+        "import scenelang as sl; s = sl.load('a.scene'); print(len(s.flatten()), s.measure().volume > 1)", folder
+    )
     assert (script.stdout, script.stderr) == ("2 True\n", "")
-    used = [name] if name in USES else []
-    for domain in used:
-        run = command(USES[domain], folder)
-        lines = run.stderr.strip().splitlines()
-        assert run.returncode in (1, 2), (domain, run.stdout, run.stderr)  # 2: the name of a format is an argument
-        assert "Traceback" not in run.stderr
-        assert "internal error" not in run.stderr, run.stderr
-        assert 1 <= len(lines) <= 3, run.stderr
+    check_what_is_gone(gone, folder)
     for domain in sorted(set(USES) - gone - NOT_RUN):
-        run = command(USES[domain], folder)
-        assert run.returncode == 0, (domain, run.stderr)
+        for words in USES[domain]:
+            run = command(words, folder)
+            assert run.returncode == 0, (words, run.stderr)
+    check_help(gone, folder)
+    check_api(gone, folder)
+    listed = json.loads(command(["backends", "--json"], folder).stdout)
+    described = json.loads((folder / "scenelang/backends/descriptions.json").read_text("utf-8"))
+    modules = {data["name"]: value.partition(":")[0].replace(".", "/") for value, data in described.items()}
+    for backend in listed:
+        path = folder / f"{modules[backend['name']]}.py"
+        if not path.is_file():
+            assert (backend["installed"], backend["install"]) == (False, "--force-reinstall scenelang"), backend["name"]
     doctor = command(["doctor", "--json"], folder)
     assert doctor.returncode in (0, 1)
     assert "Traceback" not in doctor.stderr
+
+
+def check_what_is_gone(gone: set[str], folder: Path) -> None:
+    """Commands of domains that are gone, dependents included, end with one line."""
+    for words in [words for domain in sorted(gone) for words in USES.get(domain, ())]:
+        run = command(words, folder)
+        lines = run.stderr.strip().splitlines()
+        assert run.returncode in (1, 2), (words, run.stdout, run.stderr)  # 2: the name of a format is an argument
+        assert "Traceback" not in run.stderr
+        assert "internal error" not in run.stderr, run.stderr
+        assert 1 <= len(lines) <= 3, run.stderr
+
+
+def check_help(gone: set[str], folder: Path) -> None:
+    """The help of every command that remains works; that of the others does, or names what is missing."""
+    told = json.loads(python(HELP, folder).stdout)
+    assert set(told) == set(COMMANDS)
+    for name, (code, errors) in told.items():
+        if NEEDED_BY.get(name) not in gone:
+            assert (code, errors) == (0, ""), (name, errors)
+        else:
+            assert (code, errors) == (0, "") or (
+                code == 1 and errors.startswith("error[E705]: this installation lacks")
+            )
+
+
+def check_api(gone: set[str], folder: Path) -> None:
+    """What is gone of the Python API is an error of it; all else works, and so does an import of all names."""
+    run = python(f"TEXTS = {list(METHODS)!r}\n{API}", folder)
+    assert run.stderr == ""
+    for text, code in json.loads(run.stdout).items():
+        assert code == ("E705" if METHODS[text] in gone else ""), (text, code)
+    run = python("from scenelang import *; print(evaluate(open('a.scene').read()).word)", folder)
+    assert (run.stdout, run.stderr) == ("dot\n", "")
+    run = python("import scenelang.notebook.magic", folder)
+    assert (run.returncode == 0) == ("notebook" not in gone), run.stderr
 
 
 @pytest.mark.parametrize("name", sorted(table())[TODAY % 2 :: 2][TODAY // 2 % 9 :][:2])

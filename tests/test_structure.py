@@ -191,6 +191,26 @@ def test_nothing_imports_the_facade() -> None:
     assert sorted(importers) == []
 
 
+def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> list[str]:
+    """The parameters of a function, without the object or class of a method."""
+    stated = function.args
+    named = [*stated.posonlyargs, *stated.args, *stated.kwonlyargs, stated.vararg, stated.kwarg]
+    return [each.arg for each in named if each is not None and each.arg not in ("self", "cls")]
+
+
+def test_private_functions_have_at_most_seven_parameters() -> None:
+    """More are a data class; public functions have the parameters that users know."""
+    private = [
+        (path, node)
+        for path in FILES
+        for node in parsed(path)[1]
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and re.match(r"_(?!_)", node.name)
+    ]
+    assert len(private) > 2_000
+    long = [f"{path.relative_to(ROOT)}: {node.name}" for path, node in private if len(parameters(node)) > 7]
+    assert long == []
+
+
 def test_few_names_mean_two_things() -> None:
     stems = Counter(path.stem for path in MODULES)
     assert sum(count > 1 for count in stems.values()) <= 21

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from scenelang.backends.labels.dataset import ShotMaps, annotations_of, dataset,
 from scenelang.backends.labels.ground_truth import Tracks
 from scenelang.backends.labels.views import LabelledView, SceneFacts
 from scenelang.backends.pictures.film import PictureOptions
-from scenelang.backends.pictures.images import Image, shot_of
+from scenelang.backends.pictures.images import ApiScene, Image, shot_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import typed
@@ -25,11 +25,18 @@ from scenelang.interpreter.inspection.numbering import frame_numbers, instance_h
 from scenelang.interpreter.scene.entity import Scene
 
 
+@dataclass(frozen=True, slots=True)
+class _DrawnScene:
+    """A scene whose graph is what the image shows: cubes in place of blocks."""
+
+    graph: Scene
+
+
 def maps_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft", tracked: int = 64) -> Maps:
     """Render an image with its ground truth; ``tracked`` is the number of points that ``Maps.tracks`` follows."""
     drawn = drawn_scene(graph, options.limit, options.warn)  # the maps must match the rendered geometry
     image, shot = shot_of(drawn, options, quality)
-    return Maps(drawn, replace(options, progress=None), shot.frame, tracked, image)
+    return Maps(_DrawnScene(drawn), replace(options, progress=None), shot.frame, tracked, image)
 
 
 class Maps(Mapping[str, npt.NDArray[Any]]):
@@ -42,10 +49,10 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
     all of them (docs/maps.md).
     """
 
-    def __init__(self, graph: Scene, options: PictureOptions, frame: int, tracked: int, image: Image) -> None:
+    def __init__(self, scene: ApiScene, options: PictureOptions, frame: int, tracked: int, image: Image) -> None:
         """Compute the maps of a frame, and its flow if there is a next frame."""
         self.image = image
-        self.graph = graph
+        self.graph = graph = scene.graph
         self._options, self._frame, self._tracked = options, frame, tracked
         view = self._view(range(frame, min(frame + 2, len(graph.frames))))
         self.truth = view.truth(frame)

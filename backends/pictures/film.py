@@ -480,11 +480,11 @@ def _write_mp4(pictures: Iterator[Picture], path: Path, fps: float) -> None:
 
 Rectangle = tuple[float, float, float, float]
 
-_MAX_LABELS = 40
-_MAX_PER_WORD = 6
+_MAX_LABELS = 40  # of an image: 40 of eight letters cover a fifth of 512 x 512 pixels; more would hide what they name
+_MAX_LABELS_PER_WORD = 6  # so that a crowd of one word leaves room for the labels of others
 _MAX_LENGTH = 32  # characters
 _MIN_SHARE = 1.5e-4  # of the image that a box must cover to be labeled: 39 pixels of 512 x 512
-_MIN_LABEL_PIXELS = 4.0
+_MIN_VISIBLE_PIXELS = 4.0  # of a box that is labeled; more than _MIN_SHARE in images of less than 163 x 163 pixels
 _FONT_PIXELS = (10, 32)  # smallest and largest font size; a thirtieth of the shorter side between them
 _INK = (28, 30, 36)
 _PAPER = (255, 255, 255)
@@ -524,7 +524,7 @@ def labels_of(solids: Solids, ids: npt.NDArray[np.int64]) -> list[Label]:
     used: Counter[str] = Counter()
     for k in np.argsort(-area, kind="stable"):
         word = solids.words[int(solids.word[numbers[k]])]
-        if area[k] < max(_MIN_LABEL_PIXELS, _MIN_SHARE * ids.size) or used[word] >= _MAX_PER_WORD:
+        if area[k] < max(_MIN_VISIBLE_PIXELS, _MIN_SHARE * ids.size) or used[word] >= _MAX_LABELS_PER_WORD:
             continue
         labels.append(Label(_shorten(word), float(x[k]), float(y[k]), used[word] == 0))
         used[word] += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,14 @@ _VIEW_NUMBERS = {
     "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float",
     "distance": "float | None", "orbit": "float | None", "focus": "float | None",
 }  # fmt: skip
+
+
+class ApiScene(Protocol):
+    """A scene of the Python API, of which images and maps need the entity graph."""
+
+    @property
+    def graph(self) -> Scene:
+        """Entity graph."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,11 +195,13 @@ class Film:
 
     Attributes
     ----------
+    scene : Scene
+        The scene of the Python API that it shows.
     cameras : tuple of PlacedCamera
         One camera for each frame.
     """
 
-    graph: Scene = field(repr=False)
+    scene: ApiScene = field(repr=False)
     _options: PictureOptions = field(repr=False)
     _quality: str | Sequence[str] = field(repr=False)
     _shots: tuple[Shot, ...] = field(repr=False)
@@ -216,7 +226,7 @@ class Film:
         return Path(path)
 
     def _painters(self) -> list[Painter]:
-        return drawing.painters(self.graph, self._options, _backends(self._quality), self._shots)
+        return drawing.painters(self.scene.graph, self._options, _backends(self._quality), self._shots)
 
     def __repr__(self) -> str:
         return f"<Film of {len(self):,} pictures>"
@@ -254,7 +264,7 @@ def shot_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] 
 
 
 def video_of(
-    graph: Scene,
+    scene: ApiScene,
     options: PictureOptions,
     quality: str | Sequence[str] = "draft",
     frames: int | None = None,
@@ -265,8 +275,8 @@ def video_of(
     ``orbit`` is the total rotation of the camera in degrees.
     """
     drawing.check(options, _backends(quality))
-    shots = film_shots(graph, options.camera, options.width, options.height, frames, orbit)
-    return Film(graph, options, quality, tuple(shots))
+    shots = film_shots(scene.graph, options.camera, options.width, options.height, frames, orbit)
+    return Film(scene, options, quality, tuple(shots))
 
 
 def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:

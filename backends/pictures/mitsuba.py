@@ -56,7 +56,7 @@ from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 NAMES = {"scalar": "scalar_rgb", "llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb"}
 CHOICES = ("auto", *NAMES)
 MANY_SAMPLES = 64 * 1024 * 1024  # samples per image above which compilation pays off
-_TRIAL_SECONDS = 120.0
+_TRIAL_SECONDS = 120.0  # timeout; a trial takes 0.5 s, and the first import from a slow disk far longer
 
 _TEST_PROGRAM = """
 import sys, mitsuba as mi

@@ -33,9 +33,13 @@ from scenelang.interpreter.scene.primitives import is_word, words
 # --- words of a program: the root, and words that are probably mistakes ----------------------------------------------
 
 
-# Similarities of words that count as a misspelling (difflib's ratio). A bound word that nothing else mentions is
-# suggested earlier: it is probably the one that was meant.
+# Similarities of words that count as a misspelling: difflib's ratio, 2 M / T for M equal letters of T in both words.
+# 0.84 is a wrong letter in seven or more (1 - 1/7 = 0.857), or a missing one of four or more (6/7). Of the 336 pairs of
+# words that a program of the examples or the corpus binds none is as similar; the nearest, "cradle_base" and
+# "cradle_frame", have 0.78.
 _SIMILARITY = 0.84
+# A bound word that nothing else mentions is suggested from a wrong letter in four (0.75) or two in seven (0.714): it is
+# probably the one that was meant. Of the 336 pairs 3 are as similar, whose words are all mentioned.
 _NEAR_UNUSED = 0.7
 
 

@@ -13,6 +13,8 @@ from scenelang.grammar.layout import Row, Trivia
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.types import STD
 
+# Levels of nesting of a form: the rules recurse several Python frames per level. The examples and the corpus have at
+# most 13; a program with more than this is left as it is.
 _MAX_DEPTH = 150
 NO_COMMENTS = Trivia()
 
@@ -615,8 +617,8 @@ class OpenProgram:
 
 
 Monomial: TypeAlias = tuple[tuple[str, int], ...]  # factors by text, with exponents other than 0, in order
-_MAX_TERMS = 40
-_CLOSE = 1e-12
+_MAX_TERMS = 40  # of a polynomial, since a product has their product; those of the examples and the corpus have 3
+_CLOSE = 1e-12  # relative difference of equal coefficients: thousands of roundings of 1.1e-16
 
 
 class Poly:

@@ -14,8 +14,8 @@ from scenelang.interpreter.scene.declarations import (
     COLORS,
     FLAGS,
     NUMBER,
+    OBJECT,
     RELATIONS,
-    THING,
     Declaration,
     Relation,
     basic_color,
@@ -57,7 +57,7 @@ def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], spa
         raise SceneError(
             "arity", f"`{name}` expects {expected} operands, got {len(operands)}", f"write `{relation.usage}`"
         )
-    subjects = tuple(_subject(name, value) for value, kind in zip(operands, relation.operands) if kind is THING)
+    subjects = tuple(_subject(name, value) for value, kind in zip(operands, relation.operands) if kind is OBJECT)
     numbers = [_number(name, "a number", v) for v, kind in zip(operands, relation.operands) if kind is NUMBER]
     colors = [_color(value) for value, kind in zip(operands, relation.operands) if kind is COLOR]
     checked = {key: _option(relation, key, value) for key, value in options.items() if value is not None}

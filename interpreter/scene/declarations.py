@@ -14,7 +14,7 @@ from scenelang.grammar.datum import Span, dataclass
 from scenelang.interpreter.scene.primitives.base import encoded
 
 AXES = ("x", "y", "z")
-THING, NUMBER, COLOR = "thing", "number", "color"
+OBJECT, NUMBER, COLOR = "object", "number", "color"
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class Relation:
     name, usage, doc, example
         For the reference. The usage shows the operands and options, the example is a declaration.
     operands
-        Kinds of the operands, THING, NUMBER or COLOR.
+        Kinds of the operands, OBJECT, NUMBER or COLOR.
     optional
         Number of operands at the end that may be left out.
     options
@@ -52,7 +52,7 @@ def _direction(name: str, where: str) -> Relation:
         f"({name} A B [:any] [:all])",
         f"Every A is {where} some B.",
         f'({name} "cup" "lamp")',
-        (THING, THING),
+        (OBJECT, OBJECT),
         _QUANTIFIERS,
     )
 
@@ -63,7 +63,7 @@ _RELATIONS = (
         "(on A B [:any] [:all] [:within length])",
         "Every A rests on some B: it touches B, and B keeps it from moving down.",
         '(on "cup" "table")',
-        (THING, THING),
+        (OBJECT, OBJECT),
         (*_QUANTIFIERS, "within"),
     ),
     Relation(
@@ -71,7 +71,7 @@ _RELATIONS = (
         "(inside A B [:any] [:all] [:share share])",
         "Every A is inside the convex hull of some B, or at least a share of its volume (from 0 to 1).",
         '(inside "pencil" "mug" :share .5)',
-        (THING, THING),
+        (OBJECT, OBJECT),
         (*_QUANTIFIERS, "share"),
     ),
     Relation(
@@ -79,7 +79,7 @@ _RELATIONS = (
         "(touching A B [:any] [:all] [:within length])",
         "Every A touches some B, and they do not overlap.",
         '(touching "shelf" "wall")',
-        (THING, THING),
+        (OBJECT, OBJECT),
         (*_QUANTIFIERS, "within"),
     ),
     Relation(
@@ -87,7 +87,7 @@ _RELATIONS = (
         "(clear-of A B [:any] [:min length])",
         "Every A is clear of every B: they do not overlap, and are at least a length apart.",
         '(clear-of "chair" "chair" :min .1)',
-        (THING, THING),
+        (OBJECT, OBJECT),
         ("any", "min"),
     ),
     Relation(
@@ -95,7 +95,7 @@ _RELATIONS = (
         "(distance A B [length] [:within length] [:min length] [:max length] [:any] [:all])",
         "The distance between the surfaces of every A and the nearest B is a length, or in a range.",
         '(distance "chair" "table" :max .5)',
-        (THING, THING, NUMBER),
+        (OBJECT, OBJECT, NUMBER),
         (*_QUANTIFIERS, "within", "min", "max"),
         1,
     ),
@@ -104,7 +104,7 @@ _RELATIONS = (
         '(angle A B degrees [:axis "y"] [:within degrees] [:any] [:all])',
         "The angle between an axis of every A, in its own frame, and that of some B is so many degrees.",
         '(angle "door" "wall" 90 :axis "z")',
-        (THING, THING, NUMBER),
+        (OBJECT, OBJECT, NUMBER),
         (*_QUANTIFIERS, "axis", "within"),
     ),
     Relation(
@@ -112,7 +112,7 @@ _RELATIONS = (
         "(facing A B [:within degrees] [:any] [:all])",
         "The front of every A, its +z axis, points to some B, within 30 degrees by default, seen from above.",
         '(facing "chair" "table")',
-        (THING, THING),
+        (OBJECT, OBJECT),
         (*_QUANTIFIERS, "within"),
     ),
     _direction("above", "over"),
@@ -126,7 +126,7 @@ _RELATIONS = (
         "(between A B C [:any])",
         "Every A is between some B and some C: the line between their centres passes through its box.",
         '(between "candle" "cup" "plate")',
-        (THING, THING, THING),
+        (OBJECT, OBJECT, OBJECT),
         ("any",),
     ),
     Relation(
@@ -134,7 +134,7 @@ _RELATIONS = (
         '(aligned A [:along "x"] [:within length])',
         'The centres of all A are on a line, along an axis or, with two axes such as "xz", in a plane.',
         '(aligned "pawn" :along "x")',
-        (THING,),
+        (OBJECT,),
         ("along", "within"),
     ),
     Relation(
@@ -142,7 +142,7 @@ _RELATIONS = (
         '(evenly-spaced A [:along "x"] [:within length])',
         "The distances between neighbouring centres of all A, in the order along a line, are equal.",
         '(evenly-spaced "pawn" :along "x")',
-        (THING,),
+        (OBJECT,),
         ("along", "within"),
     ),
     Relation(
@@ -151,15 +151,15 @@ _RELATIONS = (
         "All A together are mirror images of themselves across the plane perpendicular to an axis through their centre,"
         " or through the centre of B.",
         '(symmetric "chair" :across "x" :about "table")',
-        (THING,),
+        (OBJECT,),
         ("across", "about", "within"),
     ),
     Relation(
         "supported",
         "(supported A [:any] [:within length])",
-        "Every A is connected to the ground by things that touch.",
+        "Every A is connected to the ground by objects that touch.",
         '(supported "cup")',
-        (THING,),
+        (OBJECT,),
         ("any", "within"),
     ),
     Relation(
@@ -167,7 +167,7 @@ _RELATIONS = (
         '(size A [length] :axis "y" [:within length] [:min length] [:max length] [:any])',
         "The extent of every A along an axis of the scene is a length, or in a range.",
         '(size "tower" :axis "y" :min 3)',
-        (THING, NUMBER),
+        (OBJECT, NUMBER),
         ("any", "axis", "within", "min", "max"),
         1,
     ),
@@ -176,7 +176,7 @@ _RELATIONS = (
         "(count A [number] [:min number] [:max number])",
         "There are so many A, or a number in a range.",
         '(count "chair" 6)',
-        (THING, NUMBER),
+        (OBJECT, NUMBER),
         ("min", "max"),
         1,
     ),
@@ -186,7 +186,7 @@ _RELATIONS = (
         "Most of the surface of every A has a color that is called so: black, white, gray, red, orange, brown, yellow,"
         " green, cyan, blue, purple or pink. A color vector means the one of these that it is called.",
         '(has-color "cup" "blue")',
-        (THING, COLOR),
+        (OBJECT, COLOR),
         ("any",),
     ),
     Relation(
@@ -195,7 +195,7 @@ _RELATIONS = (
         "The centre of every A moves through the frames: the extent of its places, along an axis if one is given, is a"
         " length, or in a range.",
         '(moves "cup" :along "y" :min .2)',
-        (THING, NUMBER),
+        (OBJECT, NUMBER),
         ("any", "along", "within", "min", "max"),
         1,
     ),
@@ -204,7 +204,7 @@ _RELATIONS = (
         "(turns A [degrees] [:within degrees] [:min degrees] [:max degrees] [:any])",
         "The greatest angle by which every A is turned from its first frame is so many degrees, or in a range.",
         '(turns "door" 90 :within 5)',
-        (THING, NUMBER),
+        (OBJECT, NUMBER),
         ("any", "within", "min", "max"),
         1,
     ),

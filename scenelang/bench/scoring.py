@@ -22,6 +22,8 @@ from scenelang.interpreter.values.values import Matrix, Pair
 from scenelang.session.session import Options, Session
 
 _SAME = 1e-3  # of the scene's diagonal: what is nearer is where it was
+# Difference of each component in linear sRGB, from 0 to 1, that is no change of color: four times the rounding of a
+# color to two digits (0.005) or to a hex code (at most 0.0045).
 _SAME_COLOR = 0.02
 _COLLISIONS = frozenset({"overlap"})
 _GAPS = frozenset({"floating"})

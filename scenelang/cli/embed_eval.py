@@ -1,4 +1,4 @@
-"""Commands that need models of both kinds, of language and of images: embed, eval."""
+"""Commands that describe scenes in words and measure what models make of them: embed, eval."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import new_folder
 from scenelang.backends.neural.wording import DEFAULT_LIMIT, DEFAULT_TEMPLATE, check_template
-from scenelang.cli.models import add_spending, live_stream, service_of
 from scenelang.cli.neural import z_of
 from scenelang.cli.options import (
     UsageError,
@@ -38,12 +37,13 @@ from scenelang.evaluation.subjects import MetricOptions, measured, study_of, sub
 from scenelang.evaluation.tables import LAYOUTS, as_data
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import settings_in
-from scenelang.inference.generation import describer
+from scenelang.interpreter.loading import is_present
 from scenelang.learning.embeddings import Embeddings, check_program, wording_table
 
 if TYPE_CHECKING:
     from scenelang.evaluation.running import EvaluationEntry, Measure, Subject
     from scenelang.evaluation.subjects import MetricReport, Opened
+    from scenelang.inference.conductor import Describer
 
 
 def add_embed(parser: argparse.ArgumentParser) -> None:
@@ -59,7 +59,10 @@ def add_embed(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     words = "let a language model choose the words (default: a fixed table)"
     parser.add_argument("--model", nargs="?", const="", metavar="NAME", help=words)
-    add_spending(parser)
+    if is_present("scenelang.inference"):
+        from scenelang.cli.models import add_spending
+
+        add_spending(parser)
     parser.add_argument("--force", action="store_true", help="overwrite existing descriptions")
     parser.add_argument(
         "--print", action="store_true", dest="only_print", help="print the descriptions without writing them"
@@ -81,7 +84,7 @@ def run_embed(arguments: argparse.Namespace) -> int:
     if arguments.model is not None and not arguments.force:
         with usage_errors():
             z.check_undescribed()
-    describe = None if arguments.model is None else describer(service_of(arguments), live_stream(arguments))
+    describe = None if arguments.model is None else _describer(arguments)
     work = z.words_of if arguments.only_print else z.describe
     limit = int(arguments.max_primitives or DEFAULT_LIMIT)
     described = work(scene, template=arguments.template, describe=describe, force=arguments.force, limit=limit)
@@ -95,6 +98,14 @@ def run_embed(arguments: argparse.Namespace) -> int:
     if describe is not None and not arguments.quiet:
         print(f"language model cost: ${describe.spent:.4f}", file=sys.stderr)
     return 0
+
+
+def _describer(arguments: argparse.Namespace) -> Describer:
+    """Return the function that lets a language model describe primitives."""
+    from scenelang.cli.models import live_stream, service_of
+    from scenelang.inference.generation import describer
+
+    return describer(service_of(arguments), live_stream(arguments))
 
 
 # The command `eval`: metrics in the layout of the tables of the paper, and its user study.

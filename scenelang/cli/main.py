@@ -1,4 +1,4 @@
-"""CommandRow-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
+"""Command-line entry point: parses arguments, runs one command, and reports every failure as a diagnostic.
 
 Exit codes: 0 success, 1 a wrong program or file, 2 wrong usage, 130 interrupted (Ctrl-C), 141 nothing reads the output
 any more, 143 ended (SIGTERM).
@@ -15,7 +15,15 @@ from scenelang.cli.command_table import COMMANDS as COMMANDS
 from scenelang.cli.command_table import CommandRow, top_parser
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
 from scenelang.console.reports import Parser
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, printable, render_text, suggest
+from scenelang.grammar.diagnostics import (
+    Diagnostic,
+    SceneError,
+    UsageError,
+    missing_part,
+    printable,
+    render_text,
+    suggest,
+)
 from scenelang.interpreter.values.limits import Limits
 from scenelang.sandbox.environment import keep_named_variables
 from scenelang.sandbox.supervision import (
@@ -129,11 +137,10 @@ def _report_interruption() -> int:
 
 def _report_missing(error: ModuleNotFoundError) -> int:
     """Report a part of the package that this installation lacks, as one that was made smaller does."""
-    if not str(error.name).startswith("scenelang."):
+    part = missing_part(error)
+    if part is None:
         return _report_fault(error)
-    message = f"this installation lacks `{error.name}`, which the command needs"
-    hint = "reinstall it: `pip install --force-reinstall scenelang`"
-    print(render_text(SceneError("backend", message, hint).diagnostic), file=sys.stderr)
+    print(part, file=sys.stderr)
     return 1
 
 

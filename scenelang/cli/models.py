@@ -1,4 +1,4 @@
-"""Commands that use language models, and `eval`, which measures what they make: metrics and the user study."""
+"""Commands that use language models: generate, edit, runs; and the options of others that do."""
 
 from __future__ import annotations
 
@@ -301,7 +301,7 @@ def _finish(arguments: argparse.Namespace, inference: Inference, run: Run) -> in
     output = result.save(chosen)
     _say_written(arguments, output)
     if arguments.render or facts.get("render"):
-        _say_written(arguments, generation.draw_draft(result.scene.graph, output, progress(arguments, "rendering")))
+        _say_written(arguments, generation.draw_draft(result.scene, output, progress(arguments, "rendering")))
     if arguments.invert or facts.get("invert"):
         from scenelang.cli.neural import invert_generated
 

@@ -19,6 +19,7 @@ from scenelang.grammar.diagnostics import Diagnostic, capped, printable
 from scenelang.grammar.diagnostics import UsageError as UsageError
 from scenelang.grammar.diagnostics import usage_errors as usage_errors
 from scenelang.grammar.settings import Setting, settings_in
+from scenelang.interpreter.loading import is_present
 from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.interpreter.values.limits import Limits
 
@@ -193,7 +194,9 @@ def limits_of(arguments: argparse.Namespace) -> Limits:
 
 
 def add_models(parser: argparse.ArgumentParser) -> None:
-    """Add the options for model weights and the compute device."""
+    """Add the options for model weights and the compute device, where this installation has neural models."""
+    if not is_present("scenelang.backends.neural"):
+        return
     from scenelang.backends.neural.weights import Models
 
     add_fields(parser.add_argument_group("neural models"), Models)

@@ -28,6 +28,7 @@ from scenelang.grammar.datum import Source, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError
 from scenelang.grammar.settings import amount, frame_rate
 from scenelang.sandbox.supervision import limited
+from scenelang.session.loaded import LoadedScene
 from scenelang.session.session import Session
 
 _GUARD_SECONDS_PER_EFFORT = 4.0  # CPU seconds; a unit takes about one, so that effort ends a repair, not time
@@ -87,7 +88,7 @@ def run_simulate(arguments: argparse.Namespace) -> int:
     if output.suffix.lower() == ".json":
         write_scene(moved, output)
     else:
-        video = video_of(moved, picture_options(camera, arguments.size))
+        video = video_of(LoadedScene(moved), picture_options(camera, arguments.size))
         video.save(output, arguments.fps, progress(arguments, "rendering"))
     if not arguments.json:
         report(arguments, [d for d in diagnostics_of(physics_report) if d.name == "body-explodes"])

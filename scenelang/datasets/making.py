@@ -106,7 +106,8 @@ class SampleFailure(Exception):
 class Candidate:
     """Sample that a predicate of an installed package judges.
 
-    It has the evaluated scene, the drawn values, and the visible objects of each camera in the first frame.
+    It has the evaluated scene as the ``Scene`` of the Python API, the drawn values, and the visible objects of each
+    camera in the first frame.
     """
 
     scene: LoadedScene
@@ -256,7 +257,9 @@ class Maker:
                 for word in min_shares:
                     if shares[word] < min_shares[word]:
                         return f'with too little of "{word}"'
-        candidate = Candidate(stage.scene, draw.values, first)
+        if not self._predicates:
+            return ""
+        candidate = Candidate(SERVICES.find("scene")(stage.scene), draw.values, first)
         for predicate in self._predicates:
             try:
                 accepted = predicate.accepts(candidate)

@@ -262,49 +262,48 @@ def dataset(
     >>> import scenelang as sl
     >>> sl.dataset("examples/datasets/clevr.toml", "/tmp/clevr", jobs=2)  # doctest: +SKIP
     """
-    return _dataset(read_spec(spec), str(out), jobs, resume, ray, gpus, part, count, max_failures, progress)
+    settings = DatasetSettings(jobs, resume, count, part, max_failures, ray, gpus)
+    return _dataset(read_spec(spec), str(out), settings, progress)
 
 
 def _dataset(
-    spec: Spec, out: str, jobs: int, resume: bool, ray: str | None, gpus: float, part: tuple[int, int] | None,
-    count: int | None, max_failures: int, progress: Callable[[DatasetProgress], None] | None,
-) -> DatasetReport:  # fmt: skip
+    spec: Spec, out: str, settings: DatasetSettings, progress: Callable[[DatasetProgress], None] | None
+) -> DatasetReport:
     """Make a dataset as ``dataset`` documents, from a spec that is read."""
-    _check_numbers(jobs, part, count, max_failures, gpus)
+    _check_numbers(settings)
     for package in _packages(spec):
         require(package, stores.INSTALL)
     store = Store(out)
-    _check_store(spec.output.formats, store, has_workers=jobs > 0 or ray is not None)
-    plan = stores.plan_of(spec, classes_of(spec), count)
+    _check_store(spec.output.formats, store, has_workers=settings.jobs > 0 or settings.ray is not None)
+    plan = stores.plan_of(spec, classes_of(spec), settings.count)
     is_new = stores.read_plan(store) is None
-    intact = _prepared(store, plan, resume=resume)
-    first, step = part or (0, 1)
+    intact = _prepared(store, plan, resume=settings.resume)
+    first, step = settings.part or (0, 1)
     numbers = stores.ShardNumbers(range(first, plan.shards, step), frozenset(intact))
-    tally = _Tally(plan, numbers, intact, max_failures, progress)
+    tally = _Tally(plan, numbers, intact, settings.max_failures, progress)
     try:
-        _make(spec, plan, out, numbers, tally, jobs, ray, gpus)
+        _make(spec, plan, out, numbers, tally, settings)
     except SceneError:
         if is_new and not tally.has_made:
             _forget(store)
         raise
-    report = replace(dataset_status(out), warnings=warnings_of(spec), part=part)
+    report = replace(dataset_status(out), warnings=warnings_of(spec), part=settings.part)
     if not report.is_complete:
         return report
     return replace(report, notes=finish(store, plan))
 
 
 def _make(
-    spec: Spec, plan: Plan, out: str, numbers: stores.ShardNumbers, tally: _Tally, jobs: int, ray: str | None,
-    gpus: float,
-) -> None:  # fmt: skip
+    spec: Spec, plan: Plan, out: str, numbers: stores.ShardNumbers, tally: _Tally, settings: DatasetSettings
+) -> None:
     """Make shards with the workers that are asked for."""
     run: Callable[[Collection[int]], Iterator[dict[str, Any]]]
-    if ray is not None:
-        run = RayPool(spec, plan, out, ray, gpus, tally.hear).run
-    elif jobs == 0:
+    if settings.ray is not None:
+        run = RayPool(spec, plan, out, settings.ray, settings.gpus, tally.hear).run
+    elif settings.jobs == 0:
         run = in_process(spec, plan, out, tally.hear)
     else:
-        run = Pool(spec, plan, out, jobs, tally.hear).run
+        run = Pool(spec, plan, out, settings.jobs, tally.hear).run
     for _ in run(numbers):
         tally.check()
 
@@ -332,10 +331,9 @@ def _forget(store: Store) -> None:
             store.local.rmdir()
 
 
-def _check_numbers(
-    jobs: int, part: tuple[int, int] | None, count: int | None, max_failures: int, gpus: float
-) -> None:  # fmt: skip
+def _check_numbers(settings: DatasetSettings) -> None:
     """Raise UsageError for options out of range."""
+    jobs, count, part, gpus = settings.jobs, settings.count, settings.part, settings.gpus
     if not 0 <= gpus < math.inf:
         raise UsageError("value", f"`gpus`: expected a number of at least 0, got {gpus:g}")
     if gpus > 1 and not float(gpus).is_integer():
@@ -347,8 +345,8 @@ def _check_numbers(
         raise UsageError("value", f"`jobs`: expected 0 to {_MAX_JOBS:,}, got {jobs}")
     if count is not None and count < 1:
         raise UsageError("value", f"`count`: expected at least 1, got {count}")
-    if max_failures < 0:
-        raise UsageError("value", f"`max_failures`: expected at least 0, got {max_failures}")
+    if settings.max_failures < 0:
+        raise UsageError("value", f"`max_failures`: expected at least 0, got {settings.max_failures}")
     if part is not None and not 0 <= part[0] < part[1]:
         raise UsageError("value", f"`part`: expected k of n with 0 <= k < n, got {part[0]} of {part[1]}")
 

@@ -23,7 +23,8 @@ from scenelang.backends import base
 from scenelang.backends.base import Backend, Work
 from scenelang.console.reports import colored
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import REINSTALL, SceneError
+from scenelang.interpreter.loading import is_present
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.session.session import Session
 
@@ -35,7 +36,8 @@ _PROGRAM = '(bind "trial" (lambda () (union (call "cube") (call "sphere" :color 
 _IMAGE_SIDE = 16  # pixels
 LANGUAGE, PICTURE, VIEWER = "language", "draft", "viewer"
 FILMS = {"film .gif": ".gif", "film .mp4": ".mp4"}
-_DOMAINS = {PICTURE: "backends.pictures", VIEWER: "backends.viewer", **dict.fromkeys(FILMS, "backends.pictures")}
+_PICTURES = "scenelang.backends.pictures"
+_DOMAINS = {PICTURE: _PICTURES, VIEWER: "scenelang.backends.viewer", **dict.fromkeys(FILMS, _PICTURES)}
 
 
 def tests() -> Mapping[str, Callable[[Path], str]]:
@@ -242,30 +244,23 @@ _REQUIRED = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # req
 
 def work_checks() -> Iterator[Check]:
     """Check the language, each backend, each variant of Mitsuba, videos and the viewer."""
-    variants = _variant_trials() if is_present("backends.pictures") else {}
+    variants = _variant_trials() if is_present(_PICTURES) else {}
     exports = {backend.name: backend for backend in base.all_backends(Work.EXPORT)}
-    installs = {name: backend.install for name, backend in exports.items() if not backend.is_installed}
-    installs |= {} if _has("av") else {"film .mp4": "'scenelang[video]'"}
-    installs |= {name: "scenelang" for name, domain in _DOMAINS.items() if not is_present(domain)}
-    names = [name for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER) if name not in installs]
+    remedies = {name: backend.remedy for name, backend in exports.items() if not backend.is_installed}
+    remedies |= {} if is_present("av") else {"film .mp4": "pip install 'scenelang[video]'"}
+    remedies |= {name: f"pip install {REINSTALL}" for name, domain in _DOMAINS.items() if not is_present(domain)}
+    names = [name for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER) if name not in remedies]
     results = _tried(names)
     for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER):
-        yield _not_installed(name, installs[name]) if name in installs else _finding(name, results)
+        yield _not_installed(name, remedies[name]) if name in remedies else _finding(name, results)
         if name == PICTURE:
             yield from _variant_checks(variants)
 
 
-def _not_installed(name: str, package: str) -> Check:
-    """Return the result for a feature whose packages are missing."""
-    remedy = "" if in_pipx() else f"pip install {package}"  # with pipx, see the remedies of the extras
-    return Check("works", name, CheckState.MISSING, "not installed", remedy)
-
-
-def is_present(module: str) -> bool:
-    """Return whether this installation has a module of the package, such as ``backends.viewer``."""
-    from importlib.util import find_spec
-
-    return find_spec(f"scenelang.{module}") is not None
+def _not_installed(name: str, remedy: str) -> Check:
+    """Return the result for a feature that is missing, or whose packages are."""
+    # with pipx, see the remedies of the extras
+    return Check("works", name, CheckState.MISSING, "not installed", "" if in_pipx() else remedy)
 
 
 def _variant_trials() -> dict[str, subprocess.Popen[str] | None]:
@@ -273,13 +268,6 @@ def _variant_trials() -> dict[str, subprocess.Popen[str] | None]:
     from scenelang.backends.pictures.mitsuba import NAMES, trial_command
 
     return {name: _start(trial_command(name)) for name in NAMES if name != "cuda" or _NVIDIA.exists()}
-
-
-def _has(package: str) -> bool:
-    """Return whether a package is installed."""
-    from importlib.util import find_spec
-
-    return find_spec(package) is not None
 
 
 def _start(command: Sequence[str]) -> subprocess.Popen[str] | None:
@@ -524,7 +512,7 @@ def _gpu() -> Check:
 
 def service_checks() -> Iterator[Check]:
     """Report the address of each provider, and whether an API key is configured."""
-    if not is_present("backends.language_models"):
+    if not is_present("scenelang.backends.language_models"):
         return
     from scenelang.backends.language_models.provider import PROVIDERS, account_of
 

@@ -60,6 +60,8 @@ def _part_text(part: Mapping[str, Any]) -> str:
 
 
 _BETWEEN = 0.1  # minimum interval between updates, in seconds
+# Services state about 4 letters per token of English text; programs have more punctuation. Only the progress line uses
+# this estimate: costs are computed from the tokens that the service reports.
 _LETTERS_PER_TOKEN = 3.5
 
 
@@ -340,9 +342,11 @@ class Conductor:
 # Descriptions of appearance by a language model (the paper, section 5: a color value described as a word).
 
 
-_IN_ONE_REQUEST = 60
+# An answer has a line of about 15 tokens for each question: 900 for 60, of the 8,000 that `describer` in `generation`
+# allows, which leaves room for the reasoning of a model.
+_QUESTIONS_PER_REQUEST = 60
 _LINE = re.compile(r"^\s*(\d{1,4})\s*[.:)]\s*(.+?)\s*$", re.M)
-_DIGITS = 3
+_DECIMALS = 3  # of numbers shown to a model; a step of a color of 8 bits is 0.004
 
 
 class Question(Protocol):
@@ -375,8 +379,8 @@ class Describer:
     def __call__(self, questions: Sequence[Question]) -> list[str]:
         """Return a text for each question. Raises SceneError if the model cannot be reached."""
         try:
-            pieces = range(0, len(questions), _IN_ONE_REQUEST)
-            return [text for at in pieces for text in self._answers(questions[at : at + _IN_ONE_REQUEST], at)]
+            pieces = range(0, len(questions), _QUESTIONS_PER_REQUEST)
+            return [text for at in pieces for text in self._answers(questions[at : at + _QUESTIONS_PER_REQUEST], at)]
         finally:
             self._live.end()
 
@@ -398,7 +402,7 @@ def _question_line(question: Question) -> str:
 
 def _short(value: object) -> object:
     if isinstance(value, float):
-        return round(value, _DIGITS)
+        return round(value, _DECIMALS)
     return [_short(item) for item in value] if isinstance(value, list) else value
 
 

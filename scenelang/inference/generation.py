@@ -34,7 +34,7 @@ from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene as SceneGraph
 from scenelang.interpreter.transpile.analysis.python_text import code_of, find_code
 from scenelang.interpreter.values.limits import Limits
-from scenelang.session.loaded import AnyScene
+from scenelang.session.loaded import AnyScene, LoadedScene
 from scenelang.session.scene_changes import Changes, changes_between, compared_frames, paired_by_path
 from scenelang.session.session import Evaluated, Options, Session, is_python, is_scene_file
 
@@ -263,7 +263,7 @@ class Generated(Generic[AnyScene]):
         }
 
 
-def draw_draft(scene: SceneGraph, program: Path, progress: Progress | None = None) -> Path:
+def draw_draft(scene: LoadedScene, program: Path, progress: Progress | None = None) -> Path:
     """Render a scene next to its program, to a PNG, or to a GIF if it is animated. Returns the path."""
     from scenelang.backends.pictures.images import image_of, picture_options, video_of
 
@@ -271,7 +271,8 @@ def draw_draft(scene: SceneGraph, program: Path, progress: Progress | None = Non
     if scene.animated:
         video = video_of(scene, picture_options(size=(size // 2, size // 2)))
         return video.save(program.with_suffix(".gif"), progress=progress)
-    return image_of(scene, picture_options(size=(size, size), progress=progress)).save(program.with_suffix(".png"))
+    options = picture_options(size=(size, size), progress=progress)
+    return image_of(scene.graph, options).save(program.with_suffix(".png"))
 
 
 @dataclass(frozen=True, slots=True)

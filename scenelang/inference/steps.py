@@ -323,7 +323,8 @@ def read_picture(path: str) -> ImageContent:
 # Renderings of a scene for a model: several views of one scene, or one view of several scenes.
 
 
-_SIZE = 448
+# Side of a view in pixels: the largest contact sheet has 3 x 3 views, 1,376 pixels, and is not downscaled (_MAX_SIDE).
+_VIEW_PX = 448
 _STILL = (
     ("from the front", "azimuth=0,elevation=15"),
     ("from the front right", "azimuth=40,elevation=25"),
@@ -332,7 +333,7 @@ _STILL = (
 )
 _FILM_VIEW = "azimuth=30,elevation=20"
 _MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; avoids fractions at which periodic motion repeats
-_MARGIN = 8
+_MARGIN_PX = 8  # pixels between the views of a contact sheet
 
 
 def views(scene: Scene) -> list[tuple[str, Encoded]]:
@@ -349,7 +350,7 @@ def views(scene: Scene) -> list[tuple[str, Encoded]]:
         return []
 
 
-def picture(scene: Scene, view: str, frame: int | None = None, size: int = _SIZE) -> Picture:
+def picture(scene: Scene, view: str, frame: int | None = None, size: int = _VIEW_PX) -> Picture:
     """Render a draft of a scene, (size, size, 3). Raises SceneError if it cannot be rendered."""
     from scenelang.backends.pictures.camera import parse_viewpoint
     from scenelang.backends.pictures.film import PictureOptions, render
@@ -370,11 +371,11 @@ def contact_sheet(scenes: Sequence[Scene]) -> Encoded:
 
     columns = math.ceil(math.sqrt(len(scenes)))
     rows = math.ceil(len(scenes) / columns)
-    step = _SIZE + _MARGIN
-    sheet = Pillow.new("RGB", (columns * step + _MARGIN, rows * step + _MARGIN), "white")
+    step = _VIEW_PX + _MARGIN_PX
+    sheet = Pillow.new("RGB", (columns * step + _MARGIN_PX, rows * step + _MARGIN_PX), "white")
     font = ImageFont.load_default(40)
     for number, scene in enumerate(scenes):
-        corner = (_MARGIN + number % columns * step, _MARGIN + number // columns * step)
+        corner = (_MARGIN_PX + number % columns * step, _MARGIN_PX + number // columns * step)
         sheet.paste(Pillow.fromarray(best_view(scene)), corner)
         draw = ImageDraw.Draw(sheet)
         place = (corner[0] + 10, corner[1] + 6)
@@ -390,7 +391,7 @@ def encoded(picture: Picture) -> Encoded:
 
 
 _MAX_BROKEN = 2  # consecutive incomplete answers before a sample fails
-_MAX_FINDINGS = 6
+_MAX_FINDINGS = 6  # of the checks in a request; those that remain after the repair are in the next one
 _MAX_RESOLVED = 120  # characters told of a finding that was resolved
 
 
@@ -576,7 +577,7 @@ def _cut(speaker: Speaker) -> Diagnostic:
 # Selection among samples: no errors, then the fewest geometry warnings, then the model's judgement of renderings.
 
 
-_MAX_JUDGED = 9
+_MAX_JUDGED = 9  # samples whose renderings are compared: a contact sheet of 3 x 3 (see _VIEW_PX)
 _ANSWER = re.compile(r"BEST:\s*#?(\d+)", re.I)
 
 

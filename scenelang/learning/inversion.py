@@ -319,7 +319,8 @@ def invert(
 
     subject = subject or PictureSubject()
     subject.check_single(entities)
-    work = _work(scene, subject, settings, networks, run, embeddings, models, ".inversion")
+    place = _place(scene, run, embeddings, ".inversion")
+    work = _work(scene, place, subject, settings, networks, models)
     targets = _targets(scene, entities)
     before = _before(work)
     missing: list[str] = []
@@ -382,7 +383,8 @@ def learn_style(
     <Inversion of <z1>; loss 0.1311 -> 0.1287>
     """
     subject = subject or PictureSubject()
-    work = _work(scene, subject, settings, networks, run, embeddings, models, ".style")
+    place = _place(scene, run, embeddings, ".style")
+    work = _work(scene, place, subject, settings, networks, models)
     target = _styled(scene, entity)
     _check_replaced(work, target.handles)
     before = _before(work)
@@ -404,16 +406,38 @@ def learn_style(
 
 
 @dataclass(frozen=True, slots=True)
-class _Work:
-    """Validated inputs of an inversion."""
+class _Place:
+    """Where an inversion writes: its run folder with the policy for existing files, and the embeddings file."""
 
-    subject: PictureSubject
-    settings: InversionSettings
-    networks: InversionModels
     run: RunFolder
     folder: Path
     z: Embeddings
+
+
+@dataclass(frozen=True, slots=True)
+class _Work:
+    """Validated inputs of an inversion."""
+
+    place: _Place
+    subject: PictureSubject
+    settings: InversionSettings
+    networks: InversionModels
     models: Models
+
+    @property
+    def run(self) -> RunFolder:
+        """Policy for existing files."""
+        return self.place.run
+
+    @property
+    def folder(self) -> Path:
+        """Run folder."""
+        return self.place.folder
+
+    @property
+    def z(self) -> Embeddings:
+        """Embeddings file."""
+        return self.place.z
 
 
 @dataclass(frozen=True, slots=True)
@@ -433,29 +457,33 @@ class _Part:
     square: Bytes = field(repr=False)
 
 
+def _place(
+    scene: LoadedScene, run: RunFolder | None, embeddings: Embeddings | str | Path | None, ending: str
+) -> _Place:
+    """Return where an inversion writes; raises SceneError for a scene without a file."""
+    run = run or RunFolder()
+    place = _Place(run, run.path(scene, ending), Embeddings.of(scene, embeddings))
+    place.z.place()
+    return place
+
+
 def _work(
     scene: LoadedScene,
+    place: _Place,
     subject: PictureSubject,
     settings: InversionSettings | None,
     networks: InversionModels | None,
-    run: RunFolder | None,
-    embeddings: Embeddings | str | Path | None,
     models: Models | None,
-    ending: str,
 ) -> _Work:
     """Validate the arguments of an inversion and check the installed packages; raises SceneError."""
     from scenelang.backends.base import require
     from scenelang.backends.neural.inversion import InversionSettings
     from scenelang.backends.neural.prompts import check_not_empty
 
-    run = run or RunFolder()
-    folder, z = run.path(scene, ending), Embeddings.of(scene, embeddings)
-    z.place()
     check_not_empty(scene.graph)
     for package in ("torch", "diffusers", "transformers"):
         require(package, INSTALL)
-    networks, models = networks or InversionModels(), models or Models()
-    return _Work(subject, settings or InversionSettings(), networks, run, folder, z, models)
+    return _Work(place, subject, settings or InversionSettings(), networks or InversionModels(), models or Models())
 
 
 def _targets(scene: LoadedScene, names: Sequence[str]) -> list[InversionTarget]:

@@ -29,6 +29,7 @@ from scenelang.learning.inversion import RunFolder
 from scenelang.session.loaded import LoadedScene
 
 if TYPE_CHECKING:
+    from scenelang.backends.neural.clip import Prompt
     from scenelang.backends.neural.diffusion import DiffusionModel
     from scenelang.backends.neural.distillation.run import DistillationProgress, SavedDistillation
     from scenelang.backends.neural.distillation.training import (
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     )
     from scenelang.backends.neural.imagine.sampling import Checkpoint, GenerationRequest, Sampling, ShotLayout
     from scenelang.backends.neural.prompts import Granularity, PromptBuilder, PromptCondition
+    from scenelang.backends.pictures.stage import Shot
 
 Pixels = npt.NDArray[np.uint8]
 Warn = Callable[[Diagnostic], None]
@@ -352,15 +354,15 @@ def imagine(
     frame_of(scene.graph, frame)
     checkpoint = _checkpoint(settings, models)
     tell = warn or (lambda _: None)
-    shot_layout = _shot_layout(
-        scene, camera, size or _own_size(camera, checkpoint.size), frame, granularity, settings.method, limit, tell
-    )
+    shot = _shot(scene, camera, size or _own_size(camera, checkpoint.size), frame)
+    shot_layout = _shot_layout(scene, shot, granularity, settings.method, limit, tell)
     sampling = settings.sampling((shot_layout.layout.width, shot_layout.layout.height), seed)
     check_sampling(sampling, checkpoint.factor)
     z = Embeddings.of(scene, embeddings)
-    request, notes = _request(
-        scene, z, template, scene_prompt(scene, prompt), checkpoint, shot_layout, settings, models, tell
-    )
+    prompts, conditions, vectors = _prompts(z, template, checkpoint, shot_layout, tell)
+    resolved = prompts.scene_prompt(scene_prompt(scene, prompt))
+    request = _request(checkpoint, settings, models, resolved, conditions, vectors)
+    notes = _notes(scene, checkpoint, settings, shot_layout, request)
     seeds = tuple((sampling.seed + number) % (1 << 32) for number in range(count))
     return ImaginedPictures(seeds, notes, checkpoint, shot_layout, request, sampling, progress)
 
@@ -391,7 +393,8 @@ def imagine_layout(
     """
     context, _ = Embeddings.of(scene, embeddings).prompt_context(template)
     image_size = size or _own_size(camera, _LAYOUT_SIZE)
-    shot_layout = _shot_layout(scene, camera, image_size, frame, granularity, method, limit, warn or (lambda _: None))
+    shot = _shot(scene, camera, image_size, frame)
+    shot_layout = _shot_layout(scene, shot, granularity, method, limit, warn or (lambda _: None))
     prompts = shot_layout.prompts(context)
     return SceneLayout(shot_layout, shot_layout.conditions(prompts), prompts, scene_prompt(scene, prompt))
 
@@ -437,23 +440,21 @@ def _own_size(camera: View | None, default: Size) -> Size:
     return (camera.width, camera.height) if isinstance(camera, PlacedCamera) else default
 
 
-def _shot_layout(
-    scene: LoadedScene,
-    camera: View | None,
-    size: Size,
-    frame: int | None,
-    granularity: Granularity | None,
-    method: str,
-    limit: int,
-    warn: Warn,
-) -> ShotLayout:
-    """Return the layout of one image; raises SceneError for an invalid size."""
-    from scenelang.backends.neural.imagine.sampling import max_instances_of, shot_layout_of
-    from scenelang.backends.neural.prompts import Granularity
+def _shot(scene: LoadedScene, camera: View | None, size: Size, frame: int | None) -> Shot:
+    """Return the camera and the frame of one image; raises SceneError for an invalid size."""
     from scenelang.backends.pictures.stage import still
 
     check_size(camera, size)
-    shot = still(scene.graph, camera or Viewpoint(), frame, *size)
+    return still(scene.graph, camera or Viewpoint(), frame, *size)
+
+
+def _shot_layout(
+    scene: LoadedScene, shot: Shot, granularity: Granularity | None, method: str, limit: int, warn: Warn
+) -> ShotLayout:
+    """Return the layout of one image."""
+    from scenelang.backends.neural.imagine.sampling import max_instances_of, shot_layout_of
+    from scenelang.backends.neural.prompts import Granularity
+
     return shot_layout_of(scene.graph, shot, granularity or Granularity(), max_instances_of(method), limit, warn)
 
 
@@ -466,53 +467,68 @@ def _checkpoint(settings: ImagineSettings, models: Models) -> Checkpoint:
     return sampling.load_checkpoint(name, models.hub(), models.resolve_device(), settings.scheduler)
 
 
-def _request(
-    scene: LoadedScene,
-    z: Embeddings,
-    template: str | None,
-    prompt: str,
-    checkpoint: Checkpoint,
-    shot_layout: ShotLayout,
-    settings: ImagineSettings,
-    models: Models,
-    warn: Warn,
-) -> tuple[GenerationRequest, dict[str, Any]]:
-    """Return the generation request and the metadata of its images."""
-    from scenelang.backends.neural.imagine.layout import layout_json
-    from scenelang.backends.neural.imagine.migc import WEIGHTS, load_migc
-    from scenelang.backends.neural.imagine.sampling import (
-        DEFAULT_CONTROLNET,
-        GenerationRequest,
-        compatible_vectors,
-        load_control,
-        warn_incompatible_vectors,
-    )
-    from scenelang.backends.neural.prompts import prompt_text
+def _prompts(
+    z: Embeddings, template: str | None, checkpoint: Checkpoint, shot_layout: ShotLayout, warn: Warn
+) -> tuple[PromptBuilder, list[PromptCondition], Mapping[str, Any]]:
+    """Return the prompts, those of the instances, and the learned vectors that the checkpoint can use."""
+    from scenelang.backends.neural.imagine.sampling import compatible_vectors, warn_incompatible_vectors
 
     context, vectors = z.prompt_context(template)
     compatible = compatible_vectors(checkpoint, vectors)
     prompts = shot_layout.prompts(replace(context, learned=frozenset(compatible)))
     conditions = shot_layout.conditions(prompts)
     warn_incompatible_vectors(conditions, shot_layout.handles[0], vectors, compatible, warn)
-    resolved = prompts.scene_prompt(prompt)
-    hub = models.hub()
+    return prompts, conditions, compatible
+
+
+def _control_name(settings: ImagineSettings) -> str | None:
+    """Return the ControlNet for depth, None for none; the option alone means the default."""
+    from scenelang.backends.neural.imagine.sampling import DEFAULT_CONTROLNET
+
+    return DEFAULT_CONTROLNET if settings.control == "" else settings.control
+
+
+def _request(
+    checkpoint: Checkpoint,
+    settings: ImagineSettings,
+    models: Models,
+    prompt: Prompt,
+    conditions: Sequence[PromptCondition],
+    vectors: Mapping[str, Any],
+) -> GenerationRequest:
+    """Return the generation request, with the networks of its conditioning."""
+    from scenelang.backends.neural.imagine.migc import WEIGHTS, load_migc
+    from scenelang.backends.neural.imagine.sampling import GenerationRequest, load_control
+
+    hub, control_name = models.hub(), _control_name(settings)
     migc = load_migc(str(settings.migc or WEIGHTS), hub) if settings.method == "migc" else None
-    control_name = DEFAULT_CONTROLNET if settings.control == "" else settings.control
     control = load_control(control_name, hub, str(checkpoint.device)) if control_name else None
-    request = GenerationRequest(
-        resolved, settings.negative, conditions, compatible, settings.method, settings.strength, migc, control
+    return GenerationRequest(
+        prompt, settings.negative, conditions, vectors, settings.method, settings.strength, migc, control
     )
-    notes = {
+
+
+def _notes(
+    scene: LoadedScene,
+    checkpoint: Checkpoint,
+    settings: ImagineSettings,
+    shot_layout: ShotLayout,
+    request: GenerationRequest,
+) -> dict[str, Any]:
+    """Return the metadata of images."""
+    from scenelang.backends.neural.imagine.layout import layout_json
+    from scenelang.backends.neural.prompts import prompt_text
+
+    return {
         "file": Path(scene.name).name,
         "model": checkpoint.name,
         "method": settings.method,
-        "control": control_name,
+        "control": _control_name(settings),
         "steps": settings.steps,
         "guidance": settings.guidance,
         "negative": settings.negative,
-        "layout": layout_json(shot_layout.layout, conditions, shot_layout.truth, prompt_text(resolved)),
+        "layout": layout_json(shot_layout.layout, request.conditions, shot_layout.truth, prompt_text(request.prompt)),
     }
-    return request, notes
 
 
 # --- distill ---------------------------------------------------------------------------------------------------------
@@ -593,7 +609,7 @@ class Distillation:
     def film(self, scene: LoadedScene, size: Size = (256, 256)) -> Film:
         """Return a video of the result: a turntable of a static scene, or the frames of a 4D scene."""
         options = picture_options(size=size, settings={"distilled": str(self.folder)})
-        return video_of(scene.graph, options, "splats")
+        return video_of(scene, options, "splats")
 
     def __repr__(self) -> str:
         state = "finished" if self.finished else "stopped"

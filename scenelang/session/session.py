@@ -75,7 +75,6 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-Rewording = Callable[[Diagnostic], Diagnostic]
 IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
 _REGISTERS = re.compile(r"^[ \t]*@register", re.M)
 _STACK_BYTES = 512 * 1024 * 1024
@@ -503,7 +502,6 @@ class Session:
         source: Source,
         forms: Sequence[Datum] | None = None,
         problems: Sequence[Diagnostic] = (),
-        reworded: Rewording | None = None,
     ) -> Checked:
         """Check a program on the current stack; errors are returned as diagnostics and never raised.
 
@@ -515,8 +513,6 @@ class Session:
             The translated program; None reads the text of ``source``.
         problems : sequence of Diagnostic
             Diagnostics of the translation, which are added to those of the program.
-        reworded : callable, optional
-            Converts diagnostics of a translated program to the terms of the language that it was written in.
         """
         try:
             overrides = {name: value_datum(name, text) for name, text in self.options.defines.items()}
@@ -532,7 +528,7 @@ class Session:
                 check_strict(read(source).forms if forms is None else forms)
             except SceneError as error:
                 diagnostics.append(error.diagnostic)
-        diagnostics += self.warnings(program, reworded)
+        diagnostics += self.warnings(program, is_written=forms is None)
         return Checked(program, settled(diagnostics, program.sources, program))
 
     def load(
@@ -550,22 +546,22 @@ class Session:
         runner = macro_runner(self.library, self._macro_limits)
         return load_program(source, self.library, self.importer(source), runner, overrides or {}, forms)
 
-    def warnings(self, program: Program, reworded: Rewording | None = None) -> list[Diagnostic]:
+    def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
         """Return errors of value kinds, and the lint warnings of a program without errors.
 
         Parameters
         ----------
-        reworded
-            As for ``check_forms``, for translated programs: their unused definitions and the layout of their text are
-            not
-            reported.
+        is_written : bool
+            False for programs translated from Python: errors are in terms of Python, and neither unused definitions nor
+            the layout of the text are reported.
         """
         try:
             word, root = self.root_of(program)
         except SceneError as error:
             word, root = None, [] if error.name == "no-root" else [error.diagnostic]
-        if reworded is not None:
-            kind_errors = [reworded(d) for d in findings(program, word, is_written=False)]
+        if not is_written:
+            in_python = python_front_end().in_python
+            kind_errors = [in_python(d) for d in findings(program, word, is_written=False)]
             return [*kind_errors, *word_warnings(program), *root] if program.ok else kind_errors
         kind_errors = findings(program, word, is_written=True)
         if not program.ok:
@@ -813,6 +809,9 @@ class FrontEnd(Protocol):
 
     def lift(self, session: Session, source: Source) -> tuple[str | None, Sequence[Diagnostic]]:
         """As ``Session.lift``."""
+
+    def in_python(self, diagnostic: Diagnostic) -> Diagnostic:
+        """Return a diagnostic of a translated program in terms of its language."""
 
     def notebook_code(self, text: str, name: str) -> str:
         """Return the code of a Jupyter notebook; raises SceneError if it is malformed."""

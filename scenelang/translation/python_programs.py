@@ -108,7 +108,7 @@ def _translated(
 def _check(session: Session, source: Source, translation: Translation) -> Checked:
     """Check a translated program, or the parts of it that could be translated."""
     if translation.ok:
-        return session.check_forms(source, translation.forms, translation.diagnostics, in_python)
+        return session.check_forms(source, translation.forms, translation.diagnostics)
     findings_in_parts = _partial_findings(session, source, translation)
     return Checked(None, settled([*translation.diagnostics, *findings_in_parts], (source,)))
 

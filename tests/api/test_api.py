@@ -231,6 +231,20 @@ def test_scenes_and_evaluations_are_safe_in_threads(board: sl.Scene) -> None:
     assert len({tuple(rest) for _, *rest in found}) == 1
 
 
+def test_a_film_knows_its_scene(board: sl.Scene) -> None:
+    film = board.film(frames=2, size=(8, 8))
+    assert film.scene is board
+    assert [picture.size for picture in film] == [(8, 8), (8, 8)]
+
+
+def test_warnings_of_a_session_are_those_of_the_language_or_of_python() -> None:
+    session = sl.Session()
+    program = session.check(sl.Source("<text>", '(define unused 1) (bind "a" (lambda () (call "cube")))')).program
+    assert program is not None
+    assert [d.name for d in session.warnings(program)] == ["unused"]
+    assert session.warnings(program, is_written=False) == []
+
+
 SIGNATURES = ROOT / "tests" / "api" / "signatures.txt"
 
 
@@ -249,14 +263,16 @@ def signatures() -> str:
 
 
 def members(kind: type) -> list[str]:
-    """The public members of a class."""
+    """The public members of a class, with those that it inherits from classes of ours."""
     lines = []
-    for member, found in sorted(vars(kind).items()):
+    ours = [base for base in kind.__mro__ if base.__module__.startswith("scenelang.")]
+    inherited = {member: found for base in reversed(ours) for member, found in vars(base).items()}
+    for member, found in sorted(inherited.items()):
         if member.startswith("_"):
             continue
         if isinstance(found, (staticmethod, classmethod)):
-            found = found.__func__
-        shown = str(inspect.signature(found)) if inspect.isfunction(found) else ""
+            found = getattr(kind, member)  # without the class
+        shown = str(inspect.signature(found)) if inspect.isfunction(found) or inspect.ismethod(found) else ""
         lines.append(f"    {member}{shown}")
     return lines
 
@@ -264,6 +280,44 @@ def members(kind: type) -> list[str]:
 def test_public_signatures_are_pinned() -> None:
     """A change of a public signature is made on purpose: write the new text into the file with the change."""
     assert signatures() == SIGNATURES.read_text("utf-8")
+
+
+USED = {  # a call, and the module without which it is an error
+    "render": (lambda scene: scene.render(), "backends.pictures.images"),
+    "maps": (lambda scene: scene.maps(), "backends.labels.maps"),
+    "html": (lambda scene: scene.html(), "backends.viewer.packet"),
+    "save_graph": (lambda scene: scene.save_graph("a.svg"), "backends.pictures.call_graph"),
+    "relations": (lambda scene: scene.relations(), "backends.geometry.arrangement"),
+    "violations": (lambda scene: scene.violations('(count "pair" 1)'), "backends.geometry.relations"),
+    "physics": (lambda scene: scene.physics(), "backends.physics.verdicts"),
+    "repair": (lambda scene: sl.repair(ROW), "repairs.repairing"),
+    "imagine": (lambda scene: sl.imagine(scene), "learning.neural"),
+}
+
+
+@pytest.mark.parametrize("name", USED)
+def test_a_part_that_the_installation_lacks_is_an_error(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    call, module = USED[name]
+    scene = sl.evaluate(ROW)
+    monkeypatch.setitem(sys.modules, f"scenelang.{module}", None)
+    with pytest.raises(sl.SceneError, match=rf"this installation lacks `scenelang\.{module}`") as caught:
+        call(scene)
+    assert caught.value.diagnostic.code == "E705"
+    assert name != "render" or scene._repr_png_() is None
+
+
+def test_all_names_can_be_imported_with_a_star() -> None:
+    names: dict[str, Any] = {}
+    exec("from scenelang import *", names)
+    assert set(names) - {"__builtins__"} == set(sl.__all__) == set(sl._HOMES)
+
+
+@pytest.mark.parametrize(
+    "call", [lambda: sl.imagine("x"), lambda: sl.evaluate(ROW).diff("x"), lambda: sl.Embeddings.of("x")]
+)
+def test_errors_name_the_public_class_of_a_scene(call: Any) -> None:
+    with pytest.raises(sl.SceneError, match="expected a Scene, got 'x'"):
+        call()
 
 
 def test_docstring_examples_run(monkeypatch: pytest.MonkeyPatch) -> None:

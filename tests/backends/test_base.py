@@ -66,6 +66,18 @@ def test_backends_are_found_by_name_and_by_file(monkeypatch: pytest.MonkeyPatch)
         base.for_file("a.obj")
 
 
+def test_a_backend_whose_module_is_missing_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is listed from its description; another one that writes the suffix is chosen."""
+    gone = "scenelang.backends.exports.nothing:GLTF"
+    monkeypatch.setattr(base, "_descriptions", lambda: {gone: base.description_of(GLTF) | {"name": "a-gltf"}})
+    missing = SimpleNamespace(name="a-gltf", value=gone)
+    monkeypatch.setattr(PluginRegistry, "_points", lambda self: {"a-gltf": missing, **points(GLTF)})
+    listed = base.all_backends()[0]
+    assert (listed.name, listed.is_installed, listed.metadata()["installed"]) == ("a-gltf", False, False)
+    assert listed.row[3] == "pip install --force-reinstall scenelang"
+    assert base.for_file("a.glb") is GLTF
+
+
 def test_a_broken_backend_does_not_hide_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail() -> None:
         raise ImportError("no module named `nothing`")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from collections import Counter
 from collections.abc import Callable
@@ -15,7 +16,7 @@ import pytest
 from scenelang.datasets.making import Candidate, Maker, Predicate, SampleFailure, decoded
 from scenelang.datasets.running import dataset, dataset_sample
 from scenelang.datasets.sampler import draw_sample, key_of, views_of
-from scenelang.datasets.spec import Spec, spec_of
+from scenelang.datasets.spec import Spec, read_spec, spec_of
 from scenelang.grammar.diagnostics import SceneError
 
 Read = Callable[..., Spec]
@@ -306,6 +307,44 @@ def test_predicates_of_packages_filter(read: Read, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(making, "FILTERS", Installed)
     spec = read(HEAD + "[params]\nballs = [1, 2, 3, 4]\n[filters]\npredicates = 'many'")
     assert {Maker(spec).make(index).draw.params["balls"] for index in range(10)} == {3, 4}
+
+
+FILTER = """
+from scenelang.datasets.making import Candidate, Predicate
+
+
+def is_on(candidate: Candidate) -> bool:
+    scene = candidate.scene
+    assert scene.render(size=(16, 16)).size == (16, 16)
+    related = [each.relation for each in scene.relations()]
+    return related == ["on"] and not scene.violations('(on "ball" "box")')
+
+
+ON = Predicate("on", "the ball is on the box", is_on)
+"""
+
+
+@pytest.mark.parametrize("jobs", [0, 1])
+def test_a_filter_of_a_package_has_the_scene_of_the_api(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: int
+) -> None:
+    """In this process, and in a worker."""
+    import scenelang as sl
+
+    info = tmp_path / "site/filters-1.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: filters\nVersion: 1\n")
+    (info / "entry_points.txt").write_text("[scenelang.filters]\non = filter_of_a_package:ON\n")
+    (tmp_path / "site/filter_of_a_package.py").write_text(FILTER)
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path / "site"), os.environ.get("PYTHONPATH", "")]))
+    (tmp_path / "a.scene").write_text(PILE)
+    (tmp_path / "spec.toml").write_text(
+        "programs = 'a.scene'\ncount = 3\n[params]\napart = [0, 2]\n[pictures]\nsize = 8\n[filters]\npredicates = 'on'"
+    )
+    report = sl.dataset(tmp_path / "spec.toml", tmp_path / "out", jobs=jobs)
+    assert (report.samples, list(report.failed)) == (3, [])
+    assert {Maker(read_spec(tmp_path / "spec.toml")).make(index).draw.params["apart"] for index in range(3)} == {0}
 
 
 def test_a_program_that_fails_says_why(tmp_path: Path) -> None:

@@ -122,7 +122,7 @@ def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
         answer_pictures, "picture", lambda scene, view, frame=None, size=48: draw(scene, view, frame, 48)
     )
-    monkeypatch.setattr(answer_pictures, "_SIZE", 48)
+    monkeypatch.setattr(answer_pictures, "_VIEW_PX", 48)
 
 
 # --- what was sent -------------------------------------------------------------------------------------------------

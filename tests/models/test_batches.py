@@ -38,7 +38,7 @@ def _apart(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(conductor, "_FIRST_WAIT", 0.01)
     draw = steps.picture
     monkeypatch.setattr(steps, "picture", lambda scene, view, frame=None: draw(scene, view, frame, 48))
-    monkeypatch.setattr(steps, "_SIZE", 48)
+    monkeypatch.setattr(steps, "_VIEW_PX", 48)
 
 
 class Place:

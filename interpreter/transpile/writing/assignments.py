@@ -243,9 +243,8 @@ def unpack_code(
     elements = target.elts
     if sum(1 for e in elements if isinstance(e, ast.Starred)) > 1:
         raise w.error("python-syntax", "multiple starred expressions in assignment", target)
-    star = next((i for i, e in enumerate(elements) if isinstance(e, ast.Starred)), None)
-    if star is not None and star < len(elements) - 1:
-        _unpack_star(w, node, elements, star, code, effect, block, note)
+    if any(isinstance(e, ast.Starred) for e in elements[:-1]):
+        _unpack_star(w, node, elements, code, effect, block, note)
         return
     names = [n for n in walk_tree(target) if isinstance(n, ast.Name)]
     is_plain = all(isinstance(e, (ast.Name, ast.Tuple, ast.List, ast.Starred)) for e in elements)
@@ -302,9 +301,10 @@ def _unpack_to_cells(
 
 
 def _unpack_star(
-    w: Writer, node: ast.stmt, elements: list[ast.expr], star: int, code: Code, effect: Effect, block: Block, note: Code
+    w: Writer, node: ast.stmt, elements: list[ast.expr], code: Code, effect: Effect, block: Block, note: Code
 ) -> None:
     """Generate ``*a, b = xs``: a slice for the starred target, and a pattern for the targets after it."""
+    star = next(i for i, e in enumerate(elements) if isinstance(e, ast.Starred))
     starred = elements[star]
     assert isinstance(starred, ast.Starred)
     after = len(elements) - star - 1
