@@ -17,7 +17,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.geometry.stability import is_airborne, is_part_of_object
+from scenelang.backends.facts.bodies import is_shape
+from scenelang.backends.facts.words import flies
 from scenelang.backends.surfaces.convex import Bodies, bodies_of, clusters
 from scenelang.backends.surfaces.distance import depths
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, ListDatum, Source, Symbol, subdatums
@@ -133,7 +134,7 @@ class Program:
         for axis in range(3):
             frame[:3, axis] = shifted[axis][0][1][:3, 3] / (_PROBE * size)
         frame[:3, 3] = -shifted[3][0][1][:3, 3]
-        is_part = is_part_of_object(shifted[0][0][2])
+        is_part = is_shape(shifted[0][0][2])
         return _Candidate(form, parent, rows, frame, is_part) if abs(np.linalg.det(frame)) > 1e-12 else None
 
 
@@ -265,7 +266,7 @@ class Planter:
                 if not np.isin(self.bodies.row, candidate.instances[0]).any():
                     continue
                 thing = Thing(self.bodies, candidate.instances[0])
-                if not thing.is_whole or is_airborne(thing.words()):
+                if not thing.is_whole or any(flies(word) for word in thing.words()):
                     continue
                 fault = plant(candidate, thing)
                 if fault is not None:
@@ -464,9 +465,9 @@ class Planter:
         found = self._moved(candidate, "buried", _shift(*offset.tolist()))
 
         def is_inside(now: Thing) -> bool:
-            from scenelang.backends.geometry.lint import _holds
+            from scenelang.backends.geometry.hidden import holds_points
 
-            return _holds(now.bodies, outer, _corners(now.bodies, now.own))
+            return holds_points(now.bodies, outer, _corners(now.bodies, now.own))
 
         return self._checked(found, is_inside)
 
@@ -681,9 +682,9 @@ def _corners(bodies: Bodies, rows: npt.NDArray[np.int64]) -> FloatArray:
 
 def _carries(thing: Thing, table: int) -> bool:
     """Whether the centre of mass of a thing is above a body that it touches."""
-    from scenelang.backends.geometry.lint import _holds
+    from scenelang.backends.geometry.hidden import holds_points
 
     point = thing.center
     low, high = thing.bodies.boxes
     heights = np.linspace(low[table, 1], high[table, 1], 9)[1:-1]
-    return any(_holds(thing.bodies, table, np.array([[point[0], y, point[2]]])) for y in heights)
+    return any(holds_points(thing.bodies, table, np.array([[point[0], y, point[2]]])) for y in heights)

@@ -24,18 +24,18 @@ from scenelang.interpreter.scene.entity import Scene
 from scenelang.session.session import Session
 
 ROOT = Path(__file__).parent.parent
-OVERLAP = frozenset(("deep", "through", "buried", "twin"))
-BALANCE = frozenset(("unstable", "tipping", "hanging", "hovering"))
+OVERLAP = frozenset(("deep", "hidden", "twin", "sunk"))
+BALANCE = frozenset(("tips", "slides", "falls", "floating"))
 CODES: dict[str, frozenset[str]] = {
     "floating": BALANCE, "sunk": OVERLAP | {"sunk"}, "penetrating": OVERLAP, "past the edge": BALANCE,
     "twin": OVERLAP, "buried": OVERLAP, "loop": BALANCE | OVERLAP | {"sunk"}, "scale": OVERLAP, "tilted": BALANCE,
-    "hanging": BALANCE, "fighting": frozenset(("fighting",)), "top-heavy": BALANCE,
+    "hanging": BALANCE, "fighting": frozenset(("coplanar",)), "top-heavy": BALANCE,
 }  # fmt: skip
 PHYSICAL = ("floating", "past the edge", "tilted", "hanging", "top-heavy")
 EXCEPTIONS = {  # findings in unchanged programs that a person who looks closely reports too
-    ("t11-bookshelf", "fighting"): "the fronts of the boards are in the plane of the frame",
-    ("response-t09-coke-cans", "fighting"): "the label is in the plane of the lid",
-    ("combinators", "buried"): "berries that no one sees are inside the fountain",
+    ("t11-bookshelf", "coplanar"): "the fronts of the boards are in the plane of the frame",
+    ("response-t09-coke-cans", "coplanar"): "the label is in the plane of the lid",
+    ("combinators", "hidden"): "berries that no one sees are inside the fountain",
 }
 UNSOUND = {  # answers of models whose own faults a person sees, in which nothing is planted
     "response-t03-bramante-staircase": "steps in each other's planes, a skylight in the air",
@@ -105,9 +105,11 @@ def geometry_of(scene: Scene) -> dict[tuple[str, ...], frozenset[int]]:
     frame = CheckedFrame(scene.root)
     found: dict[tuple[str, ...], frozenset[int]] = {}
     for each in frame.findings:
-        other = () if each.other is None else frame.bodies.words(each.other)
-        key = (each.kind, "/".join(frame.bodies.words(each.body)), "/".join(other))
-        found[key] = found.get(key, frozenset()) | frozenset(frame.bodies.row[frame.concerned(each)].tolist())
+        if each.note:
+            continue
+        other = () if each.other is None else frame.solids.words(each.other)
+        key = (each.kind, "/".join(frame.solids.words(each.body)), "/".join(other))
+        found[key] = found.get(key, frozenset()) | frozenset(frame.solids.row[frame.concerned(each)].tolist())
     return found
 
 

@@ -12,6 +12,7 @@ from scenelang.backends.surfaces.solids import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 
+_THICKNESS = 0.1  # of the contact tolerance, of a region
 _MAX_POINTS = 8  # of a region: its convex hull is simplified to the extreme points in so many directions
 
 
@@ -109,7 +110,8 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     along, depth, room = contacts.along(row), contacts.depth(row), float(contacts.room[row])
     if solids.aligned[i] and solids.aligned[j]:
         return _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
-    points = solids.common_points(i, j, along * (depth - room if depth > room else -float(contacts.gaps[row]) - room))
+    thin = _THICKNESS * room  # of the region: a thicker one would be broader than an edge
+    points = solids.common_points(i, j, along * (depth - thin if depth > thin else -float(contacts.gaps[row]) - thin))
     return extreme_points(points, along) if len(points) else _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
 
 

@@ -247,14 +247,13 @@ class FrameFacts:
 
     def _is_set_in(self, link: BodyContact, inner: int) -> bool:
         """Return whether a body is set into what is below or above it: deep, or a rod in a hole, or a ball on a rod."""
-        if link.depth < SET_IN * self.bodies.size[inner].max():
-            return False
         pair = self.contacts.pairs[link.row]
-        return bool(
-            self.is_threaded(link.row)
-            or self.solids.solids.that_are("is_rounded")[pair].any()
-            or link.depth >= BURIED * self.bodies.size[inner, 1]
-        )
+        sides = 2.0 * np.linalg.norm(self.solids.solids.matrices[pair, :, :3], axis=1)
+        if self.is_threaded(link.row) and link.depth >= BURIED * float(sides.min()):
+            return True
+        rounded = self.solids.solids.that_are("is_rounded")[pair].any()
+        deep = link.depth >= SET_IN * self.bodies.size[inner].max()
+        return bool((rounded and deep) or link.depth >= BURIED * self.bodies.size[inner, 1])
 
     def _has_slim_foot(self, body: int) -> bool:
         """Return whether a body enters the ground by one slim foot, or a round one."""
@@ -321,7 +320,7 @@ class FrameFacts:
             body, other = (link.body, link.other) if link.body in members else (link.other, link.body)
             if self.bodies.joined[body] == self.bodies.joined[other]:
                 yield link, "joined"
-            elif normal[1] < UPRIGHT:
+            elif normal[1] < UPRIGHT and (normal[1] > -0.5 or self.fixed[other]):
                 sideways.append(link)
                 side = min(self._sides_of(link, int(np.argmax(np.abs(normal)))))
                 if area_of(link.points, normal) >= GLUED_AREA * side:

@@ -152,21 +152,18 @@ class Statics:
     def _in_hollow(self, row: int) -> list[tuple[FloatArray, FloatArray]]:
         """Return the normals and regions of a contact with a concave solid or a mesh: where one meets the other.
 
-        A pin in a hole rests on it and carries it, a mug on a hook only rests. Sideways contacts count if there is no
-        other. A flat region has the normal of its plane.
+        A pin in a hole touches it all around, a mug on a hook only from above. A flat region has the normal of its
+        plane.
         """
         i, j = self.contacts.pairs[row].tolist()
-        reach = float(self.contacts.gaps[row]) + float(self.contacts.room[row])
-        for directions in (_VERTICAL, _SIDEWAYS):
-            faces = []
-            for direction in directions:
-                points = self.solids.common_points(i, j, -reach * direction)  # the second is pushed into the first
-                if len(points):
-                    normal = _plane_normal(points, direction)
-                    faces.append((normal, extreme_points(points, normal)))
-            if faces:
-                return faces
-        return []
+        reach = float(self.contacts.gaps[row]) + 0.5 * float(self.contacts.room[row])
+        faces = []
+        for direction in _DIRECTIONS:
+            points = self.solids.common_points(i, j, -reach * direction)  # the second is pushed into the first
+            if len(points):
+                normal = _plane_normal(points, direction)
+                faces.append((normal, extreme_points(points, normal)))
+        return faces
 
     def _with_plane(self) -> Iterator[BodyContact]:
         """Yield the contacts of bodies with the plane of the ground."""
@@ -480,8 +477,7 @@ class Statics:
                 yield link
 
 
-_VERTICAL = (np.array([0.0, 1.0, 0.0]), np.array([0.0, -1.0, 0.0]))
-_SIDEWAYS = tuple(np.array([x, 0.0, z]) for x, z in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)))
+_DIRECTIONS = tuple(sign * axis for axis in np.eye(3)[[1, 0, 2]] for sign in (1.0, -1.0))
 
 
 def _plane_normal(points: FloatArray, direction: FloatArray) -> FloatArray:

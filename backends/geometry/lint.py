@@ -212,7 +212,7 @@ class CheckedFrame:
         if depth <= CONTACT_ERROR * contacts.room[row]:
             return None
         low, high = self.solids.boxes
-        upper, lower = (j, i) if along[1] > 0.0 else (i, j)
+        upper, lower = self._upper(i, j)
         bodies = facts.bodies.body[[upper, lower]].tolist()
         if abs(along[1]) >= 0.8 and not facts.fixed[bodies[0]]:
             on_ground = bool(facts.ground.solids[lower])
@@ -236,6 +236,12 @@ class CheckedFrame:
         if facts.is_threaded(row) and facts.is_enclosed(row, along):
             note = note or "a rod"
         return Finding("deep", subject, other, depth, (x, y, z), note=note)
+
+    def _upper(self, i: int, j: int) -> tuple[int, int]:
+        """Return two solids, that of the upper body first; the ground is below everything."""
+        on_ground = self.facts.ground.solids[[i, j]]
+        heights = self.facts.bodies.center[self.facts.bodies.body[[i, j]], 1]
+        return (j, i) if (bool(on_ground[0]), heights[1]) > (bool(on_ground[1]), heights[0]) else (i, j)
 
     def _smaller(self, i: int, j: int) -> tuple[int, int]:
         """Return two solids, that of the smaller or movable body first."""
@@ -262,7 +268,7 @@ class CheckedFrame:
         bodies, (low, high) = self.facts.bodies, self.solids.boxes
         if lower is None:
             depth = self.facts.ground.height - float(bodies.low[body, 1])
-        elif self.facts.ground.solids[lower]:
+        else:  # the shortest way out may be down, through a thin top
             depth = max(depth, min(float(high[lower, 1] - bodies.low[body, 1]), float(bodies.size[body, 1])))
         height = float(bodies.size[body, 1])
         room = min(self.solids.touch, TOUCH_OF_SOLIDS * float(np.linalg.norm(bodies.size[body])))

@@ -613,7 +613,7 @@ LADDER = """
   (for*/union ((z '(-.2 .2))) (transform (call "cube" :scale [3 .08 .05]) (translate (vector 0 0 z))))
   (for/union ((i (iota 9))) (transform (call "cylinder" :radius .02 :p0 [0 0 -.2] :p1 [0 0 .2])
     (translate (vector (* .3 (- i 4)) 0 0)))))
-  (@ (translate [-.76464 1.31904 0]) (rotate (/ tau 6) [0 0 1])))))
+  (@ (translate [-.78464 1.31904 0]) (rotate (/ tau 6) [0 0 1])))))
 (bind "wall" (lambda () (transform (call "cube" :scale [.3 3.5 2]) (translate [.15 1.75 0]))))
 """
 CUP = """
