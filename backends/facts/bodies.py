@@ -110,8 +110,9 @@ def is_whole(physics: dict[str, Any]) -> bool:
 
 
 def is_shape(entity: Entity) -> bool:
-    """Return whether an entity is a primitive named after its shape, such as "cube"."""
-    return entity.shape is not None and entity.shape.is_solid
+    """Return whether an entity is a primitive named after its shape, such as "cube", or a computed solid."""
+    shape = entity.shape
+    return shape is not None and (shape.is_solid or not (shape.is_semantic or shape.is_file or shape.is_block))
 
 
 def grouped(solids: Bodies, ancestry: Ancestry, contacts: Contacts) -> BodySet:

@@ -12,7 +12,7 @@ from scenelang.backends.surfaces.solids import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
 
-_THICKNESS = 0.1  # of the contact tolerance, of a region
+_THICKNESS = 1e-3  # of the contact tolerance, of a region: a thicker one would make a disc of a point
 _MAX_POINTS = 8  # of a region: its convex hull is simplified to the extreme points in so many directions
 
 
@@ -111,7 +111,10 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     if solids.aligned[i] and solids.aligned[j]:
         return _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
     thin = _THICKNESS * room  # of the region: a thicker one would be broader than an edge
-    points = solids.common_points(i, j, along * (depth - thin if depth > thin else -float(contacts.gaps[row]) - thin))
+    push = 0.0  # of what overlaps: it lies in a hollow of its own shape
+    if depth <= room:
+        push = depth - thin if depth > thin else -float(contacts.gaps[row]) - thin
+    points = solids.common_points(i, j, along * push)
     return extreme_points(points, along) if len(points) else _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
 
 

@@ -189,7 +189,7 @@ class FrameFacts:
         notes: dict[int, str] = {}
         group = np.arange(count)
         balances = self.statics.balances(group, self.grounded)
-        for holds in (self._joints, self._mounts, self._glued):
+        for holds in (self._joints, self._mounts, self._glued, self._mounts):  # on what is glued, too
             for _ in range(_ROUNDS):
                 failing = {number for number, balance in balances.items() if balance.kind != "stands"}
                 fresh: list[tuple[int, int]] = []
@@ -291,10 +291,11 @@ class FrameFacts:
             back = area_of(link.points, normal)
             if normal[1] < -0.5 and not self.fixed[other]:
                 is_flat = False  # only a ceiling holds what is below it by its back
+            is_slim = size[1] >= SLIM * float(size[[0, 2]].min())  # a rope is held by its whole section
             if (is_flat and normal[1] < 0.5 and back >= MOUNT_AREA * self._side_of(link, members, axis)) or (
                 float(link.points[:, 1].max()) >= high[1] - SUSPENSION_HEIGHT * size[1]
-                and normal[1] < UPRIGHT
-                and back <= SUSPENSION_AREA * float(size[[0, 2]].prod())
+                and normal[1] < -0.5
+                and (is_slim or back <= SUSPENSION_AREA * float(size[[0, 2]].prod()))
             ):
                 yield link, ""
 
@@ -393,12 +394,17 @@ class FrameFacts:
         rows = np.concatenate([self.bodies.members[int(body)] for body in members])
         feet = rows[low[rows, 1] <= low[rows, 1].min() + self.solids.touch]
         links = [link for body in members for link in self.statics.of_body[int(body)]]
-        if not any(link.other == PLANE or (link.other not in members and self.fixed[link.other]) for link in links):
+        if not any(self._stands_on_ground(link, members) for link in links):
             return False
         axes = self.solids.solids.matrices[feet, :, 1]
         upright = bool((np.abs(axes[:, 1]) >= 0.999 * np.linalg.norm(axes, axis=1)).all())
         height = float(high[rows, 1].max() - low[rows, 1].min())
         return upright and height >= SLIM * float((high[feet].max(axis=0) - low[feet].min(axis=0))[[0, 2]].max())
+
+    def _stands_on_ground(self, link: BodyContact, members: IntArray) -> bool:
+        """Return whether a contact carries a group from the ground or a fixed body."""
+        other, normal = (link.other, link.normal) if link.body in members else (link.body, -link.normal)
+        return bool(normal[1] > 0.5 and (other == PLANE or (other not in members and self.fixed[other])))
 
     @cached_property
     def clusters(self) -> IntArray:

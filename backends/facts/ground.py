@@ -14,6 +14,7 @@ from scenelang.backends.facts.tolerances import (
     GROUND_BELOW,
     GROUND_FLATNESS,
     GROUND_MARGIN,
+    PLANTED,
     WALL_SPAN,
     WALL_THICKNESS,
 )
@@ -53,14 +54,17 @@ def ground_of(solids: Bodies, bodies: BodySet, child: IntArray) -> Ground:
     none = np.zeros(len(solids), bool)
     if not len(solids):
         return Ground(0.0, none, "the scene reaches y = 0")
-    broad = _broad_ground(low, high, child) & solids.opaque & (len(bodies) > 1)
+    broad = _broad_ground(low, high, child) & solids.opaque & ~solids.hollow & (len(bodies) > 1)
     if broad.any():
         bottom, top = float(low[broad, 1].min()), float(high[broad, 1].max())
         at_zero = bottom - solids.touch <= 0.0 <= top + solids.touch
         return Ground(0.0 if at_zero else bottom, broad, "a broad body lies under the rest")
     held = bodies.floating
     bottoms = bodies.low[~held, 1] if (~held).any() else bodies.low[:, 1]
-    if (np.abs(bottoms) <= solids.touch).any():
+    below = bottoms < -solids.touch
+    heights = (bodies.size[~held, 1] if (~held).any() else bodies.size[:, 1])[below]
+    planted = len(heights) > 1 and bool((-bottoms[below] <= PLANTED * heights).all())  # posts, with nothing else below
+    if (np.abs(bottoms) <= solids.touch).any() or planted:
         return Ground(0.0, none, "the scene reaches y = 0")
     return Ground(float(bottoms.min()), none, "the lowest point")
 
@@ -107,6 +111,8 @@ def walls_of(solids: Bodies, contacts: Contacts) -> BoolArray:
     size, scene = high - low, high.max(axis=0) - low.min(axis=0)
     scene = np.maximum(scene, 1e-300)
     thin = size.min(axis=1) <= WALL_THICKNESS * np.sort(size, axis=1)[:, 1]
+    own = 2.0 * np.linalg.norm(solids.solids.matrices[:, :, :3], axis=1)  # of a slanted rod, not those of its box
+    thin &= np.sort(own, axis=1)[:, 1] >= (1.0 - WALL_THICKNESS) * np.sort(size, axis=1)[:, 1]
     axis = np.argmin(size, axis=1)
     spans = size / scene >= WALL_SPAN
     standing = thin & (axis != 1) & spans[:, 1] & spans[np.arange(len(size)), 2 - axis]

@@ -48,7 +48,7 @@ def least_slack(
     program.a_matrix_.format_ = highspy.MatrixFormat.kColwise
     program.a_matrix_.start_ = np.searchsorted(at[order], np.arange(total + 1)).astype(np.int32)
     program.a_matrix_.index_, program.a_matrix_.value_ = index[order].astype(np.int32), values[order]
-    solver = highspy.Highs()  # type: ignore[no-untyped-call]
+    solver = highspy.Highs.__bases__[0]()  # without the callbacks of `Highs`, which make it print a banner
     for name, value in (
         ("output_flag", False), ("threads", 1), ("simplex_iteration_limit", _ITERATIONS_PER_VARIABLE * total)
     ):  # fmt: skip

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet
-from scenelang.backends.facts.contacts import Contacts, extreme_points, region_of
+from scenelang.backends.facts.contacts import Contacts, area_of, extreme_points, region_of
 from scenelang.backends.facts.ground import Ground
 from scenelang.backends.facts.linear import least_slack
 from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, PARALLEL
@@ -38,6 +38,8 @@ _MAX_SLACK = 2e-3  # relative to weight, and to weight times size: HiGHS is exac
 _TILT = math.radians(0.5)  # of a test of a round foot: large against rounding, small against a polygon of 64 sides
 _MIN_RISE = -1e-9  # relative to a body's size: a ball neither rises nor falls when it rolls
 _NARROW = 1e-3  # relative to a body's size: a narrower foot is an edge or a point
+_STEEP, _LEVEL = 0.95, 1e-3  # vertical components of normals: of a face that clamps, and of two that do not lift
+_SLIVER = 4.0  # squared contact tolerances: a sideways region of this area is the edge of one below
 _FLAT = 0.1  # thickness over breadth of a region that is a plane: that of a face is twice the contact tolerance
 _SIDES = 64  # of round solids whose lowest points are taken
 
@@ -162,7 +164,8 @@ class Statics:
             points = self.solids.common_points(i, j, -reach * direction)  # the second is pushed into the first
             if len(points):
                 normal = _plane_normal(points, direction)
-                faces.append((normal, extreme_points(points, normal)))
+                if direction[1] != 0.0 or area_of(points, normal) > _SLIVER * reach**2:
+                    faces.append((normal, extreme_points(points, normal)))
         return faces
 
     def _with_plane(self) -> Iterator[BodyContact]:
@@ -469,9 +472,12 @@ class Statics:
 
     def _clamping(self, members: IntArray, group: IntArray) -> Iterator[BodyContact]:
         """Yield the contacts of a group with opposed parallel faces, sideways: nothing presses them together."""
-        sideways = [(link, normal) for link, normal in self.links_of(members.tolist(), group) if abs(normal[1]) < 0.5]
+        links = self.links_of(members.tolist(), group)
+        sideways = [(link, normal) for link, normal in links if -_STEEP < normal[1] < 0.5]
         normals = np.array([normal for _, normal in sideways]).reshape(-1, 3)
-        opposed = (normals @ normals.T < -PARALLEL).any(axis=1) if len(normals) else np.zeros(0, bool)
+        flat = normals[:, [0, 2]] / np.maximum(np.linalg.norm(normals[:, [0, 2]], axis=1, keepdims=True), 1e-300)
+        opposed = (flat @ flat.T < -PARALLEL) & (normals[:, None, 1] + normals[None, :, 1] <= _LEVEL)
+        opposed = opposed.any(axis=1) if len(normals) else np.zeros(0, bool)
         for (link, _), is_clamp in zip(sideways, opposed.tolist(), strict=True):
             if is_clamp:
                 yield link
@@ -486,7 +492,7 @@ def _plane_normal(points: FloatArray, direction: FloatArray) -> FloatArray:
     if len(points) < 4 or extents[2] > _FLAT * extents[1]:
         return direction
     normal = np.asarray(axes[2] if axes[2] @ direction >= 0.0 else -axes[2], np.float64)
-    return normal if normal @ direction > 0.1 else direction
+    return normal
 
 
 _SHIFTS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))

@@ -429,7 +429,8 @@ class CheckedFrame:
             )
             return after[self._identity(finding)] < before[self._identity(finding)] and not after - before
 
-        return helpful_move(self.facts, members, helps, (finding.move,) if finding.move is not None else ())
+        first = () if finding.move is None else (finding.move,)
+        return helpful_move(self.facts, members, helps, first, contacts=finding.kind == "floating")
 
     def _identity(self, finding: Finding) -> tuple[object, ...]:
         """Return the kind of a finding and the body that it is about, which a move does not change."""

@@ -24,8 +24,9 @@ _SIDEWAYS_EFFORT, _UPWARD_EFFORT = 1.5, 3.0
 
 
 def helpful_move(
-    facts: FrameFacts, members: IntArray, helps: Callable[[FrameFacts], bool], first: tuple[Vector, ...] = ()
-) -> Vector | None:
+    facts: FrameFacts, members: IntArray, helps: Callable[[FrameFacts], bool], first: tuple[Vector, ...],
+    *, contacts: bool,
+) -> Vector | None:  # fmt: skip
     """Return the shortest translation of bodies after which ``helps`` holds of the frame; None if none does.
 
     Parameters
@@ -33,12 +34,15 @@ def helpful_move(
     members : (K,)
         Numbers of the bodies that move together.
     first
-        Translations to try besides drops onto what is below, and ways to what is beside.
+        Translations to try.
+    contacts
+        Whether to try drops onto what is below, and ways to what is beside, too.
     """
     if len(facts.solids) > MAX_TRIED_SOLIDS:
         return None
     rows = np.concatenate([facts.bodies.members[int(body)] for body in members])
-    candidates = sorted({*first, *contact_moves(facts, members)}, key=_effort)
+    every: set[Vector] = {*first, *(contact_moves(facts, members) if contacts else ())}
+    candidates = sorted(every, key=_effort)
     for move in candidates[:_MAX_CANDIDATES]:
         if helps(facts.moved(rows, move)):
             return move
