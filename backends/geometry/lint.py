@@ -418,19 +418,21 @@ class CheckedFrame:
     def tried_move(self, finding: Finding) -> Vector | None:
         """Return a translation of the subject that was tried and fixes a finding without another one; else None."""
         members = self.members(finding)
-        if finding.kind in ("twin", "hidden", "coplanar") or not len(members):
+        if finding.kind in ("twin", "hidden", "coplanar", "outlier") or not len(members):
             return None
-        before = Counter(self._identity(f) for f in self.findings)
+        before = self._physical()
 
         def helps(facts: FrameFacts) -> bool:
             """Return whether the finding is gone, and none is new."""
-            after = Counter(
-                CheckedFrame(facts.root, facts)._identity(f) for f in CheckedFrame(facts.root, facts).findings
-            )
+            after = CheckedFrame(facts.root, facts)._physical()
             return after[self._identity(finding)] < before[self._identity(finding)] and not after - before
 
         first = () if finding.move is None else (finding.move,)
         return helpful_move(self.facts, members, helps, first, contacts=finding.kind == "floating")
+
+    def _physical(self) -> Counter[tuple[object, ...]]:
+        """Return the number of findings of each identity, without outliers: those are judged by instances' poses."""
+        return Counter(self._identity(finding) for finding in self.findings if finding.kind != "outlier")
 
     def _identity(self, finding: Finding) -> tuple[object, ...]:
         """Return the kind of a finding and the body that it is about, which a move does not change."""

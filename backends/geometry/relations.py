@@ -38,7 +38,9 @@ _ANGLE_DEGREES = 1.0  # default tolerance in degrees
 _LENGTH_TOLERANCE = 0.01  # default tolerance of a length, relative to it
 _POSITION_TOLERANCE = 0.01  # default tolerance of positions, relative to the extent of the objects
 # refused for Minecraft blocks, which have boxes only
-_NOT_FOR_BLOCKS = frozenset({"on", "inside", "touching", "clear-of", "distance", "supported", "has-color"})
+_NOT_FOR_BLOCKS = frozenset(
+    {"on", "inside", "touching", "clear-of", "distance", "supported", "floating", "fastened", "has-color"}
+)
 _SIDES = {
     "above": (1, 1.0, "above"), "below": (1, -1.0, "below"), "left-of": (0, -1.0, "to the left of"),
     "right-of": (0, 1.0, "to the right of"), "in-front-of": (2, 1.0, "in front of"), "behind": (2, -1.0, "behind"),
@@ -1009,6 +1011,30 @@ def _supported(context: _Context) -> list[_Failure]:
     return failures[:1] if context.option("any") else failures
 
 
+def _floats(context: _Context) -> list[_Failure]:
+    """Return the subjects that contacts connect to the ground, before any attribute counts."""
+    facts = context.arrangement.facts
+    grounded = facts.statics.grounded(np.zeros(len(facts.bodies), bool))
+    failures = []
+    for a in context.objects(context.declaration.things[0]):
+        context.work.spend()
+        if not grounded[facts.bodies.body[a.first : a.last]].any():
+            if context.option("any"):
+                return []
+            continue
+        failures.append(_Failure(f'"{a.entity.word}" touches what stands on the ground', 1.0, a))
+    return failures[:1] if context.option("any") else failures
+
+
+def _fastened(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why an object is not fastened to another: no body of both is in one rigid group."""
+    facts = context.arrangement.facts
+    first, second = (set(facts.fastened[facts.bodies.body[x.first : x.last]].tolist()) for x in (a, b))
+    if first & second:
+        return None
+    return _Failure(f"{_two_words(a, b)} are not fastened to each other", 1.0, a, b)
+
+
 def _unsupported(arrangement: Arrangement, a: PlacedObject, moving: Sequence[int]) -> _Failure:
     """Return the failure of an object with bodies that gravity would move, with the fall that ends on something."""
     facts = arrangement.facts
@@ -1058,6 +1084,8 @@ _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "evenly-spaced": _evenly_spaced,
     "symmetric": _symmetric,
     "supported": _supported,
+    "floating": _floats,
+    "fastened": _pairwise(_fastened),
     "size": _size,
     "count": _count,
     "has-color": _has_color,

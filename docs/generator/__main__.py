@@ -11,6 +11,7 @@ from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
 from generator.library_page import PICTURES, forms_page, picture_program, relations_page, stdlib_page
 from generator.pictures import drawn, save
+from generator.tolerances_page import tolerances_page
 from generator.tutorial import steps
 from scenelang.interpreter.scene.declarations import RELATIONS, example_of
 from scenelang.stdlib.reference import records
@@ -21,6 +22,7 @@ PAGES = {
     "reference/forms.md": forms_page,
     "reference/relations.md": relations_page,
     "reference/diagnostics.md": diagnostics_page,
+    "reference/tolerances.md": tolerances_page,
     "reference/cli.md": cli_page,
     "architecture.svg": architecture_svg,
 }

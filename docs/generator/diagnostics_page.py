@@ -26,6 +26,7 @@ FAMILIES = {
     "E8": "A language model's Python",
     "E9": "Language models",
     "W": "Warnings",
+    "N": "Notes",
 }
 
 

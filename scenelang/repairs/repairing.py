@@ -848,7 +848,7 @@ def _too_far(now: _Version, version: _Version, goal: Goal, further: float = 0.0)
     for other in now.goals:
         if resolved[other.key] > 0 or other is goal:
             resolved[other.key] -= 1
-            need += other.need
+            need += other.need or other.amount
     motion = np.linalg.norm(version.corners - now.corners, axis=1)
     return need > 0.0 and float(motion.max()) > _MAX_EXCESS * need
 

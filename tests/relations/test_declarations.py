@@ -477,3 +477,24 @@ def test_symmetry_of_what_is_not() -> None:
     scene = scene_of(at("chair", -2, 0, 0) + at("chair", 2, 0, 0) + at("table", 0, 0, 0) + at("chair", 1, 0, 0.5))
     [*found] = scene.violations('(symmetric "chair" :across "x" :about "table")')
     assert [round(each.amount, 3) for each in found] == [1.0]
+
+
+FLYING = """
+(bind "panel" (lambda () (transform (call "cube" :scale [3 2 .1]) (translate [0 1 0]))))
+(bind "shelf" (lambda () (call "cube" :scale [.8 .03 .2])))
+(bind "ball" (lambda () (call "sphere" :radius .1 :floating #t)))
+(bind "room" (lambda () (union (call "panel") (transform (call "shelf") (translate [0 1 .15])) (transform (call "ball") (translate [0 1 1])))))
+(scene "room")
+"""
+
+
+@pytest.mark.parametrize(
+    ("stated", "holds"),
+    [
+        ('(floating "ball")', True), ('(floating "shelf")', False), ('(supported "ball")', True), ('(supported "shelf")', True),
+        ('(fastened "shelf" "panel")', True), ('(fastened "ball" "panel")', False),
+    ],
+)  # fmt: skip
+def test_facts_are_declared_before_attributes_excuse_them(stated: str, holds: bool) -> None:
+    scene = sl.evaluate(FLYING)
+    assert (scene.violations(stated) == []) is holds
