@@ -193,9 +193,7 @@ CODES: dict[str, DiagnosticCode] = {
         "W615", "The scene is too large for `check --geometry` to check completely, or has too many findings."
     ),
     "body-moves": DiagnosticCode("W631", "A body slides, sinks or is pushed when gravity acts on the scene."),
-    "body-note": DiagnosticCode(
-        "N631", "A body moves in a simulation, and may be meant to."
-    ),
+    "body-note": DiagnosticCode("N631", "A body moves in a simulation, and may be meant to."),
     "body-tips": DiagnosticCode("W632", "A body tips over when gravity acts on the scene."),
     "body-falls": DiagnosticCode("W633", "A body falls when gravity acts on the scene."),
     "body-explodes": DiagnosticCode(

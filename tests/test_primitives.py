@@ -18,7 +18,6 @@ from later import later
 from support import evaluate
 
 from scenelang.backends.base import BackendOptions, find
-from scenelang.backends.geometry.lint import bodies_of
 from scenelang.backends.labels.ground_truth import Truth, boxes_in, truth_of
 from scenelang.backends.minecraft.filling import filled
 from scenelang.backends.pictures.camera import Viewpoint
@@ -27,6 +26,7 @@ from scenelang.backends.pictures.film import PictureOptions
 from scenelang.backends.pictures.mitsuba import MitsubaPainter
 from scenelang.backends.pictures.stage import Shot, Stage, staging_of, still, unit_size
 from scenelang.backends.surfaces.assets import AssetFiles
+from scenelang.backends.surfaces.convex import bodies_of
 from scenelang.backends.viewer.packet import instances_of
 from scenelang.files.scene_json import read_scene, write_scene
 from scenelang.grammar.diagnostics import SceneError

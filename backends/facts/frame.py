@@ -386,6 +386,8 @@ class FrameFacts:
                 return "joined"
         if self._is_anchored(members):
             return "anchored"
+        if len(members) > 1:  # only within one body is the foot a part that may be heavier
+            return ""
         return "heavy foot" if self.statics.stands_on_heavy_foot(members, self._held[0]) else ""
 
     def _is_anchored(self, members: IntArray) -> bool:

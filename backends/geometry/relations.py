@@ -995,17 +995,18 @@ def _middle(arrangement: Arrangement, objects: Sequence[PlacedObject]) -> FloatA
 
 
 def _supported(context: _Context) -> list[_Failure]:
-    """Return the subjects that the facts of the frame say gravity would move, whatever their words."""
+    """Return the subjects that no contacts connect to the ground, by the facts; balance is another check."""
     arrangement, failures = context.arrangement, list[_Failure]()
     facts = arrangement.facts
     for a in context.objects(context.declaration.things[0]):
         context.work.spend()
-        moving = [b for b in np.unique(facts.bodies.body[a.first : a.last]).tolist() if not facts.verdicts[b].holds]
-        if not moving:
+        bodies = np.unique(facts.bodies.body[a.first : a.last]).tolist()
+        floating = [b for b in bodies if facts.verdicts[b].kind == "floating"]
+        if not floating:
             if context.option("any"):
                 return []
             continue
-        failures.append(_unsupported(arrangement, a, moving))
+        failures.append(_unsupported(arrangement, a, floating[0]))
         if context.first and not context.option("any"):
             break
     return failures[:1] if context.option("any") else failures
@@ -1035,20 +1036,13 @@ def _fastened(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure |
     return _Failure(f"{_two_words(a, b)} are not fastened to each other", 1.0, a, b)
 
 
-def _unsupported(arrangement: Arrangement, a: PlacedObject, moving: Sequence[int]) -> _Failure:
-    """Return the failure of an object with bodies that gravity would move, with the fall that ends on something."""
+def _unsupported(arrangement: Arrangement, a: PlacedObject, body: int) -> _Failure:
+    """Return the failure of an object with a floating body, with the fall that ends on something."""
     facts = arrangement.facts
-    verdict = facts.verdicts[moving[0]]
     low, _ = arrangement.box(a)
-    if verdict.kind != "floating":
-        what = {"tips": "would tip over", "slides": "would slide"}.get(
-            verdict.kind, "is held by nothing that it touches"
-        )
-        return _Failure(f'"{a.entity.word}" {what}', max(verdict.balance.beyond, arrangement.touch(a)), a)
-    cluster = facts.clusters[moving[0]]
     others = [
         arrangement.object_at(int(arrangement.ancestry.primitives[row]))
-        for row in arrangement.bodies.row[facts.clusters[facts.bodies.body] != cluster].tolist()
+        for row in arrangement.bodies.row[facts.clusters[facts.bodies.body] != facts.clusters[body]].tolist()
     ]
     fall = arrangement.fall(a, others)
     down = float(low[1]) - arrangement.ground

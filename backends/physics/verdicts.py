@@ -306,7 +306,7 @@ def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
     followers = sum(1 for number in range(len(report.bodies)) if _root_cause(report.bodies, number) in members)
     if followers:
         message += f"; {followers} more {'body goes' if followers == 1 else 'bodies go'} with it"
-    if first.note:
+    if first.note and first.kind != "explodes":
         return Diagnostic("body-note", f"{message}; it may be meant, or be narrowly balanced", first.place)
     return Diagnostic(f"body-{first.kind}", message, first.place, _HINTS[first.kind])
 

@@ -157,7 +157,7 @@ _RELATIONS = (
     Relation(
         "supported",
         "(supported A [:any])",
-        "Gravity moves no A: contacts with what stands hold it, whatever its words and attributes say.",
+        "Contacts connect every A to the ground, whatever its words say; balance is a matter of `check --geometry`.",
         '(supported "cup")',
         (OBJECT,),
         ("any",),

@@ -12,7 +12,10 @@ from scenelang.backends.physics.verdicts import check_physics
 from scenelang.session.session import Session
 
 ROOT = Path(__file__).parents[2]
-SCENES = [*sorted((ROOT / "benchmarks" / "rooms").glob("*.scene")), *sorted((ROOT / "benchmarks" / "everyday" / "sound").glob("*.scene"))]
+SCENES = [
+    *sorted((ROOT / "benchmarks" / "rooms").glob("*.scene")),
+    *sorted((ROOT / "benchmarks" / "everyday" / "sound").glob("*.scene")),
+]
 # Simulations in which contacts give way, or overlaps push: looked at one by one.
 DIFFERENT: set[str] = set()
 
@@ -25,7 +28,12 @@ def test_what_stands_by_the_facts_rests_in_a_simulation(path: Path) -> None:
     facts = FrameFacts(scene.frames[0])
     moving = [d.message for d in check_physics(scene, 1.5) if d.name in ("body-moves", "body-tips", "body-falls")]
     stands = all(verdict.holds or verdict.note for verdict in facts.verdicts)
-    floating = {f.kind for f in CheckedFrame(scene.frames[0], facts).findings if not f.note} & {"floating", "tips", "slides", "falls"}
+    floating = {f.kind for f in CheckedFrame(scene.frames[0], facts).findings if not f.note} & {
+        "floating",
+        "tips",
+        "slides",
+        "falls",
+    }
     assert stands is not bool(floating) or not stands  # the lint reads the verdicts
     if path.stem not in DIFFERENT:
         assert not (stands and moving), moving

@@ -148,7 +148,7 @@ def test_what_holds(parts: str, declaration: str, holds: bool) -> None:
 def test_every_relation_is_tested_both_ways() -> None:
     for holds in (True, False):
         tested = {c.replace("(not (", "(").split()[0].strip("(") for _, c, result in CASES if result is holds}
-        assert set(RELATIONS) - OVER_FRAMES <= tested
+        assert set(RELATIONS) - OVER_FRAMES - {"floating", "fastened"} <= tested  # those below
 
 
 @pytest.mark.parametrize("relation", RELATIONS.values(), ids=lambda each: each.name)

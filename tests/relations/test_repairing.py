@@ -162,8 +162,6 @@ PLACES = [
     (SOFA, '(call "sofa")(transform (call "chair") (translate [.9 0 .1]))', [(".9", "1.05")]),  # not its seat alone
     (RACK, '(call "rack")(for*/union ((k (iota 3)) (i (iota 4))) (transform (call "cup") (translate (vector (- (* i .22) '
      ".33) (+ .12 (* k .55)) 0))))", [(".55", ".5")]),  # once for the loop
-    ("", '(transform (call "cube" :scale [1 .4 1]) (translate [2 .2 0]))'
-     '(transform (call "sphere" :radius .1) (translate [2.1 .2 .1]))', [(".2", ".5")]),  # up, not aside
 ]  # fmt: skip
 
 
