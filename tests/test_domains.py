@@ -206,7 +206,7 @@ USES = {  # commands of each domain, which end with one line without it
     "Minecraft pages": [["view", "a.scene", "--minecraft", "--html", "a.html"]],
     "OpenSCAD": [["import", "a.scad"]],
     "Python": [["transpile", "a.py"], ["lift", "a.scene"]],
-    "repair": [["repair", "a.scene"]],
+    "repair": [["repair", "a.scene", "--only-declarations"]],
     "neural": [
         ["embeddings", "a.scene", "list"],
         ["embed", "a.scene", "--print"],
