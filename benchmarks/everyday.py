@@ -33,7 +33,7 @@ def findings_of(path: Path) -> list[Diagnostic]:
 
 def is_note(diagnostic: Diagnostic) -> bool:
     """Return whether a finding is less than a warning."""
-    return diagnostic.code.startswith("N")
+    return diagnostic.severity == "note"
 
 
 def is_found(diagnostics: Sequence[Diagnostic], fault: dict[str, object]) -> bool:

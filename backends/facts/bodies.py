@@ -128,20 +128,10 @@ class _Grouping:
         self.physics = [physics_of(entity) for entity in ancestry.nodes]
         order = np.lexsort((ancestry.position, ancestry.parent))
         self.children_of = np.split(order, np.searchsorted(ancestry.parent[order], np.arange(len(ancestry) + 1)))[1:]
-        self.first, self.last = self._ranges()
+        # The half-open range of the solids of every instance, which are numbered in depth-first order.
+        self.first, last = ancestry.ranges(ancestry.primitives[solids.row])
+        self.last = last + 1
         self.pairs = contacts.pairs
-
-    def _ranges(self) -> tuple[IntArray, IntArray]:
-        """Return the half-open range of the solids of every instance, which are numbered in depth-first order."""
-        ancestry = self.ancestry
-        first, last = np.full(len(ancestry), np.iinfo(np.int64).max), np.full(len(ancestry), -1)
-        rows = ancestry.primitives[self.solids.row]
-        first[rows] = last[rows] = np.arange(len(rows))
-        for depth in range(ancestry.max_depth, 0, -1):
-            level = np.flatnonzero(ancestry.depth == depth)
-            np.minimum.at(first, ancestry.parent[level], first[level])
-            np.maximum.at(last, ancestry.parent[level], last[level])
-        return first, last + 1
 
     def attributes(self, instance: int) -> dict[str, Any]:
         """Return the physics attributes of an instance."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.facts.tolerances import TOUCH_OF_SOLIDS
-from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, hull_of
+from scenelang.backends.facts.tolerances import SLIM, TOUCH_OF_SOLIDS
+from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, hull_of, plane_axes, signed_area
 from scenelang.backends.surfaces.distance import IntArray, neighbours
 from scenelang.backends.surfaces.solids import FloatArray
 
@@ -104,6 +104,17 @@ def rooms_of(solids: Bodies, pairs: IntArray) -> FloatArray:
     return np.asarray(np.minimum(solids.touch, TOUCH_OF_SOLIDS * diagonal[pairs].min(axis=1)), np.float64)
 
 
+def own_sides(solids: Bodies, rows: IntArray) -> FloatArray:
+    """Return the sides (K, 3) of solids along their own axes, ascending; those of a slanted rod are not its box's."""
+    return np.sort(2.0 * np.linalg.norm(solids.solids.matrices[rows, :, :3], axis=1), axis=1)
+
+
+def are_slim(solids: Bodies, rows: IntArray) -> BoolArray:
+    """Return which solids (K,) are rods: at least four times as long as broad."""
+    sides = own_sides(solids, rows)
+    return np.asarray(sides[:, 2] >= SLIM * sides[:, 1], bool)
+
+
 def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     """Return points (K, 3) whose convex hull is the region in which the solids of a contact meet, K at most 8."""
     i, j = contacts.pairs[row].tolist()
@@ -131,22 +142,11 @@ def _rectangle(solids: Bodies, i: int, j: int, axis: int) -> FloatArray:
 
 def extreme_points(points: FloatArray, normal: FloatArray) -> FloatArray:
     """Return at most 8 corners of the convex hull of points (K, 3), seen along a normal."""
-    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, least)
-    u /= max(float(np.linalg.norm(u)), 1e-12)
-    v = np.cross(normal, u)
     angles = np.arange(_MAX_POINTS) * (2.0 * np.pi / _MAX_POINTS) + 0.1
-    directions = np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v
-    return np.asarray(points[np.unique(np.argmax(points @ directions.T, axis=0))], np.float64)
+    directions = plane_axes(normal) @ np.stack([np.cos(angles), np.sin(angles)])
+    return np.asarray(points[np.unique(np.argmax(points @ directions, axis=0))], np.float64)
 
 
 def area_of(points: FloatArray, normal: FloatArray) -> float:
     """Return the area of the convex hull of points (K, 3), seen along a normal."""
-    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, least)
-    u /= max(float(np.linalg.norm(u)), 1e-12)
-    corners = hull_of(points @ np.stack([u, np.cross(normal, u)], axis=1))
-    if len(corners) < 3:
-        return 0.0
-    x, y = (corners - corners[0]).T
-    return abs(float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0))
+    return signed_area(hull_of(points @ plane_axes(normal)))

@@ -10,12 +10,13 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet, grouped, is_shape
-from scenelang.backends.facts.contacts import Contacts, area_of
+from scenelang.backends.facts.contacts import Contacts, are_slim, area_of, own_sides
 from scenelang.backends.facts.ground import Ground, ground_of, walls_of
 from scenelang.backends.facts.statics import PLANE, STANDS, Balance, BodyContact, Statics
 from scenelang.backends.facts.tolerances import (
@@ -73,6 +74,27 @@ class Verdict:
     def holds(self) -> bool:
         """Whether the body stays where it is."""
         return self.kind in ("fixed", "supported")
+
+
+class _Held(NamedTuple):
+    """What holds without support from below.
+
+    Attributes
+    ----------
+    group : (B,)
+        Equal for bodies that are fastened to each other.
+    balances
+        Balance of each group.
+    notes
+        For bodies whose hold is doubtful: why.
+    planted
+        Bodies that the ground plane holds.
+    """
+
+    group: IntArray
+    balances: dict[int, Balance]
+    notes: dict[int, str]
+    planted: frozenset[int]
 
 
 class FrameFacts:
@@ -183,9 +205,9 @@ class FrameFacts:
         return bool((level or gap[1] > self.solids.touch) and (np.maximum(gap, 0.0) <= joint).all())
 
     @cached_property
-    def _held(self) -> tuple[IntArray, dict[int, Balance], dict[int, str]]:
-        """Groups (B,) of bodies that are fastened to each other, their balances, and the notes of doubtful holds."""
-        count, pairs = len(self.bodies), list[tuple[int, int]]()
+    def _held(self) -> _Held:
+        """Bodies that are fastened to each other, because they would not stay otherwise."""
+        count, pairs, planted = len(self.bodies), list[tuple[int, int]](), set[int]()
         notes: dict[int, str] = {}
         group = np.arange(count)
         balances = self.statics.balances(group, self.grounded)
@@ -201,25 +223,25 @@ class FrameFacts:
                             continue  # it falls itself
                         fresh.append((link.body, link.other))
                         if note:
-                            notes |= dict.fromkeys(np.flatnonzero(group == number).tolist(), note)
+                            notes |= dict.fromkeys(members.tolist(), note)
                 if not fresh:
                     break
                 pairs += fresh
                 group = clusters(count, [pair for pair in pairs if pair[1] != PLANE])
-                self.planted |= {body for body, other in fresh if other == PLANE}
+                planted |= {body for body, other in fresh if other == PLANE}
                 balances = self.statics.balances(group, self.grounded)
-                balances |= {int(group[body]): STANDS for body in self.planted}
-        return group, balances, notes
+                balances |= {int(group[body]): STANDS for body in planted}
+        return _Held(group, balances, notes, frozenset(planted))
 
-    @cached_property
-    def planted(self) -> set[int]:
-        """Bodies that are set deep into the ground plane (known when ``fastened`` is)."""
-        return set()
+    @property
+    def planted(self) -> frozenset[int]:
+        """Bodies that are set deep into the ground plane, which holds them."""
+        return self._held.planted
 
     @property
     def fastened(self) -> IntArray:
         """Groups (B,) of bodies that are fastened to each other: embedded, mounted, suspended or joined."""
-        return self._held[0]
+        return self._held.group
 
     # --- what holds without support from below -----------------------------------------------------------------------
 
@@ -241,15 +263,12 @@ class FrameFacts:
 
     def is_threaded(self, row: int) -> bool:
         """Return whether one solid of a contact is a rod or a line: what hangs on it, or is threaded by it, holds."""
-        sides = np.linalg.norm(self.solids.solids.matrices[self.contacts.pairs[row], :, :3], axis=1)
-        sides = np.sort(sides, axis=1)  # half of its own
-        return bool((sides[:, 2] >= SLIM * sides[:, 1]).any())
+        return bool(are_slim(self.solids, self.contacts.pairs[row]).any())
 
     def _is_set_in(self, link: BodyContact, inner: int) -> bool:
         """Return whether a body is set into what is below or above it: deep, or a rod in a hole, or a ball on a rod."""
         pair = self.contacts.pairs[link.row]
-        sides = 2.0 * np.linalg.norm(self.solids.solids.matrices[pair, :, :3], axis=1)
-        if self.is_threaded(link.row) and link.depth >= BURIED * float(sides.min()):
+        if self.is_threaded(link.row) and link.depth >= BURIED * float(own_sides(self.solids, pair).min()):
             return True
         rounded = self.solids.solids.that_are("is_rounded")[pair].any()
         deep = link.depth >= SET_IN * self.bodies.size[inner].max()
@@ -362,7 +381,7 @@ class FrameFacts:
 
     def _verdict(self, body: int) -> Verdict:
         """Return the verdict on a body, as if it were in no row of equals."""
-        group, balances, notes = self._held
+        group, balances, notes, _ = self._held
         if self.fixed[body] or self.bodies.floating[body]:
             return Verdict("fixed")
         if not self.grounded[body]:
@@ -380,7 +399,7 @@ class FrameFacts:
             return "in a case"
         whole = np.flatnonzero(np.isin(self.bodies.joined, self.bodies.joined[members]) & self.grounded)
         if len(whole) > len(members) and len(np.unique(self.bodies.joined[members])) == 1:
-            group = np.where(np.isin(np.arange(len(self.bodies)), whole), int(whole[0]), self._held[0])
+            group = np.where(np.isin(np.arange(len(self.bodies)), whole), int(whole[0]), self._held.group)
             balances = self.statics.balances(group, np.isin(np.arange(len(self.bodies)), whole))
             if balances.get(int(whole[0]), STANDS).kind == "stands":
                 return "joined"
@@ -388,7 +407,7 @@ class FrameFacts:
             return "anchored"
         if len(members) > 1:  # only within one body is the foot a part that may be heavier
             return ""
-        return "heavy foot" if self.statics.stands_on_heavy_foot(members, self._held[0]) else ""
+        return "heavy foot" if self.statics.stands_on_heavy_foot(members, self._held.group) else ""
 
     def _is_anchored(self, members: IntArray) -> bool:
         """Return whether a group stands on the ground by upright posts that are narrow for its height."""
@@ -408,11 +427,10 @@ class FrameFacts:
         other, normal = (link.other, link.normal) if link.body in members else (link.body, -link.normal)
         return bool(normal[1] > 0.5 and (other == PLANE or (other not in members and self.fixed[other])))
 
-    @cached_property
+    @property
     def clusters(self) -> IntArray:
         """Groups (B,) of bodies that contacts connect."""
-        links = [(link.body, link.other) for link in self.statics.links if link.other != PLANE]
-        return clusters(len(self.bodies), links)
+        return self.statics.clusters
 
     @cached_property
     def _why_floating(self) -> dict[int, str]:
@@ -454,8 +472,6 @@ class FrameFacts:
             beside = (np.delete(shared, axis, axis=1) >= CAGE_OVERLAP).all(axis=1)
             for gap in (low[axis] - over[others, axis], under[others, axis] - high[axis]):
                 sides += bool((beside & (gap >= -self.solids.touch) & (gap <= reach[axis])).any())
-        below = (under[others][:, [0, 2]] < high[[0, 2]]).all(axis=1) & (over[others][:, [0, 2]] > low[[0, 2]]).all(
-            axis=1
-        )
+        below = ((under[others] < high) & (over[others] > low))[:, [0, 2]].all(axis=1)
         drop = low[1] - over[others][below & (over[others, 1] <= low[1] + self.solids.touch), 1]
         return sides >= CAGE_SIDES and bool((drop <= reach[1]).any())

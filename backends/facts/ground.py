@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet
-from scenelang.backends.facts.contacts import Contacts
+from scenelang.backends.facts.contacts import Contacts, own_sides
 from scenelang.backends.facts.tolerances import (
     GROUND_AREA,
     GROUND_BELOW,
@@ -111,8 +111,8 @@ def walls_of(solids: Bodies, contacts: Contacts) -> BoolArray:
     size, scene = high - low, high.max(axis=0) - low.min(axis=0)
     scene = np.maximum(scene, 1e-300)
     thin = size.min(axis=1) <= WALL_THICKNESS * np.sort(size, axis=1)[:, 1]
-    own = 2.0 * np.linalg.norm(solids.solids.matrices[:, :, :3], axis=1)  # of a slanted rod, not those of its box
-    thin &= np.sort(own, axis=1)[:, 1] >= (1.0 - WALL_THICKNESS) * np.sort(size, axis=1)[:, 1]
+    own = own_sides(solids, np.arange(len(solids)))  # a slanted rod does not fill its box
+    thin &= own[:, 1] >= (1.0 - WALL_THICKNESS) * np.sort(size, axis=1)[:, 1]
     axis = np.argmin(size, axis=1)
     spans = size / scene >= WALL_SPAN
     standing = thin & (axis != 1) & spans[:, 1] & spans[np.arange(len(size)), 2 - axis]

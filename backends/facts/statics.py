@@ -14,17 +14,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet
-from scenelang.backends.facts.contacts import Contacts, area_of, extreme_points, region_of
+from scenelang.backends.facts.contacts import Contacts, area_of, extreme_points, region_of, rooms_of
 from scenelang.backends.facts.ground import Ground
 from scenelang.backends.facts.linear import least_slack
 from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, PARALLEL
-from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, width_of
+from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, plane_axes, width_of
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios
@@ -172,7 +172,8 @@ class Statics:
         """Yield the contacts of bodies with the plane of the ground."""
         low, high = self.solids.boxes
         height, up = self.ground.height, np.array([0.0, 1.0, 0.0])
-        room = np.minimum(self.solids.touch, 0.02 * np.linalg.norm(high - low, axis=1))
+        every = np.arange(len(self.solids))
+        room = rooms_of(self.solids, np.stack([every, every], axis=1))
         near = (low[:, 1] <= height + room) & (high[:, 1] > height + room) & ~self.fixed[self.bodies.body]
         middle = ((low + high) / 2.0)[:, [0, 2]]
         for k in np.flatnonzero(self.ground.solids).tolist():  # the plane is beside the solids that are the ground
@@ -194,12 +195,16 @@ class Statics:
         foot[:, 1] = self.ground.height
         return foot
 
+    @cached_property
+    def clusters(self) -> IntArray:
+        """Groups (B,) of bodies that contacts connect."""
+        return clusters(len(self.bodies), [(link.body, link.other) for link in self.links if link.other != PLANE])
+
     # --- groups ------------------------------------------------------------------------------------------------------
 
     def grounded(self, anchored: BoolArray) -> BoolArray:
         """Return which bodies (B,) are connected by contacts to the ground or to an ``anchored`` body."""
-        pairs = [(link.body, link.other) for link in self.links if link.other != PLANE]
-        label = clusters(len(self.bodies), pairs)
+        label = self.clusters
         standing = {int(label[link.body]) for link in self.links if link.other == PLANE}
         standing |= set(label[self.fixed | anchored].tolist())
         return np.array([int(number) in standing for number in label], bool)
@@ -491,8 +496,7 @@ def _plane_normal(points: FloatArray, direction: FloatArray) -> FloatArray:
     _, extents, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
     if len(points) < 4 or extents[2] > _FLAT * extents[1]:
         return direction
-    normal = np.asarray(axes[2] if axes[2] @ direction >= 0.0 else -axes[2], np.float64)
-    return normal
+    return np.asarray(axes[2] if axes[2] @ direction >= 0.0 else -axes[2], np.float64)
 
 
 _SHIFTS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
@@ -500,9 +504,6 @@ _SHIFTS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
 
 def _cone(normal: FloatArray, friction: float) -> FloatArray:
     """Return the rays (8, 3) of the friction cone of a contact."""
-    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    u = np.cross(normal, least)
-    u /= np.linalg.norm(u)
-    v = np.cross(normal, u)
     angles = np.arange(_RAYS) * (2.0 * math.pi / _RAYS)
-    return np.asarray(normal + friction * (np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * v), np.float64)
+    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    return np.asarray(normal + friction * (circle @ plane_axes(normal).T), np.float64)

@@ -112,15 +112,7 @@ class Arrangement:
     @cached_property
     def _ranges(self) -> tuple[IntArray, IntArray]:
         """First and last primitive (M,) of every instance."""
-        ancestry = self.ancestry
-        first, last = np.full(len(ancestry), np.iinfo(np.int64).max), np.full(len(ancestry), -1)
-        rows = np.arange(len(ancestry.primitives))
-        first[ancestry.primitives] = last[ancestry.primitives] = rows
-        for depth in range(ancestry.max_depth, 0, -1):
-            level = np.flatnonzero(ancestry.depth == depth)
-            np.minimum.at(first, ancestry.parent[level], first[level])
-            np.maximum.at(last, ancestry.parent[level], last[level])
-        return first, last
+        return self.ancestry.ranges(self.ancestry.primitives)
 
     def object_at(self, instance: int) -> PlacedObject:
         """Return the object of an instance."""

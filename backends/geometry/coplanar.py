@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenelang.backends.geometry.hidden import holds_points
-from scenelang.backends.surfaces.convex import Bodies
+from scenelang.backends.surfaces.convex import Bodies, plane_axes, signed_area
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms
 from scenelang.interpreter.scene.primitives.mesh import cofactors_of
@@ -69,46 +69,25 @@ def shared_face(
         for other_normal, other in others:
             if normal @ other_normal < 1.0 - 1e-6 or abs((other[0] - corners[0]) @ normal) > tolerance:
                 continue
-            axes = _axes(normal)
+            axes = plane_axes(normal)
             first, second = _counter_clockwise(corners @ axes), _counter_clockwise(other @ axes)
             piece = _clipped(first, second)
-            area, smaller = _area(piece), min(_area(first), _area(second))
+            area, smaller = abs(signed_area(piece)), min(abs(signed_area(first)), abs(signed_area(second)))
             if smaller > 0.0 and _width(piece) >= least_width and area > (best.area if best is not None else 0.0):
                 center = axes @ piece.mean(axis=0) + normal * (corners[0] @ normal)
                 best = SharedFace(area, area / smaller, center, normal)
     return best
 
 
-def _axes(normal: FloatArray) -> FloatArray:
-    """Return two unit vectors perpendicular to ``normal`` as columns (3, 2)."""
-    least = np.eye(3)[np.argmin(np.abs(normal))]
-    u = np.cross(normal, least)
-    u /= np.linalg.norm(u)
-    return np.stack([u, np.cross(normal, u)], axis=1)
-
-
-def _signed(polygon: FloatArray) -> float:
-    """Return the signed area of a polygon (K, 2), positive if it is counter-clockwise (shoelace formula)."""
-    if not len(polygon):
-        return 0.0
-    x, y = (polygon - polygon[0]).T  # products of coordinates far from the origin would cancel
-    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0) if len(polygon) > 2 else 0.0
-
-
-def _area(polygon: FloatArray) -> float:
-    """Return the area of a polygon (K, 2)."""
-    return abs(_signed(polygon))
-
-
 def _width(polygon: FloatArray) -> float:
     """Return the width of a rectangle of the polygon's area and perimeter, if it is narrow."""
     perimeter = np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1).sum() if len(polygon) else 0.0
-    return 2.0 * _area(polygon) / float(perimeter) if perimeter > 0.0 else 0.0
+    return 2.0 * abs(signed_area(polygon)) / float(perimeter) if perimeter > 0.0 else 0.0
 
 
 def _counter_clockwise(polygon: FloatArray) -> FloatArray:
     """Return a polygon (K, 2) in counter-clockwise order."""
-    return polygon if _signed(polygon) >= 0.0 else polygon[::-1]
+    return polygon if signed_area(polygon) >= 0.0 else polygon[::-1]
 
 
 def _clipped(subject: FloatArray, clip: FloatArray) -> FloatArray:

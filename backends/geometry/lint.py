@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from scenelang.backends.facts.contacts import are_slim
 from scenelang.backends.facts.frame import FrameFacts, Verdict
 from scenelang.backends.facts.statics import PLANE
 from scenelang.backends.facts.tolerances import (
@@ -23,6 +24,7 @@ from scenelang.backends.facts.tolerances import (
     SLIM,
     SUNK_BASE,
     TOUCH_OF_SOLIDS,
+    UPRIGHT,
 )
 from scenelang.backends.facts.words import flies, is_soft
 from scenelang.backends.geometry.coplanar import coplanar_pairs, faces_of
@@ -214,7 +216,7 @@ class CheckedFrame:
         low, high = self.solids.boxes
         upper, lower = self._upper(i, j)
         bodies = facts.bodies.body[[upper, lower]].tolist()
-        if abs(along[1]) >= 0.8 and not facts.fixed[bodies[0]]:
+        if abs(along[1]) >= UPRIGHT and not facts.fixed[bodies[0]]:
             on_ground = bool(facts.ground.solids[lower])
             beside = float(high[lower, 1] - facts.bodies.low[bodies[0], 1]) > 2.0 * depth  # of two chairs in each other
             if on_ground or not (joined or facts.ground.solids[upper] or beside):
@@ -294,8 +296,7 @@ class CheckedFrame:
     def _is_planted(self, body: int, below: IntArray, level: float) -> bool:
         """Return whether all that a body has in the ground are slim legs, by a part of their length, as its equals."""
         facts, (low, high) = self.facts, self.solids.boxes
-        sides = np.sort(np.linalg.norm(self.solids.solids.matrices[below, :, :3], axis=1), axis=1)  # half of its own
-        slim = sides[:, 2] >= SLIM * sides[:, 1]
+        slim = are_slim(self.solids, below)
         if not len(below) or not slim.all() or (level - low[below, 1] > PLANTED * (high - low)[below, 1]).any():
             return False
         entity = self.facts.ancestry.node[facts.bodies.instance]
@@ -346,7 +347,8 @@ class CheckedFrame:
         below = others[((low[others] < most) & (high[others] > least))[:, [0, 2]].all(axis=1)]
         below = below[high[below, 1] <= lowest + self.solids.touch]
         drop, support = lowest - facts.ground.height, None
-        if len(below) and (highest := int(below[np.argmax(high[below, 1])])) is not None:
+        if len(below):
+            highest = int(below[np.argmax(high[below, 1])])
             if lowest - float(high[highest, 1]) <= drop:
                 drop, support = lowest - float(high[highest, 1]), highest
         if drop <= self.solids.touch and len(others):  # beside or below what it should touch
@@ -451,7 +453,7 @@ class CheckedFrame:
         if finding.kind in ("tips", "slides", "falls"):
             points, lines, centers = self._standing(int(body[finding.body]))
         elif finding.kind == "deep" and finding.other is not None:
-            points = solids.patch(finding.body, finding.other, 0.0)
+            points = solids.common_points(finding.body, finding.other, np.zeros(3))
         elif finding.kind in ("floating", "sunk"):
             low, high = solids.boxes
             foot = (low[subject].min(axis=0) + high[subject].max(axis=0)) / 2.0
@@ -558,10 +560,7 @@ def _named(checked: CheckedFrame, finding: Finding, frame: int) -> _Named:
     other = finding.other
     other_words: tuple[str, ...] = ()
     if other is not None:
-        subject = Finding(finding.kind, other, None, 0.0)
-        other_words = (
-            checked.words(subject) if finding.kind not in ("hidden", "coplanar") else checked.solids.words(other)
-        )
+        other_words = checked.words(Finding(finding.kind, other, None, 0.0))
     return _Named(
         finding, checked.words(finding), other_words, _place(checked.solids, finding.body),
         _place(checked.solids, other) if other is not None else None, frame,

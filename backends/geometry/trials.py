@@ -86,9 +86,8 @@ def _exact_drops(facts: FrameFacts, members: IntArray, low: FloatArray, high: Fl
     (under, over), own = solids.boxes, np.flatnonzero(np.isin(body, members))
     others = np.flatnonzero(~np.isin(body, members))
     near = ((under[others] < high) & (over[others] > low))[:, [0, 2]].all(axis=1) & (under[others, 1] < high[1])
-    pairs = np.stack(np.meshgrid(own[np.argsort(under[own, 1])[:8]], others[near][:24], indexing="ij"), -1).reshape(
-        -1, 2
-    )
+    lowest = own[np.argsort(under[own, 1])[:_MAX_LOWEST]]
+    pairs = np.stack(np.meshgrid(lowest, others[near][:_MAX_NEAR], indexing="ij"), -1).reshape(-1, 2)
     if not len(pairs):
         return
     fallen = 0.0

@@ -43,7 +43,6 @@ from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.interpreter.scene.entity import Entity, descendants
 from scenelang.interpreter.scene.pose import compose
-from scenelang.interpreter.scene.primitives.base import PHYSICS
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 IntArray = npt.NDArray[np.int64]
@@ -60,15 +59,12 @@ DIAGONAL_M = 2.0
 # deeper ones would make the parts fly apart and are welded
 WELD = 1e-2
 LOOSE = 1e-3  # of the smaller part's least side: shallower overlaps are left to the solver
-ROOTED = 0.1  # of an object's least extent: an object deeper in the ground is fixed
 # of the upper object's height: how deep it may be set into its support without a weld, so that a present that sinks 2
 # mm into a table can fall from it
 SUNK = 0.25
 # vertical component of the direction in which an overlap is undone, from which one part is above the other
 UPRIGHT = 0.8
 _MAX_COORDINATE = 1e12  # larger coordinates lose the digits that a simulation needs
-_FLOOR_AREA = 0.3  # of the frame's ground area: a part as broad as this is a floor
-_READERS = {attribute.name: attribute for attribute in PHYSICS}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -290,15 +286,10 @@ class _Grouping:
         self.diagonal = np.linalg.norm(self.high - self.low, axis=1)
         size = float(np.linalg.norm(self.high.max(axis=0) - self.low.min(axis=0)))
         self.unit = DIAGONAL_M / size if unit is None else unit
-        self.children: list[list[int]] = [[] for _ in nodes]
-        for number, node in enumerate(nodes):
-            if node.parent >= 0:
-                self.children[node.parent].append(number)
         self.below: list[list[int]] = [[] for _ in nodes]  # numbers of the parts at or below each node
         for number, part in enumerate(parts):
             for at in self._upwards(part.node):
                 self.below[at].append(number)
-        self.touching: list[list[int]] = [[] for _ in parts]
         self.deep: list[tuple[int, int]] = []  # pairs of parts that overlap by more than WELD, and by LOOSE to WELD
         self.shallow: list[tuple[int, int]] = []
         self._find_contacts()
@@ -310,14 +301,10 @@ class _Grouping:
         if not complete:
             message = f"more than the limit of {MAX_PAIRS:,} pairs of nearby parts to simulate"
             raise LimitError("size", message, "simulate a part of the scene with `--root WORD`")
-        smaller = np.minimum(self.diagonal[pairs[:, 0]], self.diagonal[pairs[:, 1]])
         least = np.minimum(*((self.high - self.low)[pairs[:, k]].min(axis=1) for k in (0, 1)))
         self.distances = Distances([part.colliders for part in self.parts])
         gaps = self.distances.gaps(pairs, margin)
-        for (i, j), gap, size, side in zip(pairs.tolist(), gaps.tolist(), smaller.tolist(), least.tolist()):
-            if gap <= TOUCH * size:
-                self.touching[i].append(j)
-                self.touching[j].append(i)
+        for (i, j), gap, side in zip(pairs.tolist(), gaps.tolist(), least.tolist()):
             if -gap > WELD * side:
                 self.deep.append((i, j))
             elif -gap > LOOSE * side:
@@ -383,7 +370,7 @@ class _Grouping:
         stands on them.
         """
         owner = {part: number for number, group in enumerate(groups) for part in group}
-        held = [any(self._is_held(self.body_of[part]) for part in group) for group in groups]
+        held = [self._stands_fast(group) for group in groups]
         parts = list(self.parts)
         for i, j in [*self.shallow, *self.deep]:
             if owner[i] == owner[j] or (held[owner[i]] and held[owner[j]]):
@@ -399,7 +386,7 @@ class _Grouping:
         """Cut off the parts of bodies that are slightly below the ground, so that they stand on it."""
         parts, down = list(self.parts), np.array([0.0, -1.0, 0.0])
         for group in groups:
-            if not self._is_sunk(group, ground) or self._stands_fast(group, ground):
+            if not self._is_sunk(group, ground) or self._stands_fast(group):
                 continue
             for part in group:
                 cut = [trimmed(c, down, -ground) if reach_of(c, down) > -ground else c for c in parts[part].colliders]
@@ -410,7 +397,7 @@ class _Grouping:
         """Return whether a part of a body is below the ground."""
         return any(ground - self.low[p, 1] > WELD * (self.high[p] - self.low[p]).min() for p in group)
 
-    def _stands_fast(self, group: Sequence[int], ground: float) -> bool:
+    def _stands_fast(self, group: Sequence[int]) -> bool:
         """Return whether the ground holds a body: it is planted there, or the facts hold it."""
         return any(self._is_held(self.body_of[part]) for part in group)
 
@@ -451,7 +438,7 @@ class _Grouping:
         """Return the body of a group of parts; raises SceneError if its volume cannot be computed."""
         node = self._common(group)
         low, high = self.low[list(group)].min(axis=0), self.high[list(group)].max(axis=0)
-        fixed = self._stands_fast(group, ground) or any(self._inherited(part, "fixed") for part in group)
+        fixed = self._stands_fast(group) or any(self._inherited(part, "fixed") for part in group)
         moments = self._moments(node, group)
         if not (np.isfinite(moments.mass) and moments.mass > 0.0):
             raise SceneError("solid", f'the volume of "{self.nodes[node].entity.word}" cannot be computed')

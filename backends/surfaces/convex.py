@@ -38,7 +38,6 @@ _TOUCH_OF_BODIES = 0.03  # relative to the diagonal of a large body
 _LARGE_QUANTILE = 0.75
 _BATCH_PAIRS = 20_000  # pairs compared at once, which bounds the memory
 _SIDES = 64  # of the polygons that stand for round surfaces
-_MIN_PIECE = 0.03  # relative to a body's volume: a smaller piece beyond a wall is not an end that sticks out
 _MIN_SHARED = 1e-6  # relative to the smaller volume: surfaces that share less only touch
 _MIN_DETERMINANT = 1e-30  # of a pose: smaller ones have no volume
 
@@ -244,32 +243,6 @@ class Bodies:
         box = np.array(both.bounding_box())
         return (box[:3], box[3:]), volume
 
-    def shared_volume(self, i: int, j: int) -> float:
-        """Return the volume that two bodies share; 0 if a surface is unknown."""
-        a, b = self.surface(i), self.surface(j)
-        return 0.0 if a is None or b is None else float((a ^ b).volume())
-
-    def is_cut(self, i: int, wall: int) -> bool:
-        """Return whether a body pierces a hollow one: at least two pieces of it are outside the wall."""
-        a, b = self.surface(i), self.surface(wall)
-        if a is None or b is None or not self.hollow[wall]:
-            return False
-        pieces = [piece.volume() for piece in (a - b).decompose()]
-        return bool(sum(volume > _MIN_PIECE * a.volume() for volume in pieces) > 1)
-
-    def patch(self, above: int, below: int, drop: float) -> FloatArray:
-        """Return points (K, 3) around the contact of a body that is lowered by ``drop`` onto another.
-
-        There are none if they do not meet, or a surface is unknown.
-        """
-        a, b = self.surface(above), self.surface(below)
-        if a is None or b is None:
-            return np.zeros((0, 3))
-        both = a.translate((0.0, -drop, 0.0)) ^ b
-        return (
-            np.asarray(both.to_mesh64().vert_properties[:, :3], np.float64) if not both.is_empty() else np.zeros((0, 3))
-        )
-
     @cached_property
     def masses(self) -> tuple[FloatArray, FloatArray]:
         """Volumes (N,) and centers of mass (N, 3)."""
@@ -403,7 +376,23 @@ def clusters(count: int, pairs: Iterable[Sequence[int]]) -> IntArray:
     return np.array([root(i) for i in range(count)], np.int64)
 
 
-# --- polygons of support ---------------------------------------------------------------------------------------------
+# --- polygons of contact and support ----------------------------------------------------------------------------------
+
+
+def plane_axes(normal: FloatArray) -> FloatArray:
+    """Return two unit vectors perpendicular to ``normal`` as columns (3, 2)."""
+    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    u = np.cross(normal, least)
+    u /= np.linalg.norm(u)
+    return np.stack([u, np.cross(normal, u)], axis=1)
+
+
+def signed_area(polygon: FloatArray) -> float:
+    """Return the signed area of a polygon (K, 2), positive if it is counter-clockwise (shoelace formula)."""
+    if len(polygon) < 3:
+        return 0.0
+    x, y = (polygon - polygon[0]).T  # products of coordinates far from the origin would cancel
+    return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2.0)
 
 
 def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:

@@ -80,6 +80,19 @@ class Ancestry:
                 return ancestors
             ancestors[deeper] = self.parent[ancestors[deeper]]
 
+    def ranges(self, leaves: IntArray) -> tuple[IntArray, IntArray]:
+        """Return the first and last position (M,) in ``leaves`` (K,), instances of leaves, at or below every instance.
+
+        Where there is none, the first is the largest integer and the last -1.
+        """
+        first, last = np.full(len(self), np.iinfo(np.int64).max), np.full(len(self), -1)
+        first[leaves] = last[leaves] = np.arange(len(leaves))
+        for depth in range(self.max_depth, 0, -1):
+            level = np.flatnonzero(self.depth == depth)
+            np.minimum.at(first, self.parent[level], first[level])
+            np.maximum.at(last, self.parent[level], last[level])
+        return first, last
+
     def path_of_instances(self, instance: int) -> tuple[int, ...]:
         """Return the instances from the root to an instance, both included."""
         chain = [instance]

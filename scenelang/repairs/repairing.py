@@ -483,7 +483,7 @@ class _Search:
             message = f"{violation.declaration} does not hold: {violation.message}"
             turn, declaration = violation.turn, violation.declaration
             aims = (Aim.between(rows, others, moves),) if moves else ()
-            failed.append(Goal(key, message, violation.amount, rows, lambda aims=aims: aims, turn, declaration))  # type: ignore[misc]
+            failed.append(Goal(key, message, violation.amount, rows, partial(tuple, aims), turn, declaration))
         failed.sort(key=lambda goal: -goal.amount)
         return [*failed, *(_lint_goals(version.frames, offsets) if self.geometry else ())]
 
