@@ -432,7 +432,8 @@ class _Grouping:
         """Return the height of the ground plane: that of the facts, or the lowest point where a body is below it."""
         tops = [max(self.high[part, 1] for part in group) for group in groups]
         height = self.facts.ground.height
-        return height if not tops or min(tops) > height - TOUCH else float(self.low[:, 1].min())
+        below = bool(tops) and min(tops) <= height - TOUCH * float(self.diagonal.max())
+        return float(self.low[:, 1].min()) if below else height
 
     def _body(self, group: Sequence[int], ground: float) -> RigidBody:
         """Return the body of a group of parts; raises SceneError if its volume cannot be computed."""

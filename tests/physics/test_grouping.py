@@ -348,3 +348,12 @@ def test_a_street_lamp_that_would_tip_is_anchored_in_the_ground(arm: float, fixe
     lamp = '(transform (call "lamp") (translate [0 0 3]))'
     found = bodies(f'{pole} (bind "street" (lambda () (union {street} {lamp})))')
     assert [body.fixed for body in found.bodies if "lamp" in body.words] == [fixed]
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_body_below_the_plane_lowers_the_ground_at_any_scale(scale: float) -> None:
+    """The tolerance is a share of the largest part, not a length."""
+    cube = f'(call "cube" :scale {0.1 * scale})'
+    parts = "".join(f"(transform {cube} (translate [{x * scale} {y * scale} 0]))" for x, y in ((0, 0.05), (1, -0.1)))
+    ground = bodies(f'(bind "room" (lambda () (union {parts})))').ground
+    assert ground == pytest.approx(-0.15 * scale, rel=1e-6)
