@@ -259,7 +259,7 @@ NESTED = {
 
 @pytest.mark.parametrize("name", NESTED)
 @pytest.mark.parametrize("depth", [100_000, 400_000])
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 def test_nesting_in_text(name: str, depth: int) -> None:
     """Never closed, and closed: refused by the reader, with little work."""
     opening, closing, open_code, closed_code = NESTED[name]

@@ -131,8 +131,13 @@ class FrameFacts:
         worlds[rows, :, 3] += move
         solids = replace(self.solids, solids=replace(self.solids.solids, matrices=matrices), worlds=worlds)
         solids.surfaces.update(self.solids.surfaces)
-        facts = FrameFacts(self.root, solids, self.ancestry)
-        facts._before, facts._moved = self, np.isin(np.arange(len(solids)), rows)
+        is_moved = np.isin(np.arange(len(solids)), rows)
+        leaves = self.ancestry.primitives[self.solids.row]
+        (_, moved), (_, still) = self.ancestry.ranges(leaves[is_moved]), self.ancestry.ranges(leaves[~is_moved])
+        poses = self.ancestry.poses.copy()
+        poses[(moved >= 0) & (still < 0), :, 3] += move
+        facts = FrameFacts(self.root, solids, replace(self.ancestry, poses=poses))
+        facts._before, facts._moved = self, is_moved
         return facts
 
     @cached_property
@@ -211,7 +216,8 @@ class FrameFacts:
         notes: dict[int, str] = {}
         group = np.arange(count)
         balances = self.statics.balances(group, self.grounded)
-        for holds in (self._joints, self._mounts, self._glued, self._mounts):  # on what is glued, too
+        # What is glued may need its planted posts, and may carry what is mounted on it.
+        for holds in (self._joints, self._mounts, self._glued, self._joints, self._mounts):
             for _ in range(_ROUNDS):
                 failing = {number for number, balance in balances.items() if balance.kind != "stands"}
                 fresh: list[tuple[int, int]] = []
@@ -410,22 +416,23 @@ class FrameFacts:
         return "heavy foot" if self.statics.stands_on_heavy_foot(members, self._held.group) else ""
 
     def _is_anchored(self, members: IntArray) -> bool:
-        """Return whether a group stands on the ground by upright posts that are narrow for its height."""
+        """Return whether a group stands by upright posts that are narrow for its height: a flag, a sign, a lamp."""
         low, high = self.solids.boxes
         rows = np.concatenate([self.bodies.members[int(body)] for body in members])
         feet = rows[low[rows, 1] <= low[rows, 1].min() + self.solids.touch]
         links = [link for body in members for link in self.statics.of_body[int(body)]]
-        if not any(self._stands_on_ground(link, members) for link in links):
+        if not any(self._stands_on(link, members) for link in links):
             return False
         axes = self.solids.solids.matrices[feet, :, 1]
         upright = bool((np.abs(axes[:, 1]) >= 0.999 * np.linalg.norm(axes, axis=1)).all())
         height = float(high[rows, 1].max() - low[rows, 1].min())
         return upright and height >= SLIM * float((high[feet].max(axis=0) - low[feet].min(axis=0))[[0, 2]].max())
 
-    def _stands_on_ground(self, link: BodyContact, members: IntArray) -> bool:
-        """Return whether a contact carries a group from the ground or a fixed body."""
+    @staticmethod
+    def _stands_on(link: BodyContact, members: IntArray) -> bool:
+        """Return whether a contact carries a group from below, from the ground or another body."""
         other, normal = (link.other, link.normal) if link.body in members else (link.body, -link.normal)
-        return bool(normal[1] > 0.5 and (other == PLANE or (other not in members and self.fixed[other])))
+        return bool(normal[1] > 0.5 and (other == PLANE or other not in members))
 
     @property
     def clusters(self) -> IntArray:

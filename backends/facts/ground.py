@@ -54,7 +54,7 @@ def ground_of(solids: Bodies, bodies: BodySet, child: IntArray) -> Ground:
     none = np.zeros(len(solids), bool)
     if not len(solids):
         return Ground(0.0, none, "the scene reaches y = 0")
-    broad = _broad_ground(low, high, child) & solids.opaque & ~solids.hollow & (len(bodies) > 1)
+    broad = _broad_ground(low, high, child, solids.touch) & solids.opaque & ~solids.hollow & (len(bodies) > 1)
     if broad.any():
         bottom, top = float(low[broad, 1].min()), float(high[broad, 1].max())
         at_zero = bottom - solids.touch <= 0.0 <= top + solids.touch
@@ -69,7 +69,7 @@ def ground_of(solids: Bodies, bodies: BodySet, child: IntArray) -> Ground:
     return Ground(float(bottoms.min()), none, "the lowest point")
 
 
-def _broad_ground(low: FloatArray, high: FloatArray, group: IntArray) -> BoolArray:
+def _broad_ground(low: FloatArray, high: FloatArray, group: IntArray, touch: float) -> BoolArray:
     """Return which solids (N,) are a broad, flat ground under the rest: one solid, or the tiles of a ``group``."""
     least, most = low.min(axis=0), high.max(axis=0)
     area, middle = float(np.prod((most - least)[[0, 2]])), (low + high)[:, 1] / 2.0
@@ -86,6 +86,8 @@ def _broad_ground(low: FloatArray, high: FloatArray, group: IntArray) -> BoolArr
         rest = np.setdiff1d(np.arange(len(low)), rows)
         # Under the rest: at least half of it is above, and nearly none below, such as the legs of a table.
         above, below = np.count_nonzero(middle[rest] > top), np.count_nonzero(middle[rest] < bottom)
+        if bottom > touch and (np.abs(low[rest, 1]) <= touch).any():
+            continue  # the rest stands on y = 0, as the poles of a stall beside its counter
         own = float(np.prod((high[rows].max(axis=0) - low[rows].min(axis=0))[[0, 2]]))
         broadest = float(np.prod((high - low)[rest][:, [0, 2]], axis=1).max(initial=0.0))
         if len(rest) and own > GROUND_MARGIN * broadest and 2 * above >= len(rest) and below <= GROUND_BELOW * len(low):

@@ -35,8 +35,12 @@ PLANE = -1  # number of the ground plane where contacts name bodies
 _MAX_GROUPS = 200  # of a linear program; of larger ones, each body is judged by the hull of its own contacts
 _RAYS = 8  # of a friction cone; a pyramid of 8 rays holds up to 8 % less than the cone
 _MAX_SLACK = 2e-3  # relative to weight, and to weight times size: HiGHS is exact to 1e-7, contact regions to 1e-3
+_SETTLED_TILT = math.radians(10.0)  # within which a body on a round foot comes to rest without toppling
 _TILT = math.radians(0.5)  # of a test of a round foot: large against rounding, small against a polygon of 64 sides
 _MIN_RISE = -1e-9  # relative to a body's size: a ball neither rises nor falls when it rolls
+_NARROW_REGION = (
+    1e-2  # relative to a body's size: the region in which a ball touches a plane, 1.3e-3 for a bowling ball
+)
 _NARROW = 1e-3  # relative to a body's size: a narrower foot is an edge or a point
 _STEEP, _LEVEL = 0.95, 1e-3  # vertical components of normals: of a face that clamps, and of two that do not lift
 _SLIVER = 4.0  # squared contact tolerances: a sideways region of this area is the edge of one below
@@ -164,6 +168,8 @@ class Statics:
             points = self.solids.common_points(i, j, -reach * direction)  # the second is pushed into the first
             if len(points):
                 normal = _plane_normal(points, direction)
+                if abs(normal @ direction) < np.abs(normal).max() - _TIE:
+                    continue  # a face is met along its dominant axis: pushed along another, its side is arbitrary
                 if direction[1] != 0.0 or area_of(points, normal) > _SLIVER * reach**2:
                     faces.append((normal, extreme_points(points, normal)))
         return faces
@@ -320,25 +326,27 @@ class Statics:
 
         Its own foot must be narrow, and below the center; the height of the center is then the support function.
         """
-        if width_of(supports[:, [0, 2]]) > _NARROW * size:
-            return False
-        if float(np.linalg.norm(supports[:, [0, 2]] - center[[0, 2]], axis=1).min()) > 2.0 * _NARROW * size and (
-            beyond_edge(supports[:, [0, 2]], center[[0, 2]])[0] > 2.0 * _NARROW * size
-        ):
+        if width_of(supports[:, [0, 2]]) > _NARROW_REGION * size:
             return False
         rows = np.concatenate([self.bodies.members[int(body)] for body in members])
         solids = self.solids.solids.take(rows)
-        rise = [self._height(solids, center, azimuth) for azimuth in (None, *np.arange(8) * (math.pi / 4.0))]
-        return min(rise[1:]) - rise[0] >= _MIN_RISE * size and self._has_narrow_foot(rows, size)
+        flat = supports[:, [0, 2]]
+        apart = float(np.linalg.norm(flat - center[[0, 2]], axis=1).min())
+        is_above = min(apart, beyond_edge(flat, center[[0, 2]])[0]) <= 2.0 * _NARROW * size
+        upright = self._height(solids, center, None, 0.0)
+        # What is not right above its foot may still come to rest within a small angle, as a fish on its belly.
+        rise = min(
+            self._height(solids, center, azimuth, _TILT if is_above else _SETTLED_TILT) - upright
+            for azimuth in np.arange(8) * (math.pi / 4.0)
+        )
+        return rise >= _MIN_RISE * size and self._has_narrow_foot(rows, size)
 
     @staticmethod
-    def _height(solids: PosedForms, center: FloatArray, azimuth: float | None) -> float:
-        """Return the height of a center above a plane that supports solids, tilted towards an azimuth."""
+    def _height(solids: PosedForms, center: FloatArray, azimuth: float | None, tilt: float) -> float:
+        """Return the height of a center above a plane that supports solids, tilted by an angle towards an azimuth."""
         down = np.array([0.0, -1.0, 0.0])
         if azimuth is not None:
-            down = np.array(
-                [math.sin(_TILT) * math.cos(azimuth), -math.cos(_TILT), math.sin(_TILT) * math.sin(azimuth)]
-            )
+            down = np.array([math.sin(tilt) * math.cos(azimuth), -math.cos(tilt), math.sin(tilt) * math.sin(azimuth)])
         points = solids.support(np.broadcast_to(down, (len(solids), 3)))
         return float((points @ down).max() - center @ down)
 
@@ -488,6 +496,7 @@ class Statics:
                 yield link
 
 
+_TIE = 1e-6  # of a unit normal: faces at 45 degrees are met along both axes
 _DIRECTIONS = tuple(sign * axis for axis in np.eye(3)[[1, 0, 2]] for sign in (1.0, -1.0))
 
 

@@ -49,6 +49,7 @@ LIKELY = Tolerance(0.8, "confidence", "the others leave one place, turn or size"
 DOUBTFUL = Tolerance(0.6, "confidence", "a quarter turn, the end of a row or a place at the edge may be meant: a note")
 
 _MIN_SIBLINGS = 4
+_FEW_OF_ONE_SHAPE = 8  # fewer siblings of which one differs in one extent: a digit has up to seven bars, of two shapes
 _MAX_SIBLINGS = 1_000  # of a group that are examined
 _MAX_GROUPS = 400  # of a frame that are examined
 _MAX_SUSPECTS = 8  # of a row that are left out in turn
@@ -187,22 +188,12 @@ class _Frame:
 
     def __init__(self, facts: FrameFacts) -> None:
         self.facts, self.ancestry = facts, facts.ancestry
-        self.first, self.last = self._ranges()
+        # The half-open range of the solids of every instance, which are in depth-first order.
+        self.first, last = self.ancestry.ranges(self.ancestry.primitives[facts.solids.row])
+        self.last = last + 1
         self.box_of_node: dict[int, tuple[FloatArray, FloatArray] | None] = {}
         self.parts: dict[int, IntArray] = {}
         self.singles: dict[int, list[int]] = {}
-
-    def _ranges(self) -> tuple[IntArray, IntArray]:
-        """Return the half-open range of the solids of every instance, which are in depth-first order."""
-        ancestry, count = self.ancestry, len(self.facts.solids)
-        first, last = np.full(len(ancestry), count), np.full(len(ancestry), -1)
-        rows = ancestry.primitives[self.facts.solids.row]
-        first[rows] = last[rows] = np.arange(count)
-        for depth in range(ancestry.max_depth, 0, -1):
-            level = np.flatnonzero(ancestry.depth == depth)
-            np.minimum.at(first, ancestry.parent[level], first[level])
-            np.maximum.at(last, ancestry.parent[level], last[level])
-        return first, last + 1
 
     def rows(self, instance: int) -> IntArray:
         """Return the solids of an instance."""
@@ -681,16 +672,17 @@ class _Group:
         factor = float(factors[member, np.argmax(np.abs(np.log(factors[member])))])
         ratio = max(factor, 1.0 / factor)
         is_slip = any(abs(ratio / slip - 1.0) < SHIFTED_DIGIT for slip in _SLIPS)
-        if ratio >= STRANGE_SIZE:
+        is_whole = float(np.ptp(np.log(factors[member]))) < EXACT
+        if ratio >= STRANGE_SIZE and not is_whole and count < _FEW_OF_ONE_SHAPE:
+            confidence = DOUBTFUL  # the bars of a digit are of two lengths
+        elif ratio >= STRANGE_SIZE:
             confidence = SURE if is_slip else LIKELY
         elif ratio >= 1.0 + ASTRAY and count >= 6 and self._is_regular(member):
             confidence = DOUBTFUL
         else:
             return
         how = f"{ratio:.3g} times as {'large' if factor > 1 else 'small'} as the others"
-        evidence = f'is in one extent {how}: {count - 1} of {count} "{self.word}" are equal'
-        if np.ptp(np.log(factors[member])) < EXACT:
-            evidence = evidence.replace("in one extent ", "")
+        evidence = f'is {"" if is_whole else "in one extent "}{how}: {count - 1} of {count} "{self.word}" are equal'
         yield self.intention("size", member, evidence, confidence)
 
     # --- symmetry ----------------------------------------------------------------------------------------------------

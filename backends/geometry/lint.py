@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from scenelang.backends.facts.bodies import is_shape
 from scenelang.backends.facts.contacts import are_slim
 from scenelang.backends.facts.frame import FrameFacts, Verdict
 from scenelang.backends.facts.statics import PLANE
@@ -20,6 +21,7 @@ from scenelang.backends.facts.tolerances import (
     CONTACT_ERROR,
     COPLANAR_AREA,
     PLANTED,
+    SEAM,
     SHALLOW,
     SLIM,
     SUNK_BASE,
@@ -32,7 +34,7 @@ from scenelang.backends.geometry.hidden import duplicates, hidden_solids
 from scenelang.backends.geometry.intention import intentions
 from scenelang.backends.geometry.trials import helpful_move
 from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, hull_of
-from scenelang.backends.surfaces.distance import IntArray
+from scenelang.backends.surfaces.distance import IntArray, distances
 from scenelang.backends.surfaces.marks import Marks
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Span
@@ -47,6 +49,7 @@ _MAX_CHECKED_FRAMES = 12  # of a video: a finding counts if it holds in most, an
 _MAX_TOTAL_PRIMITIVES = 100_000  # of all checked frames together
 _MAX_DIAGNOSTICS = 20  # findings of a report; further ones are counted
 _SURE = 0.8  # confidence from which an outlier is a warning
+_MAX_NEAREST = 16  # solids, nearest by their boxes, of which the nearest is chosen by exact distances
 _MAX_MOVES = 4  # findings of a scene for which moves are tried, the gravest
 
 
@@ -220,7 +223,7 @@ class CheckedFrame:
             on_ground = bool(facts.ground.solids[lower])
             beside = float(high[lower, 1] - facts.bodies.low[bodies[0], 1]) > 2.0 * depth  # of two chairs in each other
             if on_ground or not (joined or facts.ground.solids[upper] or beside):
-                level = self._is_level(lower) and (self._is_level(upper) or self._is_round(upper))
+                level = self._is_level(lower, 1.0) and (self._is_level(upper, -1.0) or self._is_round(upper))
                 if on_ground or (level and not self._is_narrower(lower, upper)):
                     return self._sunk(bodies[0], lower, depth, upper)
                 return None
@@ -235,9 +238,21 @@ class CheckedFrame:
         note = "" if self.solids.opaque[[i, j]].all() else "in something that light passes"
         if self._is_round(i) and self._is_round(j):
             note = note or "both are round"
-        if facts.is_threaded(row) and facts.is_enclosed(row, along):
+        if facts.is_threaded(row) and (
+            facts.is_enclosed(row, along) or self._is_round(i) or self._is_round(j)  # a float on its line
+        ):
             note = note or "a rod"
+        if self._is_seam(i, j, depth, along):
+            note = note or "a seam"
         return Finding("deep", subject, other, depth, (x, y, z), note=note)
+
+    def _is_seam(self, i: int, j: int, depth: float, along: FloatArray) -> bool:
+        """Return whether a shape without a word of its own runs a little into what it is built with."""
+        bodies, facts = self.facts.bodies, self.facts
+        pair = bodies.body[[i, j]].tolist()
+        if all(facts.words_of(k) and not is_shape(facts.ancestry.entity(int(bodies.instance[k]))) for k in pair):
+            return False
+        return any(depth <= SEAM * float(np.abs(along) @ bodies.size[k]) + self.solids.touch for k in pair)
 
     def _upper(self, i: int, j: int) -> tuple[int, int]:
         """Return two solids, that of the upper body first; the ground is below everything."""
@@ -261,9 +276,13 @@ class CheckedFrame:
         size = (self.solids.boxes[1] - self.solids.boxes[0])[[i, j]][:, [0, 2]]
         return bool((size[0] < size[1]).all())
 
-    def _is_level(self, i: int) -> bool:
-        """Return whether a solid has a level face."""
-        return any(abs(float(normal[1])) > 0.99 for normal, _ in faces_of(self.solids.solids, i))
+    def _is_level(self, i: int, side: float) -> bool:
+        """Return whether a solid has a level face on its upper (1) or lower (-1) side."""
+        return any(side * float(normal[1]) > 0.99 for normal, _ in faces_of(self.solids.solids, i))
+
+    def _has_base(self, i: int) -> bool:
+        """Return whether a solid has a flat face that looks down, level or not: a ball and a lying log have none."""
+        return any(float(normal[1]) < -0.1 for normal, _ in faces_of(self.solids.solids, i))
 
     def _sunk(self, body: int, lower: int | None, depth: float, upper: int | None) -> Finding | None:
         """Return the finding about a body that is in the ground or in what it stands on, None if it is not deep."""
@@ -274,7 +293,9 @@ class CheckedFrame:
             depth = max(depth, min(float(high[lower, 1] - bodies.low[body, 1]), float(bodies.size[body, 1])))
         height = float(bodies.size[body, 1])
         room = min(self.solids.touch, TOUCH_OF_SOLIDS * float(np.linalg.norm(bodies.size[body])))
-        if depth <= max(SUNK_BASE * height, CONTACT_ERROR * room):
+        if depth <= max(SUNK_BASE * height, CONTACT_ERROR * room) or (
+            lower is None and (self._is_beside_ground(body) or self._is_in_pit(body))
+        ):
             return None
         rows = bodies.members[body]
         level = self.facts.ground.height if lower is None else float(high[lower, 1])
@@ -284,20 +305,47 @@ class CheckedFrame:
         on_ground = lower is None or bool(self.facts.ground.solids[lower])
         if not on_ground and not self.solids.opaque[[lower, rows[0]]].all():
             note = "in something that light passes"
-        elif on_ground and len(below) and all(self._is_round(int(k)) for k in below):
+        elif on_ground and not any(self._has_base(int(k)) for k in rows):
             note = "it is round"
-        elif foot * SLIM <= height or (on_ground and self._is_planted(body, below, level)):
+        elif foot * SLIM <= height or (
+            (lower is None or self._is_floor(lower, body)) and self._is_planted(body, below, level)
+        ):
             note = "its foot is slim"
         elif lower is None and self._hangs(body):
             note = "it hangs"
         subject = int(upper if upper is not None else rows[np.argmin(low[rows, 1])])
         return Finding("sunk", subject, lower, depth, (0.0, depth, 0.0), note=note)
 
+    def _is_floor(self, lower: int, body: int) -> bool:
+        """Return whether a solid is broader than a body in both horizontal directions."""
+        low, high = self.solids.boxes
+        return bool(((high - low)[lower] > self.facts.bodies.size[body])[[0, 2]].all())
+
+    def _is_in_pit(self, body: int) -> bool:
+        """Return whether a body below the ground plane lies on another one that is lower: a duck in a lock."""
+        bodies = self.facts.bodies
+        others = [link.other if link.body == body else link.body for link in self.facts.statics.of_body[body]]
+        return any(
+            other != PLANE and bodies.low[other, 1] < bodies.low[body, 1] - self.solids.touch for other in others
+        )
+
+    def _is_beside_ground(self, body: int) -> bool:
+        """Return whether a body stands beside the ground and no deeper, as a platform at a track."""
+        bodies, ground, room = self.facts.bodies, self.facts.ground.solids, self.solids.touch
+        if not ground.any():
+            return False
+        low, high = self.solids.boxes[0][ground], self.solids.boxes[1][ground]
+        over = ((bodies.low[body] < high - room) & (bodies.high[body] > low + room))[:, [0, 2]].all(axis=1)
+        return not over.any() and bool(bodies.low[body, 1] >= low[:, 1].min() - room)
+
     def _is_planted(self, body: int, below: IntArray, level: float) -> bool:
         """Return whether all that a body has in the ground are slim legs, by a part of their length, as its equals."""
         facts, (low, high) = self.facts, self.solids.boxes
-        slim = are_slim(self.solids, below)
-        if not len(below) or not slim.all() or (level - low[below, 1] > PLANTED * (high - low)[below, 1]).any():
+        if not len(below) or not are_slim(self.solids, below).all():
+            return False
+        if SLIM * float(facts.bodies.size[body, [0, 2]].min()) <= facts.bodies.size[body, 1]:
+            return True  # a fence or a sign would not stand otherwise
+        if (level - low[below, 1] > PLANTED * (high - low)[below, 1]).any():
             return False
         entity = self.facts.ancestry.node[facts.bodies.instance]
         equals = np.flatnonzero(entity == entity[body])
@@ -339,10 +387,11 @@ class CheckedFrame:
         low, high = self.solids.boxes
         lowest = float(facts.bodies.low[members, 1].min())
         below_plane = facts.ground.height - float(facts.bodies.high[members, 1].max())
-        if below_plane > 0.0 and not facts.ground.solids.any():
+        others = np.flatnonzero(~np.isin(facts.bodies.body, members))
+        in_pit = bool((low[others, 1] < lowest - self.solids.touch).any())
+        if below_plane > 0.0 and not facts.ground.solids.any() and not in_pit:
             depth = facts.ground.height - lowest
             return Finding("sunk", int(rows[0]), None, depth, (0.0, depth, 0.0), note=verdict.note)
-        others = np.flatnonzero(~np.isin(facts.bodies.body, members))
         least, most = facts.bodies.low[members].min(axis=0), facts.bodies.high[members].max(axis=0)
         below = others[((low[others] < most) & (high[others] > least))[:, [0, 2]].all(axis=1)]
         below = below[high[below, 1] <= lowest + self.solids.touch]
@@ -353,8 +402,10 @@ class CheckedFrame:
                 drop, support = lowest - float(high[highest, 1]), highest
         if drop <= self.solids.touch and len(others):  # beside or below what it should touch
             apart = np.maximum(np.maximum(low[others] - most, least - high[others]), 0.0)
-            nearest = int(np.argmin(np.linalg.norm(apart, axis=1)))
-            drop, support = float(np.linalg.norm(apart[nearest])), int(others[nearest])
+            near = np.argsort(np.linalg.norm(apart, axis=1))[:_MAX_NEAREST]
+            pairs = np.stack(np.meshgrid(rows, others[near], indexing="ij"), -1).reshape(-1, 2)
+            gaps = distances(self.solids.pairs(pairs))
+            drop, support = float(gaps.min()), int(pairs[np.argmin(gaps), 1])
         return Finding("floating", int(rows[np.argmin(low[rows, 1])]), support, drop, note=verdict.note)
 
     def _falling(self, body: int, verdict: Verdict) -> Finding:
@@ -422,19 +473,21 @@ class CheckedFrame:
         members = self.members(finding)
         if finding.kind in ("twin", "hidden", "coplanar", "outlier") or not len(members):
             return None
-        before = self._physical()
+        before, identity = self._identities(), self._identity(finding)
 
         def helps(facts: FrameFacts) -> bool:
             """Return whether the finding is gone, and none is new."""
-            after = CheckedFrame(facts.root, facts)._physical()
-            return after[self._identity(finding)] < before[self._identity(finding)] and not after - before
+            if identity[0] == "falls" and not facts.verdicts[int(facts.bodies.body[finding.body])].holds:
+                return False  # on another that floats, it would be a part of that one's finding
+            after = CheckedFrame(facts.root, facts)._identities()
+            return after[identity] < before[identity] and not after - before
 
         first = () if finding.move is None else (finding.move,)
         return helpful_move(self.facts, members, helps, first, contacts=finding.kind == "floating")
 
-    def _physical(self) -> Counter[tuple[object, ...]]:
-        """Return the number of findings of each identity, without outliers: those are judged by instances' poses."""
-        return Counter(self._identity(finding) for finding in self.findings if finding.kind != "outlier")
+    def _identities(self) -> Counter[tuple[object, ...]]:
+        """Return the number of findings of each identity; guesses are none."""
+        return Counter(self._identity(f) for f in self.findings if f.kind != "outlier" or not f.note)
 
     def _identity(self, finding: Finding) -> tuple[object, ...]:
         """Return the kind of a finding and the body that it is about, which a move does not change."""
@@ -693,7 +746,7 @@ _NOTES = {
     "glued": "it is held if it is fastened to what it touches",
     "anchored": "it stands if it is anchored in the ground",
     "heavy foot": "it stands if its foot is much heavier than the rest",
-    "it is round": "it is round, and may be half buried",
+    "it is round": "it has no flat base, and may be half buried",
     "part of one body": "it is inside one object, where it only costs",
     "small": "the faces are small",
     "it hangs": "something else carries it",
@@ -701,6 +754,7 @@ _NOTES = {
     "both are round": "both are round, and may be soft",
     "in something that light passes": "it may be in water or air",
     "a rod": "it may be a rod in its bearing",
+    "a seam": "it may be built into it",
     "a guess": "it may be meant",
     "by its word": "its word says that it may be meant",
 }

@@ -13,7 +13,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # behind the tests, whose packages have the names of some benchmarks
 from everyday import findings_of, is_found, is_note
 
-SETS = (BENCHMARKS / "everyday", BENCHMARKS / "everyday" / "second")
+SETS = (BENCHMARKS / "everyday", BENCHMARKS / "everyday" / "second", BENCHMARKS / "everyday" / "third")
 FAULTS = [(folder, fault) for folder in SETS for fault in json.loads((folder / "faults" / "faults.json").read_text())]
 SOUND = [
     path
@@ -21,10 +21,15 @@ SOUND = [
     for pattern in ("sound/*.scene", "faults/*.good.scene")
     for path in sorted(folder.glob(pattern))
 ]
-MISSED = {"23_ulmet.scene"}  # the leg of a table whose top alone is in balance on the other three
-ALARMED = {  # known false alarms: parts of buildings that run into each other, deep legs, solid models of hollow things
-    "15_truss_bridge", "25_leiterwagen", "30_bahnhof", "50_hux", "51_arax", "53_cadge", "54_tubb", "06_lap_counter",
-    "07_sand_castle", "10_goat_pasture", "16_bauernstube.good",
+MISSED = {
+    "23_ulmet.scene",  # the leg of a table whose top alone is in balance on the other three
+    "14_interpenetrating_konzertbuehne.scene",  # a rod through a piano: a note
+    "22_misplaced_duvander.scene",  # a drawer that its case holds, also through its side
+    "24_intention_reading_nook.scene",  # an armchair with 30 radians and no siblings: W402 of the checker tells it
+    "26_intention_konzertbuehne.scene",  # one of two curtains
+}
+ALARMED = {  # known false alarms: posts in footings, what stands by a tiny overlap, and by a margin of .5 mm
+    "25_leiterwagen", "50_hux", "51_arax", "53_cadge", "05_canal_lock", "31_vogelscheuche", "33_wippe",
 }  # fmt: skip
 
 

@@ -147,6 +147,7 @@ def hall(rows: int) -> Scene:
     return scene
 
 
+@pytest.mark.slow
 def test_four_times_the_primitives_take_four_times_the_work() -> None:
     """Things are compared with those near them, not with all."""
 

@@ -86,7 +86,8 @@ def verdicts(commands: list[tuple[str, ...]], folder: Path) -> dict[str, tuple[i
     return found
 
 
-@pytest.mark.parametrize("commands", [SMALL, pytest.param(LONG, marks=pytest.mark.slow)], ids=["small", "long"])
+@pytest.mark.slow
+@pytest.mark.parametrize("commands", [SMALL, LONG], ids=["small", "long"])
 def test_a_verdict_does_not_depend_on_the_load(commands: list[tuple[str, ...]], folder: Path) -> None:
     alone = verdicts(commands, folder)
     with busy():
