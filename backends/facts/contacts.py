@@ -120,23 +120,28 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     i, j = contacts.pairs[row].tolist()
     along, depth, room = contacts.along(row), contacts.depth(row), float(contacts.room[row])
     if solids.aligned[i] and solids.aligned[j]:
-        return _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
+        return np.asarray(rectangles_of(solids, contacts.pairs[row : row + 1], along[None])[0], np.float64)
     thin = _THICKNESS * room  # of the region: a thicker one would be broader than an edge
     push = 0.0  # of what overlaps: it lies in a hollow of its own shape
     if depth <= room:
         push = depth - thin if depth > thin else -float(contacts.gaps[row]) - thin
     points = solids.common_points(i, j, along * push)
-    return extreme_points(points, along) if len(points) else _rectangle(solids, i, j, int(np.argmax(np.abs(along))))
+    if len(points):
+        return extreme_points(points, along)
+    return np.asarray(rectangles_of(solids, contacts.pairs[row : row + 1], along[None])[0], np.float64)
 
 
-def _rectangle(solids: Bodies, i: int, j: int, axis: int) -> FloatArray:
-    """Return the four corners (4, 3) of the common face of two boxes, perpendicular to an axis."""
-    low, high = np.maximum(solids.boxes[0][i], solids.boxes[0][j]), np.minimum(solids.boxes[1][i], solids.boxes[1][j])
-    low, high = np.minimum(low, high), np.maximum(low, high)
-    first, second = (k for k in range(3) if k != axis)
-    corners = np.tile((low + high) / 2.0, (4, 1))
-    corners[:, first] = [low[first], high[first], high[first], low[first]]
-    corners[:, second] = [low[second], low[second], high[second], high[second]]
+def rectangles_of(solids: Bodies, pairs: IntArray, along: FloatArray) -> FloatArray:
+    """Return the corners (M, 4, 3) of the common faces of pairs (M, 2) of boxes, perpendicular to normals (M, 3)."""
+    (low, high), rows = solids.boxes, np.arange(len(pairs))
+    lower, upper = np.maximum(low[pairs[:, 0]], low[pairs[:, 1]]), np.minimum(high[pairs[:, 0]], high[pairs[:, 1]])
+    lower, upper = np.minimum(lower, upper), np.maximum(lower, upper)
+    corners = np.repeat(((lower + upper) / 2.0)[:, None], 4, axis=1)
+    across = np.array([[1, 2], [0, 2], [0, 1]])[np.argmax(np.abs(along), axis=1)]
+    for axis, (x, y, z, w) in zip(across.T, ((0, 1, 1, 0), (0, 0, 1, 1))):
+        ends = np.stack([lower[rows, axis], upper[rows, axis]])
+        for corner, end in enumerate((x, y, z, w)):
+            corners[rows, corner, axis] = ends[end]
     return corners
 
 

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scenelang.backends.facts.bodies import BodySet, grouped, is_shape
 from scenelang.backends.facts.contacts import Contacts, are_slim, area_of, own_sides
 from scenelang.backends.facts.ground import Ground, ground_of, walls_of
-from scenelang.backends.facts.statics import PLANE, STANDS, Balance, BodyContact, Statics
+from scenelang.backends.facts.statics import PLANE, STANDS, Balance, BodyContact, Statics, members_of
 from scenelang.backends.facts.tolerances import (
     BURIED,
     CAGE_DROP,
@@ -221,8 +221,9 @@ class FrameFacts:
             for _ in range(_ROUNDS):
                 failing = {number for number, balance in balances.items() if balance.kind != "stands"}
                 fresh: list[tuple[int, int]] = []
+                rows_of = members_of(group)
                 for number in sorted(failing):
-                    members = np.flatnonzero(group == number)
+                    members = rows_of[number]
                     for link, note in holds(members, group):
                         other = link.other if link.body in members else link.body
                         if holds != self._joints and other != PLANE and int(group[other]) in failing:

@@ -20,11 +20,11 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet
-from scenelang.backends.facts.contacts import Contacts, area_of, extreme_points, region_of, rooms_of
+from scenelang.backends.facts.contacts import Contacts, area_of, extreme_points, rectangles_of, region_of, rooms_of
 from scenelang.backends.facts.ground import Ground
 from scenelang.backends.facts.linear import least_slack
 from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, PARALLEL
-from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, plane_axes, width_of
+from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, hull_of, plane_axes, width_of
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios
@@ -97,6 +97,13 @@ STANDS = Balance("stands", -math.inf)
 PIVOTS = Balance("stands", -0.0)  # about a point or an edge, and comes back: it hangs, or its foot is round
 
 
+def members_of(group: IntArray) -> dict[int, IntArray]:
+    """Return the rows of each number of an array (B,), ascending."""
+    order = np.argsort(group, kind="stable")
+    numbers, starts = np.unique(group[order], return_index=True)
+    return dict(zip(numbers.tolist(), np.split(order, starts[1:])))
+
+
 @lru_cache(maxsize=256)
 def _vertices(form: CanonicalForm, ratios: Ratios) -> FloatArray:
     """Return the vertices (K, 3) of a primitive in its own frame."""
@@ -123,6 +130,8 @@ class Statics:
         self.solids, self.bodies, self.contacts, self.ground, self.fixed = solids, bodies, contacts, ground, fixed
         self._before, self._moved = before
         self._faces: dict[tuple[int, int], list[tuple[FloatArray, FloatArray]]] = {}  # normals and regions, by solids
+        self._has_friction = not np.isnan(bodies.friction).all()
+        self._hulls: dict[tuple[int, ...], tuple[Balance, bool]] = {}  # of groups, by their bodies
         self._solved: dict[object, list[Balance]] = {}  # of connected groups, by their solids
         self.links = [*self._between_bodies(), *self._with_plane()]
         self.of_body: list[list[BodyContact]] = [[] for _ in range(len(bodies))]
@@ -137,9 +146,13 @@ class Statics:
         first, second = owner[contacts.pairs].T
         rows = np.flatnonzero((first != second) & ~(self.fixed[first] & self.fixed[second]))
         depths, normals = contacts.depths(rows)
-        for row, depth, along in zip(rows.tolist(), depths.tolist(), normals):
-            for normal, points in self._faces_of(row, depth, along):
-                yield BodyContact(int(second[row]), int(first[row]), row, points, normal, depth)
+        aligned = self.solids.aligned[contacts.pairs[rows]].all(axis=1)
+        regions = iter(rectangles_of(self.solids, contacts.pairs[rows[aligned]], normals[aligned]))
+        bodies = np.stack([second[rows], first[rows]], axis=1).tolist()
+        for k, (row, depth, is_aligned) in enumerate(zip(rows.tolist(), depths.tolist(), aligned.tolist())):
+            faces = [(normals[k], next(regions))] if is_aligned else self._faces_of(row, depth, normals[k])
+            for normal, points in faces:
+                yield BodyContact(*bodies[k], row, points, normal, depth)
 
     def _faces_of(self, row: int, depth: float, along: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Return the normals and regions of a contact, from before if its solids did not move."""
@@ -226,15 +239,19 @@ class Statics:
         held = set(group[self.fixed | self.bodies.floating].tolist())
         known: dict[int, Balance] = dict.fromkeys(held, STANDS)
         open_groups: set[int] = set()
+        rows_of = members_of(group)
         for number in np.unique(group[judged]).tolist():
             if number in held:
                 continue
-            known[number], sure = self._by_hull(group, number)
+            key = tuple(rows_of[number].tolist())
+            if key not in self._hulls:
+                self._hulls[key] = self._by_hull(group, rows_of[number])
+            known[number], sure = self._hulls[key]
             if not sure:
                 open_groups.add(number)
         for component in self._components(group, held, open_groups):
             if len(component) <= _MAX_GROUPS:
-                known |= self._by_program(group, component, known)
+                known |= self._by_program(group, [rows_of[number] for number in component], component, known)
         return known
 
     def links_of(self, members: Iterable[int], group: IntArray) -> Iterator[tuple[BodyContact, FloatArray]]:
@@ -249,6 +266,8 @@ class Statics:
 
     def center_of(self, members: IntArray) -> FloatArray:
         """Return the center of mass (3,) of bodies."""
+        if len(members) == 1:
+            return np.asarray(self.bodies.center[members[0]], np.float64)
         mass = self.bodies.mass[members]
         return np.asarray((self.bodies.center[members] * mass[:, None]).sum(axis=0) / mass.sum(), np.float64)
 
@@ -290,12 +309,13 @@ class Statics:
 
     def _friction(self, link: BodyContact) -> float:
         """Return the coefficient of friction of a contact: the larger given one, else the default."""
+        if not self._has_friction:
+            return float(FRICTION)
         given = self.bodies.friction[[link.body] if link.other == PLANE else [link.body, link.other]]
         return float(np.nanmax(given)) if not np.isnan(given).all() else float(FRICTION)
 
-    def _by_hull(self, group: IntArray, number: int) -> tuple[Balance, bool]:
+    def _by_hull(self, group: IntArray, members: IntArray) -> tuple[Balance, bool]:
         """Return the balance of a group by the hull of its supports, and whether that is sure."""
-        members = np.flatnonzero(group == number)
         supports, loads, aside = self.supports_of(members, group)
         low, high = self.bodies.low[members].min(axis=0), self.bodies.high[members].max(axis=0)
         breadth, center = float((high - low)[[0, 2]].max()), self.center_of(members)
@@ -303,17 +323,16 @@ class Statics:
             return Balance("falls", math.inf), not aside
         if float(supports[:, 1].max()) > center[1] + BALANCE * float(high[1] - low[1]):
             return PIVOTS, True  # it hangs: a pendulum swings until its center is below
-        flat = supports[:, [0, 2]]
+        flat = hull_of(supports[:, [0, 2]])
         beyond, nearest = beyond_edge(flat, center[[0, 2]])
-        inward = flat.mean(axis=0) - nearest
-        shift = nearest - center[[0, 2]] + 0.1 * breadth * inward / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
-        shift = np.where(np.abs(shift) >= 0.1 * np.abs(shift).max(), shift, 0.0)  # regions are not quite symmetric
-        balance = Balance("tips", beyond, (float(shift[0]), float(shift[1])))
         if beyond <= -BALANCE * breadth or (beyond < 0.0 and self._bears_shift(flat, center, high - low)):
             return Balance("stands", beyond), all_within(flat, loads[:, [0, 2]], BALANCE * breadth)
         if self._is_round(members, supports, center, max(breadth, float(high[1] - low[1]))):
             return PIVOTS, True
-        return balance, not aside and not len(loads)
+        inward = flat.mean(axis=0) - nearest
+        shift = nearest - center[[0, 2]] + 0.1 * breadth * inward / max(float(np.linalg.norm(inward)), 1e-9 * breadth)
+        shift = np.where(np.abs(shift) >= 0.1 * np.abs(shift).max(), shift, 0.0)  # regions are not quite symmetric
+        return Balance("tips", beyond, (float(shift[0]), float(shift[1]))), not aside and not len(loads)
 
     @staticmethod
     def _bears_shift(flat: FloatArray, center: FloatArray, size: FloatArray) -> bool:
@@ -384,9 +403,10 @@ class Statics:
             done |= component
             yield sorted(component)
 
-    def _by_program(self, group: IntArray, component: Sequence[int], known: dict[int, Balance]) -> dict[int, Balance]:
+    def _by_program(
+        self, group: IntArray, members: Sequence[IntArray], component: Sequence[int], known: dict[int, Balance]
+    ) -> dict[int, Balance]:
         """Return the balances of connected groups by the forces of their contacts."""
-        members = [np.flatnonzero(group == number) for number in component]
         solids = tuple(
             tuple(np.concatenate([self.bodies.members[int(body)] for body in rows]).tolist()) for rows in members
         )
@@ -419,7 +439,7 @@ class Statics:
             if worst[k] <= _MAX_SLACK:
                 verdicts[number] = PIVOTS if pivots[k] else STANDS
             else:
-                before = known[number] if number in known else self._by_hull(group, number)[0]
+                before = known[number] if number in known else self._by_hull(group, members[k])[0]
                 kind = "tips" if before.kind == "stands" else before.kind
                 verdicts[number] = Balance(kind, before.beyond, before.shift)
         failing = {number for number, balance in verdicts.items() if balance.kind != "stands"}

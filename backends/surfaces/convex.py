@@ -411,6 +411,10 @@ def beyond_edge(points: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
 def all_within(points: FloatArray, others: FloatArray, margin: float) -> bool:
     """Return whether all ``others`` (L, 2) are in the convex hull of points (K, 2), or at most ``margin`` outside."""
     corners = hull_of(points)
+    if len(corners) > 2:
+        edges, away = np.roll(corners, -1, axis=0) - corners, others[:, None] - corners
+        outside = (edges[:, 0] * away[..., 1] - edges[:, 1] * away[..., 0] < 0.0).any(axis=1)
+        others = others[outside]
     return all(_beyond(corners, other)[0] <= margin for other in others)
 
 
@@ -437,7 +441,7 @@ def width_of(points: FloatArray) -> float:
 
 def hull_of(points: FloatArray) -> FloatArray:
     """Return the convex hull of points (K, 2), counter-clockwise (monotone chain, Andrew, 1979)."""
-    order = sorted(map(tuple, np.unique(points, axis=0).tolist()))
+    order = sorted(set(map(tuple, points.tolist())))
     if len(order) < 3:
         return np.array(order)
     chains = []
