@@ -136,8 +136,7 @@ def _with_evaluated_parts(
             second = _translation(folded, analyse(folded), with_text, finish)
             if second.ok and (best is None or len(second.text) < len(best.text)):
                 best = second
-            is_short = best is not None and len(best.text) <= len(text.source.text)
-            if best is not None and (is_short or not remaining.has_loops or way == "unrolled"):
+            if best is not None:
                 return best
             more += [d for d in second.diagnostics if d.is_error] if way == ways[0] else []
         if best is not None:

@@ -36,6 +36,7 @@ class UnsupportedPython(Exception):
         super().__init__(message)
         self.message, self.hint, self.name = message, hint, name
         self.node: ast.AST | None = None
+        self.because: tuple[Any, ...] = ()  # values that are not known, where these are the reason
 
 
 class NeedsPrimitives(Exception):

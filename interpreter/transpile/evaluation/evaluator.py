@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -72,6 +73,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 from scenelang.interpreter.transpile.evaluation.residue import (
     Poison,
     Residual,
+    because,
     call_node,
     formatted,
     has_kind,
@@ -192,6 +194,16 @@ class PythonEvaluator:
                 raise UnsupportedPython("this part of the Python runs for too long to be evaluated")
             if resident_bytes() > self._most_bytes:
                 raise UnsupportedPython("this part of the Python needs too much memory to be evaluated")
+
+    @contextmanager
+    def limited(self, steps: int) -> Iterator[None]:
+        """Take at most some steps inside."""
+        whole = self.budget
+        self.budget = StepBudget(min(whole.left, self.steps + steps))
+        try:
+            yield
+        finally:
+            self.budget = whole
 
     def checked(self, value: Any) -> Any:
         """Return a value whose size is within the limits; a large one counts as many steps."""
@@ -926,9 +938,11 @@ class PythonEvaluator:
         try:
             return self.checked(function.function(*plain, **named))
         except TypeError as error:
-            raise renamed(error, *arguments) from None
+            raise because(renamed(error, *arguments), plain) from None
         except StopIteration as error:
             raise Exhausted(error.value) from None
+        except UnsupportedPython as error:
+            raise because(error, plain)
 
     def _argument(self, value: Any) -> Any:
         if isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject):

@@ -27,7 +27,7 @@ from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives,
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator, StepBudget
 from scenelang.interpreter.transpile.evaluation.library import PythonLibrary
-from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Loops, UnrollPlan
+from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Heap, Loops, UnrollPlan
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     Exhausted,
@@ -172,13 +172,9 @@ def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
 
 @dataclass(frozen=True, slots=True)
 class Remaining:
-    """Program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; else None.
-
-    ``has_loops`` tells whether loops or functions of the program have been kept.
-    """
+    """Program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; else None."""
 
     text: PythonText | Diagnostic | None
-    has_loops: bool = False
 
 
 def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str, budget: StepBudget) -> Remaining:
@@ -211,13 +207,13 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
         folding = _evaluated(text, items, evaluated, str(root), plan, budget)
         if folding.error is None:
             rewritten = _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
-            return Remaining(rewritten, folding.loops.is_used)
+            return Remaining(rewritten)
         if not folding.draws:
             return Remaining(_problem(text, folding, folding.error))
     folding = _evaluated(text, items, reached, str(root), plan, budget, True)
     if folding.error is not None:
         return Remaining(_problem(text, folding, folding.error))
-    return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)), folding.loops.is_used)
+    return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)))
 
 
 def _evaluated(
@@ -408,6 +404,8 @@ class Folding:
         self.found: Mapping[str, ast.FunctionDef] = {}
         self.error: Exception | None = None
         self.draws = "random" in text.source.text and not has_fixed_draws
+        self._text = text
+        self._required: dict[str, dict[str, Any]] = {}  # arguments of the first call of a function that have no default
 
     def evaluate(self, root: str) -> None:
         """Evaluate the module and its root function; ``found`` or ``error`` is what comes of it."""
@@ -439,11 +437,15 @@ class Folding:
             stream.seed(0)
         self._is_started = True
         self.evaluator.loops = self.loops
+        heap = Heap.of((self.evaluator.module, *self.streams))
         try:
             self._variant(root, function, {})
         except NameError as error:
             failed = self._failed.get(str(error).partition("'")[2].partition("'")[0])
             raise failed or error from None
+        for name in list(self._variants):
+            if heap is not None and heap.is_unchanged():  # else the case may depend on when it is evaluated
+                self._add_case_of_defaults(name, heap)
         return {name: self._definition(name, variants) for name, variants in self._variants.items()}
 
     # --- the helper API ----------------------------------------------------------------------------------------
@@ -702,8 +704,9 @@ class Folding:
         test: dict[str, ast.expr] = {}
         inner: dict[str, Any] = {}
         defaults = defaults_of(function)
+        self._required.setdefault(name, {key: value for key, value in named.items() if key not in defaults})
         general = self._general(name, function, {**defaults, **named})
-        part = Part(self._names)
+        part = Part(self._names, function=getattr(function, "node", None))
         for key, value in {**defaults, **named}.items():
             if type(value) is Residual or key in general or has_residual(value):
                 node = node_of(value)
@@ -746,7 +749,10 @@ class Folding:
             if is_general(value)
         }
         are_integers_specialised = self.loops.level_of(function.node) > 0
-        return {key for key, kind in kinds.items() if kind != "int" or not are_integers_specialised}
+        special = self.loops.special_of(function.node)
+        return {
+            key for key, kind in kinds.items() if key not in special and (kind != "int" or not are_integers_specialised)
+        }
 
     def _parameter(self, name: str, function: Any, key: str, value: Any) -> Any:
         """Return the residual value of a parameter: one, or a tuple of them for a tuple."""
@@ -779,6 +785,25 @@ class Folding:
         """Return the frame of an animation, or the frames of a loop."""
         return shape.node.args[0] if self.loops.is_loop(shape) else node_of(shape)  # type: ignore[attr-defined]
 
+    def _add_case_of_defaults(self, name: str, heap: Heap) -> None:
+        """Evaluate a function for its defaults, which the program itself may never use, if that is possible.
+
+        A case that fails, or that the evaluation has changed meanwhile, is left out: calling it is an error.
+        """
+        function = self._functions[name][0]
+        if not defaults_of(function) or name in self._animations:
+            return
+        before = self._defaults.get(name, {}), self._shown[name], self._variants[name]
+        cases = {given: list(variants) for given, variants in before[2].items()}
+        self._defaults[name], self._shown[name] = {**before[0]}, {*before[1]}
+        self._variants[name] = {given: list(variants) for given, variants in cases.items()}
+        with self.loops.tried() as trial:
+            self._variant(name, function, self._required[name])
+        made = self._variants[name]
+        is_as_before = heap.is_unchanged() and all(made[given] == variants for given, variants in cases.items())
+        if trial.is_failed or not is_as_before:
+            self._defaults[name], self._shown[name], self._variants[name] = before
+
     # --- what remains ------------------------------------------------------------------------------------------
 
     def _definition(self, name: str, found: Mapping[Any, Sequence[Variant]]) -> ast.FunctionDef:
@@ -789,15 +814,17 @@ class Folding:
         known, shown = self._defaults.get(name, {}), self._shown.get(name, set())
         tests_of = [dict(literal) for literal, _ in found]
         same = {key for key in tests_of[0] if all(each.get(key) == tests_of[0][key] for each in tests_of)}
-        passed -= {key for key in same if key not in shown}
+        same = {key for key in same if key not in shown and f"{name}.{key}" in self._objects}
+        passed -= same  # objects that no call names
         names = [each for each in given if each in passed] + sorted(passed - set(given))
         has_states = any(len(variants) > 1 for variants in found.values())
         if has_states and _STATE in names:
             raise UnsupportedPython(f"`{name}` depends on variables that change", f"rename its parameter `{_STATE}`")
         defaults: list[ast.expr] = [
-            *(known.get(each, ast.Constant(None)) for each in names),
+            *(known[each] for each in names if each in known),
             *([ast.Constant(0)] * has_states),
         ]
+        names.sort(key=lambda each: each in known)  # those without a default first
         parameters = [ast.arg(each) for each in (*names, *([_STATE] if has_states else ()))]
         arguments = ast.arguments([], parameters, None, [], [], None, defaults)
         body: list[ast.stmt] = []
@@ -811,7 +838,8 @@ class Folding:
                 ]
                 statements = variant.statements
                 both = ast.BoolOp(ast.And(), tests) if len(tests) > 1 else tests[0] if tests else None
-                body = [ast.If(both, statements, body)] if body and both is not None else statements
+                other = body or [self._unknown_case(name, node)]
+                body = [ast.If(both, statements, other)] if both is not None else statements
         doc = ast.get_docstring(node) if isinstance(node, ast.FunctionDef) else None
         note = "Evaluated from Python; its objects are written as values."
         body = [ast.Expr(ast.Constant(f"{doc}\n\n{note}" if doc else note)), *body]
@@ -825,6 +853,13 @@ class Folding:
         for each in ast.walk(made):
             place(each, node)
         return made
+
+    def _unknown_case(self, name: str, node: ast.AST) -> ast.Raise:
+        """Return the error of a call of a function for arguments for which it has not been evaluated."""
+        span = self._text.span(node)
+        line = span.source.text.count("\n", 0, span.start) + 1
+        text = f"`{name}` (line {line} of the Python) was evaluated for other arguments only: translate it again"
+        return ast.Raise(call_node("ValueError", [ast.Constant(text)]), None)
 
 
 class _Brought(ast.NodeTransformer):

@@ -1,0 +1,119 @@
+"""What becomes of a folder of Python programs: `python benchmarks/modern_python.py FOLDER`.
+
+Each program is translated, and its scene compared with what CPython builds (`tests/transpile/reference_model.py`,
+which executes the programs: give it only those that you trust). A line for each program tells
+
+- *equal*, *different* or *refused*, with the first difference or error;
+- *evaluated* where a function that makes shapes was evaluated, and its loops and arguments are not those of the Python;
+- the datums of the program, against the tokens of the Python; the seconds of CPU.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import io
+import sys
+import time
+import tokenize
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from transpile.cases import first_difference, flattened
+from transpile.reference_model import flatten
+
+from scenelang.grammar.datum import Source, walk
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.grammar.reader import read
+from scenelang.session.session import Session
+
+_LAYOUT = (
+    tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
+    tokenize.ENDMARKER,
+)  # fmt: skip
+NOTE = "Evaluated from Python"
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What becomes of one program; ``detail`` is the first difference, or the error with its line."""
+
+    name: str
+    verdict: str
+    detail: str = ""
+    is_evaluated: bool = False
+    length: float = 0.0
+    seconds: float = 0.0
+
+    def line(self) -> str:
+        flag = "evaluated" if self.is_evaluated else ""
+        return f"{self.name:36} {self.verdict:9} {flag:9} {self.length:6.2f} {self.seconds:6.2f}  {self.detail}"
+
+
+def outcome(path: Path, texts: Path | None = None) -> Outcome:
+    """Translate a program and compare it with CPython; the translation is left in the folder ``texts``."""
+    code = path.read_text("utf-8")
+    session = Session()
+    begin = time.process_time()
+    translation = session.transpile(Source(str(path), code))
+    seconds = time.process_time() - begin
+    if not translation.ok:
+        return Outcome(path.stem, "refused", _first(translation.diagnostics), seconds=seconds)
+    if texts is not None:
+        (texts / f"{path.stem}.scene").write_text(translation.text, "utf-8")
+    result = session.evaluate(Source(f"{path.stem}.scene", translation.text))
+    difference = _first(result.diagnostics) if result.scene is None else first_difference(
+        flattened(result.scene), _expected(code)
+    )  # fmt: skip
+    verdict = "different" if difference else "equal"
+    length = datums_in(translation.text) / tokens_in(code)
+    return Outcome(path.stem, verdict, difference or "", NOTE in translation.text, length, seconds)
+
+
+def _expected(code: str) -> object:
+    with contextlib.redirect_stdout(io.StringIO()):
+        return flatten(code)
+
+
+def _first(diagnostics: tuple[Diagnostic, ...]) -> str:
+    problem = next(d for d in diagnostics if d.is_error)
+    line = problem.span.source.text.count("\n", 0, problem.span.start) + 1 if problem.span is not None else 0
+    return f"{line}: {problem.message}"
+
+
+def datums_in(text: str) -> int:
+    """Return the number of the datums of a program."""
+    return sum(1 for _ in walk(*read(Source("<program>", text)).forms))
+
+
+def tokens_in(code: str) -> int:
+    """Return the number of the tokens of a program that are no comments, docstrings or layout."""
+    docs = sum(
+        isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant) and isinstance(n.value.value, str)
+        for n in ast.walk(ast.parse(code))
+    )
+    return sum(t.type not in _LAYOUT for t in tokenize.generate_tokens(io.StringIO(code).readline)) - docs
+
+
+def main() -> int:
+    folder = Path(sys.argv[1])
+    texts = Path(sys.argv[2]) if len(sys.argv) > 2 else None
+    found = []
+    for path in sorted(folder.glob("*.py")):
+        found.append(outcome(path, texts))
+        print(found[-1].line(), flush=True)
+    equal = [each for each in found if each.verdict == "equal"]
+    lengths = sorted(each.length for each in equal)
+    print(
+        f"{len(found)} programs: {len(equal)} equal, {sum(e.verdict == 'refused' for e in found)} refused, "
+        f"{sum(e.verdict == 'different' for e in found)} different; {sum(e.is_evaluated for e in equal)} evaluated; "
+        f"median length {lengths[len(lengths) // 2] if lengths else 0:.2f}, {sum(x > 3 for x in lengths)} above 3; "
+        f"{sum(e.seconds for e in found):.0f} s"
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
