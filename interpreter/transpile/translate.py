@@ -148,13 +148,16 @@ def _with_evaluated_parts(
 
 
 def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Translation) -> Translation:
-    """Return the errors of a program that can neither be translated nor evaluated."""
-    mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
-    is_confirmed = any(d.span and folded.span and d.span.overlaps(folded.span) for d in mistakes)
-    if folded.name == "python-exception" and not is_confirmed:  # of what runs before it nothing is a mistake
-        mistakes = ()
-    is_mistaken = any(d.name in _MISTAKES for d in mistakes)  # of which the checker may find more
-    return Translation((), "", mistakes or (folded,), translation.partial if is_mistaken else ())
+    """Return the errors of a program that can neither be translated nor evaluated: where its evaluation ends, and why.
+
+    What the translation takes for a mistake may follow from what it does not support, as the methods of a class of
+    which it does not know the base. Only a mistake at the place where Python raises an exception is one: it says more.
+    """
+    place = folded.span
+    mistakes = tuple(d for d in found if d.name in _MISTAKES and d.span and place and d.span.overlaps(place))
+    if folded.name == "python-exception" and mistakes:
+        return Translation((), "", mistakes, translation.partial)  # in which the checker may find more
+    return Translation((), "", (folded,))
 
 
 def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: Finish | None) -> Translation:

@@ -170,7 +170,6 @@ ENDLESS = [
 HINTS = {
     "x = globals()['scene']": "put the functions into a dictionary by name",
     "try:\n    x = 1\nexcept* ValueError:\n    pass": "write `except` without the star",
-    "import logging\nlogging.info('x')": "use `print`",
     "x = np.fft.fft([1])": "add the waves with `np.sin` and `np.cos`",
     "import pathlib\nx = pathlib.Path('a')": "write the data into the program",
 }

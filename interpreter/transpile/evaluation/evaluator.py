@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -47,6 +48,7 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     type_of,
 )
 from scenelang.interpreter.transpile.evaluation.matching import as_conditions, matches
+from scenelang.interpreter.transpile.evaluation.modules import check_digits
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -212,6 +214,8 @@ class PythonEvaluator:
         if kind is int:
             if value.bit_length() > MAX_BITS:
                 raise UnsupportedPython("this number has too many digits")
+        elif kind is Decimal:
+            check_digits(value)
         elif kind is Fraction:
             self.checked(max(abs(value.numerator), value.denominator))
         elif kind in (str, list, tuple, dict, set, bytes):

@@ -399,7 +399,7 @@ class Folding:
         self._variants: dict[str, dict[Any, list[Variant]]] = {}
         self.printed: list[ast.stmt] = []  # by the statements at the top level
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
-        self._failed: dict[str, UnsupportedPython] = {}
+        self._failed: dict[str, Exception] = {}
         self._is_started = False
         self.found: Mapping[str, ast.FunctionDef] = {}
         self.error: Exception | None = None
@@ -428,6 +428,10 @@ class Folding:
             except UnsupportedPython as error:
                 error.node = error.node or item.node
                 self._failed |= dict.fromkeys(item.names, error)
+            except NameError as error:
+                if self._cause_of(error) is error:
+                    raise
+                self._failed |= dict.fromkeys(item.names, self._cause_of(error))
             finally:
                 self.parts.pop()
         if root not in self._functions:
@@ -441,12 +445,15 @@ class Folding:
         try:
             self._variant(root, function, {})
         except NameError as error:
-            failed = self._failed.get(str(error).partition("'")[2].partition("'")[0])
-            raise failed or error from None
+            raise self._cause_of(error) from None
         for name in list(self._variants):
             if heap is not None and heap.is_unchanged():  # else the case may depend on when it is evaluated
                 self._add_case_of_defaults(name, heap)
         return {name: self._definition(name, variants) for name, variants in self._variants.items()}
+
+    def _cause_of(self, error: NameError) -> Exception:
+        """Return what has ended the evaluation of the statement that defines a name, else the error itself."""
+        return self._failed.get(str(error).partition("'")[2].partition("'")[0], error)
 
     # --- the helper API ----------------------------------------------------------------------------------------
 

@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 import numpy as np
 
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython, check_widths, weigh
+from scenelang.interpreter.transpile.evaluation.modules import Elapsed
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -294,6 +295,8 @@ def node_of(value: Any) -> ast.expr:
         value = value.item() if isinstance(value, np.generic) else int(value)
     if isinstance(value, ValueObject):
         value = value.plain()
+    if isinstance(value, Elapsed):
+        bool(value)  # raises an exception
     if isinstance(value, TextMember):
         value = str.__str__(value)
     if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):

@@ -574,9 +574,10 @@ def write_chain(w: Writer, node: ast.Call) -> Code:
 
 
 def write_chain_from_iterable(w: Writer, node: ast.Call) -> Code:
-    return form(
-        "apply", Name("append"), write_iterable(w, arguments_of(w, node, "iterable", "chain.from_iterable")["iterable"])
-    )
+    items = arguments_of(w, node, "iterable", "chain.from_iterable")["iterable"]
+    if any(site.element.kinds & SHAPE for site in w.type(node).sites):  # whose primitives are not taken out
+        return form("union", write_iterable(w, items))
+    return form("apply", Name("append"), write_iterable(w, items))
 
 
 def write_cycle(w: Writer, node: ast.Call) -> Code:
