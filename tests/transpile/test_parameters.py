@@ -114,3 +114,55 @@ def test_a_word_that_depends_on_what_has_happened_has_no_case_for_later() -> Non
     text = text_of("def none() -> Shape:\n    return bar(0, 0, 1)\n\nHEIGHTS = []\n@register()\n" + word,
         "concat_shapes(library_call('step', size=2.0), library_call('step', size=3.0))")  # fmt: skip
     assert called(text, '"step" :size 4.0').scene is None or ":state" in text
+
+
+SPECS = """class Spec(NamedTuple):
+    start: tuple
+    size: float
+class Counted(Part):
+    def __init__(self, x):
+        self.x = x
+        self.times = 0
+
+@register()
+def limb(spec: Spec) -> Shape:
+    beam = Beam(spec.size)
+    return transform_shape(primitive_call('cube', shape_kwargs={'scale': beam.size}), translation_matrix(spec.start))
+
+@register()
+def counted(thing: Counted) -> Shape:
+    thing.times += 1
+    return bar(thing.x, thing.times, 1)"""
+
+
+def transpiled(body: str) -> str:
+    code = HEAD.replace("@register()\n", "from typing import NamedTuple\n") + SPECS + FOOT.format(body)
+    translation = SESSION.transpile(Source("words.py", code))
+    assert translation.ok, told(translation.diagnostics)
+    result = SESSION.evaluate(Source("words.scene", translation.text))
+    assert result.scene is not None, told(result.diagnostics)
+    assert first_difference(flattened(result.scene), flatten(code)) is None
+    return translation.text
+
+
+def test_objects_of_numbers_are_passed_as_their_numbers() -> None:
+    calls = ", ".join(f"library_call('limb', spec=Spec(({i}, {i * i}, 0), {1 + i / 3}))" for i in range(1, 4))
+    text = transpiled(f"concat_shapes({calls})")
+    assert "cond" not in text
+    assert "(ref spec 0)" in text
+
+
+def test_objects_that_a_word_changes_are_not() -> None:
+    transpiled(
+        "(lambda t: concat_shapes(*[library_call('counted', thing=t) for _ in range(2)], bar(t.times, 0, 1)))(Counted(2))"
+    )
+
+
+def test_a_seed_that_a_loop_computes_unrolls_the_loop_only() -> None:
+    word = """def cloud(seed: int, size: float = 1.0) -> Shape:
+    stream = random.Random(seed)
+    return concat_shapes(*[bar(stream.uniform(0, 9), i, size) for i in range(Beam(3).size)])"""
+    text = text_of("def none() -> Shape:\n    return bar(0, 0, 1)\n\nimport random\n@register()\n" + word,
+        "concat_shapes(*[library_call('cloud', seed=10 + i, size=2.0) for i in range(3)])")  # fmt: skip
+    assert "size" in text
+    assert "(= size" not in text

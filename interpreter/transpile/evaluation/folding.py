@@ -31,11 +31,14 @@ from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Heap
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     Exhausted,
+    IntMember,
     Native,
     PythonFunction,
     PythonGenerator,
     PythonObject,
+    TextMember,
     Unroll,
+    ValueObject,
     type_name,
     value_of_error,
 )
@@ -50,7 +53,15 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     is_identity,
     is_shape,
     node_of,
+    parameter_in,
     place,
+)
+from scenelang.interpreter.transpile.evaluation.structures import (
+    as_argument,
+    generalised,
+    is_general,
+    lengths_in,
+    part_of,
 )
 
 MAX_NODES = 60_000  # of a residual function
@@ -676,9 +687,8 @@ class Folding:
         """Return a residual value that is computed once, however often it is used."""
         if isinstance(value.node, ast.Name):
             return value
-        if isinstance(value.node, ast.Subscript) and isinstance(value.node.slice, ast.Constant):
-            if isinstance(value.node.value, ast.Name) and value.node.value.id in self.parts[-1].root.parameters:
-                return Residual(copy.deepcopy(value.node), value.kind, self)  # an item of a parameter
+        if parameter_in(value.node) in self.parts[-1].root.parameters:
+            return Residual(copy.deepcopy(value.node), value.kind, self)  # an item of a parameter
         current = self.parts[-1]
         home = self._names.parts.get(value.name)
         if home is not None and current.reaches(home) and home.values[value.name].node is value.node:
@@ -716,9 +726,9 @@ class Folding:
         part = Part(self._names, function=getattr(function, "node", None))
         for key, value in {**defaults, **named}.items():
             if type(value) is Residual or key in general or has_residual(value):
-                node = node_of(value)
+                node = as_argument(value) if key in general else node_of(value)
                 inner[key] = self._parameter(name, function, key, value)
-                part.parameters[key] = len(value) if isinstance(value, (tuple, list)) else -1
+                part.parameters[key] = lengths_in(key, value)
             else:
                 node = test[key] = self._literal(f"{name}.{key}", value)
             if key not in named:
@@ -728,10 +738,15 @@ class Folding:
             inner.setdefault(key, value)
         self._shown.setdefault(name, set()).update(shown)
         self.parts.append(part)
+        stand_ins = {key: value for key, value in inner.items() if type(value) is PythonObject and value.is_general}
+        before = {key: list(value.fields.items()) for key, value in stand_ins.items()}
         try:
             self.loops.is_used |= bool(general)
             with self.loops.inside(function.node) if general else contextlib.nullcontext():
                 part.result = self._result(name, self.evaluator.call(function, (), inner))
+                changed = {key for key, value in stand_ins.items() if before[key] != list(value.fields.items())}
+                if changed:  # which the caller has to see
+                    raise self.loops.specialised(function.node, changed)
         finally:
             self.parts.pop()
         given = tuple((each, ast.dump(node)) for each, node in test.items()), tuple(sorted(part.parameters))
@@ -753,22 +768,20 @@ class Folding:
         kinds = {
             key: self.loops.kind_of_parameter(name, key, value, function.node)
             for key, value in given.items()
-            if is_general(value)
+            if is_general(value) and key not in self.loops.special_of(function.node)
         }
         are_integers_specialised = self.loops.level_of(function.node) > 0
-        special = self.loops.special_of(function.node)
-        return {
-            key for key, kind in kinds.items() if key not in special and (kind != "int" or not are_integers_specialised)
-        }
+        return {key for key, kind in kinds.items() if kind != "int" or not are_integers_specialised}
 
     def _parameter(self, name: str, function: Any, key: str, value: Any) -> Any:
         """Return the residual value of a parameter: one, or a tuple of them for a tuple."""
         kind = self.loops.kind_of_parameter(name, key, value, getattr(function, "node", None))
-        node = ast.Name(key, ast.Load())
+        if type(kind) is dict:  # the kinds of the numbers in it, by their places
+            return generalised(value, (), lambda path: Residual(part_of(key, path), kind[path], self))
         if isinstance(value, (tuple, list)):
-            items = [Residual(ast.Subscript(node, ast.Constant(i), ast.Load()), kind, self) for i in range(len(value))]
+            items = [Residual(part_of(key, (i,)), kind, self) for i in range(len(value))]
             return type(value)(items) if type(value) in (tuple, list) else tuple(items)
-        return Residual(node, kind, self)
+        return Residual(ast.Name(key, ast.Load()), kind, self)
 
     def _literal(self, place: str, value: Any) -> ast.expr:
         """Return a literal for an argument: the number of the object if it has none."""
@@ -884,17 +897,6 @@ class _Brought(ast.NodeTransformer):
         return self.visit(inner)  # type: ignore[no-any-return]
 
 
-def is_general(value: Any) -> bool:
-    """Return whether a function may be the same for all values like this: a number, or a point or colour."""
-    if isinstance(value, (tuple, list)):
-        return type(value) in (tuple, list) and 2 <= len(value) <= 4 and all(map(_is_plain_number, value))
-    return _is_plain_number(value)
-
-
-def _is_plain_number(value: Any) -> bool:
-    return type(value) in (int, float) or (type(value) is Residual and value.kind in ("int", "float", "number"))
-
-
 def defaults_of(function: Any) -> dict[str, Any]:
     """Return the defaults of the parameters of a function of the program."""
     if type(function) is not PythonFunction:
@@ -930,6 +932,8 @@ def _state(value: Any) -> str:
 def _is_literal(value: Any) -> bool:
     if type(value) is Residual:
         return True
+    if isinstance(value, (ValueObject, PythonObject, TextMember, IntMember)):
+        return False  # it has a class, which a literal has not
     try:
         node_of(value)
     except UnsupportedPython:

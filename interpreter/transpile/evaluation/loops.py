@@ -57,6 +57,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     known_result,
     node_of,
 )
+from scenelang.interpreter.transpile.evaluation.structures import form_of, leaves_of, parts_of
 
 _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
 _MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
@@ -80,6 +81,8 @@ class UnrollPlan:
         Kinds of the parameters of functions that are not specialised, by function and parameter.
     levels
         What is specialised of functions: nothing (0), integers (1) or all (2).
+    forms
+        How the values of these parameters are made that are no numbers, by function and parameter.
     special
         Parameters of functions that are specialised, because the program decides something by them.
     is_off
@@ -89,6 +92,7 @@ class UnrollPlan:
     refused: dict[ast.AST, tuple[ast.AST, ...]] = field(default_factory=dict)
     kinds: dict[str, dict[str, tuple[str, int]]] = field(default_factory=dict)
     levels: dict[ast.AST, int] = field(default_factory=dict)
+    forms: dict[str, dict[str, Any]] = field(default_factory=dict)
     special: dict[ast.AST, frozenset[str]] = field(default_factory=dict)
     is_off: bool = False
     restarts: int = 0
@@ -208,8 +212,11 @@ class Loops:
         names = {name for each in reasons for name in self._folding.parts[-1].names_in(each.node)}
         if not names or not names <= root.parameters.keys():
             return None
-        around = self._around[: self._around.index(root.function)]
-        return Unroll(root.function, tuple(around), parameters=frozenset(names))
+        index = len(self._around) - 1 - self._around[::-1].index(root.function)
+        around = tuple(self._around[:index])
+        if not names <= self.special_of(root.function):
+            return Unroll(root.function, around, parameters=frozenset(names))
+        return Unroll(around[-1], around[:-1]) if around else None  # its arguments are not known in the loop around it
 
     def touch(self, value: Any) -> None:
         """Raise an exception if the body of a loop takes an item of an iterator from before the loop."""
@@ -228,7 +235,7 @@ class Loops:
         """Evaluate what may fail, without any change of the plan."""
         plan = self._plan
         self._plan = copy.copy(plan)
-        self._plan.kinds = copy.deepcopy(plan.kinds)
+        self._plan.kinds, self._plan.forms = copy.deepcopy(plan.kinds), copy.deepcopy(plan.forms)
         trial = Trial()
         try:
             with self._evaluator.limited(_MOST_STEPS_OF_TRIAL):
@@ -472,8 +479,23 @@ class Loops:
         """Return whether a value belongs to one branch of a condition, so that it may not be computed before."""
         return bool(self._branches) and id(value) not in self._branches[-1].seen
 
-    def kind_of_parameter(self, name: str, key: str, value: Any, function: ast.AST | None) -> str:
-        """Return the kind of a parameter, or of its items; all calls of a function have to agree."""
+    def specialised(self, function: ast.AST, parameters: Iterable[str]) -> Unroll:
+        """Return the exception that specialises some parameters of a function."""
+        return Unroll(
+            function, tuple(each for each in self._around if each is not function), False, frozenset(parameters)
+        )
+
+    def kind_of_parameter(self, name: str, key: str, value: Any, function: ast.AST | None) -> Any:
+        """Return the kind of a parameter, or of its items; all calls of a function have to agree.
+
+        For a value that is made of others these are the kinds of the numbers in it by their places.
+        """
+        if parts_of(value) is not None and type(value) not in (tuple, list):
+            forms = self._plan.forms.setdefault(name, {})
+            if forms.setdefault(key, form_of(value)) != form_of(value) and function is not None:
+                raise self.specialised(function, {key})
+            leaves = list(leaves_of(value))
+            return {path: self.kind_of_parameter(name, f"{key}{path}", each, function) for path, each in leaves}
         items = value if isinstance(value, (tuple, list)) else [value]
         kind = _common_kind(items)
         length = len(value) if isinstance(value, (tuple, list)) else -1

@@ -103,7 +103,7 @@ def plain_modules() -> dict[str, dict[str, Any]]:
             "pack": Native("struct.pack", _packed), "calcsize": Native("struct.calcsize", struct.calcsize),
             "unpack": Native("struct.unpack", lambda form, data: struct.unpack(_small(form), data)),
             "unpack_from": Native("struct.unpack_from", lambda form, *rest: struct.unpack_from(_small(form), *rest)),
-            "iter_unpack": Native("struct.iter_unpack", lambda form, data: iter([*struct.iter_unpack(_small(form), data)])),
+            "iter_unpack": Native("struct.iter_unpack", lambda form, data: struct.iter_unpack(_small(form), data)),
         },
     }  # fmt: skip
 
@@ -125,7 +125,7 @@ def _dates() -> dict[str, Any]:
         own |= {name: getattr(cls, name) for name in ("min", "max")}
         return Native(f"datetime.{cls.__name__}", cls, cls, attributes=own)
 
-    utc = datetime.timezone.utc
+    utc = datetime.UTC
     return {
         "date": kind(datetime.date, "fromisoformat fromordinal fromisocalendar", "today fromtimestamp"),
         "datetime": kind(

@@ -407,6 +407,13 @@ def _of_known(evaluator: Evaluating, value: Residual, name: str) -> Any:
     return Native(name, method)
 
 
+def parameter_in(node: ast.expr) -> str | None:
+    """Return the name of the parameter of which an expression is a part, None for another expression."""
+    while isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else None
+
+
 # --- parts --------------------------------------------------------------------------------------------------------
 
 
@@ -427,7 +434,7 @@ class Part:
     """Residual function, or body of a loop, that is being written: draws and calls in order, values by name.
 
     ``function`` is the function, ``outer`` the part around a loop, ``taken`` are the names of the loops of a function
-    with their kinds, ``parameters`` those of the function with the lengths of tuples.
+    with their kinds, ``parameters`` those of the function with the lengths of the tuples that they are and contain.
     """
 
     names: PartNames
@@ -436,7 +443,7 @@ class Part:
     result: ast.expr | None = None
     outer: Part | None = None
     loop: KeptLoop | None = None
-    parameters: dict[str, int] = field(default_factory=dict)
+    parameters: dict[str, dict[str, int]] = field(default_factory=dict)
     taken: dict[str, str] = field(default_factory=dict)
     function: ast.AST | None = None
 
@@ -634,16 +641,16 @@ class _Writer(ast.NodeTransformer):
         return self._parameter(node)
 
     def _parameter(self, node: ast.Tuple | ast.List) -> ast.expr:
-        """Return a parameter in place of a tuple of all its items."""
+        """Return a parameter, or a part of one, in place of a tuple of all its items."""
         first = node.elts[0] if node.elts else None
-        name = first.value.id if isinstance(first, ast.Subscript) and isinstance(first.value, ast.Name) else ""
-        if self._part.root.parameters.get(name) == len(node.elts):
-            whole = [
-                ast.dump(ast.Subscript(ast.Name(name, ast.Load()), ast.Constant(i), ast.Load()))
-                for i in range(len(node.elts))
-            ]
-            if [ast.dump(each) for each in node.elts] == whole:
-                return ast.Name(name, ast.Load())
+        if isinstance(first, ast.Subscript):
+            lengths = self._part.root.parameters.get(parameter_in(first) or "", {})
+            if lengths.get(ast.dump(first.value)) == len(node.elts):
+                whole = [
+                    ast.dump(ast.Subscript(first.value, ast.Constant(i), ast.Load())) for i in range(len(node.elts))
+                ]
+                if [ast.dump(each) for each in node.elts] == whole:
+                    return first.value
         self.generic_visit(node)
         return node
 

@@ -326,14 +326,14 @@ def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[s
             message = (
                 f"`{name}` expects at most {len(names)} argument{'s' if len(names) != 1 else ''}, got {len(node.args)}"
             )
-            raise _misfit(w, name, message, f"a call of `{name}` with {len(node.args)} arguments", node)
+            raise _library_misfit(w, name, message, f"a call of `{name}` with {len(node.args)} arguments", node)
         found[names[position]] = argument
     for keyword in node.keywords:
         if keyword.arg is None:
             raise w.unsupported(f"`**` in a call of `{name}`", keyword)
         if keyword.arg not in names:
             message, what = f"`{name}` has no parameter `{keyword.arg}`", f"the argument `{keyword.arg}` of `{name}`"
-            raise _misfit(w, name, message, what, keyword, suggest(keyword.arg, names))
+            raise _library_misfit(w, name, message, what, keyword, suggest(keyword.arg, names))
         if keyword.arg in found:
             raise w.error("python-call", f"multiple values for the argument `{keyword.arg}` of `{name}`", keyword)
         found[keyword.arg] = keyword.value
@@ -343,11 +343,13 @@ def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[s
                 f"missing argument `{parameter}` in a call of `{name}`",
                 f"a call of `{name}` without `{parameter}`",
             )
-            raise _misfit(w, name, message, what, node)
+            raise _library_misfit(w, name, message, what, node)
     return found
 
 
-def _misfit(w: Writer, name: str, message: str, what: str, node: ast.AST, hint: str | None = None) -> SceneError:
+def _library_misfit(
+    w: Writer, name: str, message: str, what: str, node: ast.AST, hint: str | None = None
+) -> SceneError:
     """Return the error of an argument that does not fit: a mistake for the helper API.
 
     Of Python's libraries the translation knows only a part; the evaluator, which calls them, finds the mistakes.
