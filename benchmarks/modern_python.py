@@ -62,6 +62,7 @@ def outcome(path: Path, texts: Path | None = None) -> Outcome:
     if not translation.ok:
         return Outcome(path.stem, "refused", _first(translation.diagnostics), seconds=seconds)
     if texts is not None:
+        texts.mkdir(exist_ok=True)
         (texts / f"{path.stem}.scene").write_text(translation.text, "utf-8")
     result = session.evaluate(Source(f"{path.stem}.scene", translation.text))
     difference = _first(result.diagnostics) if result.scene is None else first_difference(

@@ -125,22 +125,17 @@ def _with_evaluated_parts(
     errors = [d for d in found if d.is_error]
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         more: list[Diagnostic] = []
-        best: Translation | None = None
         for way in ways:
             remaining = fold(text, root, errors, way, budget)
-            folded = remaining.text
-            if isinstance(folded, Diagnostic) and way == ways[0]:
-                return _refused(folded, found, translation)
-            if not isinstance(folded, PythonText):
-                continue
-            second = _translation(folded, analyse(folded), with_text, finish)
-            if second.ok and (best is None or len(second.text) < len(best.text)):
-                best = second
-            if best is not None:
-                return best
-            more += [d for d in second.diagnostics if d.is_error] if way == ways[0] else []
-        if best is not None:
-            return best
+            if isinstance(remaining.text, Diagnostic) and way == ways[0]:
+                return _refused(remaining.text, found, translation)
+            for folded in (remaining.with_originals, remaining.text):
+                if isinstance(folded, PythonText):
+                    second = _translation(folded, analyse(folded), with_text, finish)
+                    if second.ok:
+                        return second
+                    if way == ways[0] and folded is remaining.text:
+                        more += [d for d in second.diagnostics if d.is_error]
         if not more:
             break
         errors += more

@@ -183,9 +183,13 @@ def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
 
 @dataclass(frozen=True, slots=True)
 class Remaining:
-    """Program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; else None."""
+    """Program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; else None.
+
+    ``with_originals`` is the program in which functions stay as they are that only call evaluated words.
+    """
 
     text: PythonText | Diagnostic | None
+    with_originals: PythonText | None = None
 
 
 def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str, budget: StepBudget) -> Remaining:
@@ -218,13 +222,52 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
         folding = _evaluated(text, items, evaluated, str(root), plan, budget)
         if folding.error is None:
             rewritten = _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
-            return Remaining(rewritten)
+            originals = _with_originals(text, items, start, wrong, evaluated, folding) if way == "loops" else None
+            return Remaining(rewritten, originals)
         if not folding.draws:
             return Remaining(_problem(text, folding, folding.error))
     folding = _evaluated(text, items, reached, str(root), plan, budget, True)
     if folding.error is not None:
         return Remaining(_problem(text, folding, folding.error))
     return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)))
+
+
+def _with_originals(
+    text: PythonText,
+    items: Sequence[Item],
+    start: set[int],
+    wrong: set[int],
+    evaluated: set[int],
+    folding: Folding,
+) -> PythonText | None:
+    """Return the program in which only those functions are evaluated that need it; None if that makes no difference.
+
+    A function stays as it is if it uses nothing that does not translate but by ``library_call``: it passes the
+    arguments for which the word has been evaluated.
+    """
+    words = folding.words()
+    users: dict[str, list[int]] = {}
+    for number in evaluated:
+        for name in items[number].uses:
+            users.setdefault(name, []).append(number)
+    needed = wrong & evaluated
+    pending = list(needed)
+    while pending:
+        item = items[pending.pop()]
+        word = item.node.name if isinstance(item.node, ast.FunctionDef) and item.node.name in words else None
+        for user in (number for name in item.names for number in users.get(name, ())):
+            if user not in needed and (word is None or word in _names_in(items[user].node)):
+                needed.add(user)
+                pending.append(user)
+    reached = closure(items, start, is_user=False)
+    if not words or not evaluated - needed:
+        return None
+    definitions = {name: made for name, made in folding.found.items() if any(name in items[n].names for n in needed)}
+    return _rewritten(text, items, reached - needed, definitions, folding.printed, (start, words))
+
+
+def _names_in(node: ast.AST) -> set[str]:
+    return {each.id for each in _without_annotations(node) if isinstance(each, ast.Name)}
 
 
 def _evaluated(
@@ -292,14 +335,19 @@ def _rewritten(
     kept: set[int],
     definitions: Mapping[str, ast.FunctionDef],
     printed: Sequence[ast.stmt] = (),
+    callers: tuple[set[int], frozenset[str]] = (set(), frozenset()),
 ) -> PythonText | None:
-    """Return the program with evaluated functions replaced by what remains of them."""
+    """Return the program with evaluated functions replaced by what remains of them.
+
+    ``callers`` are the statements from which the rest is reached, and the evaluated words that what is kept may call.
+    """
+    start, words_for_all = callers
     if definitions:
         used = frozenset[str]().union(*map(_uses, definitions.values()))
         needed = {number for number in kept if items[number].names & used}
-        kept = closure(items, needed, is_user=False) & kept
-    kept -= {number for number in kept if items[number].names & definitions.keys()}
-    if any(items[number].uses & definitions.keys() for number in kept):
+        kept = closure(items, needed | start, is_user=False) & kept
+    kept = kept - {number for number in kept if items[number].names & definitions.keys() - {_REGISTERED}}
+    if any(items[number].uses & (definitions.keys() - words_for_all) for number in kept):
         return None  # a function that stays calls one for other arguments
     body: list[ast.stmt] = []
     if definitions:
@@ -409,6 +457,8 @@ class Folding:
         self._shown: dict[str, set[str]] = {}  # parameters that calls pass, by function
         self._variants: dict[str, dict[Any, list[Variant]]] = {}
         self.printed: list[ast.stmt] = []  # by the statements at the top level
+        self._opaque: set[str] = set()  # functions whose callers pass other things than they do in Python
+        self._is_pure = False  # whether the root has changed nothing outside of it
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
         self._failed: dict[str, Exception] = {}
         self._is_started = False
@@ -453,14 +503,23 @@ class Folding:
         self._is_started = True
         self.evaluator.loops = self.loops
         heap = Heap.of((self.evaluator.module, *self.streams))
+        self._is_pure = False
         try:
             self._variant(root, function, {})
         except NameError as error:
             raise self._cause_of(error) from None
+        self._is_pure = heap is not None and heap.is_unchanged()
         for name in list(self._variants):
             if heap is not None and heap.is_unchanged():  # else the case may depend on when it is evaluated
                 self._add_case_of_defaults(name, heap)
         return {name: self._definition(name, variants) for name, variants in self._variants.items()}
+
+    def words(self) -> frozenset[str]:
+        """Return the evaluated words that other functions may call as the Python does: with plain arguments."""
+        if not self._is_pure or not self._is_started:
+            return frozenset()
+        states = {name for name, cases in self._variants.items() if any(len(each) > 1 for each in cases.values())}
+        return frozenset(self.found.keys() - self._opaque - states - self._animations)
 
     def _cause_of(self, error: NameError) -> Exception:
         """Return what has ended the evaluation of the statement that defines a name, else the error itself."""
@@ -723,6 +782,7 @@ class Folding:
         defaults = defaults_of(function)
         self._required.setdefault(name, {key: value for key, value in named.items() if key not in defaults})
         general = self._general(name, function, {**defaults, **named})
+        self._opaque |= {name} if not all(map(_is_plain, named.values())) else set()
         part = Part(self._names, function=getattr(function, "node", None))
         for key, value in {**defaults, **named}.items():
             if type(value) is Residual or key in general or has_residual(value):
@@ -927,6 +987,13 @@ def _state(value: Any) -> str:
         return f"@{id(each)}"
 
     return described(value)
+
+
+def _is_plain(value: Any) -> bool:
+    """Return whether a value is passed to a word as it is."""
+    if type(value) in (tuple, list):
+        return all(map(_is_plain, value))
+    return type(value) in (int, float, bool, str, type(None), Residual) or isinstance(value, (np.integer, np.floating))
 
 
 def _is_literal(value: Any) -> bool:
