@@ -1,7 +1,12 @@
 """What becomes of a folder of Python programs: `python benchmarks/modern_python.py FOLDER`.
 
 Each program is translated, and its scene compared with what CPython builds (`tests/transpile/reference_model.py`,
-which executes the programs: give it only those that you trust). A line for each program tells
+which executes the programs: give it only those that you trust). A second folder gets the translations.
+
+With `--arguments`, every word whose parameters all have defaults is called with one number changed at a time, to three
+other values, in the translation and in CPython; values for which the Python raises an exception do not count.
+
+A line for each program tells
 
 - *equal*, *different* or *refused*, with the first difference or error;
 - *evaluated* where a function that makes shapes was evaluated, and its loops and arguments are not those of the Python;
@@ -13,9 +18,11 @@ from __future__ import annotations
 import ast
 import contextlib
 import io
+import re
 import sys
 import time
 import tokenize
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -98,7 +105,56 @@ def tokens_in(code: str) -> int:
     return sum(t.type not in _LAYOUT for t in tokenize.generate_tokens(io.StringIO(code).readline)) - docs
 
 
+def changed_arguments(path: Path) -> Counter[str]:
+    """Call the words of a program with other numbers; returns how often the result is equal, different or an error."""
+    code = path.read_text("utf-8")
+    translation = Session().transpile(Source(str(path), code))
+    found: Counter[str] = Counter()
+    root = re.search(r'^\(scene "([^"]+)"\)', translation.text, re.M) if translation.ok else None
+    for function in ast.parse(code).body:
+        is_word = isinstance(function, ast.FunctionDef) and f'(bind "{function.name}"' in translation.text
+        if root is None or not is_word or not isinstance(function, ast.FunctionDef):
+            continue
+        for name, value in _numbers_in(function):
+            for other in (value * 2, value + 1, max(value // 2, 1) if type(value) is int else value / 2):
+                if other != value:
+                    verdict = _verdict(code, translation.text.replace(root[0], ""), function.name, {name: other})
+                    found[verdict] += 1
+                    if verdict in ("different", "error"):
+                        print(f"    {path.stem}: {function.name}({name}={other:g}) {verdict}")
+    return found
+
+
+def _numbers_in(function: ast.FunctionDef) -> list[tuple[str, int | float]]:
+    """Return the parameters of a function that have numbers as defaults; none if one has no default."""
+    given = function.args
+    positional = [*given.posonlyargs, *given.args]
+    pairs = [*zip(positional, given.defaults), *zip(given.kwonlyargs, given.kw_defaults)]
+    if len(given.defaults) < len(positional) or None in given.kw_defaults:
+        return []
+    defaults = [(a.arg, d.value) for a, d in pairs if isinstance(d, ast.Constant)]
+    return [(name, value) for name, value in defaults if type(value) in (int, float)]
+
+
+def _verdict(code: str, text: str, word: str, arguments: dict[str, int | float]) -> str:
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            expected = flatten(code, call=(word, arguments))
+    except Exception:
+        return "skipped"
+    keywords = " ".join(f":{name.replace('_', '-')} {value!r}" for name, value in arguments.items())
+    result = Session().evaluate(Source("changed.scene", f'{text}\n(scene "{word}" {keywords})\n'))
+    if result.scene is None:
+        return "error"
+    return "different" if first_difference(flattened(result.scene), expected) else "equal"
+
+
 def main() -> int:
+    if "--arguments" in sys.argv:
+        paths = sorted(Path(sys.argv[1]).glob("*.py"))
+        total = sum((changed_arguments(path) for path in paths), Counter[str]())
+        print(", ".join(f"{number} {verdict}" for verdict, number in sorted(total.items())))
+        return 0
     folder = Path(sys.argv[1])
     texts = Path(sys.argv[2]) if len(sys.argv) > 2 else None
     found = []

@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
@@ -13,9 +14,12 @@ from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
 from scenelang.interpreter.transpile.analysis.inference import TypeFacts
+from scenelang.interpreter.transpile.analysis.inheritance import Dispatch
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, Operators, has_classes, lowered
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
+    Class,
     Function,
     LibraryPaths,
     PythonNames,
@@ -47,16 +51,19 @@ class Translation:
         Errors and warnings.
     partial
         If there are errors, the forms with ``(void)`` in place of what was not translated, for further checks.
+    is_evaluated
+        Whether parts of the Python have been evaluated.
     """
 
     forms: tuple[Datum, ...]
     text: str
     diagnostics: tuple[Diagnostic, ...]
     partial: tuple[Datum, ...] = ()
+    is_evaluated: bool = False
 
     def with_diagnostics(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
         """Return the translation with the diagnostics of the checker, without a program if one of them is an error."""
-        found = Translation(self.forms, self.text, diagnostics)
+        found = replace(self, diagnostics=diagnostics)
         return found if found.ok else Translation((), "", diagnostics)
 
     @property
@@ -133,7 +140,7 @@ def _with_evaluated_parts(
                 if isinstance(folded, PythonText):
                     second = _translation(folded, analyse(folded), with_text, finish)
                     if second.ok:
-                        return second
+                        return replace(second, is_evaluated=True)
                     if way == ways[0] and folded is remaining.text:
                         more += [d for d in second.diagnostics if d.is_error]
         if not more:
@@ -175,6 +182,29 @@ def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: 
 
 def analyse(text: PythonText) -> Analysed:
     """Run all analyses that code generation depends on."""
+    tree = lowered(text.tree)
+    analysed = _analysed(replace(text, tree=tree))
+    if tree is not text.tree and has_classes(tree):
+        dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
+        for _ in range(MOST_PASSES):
+            operators = Operators(partial(_instances, analysed), dispatch)
+            tree = operators.visit(tree)
+            if not operators.count:
+                break
+            analysed = _analysed(replace(text, tree=tree))
+    return analysed
+
+
+def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
+    """Return the classes of which an expression is an instance; none for a name of a class."""
+    if isinstance(node, ast.Name) and any(
+        c.variable is analysed.names.variables.get(node) for c in analysed.names.classes.values()
+    ):
+        return []
+    return analysed.facts.type(node).classes
+
+
+def _analysed(text: PythonText) -> Analysed:
     names = resolve(text.tree)
     paths = LibraryPaths(names)
     liveness = Liveness(names)

@@ -10,13 +10,14 @@ from transpile.cases import first_difference, flattened, told
 from transpile.reference_model import flatten
 
 SESSION = Session()
-# A class with a base is evaluated, and with it what uses it.
+# A class with a hook is evaluated, and with it what uses it.
 HEAD = """from helper import *
 from fractions import Fraction
 import math
 
 class Part:
-    pass
+    def __init_subclass__(cls):
+        pass
 class Beam(Part):
     def __init__(self, size):
         self.size = size

@@ -120,5 +120,10 @@ def test_a_refusal_tells_where_evaluation_ends(name: str) -> None:
 
 
 def test_an_exception_is_told_in_the_words_of_python() -> None:
-    problem = error_of(program("class A:\n    pass\nclass B(A):\n    pass", "x = [1]\nB()\nparts.append(bar(x[3]))"))
+    problem = error_of(
+        program(
+            "class A:\n    def __init_subclass__(cls):\n        pass\nclass B(A):\n    pass",
+            "x = [1]\nB()\nparts.append(bar(x[3]))",
+        )
+    )
     assert problem.message == "Python: IndexError: list index out of range"

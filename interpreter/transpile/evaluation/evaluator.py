@@ -91,7 +91,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
 )
 from scenelang.interpreter.values.limits import resident_bytes
 
-# Steps of all evaluations of one program. A step takes 1.3 microseconds on the 2-core test machine, and up to 15 where
+# Steps of all evaluations of one program. A step takes 1.3 microseconds on the 2-core test machine, and up to 3 where
 # much residual code is made. The longest program of tests/transpile/modern, a traffic simulation, takes 3.2 million.
 MAX_STEPS = 5_000_000
 MAX_DEPTH = 300

@@ -62,8 +62,8 @@ from scenelang.interpreter.transpile.evaluation.structures import form_of, leave
 _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
 _MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
 MOST_RESTARTS = 50
-_MOST_STEPS = 200_000  # of evaluations that were given up; about .7 s, after which all loops are unrolled
-_MOST_STEPS_OF_TRIAL = 100_000
+_MOST_STEPS = 500_000  # of evaluations that were given up; about .7 s, after which all loops are unrolled
+_MOST_STEPS_OF_TRIAL = 250_000
 _DEEPEST = 5  # objects in objects whose fields become columns
 _CONSTANTS = (int, float, str, bool, type(None))
 
@@ -116,7 +116,7 @@ class UnrollPlan:
 
 
 @dataclass(slots=True)
-class Trial:
+class Tryout:
     """Whether an evaluation that may fail has failed."""
 
     is_failed: bool = False
@@ -231,12 +231,12 @@ class Loops:
         return not self._plan.is_off and node not in self._plan.refused and not self._evaluator.tries
 
     @contextmanager
-    def tried(self) -> Iterator[Trial]:
+    def tried(self) -> Iterator[Tryout]:
         """Evaluate what may fail, without any change of the plan."""
         plan = self._plan
         self._plan = copy.copy(plan)
         self._plan.kinds, self._plan.forms = copy.deepcopy(plan.kinds), copy.deepcopy(plan.forms)
-        trial = Trial()
+        trial = Tryout()
         try:
             with self._evaluator.limited(_MOST_STEPS_OF_TRIAL):
                 yield trial

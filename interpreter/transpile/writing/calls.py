@@ -529,6 +529,8 @@ def write_prod(w: Writer, node: ast.Call) -> Code:
 
 def write_reduce(w: Writer, node: ast.Call) -> Code:
     function, source, *start = plain_arguments(w, node)
+    if w.paths.of(function) == "operator.add" and w.type(node).kinds & SHAPE:
+        return form("union", *([w.expr(start[0])] if start else []), write_iterable(w, source))
     if start:
         return form("fold-left", w.expr(function), w.expr(start[0]), write_iterable(w, source))
     first = write_iterable(w, source)

@@ -430,6 +430,8 @@ def read_field(w: Writer, node: ast.Attribute) -> Code:
 
 def set_field(w: Writer, target: ast.Attribute, value: Code) -> Code:
     record = _record(w, target.value)
+    if target.attr in record.constants:
+        raise w.unsupported("an attribute of a class that changes", target)
     return FormCode(
         [VariableRef(w.records.part(record, "set", target.attr), w.span(target)), w.expr(target.value), value]
     )
