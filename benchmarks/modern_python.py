@@ -116,12 +116,18 @@ def changed_arguments(path: Path) -> Counter[str]:
         if root is None or not is_word or not isinstance(function, ast.FunctionDef):
             continue
         for name, value in _numbers_in(function):
-            for other in (value * 2, value + 1, max(value // 2, 1) if type(value) is int else value / 2):
+            for other in (
+                (value + 1, value + 2, max(value - 1, 1))
+                if type(value) is int
+                else (value * 1.25, value * 0.8, value * 1.5)
+            ):
                 if other != value:
-                    verdict = _verdict(code, translation.text.replace(root[0], ""), function.name, {name: other})
+                    text, is_root = translation.text.replace(root[0], ""), function.name == root[1]
+                    verdict = _verdict(code, text, function.name, {name: other}, is_root=is_root)
                     found[verdict] += 1
                     if verdict in ("different", "error"):
                         print(f"    {path.stem}: {function.name}({name}={other:g}) {verdict}")
+    print(f"{path.stem}: {dict(found)}", flush=True)
     return found
 
 
@@ -136,14 +142,18 @@ def _numbers_in(function: ast.FunctionDef) -> list[tuple[str, int | float]]:
     return [(name, value) for name, value in defaults if type(value) in (int, float)]
 
 
-def _verdict(code: str, text: str, word: str, arguments: dict[str, int | float]) -> str:
+def _verdict(code: str, text: str, word: str, arguments: dict[str, int | float], *, is_root: bool) -> str:
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             expected = flatten(code, call=(word, arguments))
     except Exception:
         return "skipped"
-    keywords = " ".join(f":{name.replace('_', '-')} {value!r}" for name, value in arguments.items())
-    result = Session().evaluate(Source("changed.scene", f'{text}\n(scene "{word}" {keywords})\n'))
+    keywords = ""
+    for name, value in ((name.replace("_", "-"), value) for name, value in arguments.items()):
+        old = rf"^\(param {name} [^\s)]+"
+        text, count = re.subn(old, f"(param {name} {value!r}", text, flags=re.M) if is_root else (text, 0)
+        keywords += "" if count else f" :{name} {value!r}"  # the root's parameters are params of the program
+    result = Session().evaluate(Source("changed.scene", f'{text}\n(scene "{word}"{keywords})\n'))
     if result.scene is None:
         return "error"
     return "different" if first_difference(flattened(result.scene), expected) else "equal"

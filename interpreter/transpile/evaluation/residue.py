@@ -28,8 +28,8 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 )
 
 # Steps for each residual value, whose expression is walked, held, named and written. With 16, programs that make much
-# residual code take 3 to 15 microseconds a step (with none, up to 60), where plain loops take 1.3; with 64, up to 3, so that
-# the limit of steps takes about 10 s of CPU whatever the program does.
+# residual code take 3 to 15 microseconds a step (with none, up to 60), where plain loops take 1.3; with 64, up to 3, so
+# that the limit of steps takes about 10 s of CPU whatever the program does.
 _STEPS_OF_RESIDUAL = 64
 
 
