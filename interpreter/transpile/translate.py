@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
@@ -13,9 +14,12 @@ from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
 from scenelang.interpreter.transpile.analysis.inference import TypeFacts
+from scenelang.interpreter.transpile.analysis.inheritance import Dispatch
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, Operators, has_classes, lowered
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
+    Class,
     Function,
     LibraryPaths,
     PythonNames,
@@ -47,16 +51,19 @@ class Translation:
         Errors and warnings.
     partial
         If there are errors, the forms with ``(void)`` in place of what was not translated, for further checks.
+    is_evaluated
+        Whether parts of the Python have been evaluated.
     """
 
     forms: tuple[Datum, ...]
     text: str
     diagnostics: tuple[Diagnostic, ...]
     partial: tuple[Datum, ...] = ()
+    is_evaluated: bool = False
 
     def with_diagnostics(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
         """Return the translation with the diagnostics of the checker, without a program if one of them is an error."""
-        found = Translation(self.forms, self.text, diagnostics)
+        found = replace(self, diagnostics=diagnostics)
         return found if found.ok else Translation((), "", diagnostics)
 
     @property
@@ -125,23 +132,17 @@ def _with_evaluated_parts(
     errors = [d for d in found if d.is_error]
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         more: list[Diagnostic] = []
-        best: Translation | None = None
         for way in ways:
             remaining = fold(text, root, errors, way, budget)
-            folded = remaining.text
-            if isinstance(folded, Diagnostic) and way == ways[0]:
-                return _refused(folded, found, translation)
-            if not isinstance(folded, PythonText):
-                continue
-            second = _translation(folded, analyse(folded), with_text, finish)
-            if second.ok and (best is None or len(second.text) < len(best.text)):
-                best = second
-            is_short = best is not None and len(best.text) <= len(text.source.text)
-            if best is not None and (is_short or not remaining.has_loops or way == "unrolled"):
-                return best
-            more += [d for d in second.diagnostics if d.is_error] if way == ways[0] else []
-        if best is not None:
-            return best
+            if isinstance(remaining.text, Diagnostic) and way == ways[0]:
+                return _refused(remaining.text, found, translation)
+            for folded in (remaining.with_originals, remaining.text):
+                if isinstance(folded, PythonText):
+                    second = _translation(folded, analyse(folded), with_text, finish)
+                    if second.ok:
+                        return replace(second, is_evaluated=True)
+                    if way == ways[0] and folded is remaining.text:
+                        more += [d for d in second.diagnostics if d.is_error]
         if not more:
             break
         errors += more
@@ -149,13 +150,16 @@ def _with_evaluated_parts(
 
 
 def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Translation) -> Translation:
-    """Return the errors of a program that can neither be translated nor evaluated."""
-    mistakes = tuple(d for d in found if d.name in (*_MISTAKES, folded.name) and d.name != "python-unsupported")
-    is_confirmed = any(d.span and folded.span and d.span.overlaps(folded.span) for d in mistakes)
-    if folded.name == "python-exception" and not is_confirmed:  # of what runs before it nothing is a mistake
-        mistakes = ()
-    is_mistaken = any(d.name in _MISTAKES for d in mistakes)  # of which the checker may find more
-    return Translation((), "", mistakes or (folded,), translation.partial if is_mistaken else ())
+    """Return the errors of a program that can neither be translated nor evaluated: where its evaluation ends, and why.
+
+    What the translation takes for a mistake may follow from what it does not support, as the methods of a class of
+    which it does not know the base. Only a mistake at the place where Python raises an exception is one: it says more.
+    """
+    place = folded.span
+    mistakes = tuple(d for d in found if d.name in _MISTAKES and d.span and place and d.span.overlaps(place))
+    if folded.name == "python-exception" and mistakes:
+        return Translation((), "", mistakes, translation.partial)  # in which the checker may find more
+    return Translation((), "", (folded,))
 
 
 def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: Finish | None) -> Translation:
@@ -178,6 +182,29 @@ def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: 
 
 def analyse(text: PythonText) -> Analysed:
     """Run all analyses that code generation depends on."""
+    tree = lowered(text.tree)
+    analysed = _analysed(replace(text, tree=tree))
+    if tree is not text.tree and has_classes(tree):
+        dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
+        for _ in range(MOST_PASSES):
+            operators = Operators(partial(_instances, analysed), dispatch)
+            tree = operators.visit(tree)
+            if not operators.count:
+                break
+            analysed = _analysed(replace(text, tree=tree))
+    return analysed
+
+
+def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
+    """Return the classes of which an expression is an instance; none for a name of a class."""
+    if isinstance(node, ast.Name) and any(
+        c.variable is analysed.names.variables.get(node) for c in analysed.names.classes.values()
+    ):
+        return []
+    return analysed.facts.type(node).classes
+
+
+def _analysed(text: PythonText) -> Analysed:
     names = resolve(text.tree)
     paths = LibraryPaths(names)
     liveness = Liveness(names)

@@ -94,7 +94,7 @@ def _translated(
     translation = translate(source, with_text, finish)
     checked = _check(session, source, translation)
     errors = [d for d in checked.diagnostics if d.is_error]
-    if not errors and with_text and translation.changes_data:
+    if not errors and with_text and (translation.changes_data or translation.is_evaluated):
         errors = _trial_error(session, source, checked)
     if errors and translation.ok:
         evaluated = with_evaluated_parts(source, translation, errors, with_text, finish)

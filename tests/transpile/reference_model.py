@@ -421,8 +421,17 @@ def _helper_modules(names: Mapping[str, Any]) -> Iterator[None]:
                 sys.modules[alias] = previous
 
 
-def flatten(code: str, *, max_frames: int = 1000, output: io.StringIO | None = None) -> dict[str, Any]:
-    """The golden structure of a program's text; what the program prints goes to `output`."""
+def flatten(
+    code: str,
+    *,
+    max_frames: int = 1000,
+    output: io.StringIO | None = None,
+    call: tuple[str, Mapping[str, Any]] | None = None,
+) -> dict[str, Any]:
+    """The golden structure of a program's text; what the program prints goes to `output`.
+
+    `call` is a registered function with arguments, in place of the root.
+    """
     run = Run()
     name = "scene_program"
     module = types.ModuleType(name)  # a dataclass looks its module up
@@ -439,7 +448,11 @@ def flatten(code: str, *, max_frames: int = 1000, output: io.StringIO | None = N
         try:
             _seed()
             exec(compile(code, "<program>", "exec", dont_inherit=True), module.__dict__)
-            if run.animation is not None:
+            if call is not None:
+                root = call[0]
+                _seed()
+                shapes = [_as_shape(run.library[root][0](**call[1]))]
+            elif run.animation is not None:
                 root, generator = run.animation
                 _seed()
                 shapes = []

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import re
+from pathlib import Path
 
 import pytest
 from support import peak_bytes
@@ -12,11 +14,13 @@ from scenelang.session.session import Session
 from transpile.cases import first_difference, flattened, printed, told
 from transpile.reference_model import flatten
 
+ROOT = Path(__file__).parents[2]
 SESSION = Session()
-# Inheritance makes the evaluator, not the translation proper, evaluate what uses the class.
+# The hook makes the evaluator, not the translation proper, evaluate what uses the class.
 START = """from helper import *
 class Base:
-    pass
+    def __init_subclass__(cls):
+        pass
 class Thing(Base):
     def value(self, x):
         return x
@@ -170,7 +174,6 @@ ENDLESS = [
 HINTS = {
     "x = globals()['scene']": "put the functions into a dictionary by name",
     "try:\n    x = 1\nexcept* ValueError:\n    pass": "write `except` without the star",
-    "import logging\nlogging.info('x')": "use `print`",
     "x = np.fft.fft([1])": "add the waves with `np.sin` and `np.cos`",
     "import pathlib\nx = pathlib.Path('a')": "write the data into the program",
 }
@@ -301,7 +304,9 @@ def scene() -> Shape:
 
 @pytest.mark.parametrize("name", SAME)
 def test_the_geometry_is_that_of_cpython(name: str) -> None:
-    code = "from helper import *\nimport random\nclass Base:\n    pass\n" + SAME[name]
+    code = (
+        "from helper import *\nimport random\nclass Base:\n    def __init_subclass__(cls):\n        pass\n" + SAME[name]
+    )
     result = SESSION.transpile(Source("<model>", code))
     assert result.ok, told(result.diagnostics)
     evaluated = SESSION.evaluate(Source("a.scene", result.text))
@@ -310,20 +315,33 @@ def test_the_geometry_is_that_of_cpython(name: str) -> None:
 
 
 def test_draws_stay_draws() -> None:
-    code = "from helper import *\nimport random\nclass Base:\n    pass\n" + SAME["draws in their order"]
+    code = (
+        "from helper import *\nimport random\nclass Base:\n    def __init_subclass__(cls):\n        pass\n"
+        + SAME["draws in their order"]
+    )
     text = SESSION.transpile(Source("<model>", code)).text
     assert len(re.findall(r"\(py-uniform|\(uniform|\(py-random", text)) >= 2
     assert not re.search(r"0\.844\d+", text)  # the first draw of the seed 0
 
 
 def test_functions_that_translate_stay_as_they_are() -> None:
-    code = "from helper import *\nclass Base:\n    pass\n" + SAME["functions that stay"]
+    code = (
+        "from helper import *\nclass Base:\n    def __init_subclass__(cls):\n        pass\n"
+        + SAME["functions that stay"]
+    )
     text = SESSION.transpile(Source("<model>", code)).text
     assert '(bind "leg"\n  (lambda (:height)\n    (call "cube" :scale [.1 height .1])))' in text
     assert "for/union" in text  # the parts are similar, so that they make a loop
 
 
 def test_prints_stay() -> None:
-    code = "from helper import *\nclass Base:\n    pass\n" + SAME["prints"]
+    code = "from helper import *\nclass Base:\n    def __init_subclass__(cls):\n        pass\n" + SAME["prints"]
     text = SESSION.transpile(Source("<model>", code)).text
     assert SESSION.evaluate(Source("a.scene", text)).log == ("said: 2",)
+
+
+def test_no_clock_decides_what_a_program_becomes() -> None:
+    for path in (ROOT / "interpreter" / "transpile").rglob("*.py"):
+        imports = [node for node in ast.walk(ast.parse(path.read_text("utf-8"))) if isinstance(node, ast.Import)]
+        assert "time" not in {alias.name for node in imports for alias in node.names}, path
+        assert "from time import" not in path.read_text("utf-8"), path

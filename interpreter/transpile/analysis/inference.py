@@ -503,10 +503,33 @@ def narrow(state: InferenceState, test: ast.expr, holds: bool) -> None:
             _restrict(state, test.left, NONE)
     elif isinstance(test, ast.Call) and state.paths.of(test.func) == "isinstance" and len(test.args) == 2:
         kinds = _isinstance_kinds(state.paths, test.args[1])
-        if kinds and holds:
+        classes = _isinstance_classes(state, test.args[1])
+        if classes and not kinds:
+            _narrow_classes(state, test.args[0], classes, holds)
+        elif kinds and holds:
             _restrict(state, test.args[0], kinds)
         elif kinds:
             _exclude(state, test.args[0], kinds)
+
+
+def _isinstance_classes(state: InferenceState, node: ast.expr) -> frozenset[Class]:
+    """Return the classes of the program in the second argument of ``isinstance``; none if it names others, too."""
+    elements = node.elts if isinstance(node, ast.Tuple) else [node]
+    variables = {state.names.variables.get(each) for each in elements}
+    found = frozenset(each for each in state.names.classes.values() if each.variable in variables)
+    return found if len(found) == len(elements) else frozenset()
+
+
+def _narrow_classes(state: InferenceState, node: ast.expr, classes: frozenset[Class], holds: bool) -> None:
+    """Narrow a variable that may be of several classes to some of them, or to the others."""
+    variable = state.names.variables.get(node) if isinstance(node, ast.Name) else None
+    if state.env is None or variable is None or variable not in state.env:
+        return
+    value = state.env[variable]
+    kept = frozenset(each for each in value.references if type(each) is not Class or (each in classes) is holds)
+    if len([each for each in kept if type(each) is Class]):
+        kinds = value.kinds & (RECORD | UNKNOWN) if holds else value.kinds
+        state.env[variable] = AbstractType(kinds, kept)
 
 
 def _exclude(state: InferenceState, node: ast.expr, kinds: int) -> None:

@@ -36,6 +36,7 @@ class UnsupportedPython(Exception):
         super().__init__(message)
         self.message, self.hint, self.name = message, hint, name
         self.node: ast.AST | None = None
+        self.because: tuple[Any, ...] = ()  # values that are not known, where these are the reason
 
 
 class NeedsPrimitives(Exception):
@@ -272,9 +273,8 @@ def unknown_statement(node: ast.stmt) -> Any:
 _INSTEAD = {
     "np.fft": "add the waves with `np.sin` and `np.cos`", "globals": "put the functions into a dictionary by name",
     "locals": "put the values into a dictionary by name", "pathlib": "write the data into the program",
-    "Path": "write the data into the program", "open": "write the data into the program", "logging": "use `print`",
-    "datetime": "a scene does not depend on time: leave this out", "warnings": "use `print`",
-    "decimal": "use `fractions.Fraction`, or floats", "scipy": "use numpy", "pandas": "use lists and dictionaries",
+    "Path": "write the data into the program", "open": "write the data into the program",
+    "scipy": "use numpy", "pandas": "use lists and dictionaries",
     "noise": "write the noise with numpy, or with `math`", "opensimplex": "write the noise with numpy, or with `math`",
     "secrets": "use `random`", "uuid": "use `random`", "asyncio": "build the scene in one go, without tasks",
     "threading": "build the scene in one go, without threads", "sys": "leave this out", "os": "leave this out",

@@ -8,7 +8,9 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -46,6 +48,7 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     type_of,
 )
 from scenelang.interpreter.transpile.evaluation.matching import as_conditions, matches
+from scenelang.interpreter.transpile.evaluation.modules import check_digits
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -72,6 +75,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 from scenelang.interpreter.transpile.evaluation.residue import (
     Poison,
     Residual,
+    because,
     call_node,
     formatted,
     has_kind,
@@ -87,7 +91,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
 )
 from scenelang.interpreter.values.limits import resident_bytes
 
-# Steps of all evaluations of one program. A step takes 1.3 microseconds on the 2-core test machine, and up to 15 where
+# Steps of all evaluations of one program. A step takes 1.3 microseconds on the 2-core test machine, and up to 3 where
 # much residual code is made. The longest program of tests/transpile/modern, a traffic simulation, takes 3.2 million.
 MAX_STEPS = 5_000_000
 MAX_DEPTH = 300
@@ -193,6 +197,16 @@ class PythonEvaluator:
             if resident_bytes() > self._most_bytes:
                 raise UnsupportedPython("this part of the Python needs too much memory to be evaluated")
 
+    @contextmanager
+    def limited(self, steps: int) -> Iterator[None]:
+        """Take at most some steps inside."""
+        whole = self.budget
+        self.budget = StepBudget(min(whole.left, self.steps + steps))
+        try:
+            yield
+        finally:
+            self.budget = whole
+
     def checked(self, value: Any) -> Any:
         """Return a value whose size is within the limits; a large one counts as many steps."""
         kind = type(value)
@@ -200,6 +214,8 @@ class PythonEvaluator:
         if kind is int:
             if value.bit_length() > MAX_BITS:
                 raise UnsupportedPython("this number has too many digits")
+        elif kind is Decimal:
+            check_digits(value)
         elif kind is Fraction:
             self.checked(max(abs(value.numerator), value.denominator))
         elif kind in (str, list, tuple, dict, set, bytes):
@@ -926,9 +942,11 @@ class PythonEvaluator:
         try:
             return self.checked(function.function(*plain, **named))
         except TypeError as error:
-            raise renamed(error, *arguments) from None
+            raise because(renamed(error, *arguments), plain) from None
         except StopIteration as error:
             raise Exhausted(error.value) from None
+        except UnsupportedPython as error:
+            raise because(error, plain)
 
     def _argument(self, value: Any) -> Any:
         if isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject):

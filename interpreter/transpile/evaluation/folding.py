@@ -27,15 +27,18 @@ from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives,
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator, StepBudget
 from scenelang.interpreter.transpile.evaluation.library import PythonLibrary
-from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Loops, UnrollPlan
+from scenelang.interpreter.transpile.evaluation.loops import MOST_RESTARTS, Heap, Loops, UnrollPlan
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     Exhausted,
+    IntMember,
     Native,
     PythonFunction,
     PythonGenerator,
     PythonObject,
+    TextMember,
     Unroll,
+    ValueObject,
     type_name,
     value_of_error,
 )
@@ -50,7 +53,15 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     is_identity,
     is_shape,
     node_of,
+    parameter_in,
     place,
+)
+from scenelang.interpreter.transpile.evaluation.structures import (
+    as_argument,
+    generalised,
+    is_general,
+    lengths_in,
+    part_of,
 )
 
 MAX_NODES = 60_000  # of a residual function
@@ -174,11 +185,11 @@ def closure(items: Sequence[Item], start: set[int], is_user: bool) -> set[int]:
 class Remaining:
     """Program that remains; the reason why it cannot be evaluated, if a part that the root needs cannot; else None.
 
-    ``has_loops`` tells whether loops or functions of the program have been kept.
+    ``with_originals`` is the program in which functions stay as they are that only call evaluated words.
     """
 
     text: PythonText | Diagnostic | None
-    has_loops: bool = False
+    with_originals: PythonText | None = None
 
 
 def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: str, budget: StepBudget) -> Remaining:
@@ -211,13 +222,52 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
         folding = _evaluated(text, items, evaluated, str(root), plan, budget)
         if folding.error is None:
             rewritten = _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
-            return Remaining(rewritten, folding.loops.is_used)
+            originals = _with_originals(text, items, start, wrong, evaluated, folding) if way == "loops" else None
+            return Remaining(rewritten, originals)
         if not folding.draws:
             return Remaining(_problem(text, folding, folding.error))
     folding = _evaluated(text, items, reached, str(root), plan, budget, True)
     if folding.error is not None:
         return Remaining(_problem(text, folding, folding.error))
-    return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)), folding.loops.is_used)
+    return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)))
+
+
+def _with_originals(
+    text: PythonText,
+    items: Sequence[Item],
+    start: set[int],
+    wrong: set[int],
+    evaluated: set[int],
+    folding: Folding,
+) -> PythonText | None:
+    """Return the program in which only those functions are evaluated that need it; None if that makes no difference.
+
+    A function stays as it is if it uses nothing that does not translate but by ``library_call``: it passes the
+    arguments for which the word has been evaluated.
+    """
+    words = folding.words()
+    users: dict[str, list[int]] = {}
+    for number in evaluated:
+        for name in items[number].uses:
+            users.setdefault(name, []).append(number)
+    needed = wrong & evaluated
+    pending = list(needed)
+    while pending:
+        item = items[pending.pop()]
+        word = item.node.name if isinstance(item.node, ast.FunctionDef) and item.node.name in words else None
+        for user in (number for name in item.names for number in users.get(name, ())):
+            if user not in needed and (word is None or word in _names_in(items[user].node)):
+                needed.add(user)
+                pending.append(user)
+    reached = closure(items, start, is_user=False)
+    if not words or not evaluated - needed:
+        return None
+    definitions = {name: made for name, made in folding.found.items() if any(name in items[n].names for n in needed)}
+    return _rewritten(text, items, reached - needed, definitions, folding.printed, (start, words))
+
+
+def _names_in(node: ast.AST) -> set[str]:
+    return {each.id for each in _without_annotations(node) if isinstance(each, ast.Name)}
 
 
 def _evaluated(
@@ -285,14 +335,19 @@ def _rewritten(
     kept: set[int],
     definitions: Mapping[str, ast.FunctionDef],
     printed: Sequence[ast.stmt] = (),
+    callers: tuple[set[int], frozenset[str]] = (set(), frozenset()),
 ) -> PythonText | None:
-    """Return the program with evaluated functions replaced by what remains of them."""
+    """Return the program with evaluated functions replaced by what remains of them.
+
+    ``callers`` are the statements from which the rest is reached, and the evaluated words that what is kept may call.
+    """
+    start, words_for_all = callers
     if definitions:
         used = frozenset[str]().union(*map(_uses, definitions.values()))
         needed = {number for number in kept if items[number].names & used}
-        kept = closure(items, needed, is_user=False) & kept
-    kept -= {number for number in kept if items[number].names & definitions.keys()}
-    if any(items[number].uses & definitions.keys() for number in kept):
+        kept = closure(items, needed | start, is_user=False) & kept
+    kept = kept - {number for number in kept if items[number].names & definitions.keys() - {_REGISTERED}}
+    if any(items[number].uses & (definitions.keys() - words_for_all) for number in kept):
         return None  # a function that stays calls one for other arguments
     body: list[ast.stmt] = []
     if definitions:
@@ -402,12 +457,16 @@ class Folding:
         self._shown: dict[str, set[str]] = {}  # parameters that calls pass, by function
         self._variants: dict[str, dict[Any, list[Variant]]] = {}
         self.printed: list[ast.stmt] = []  # by the statements at the top level
+        self._opaque: set[str] = set()  # functions whose callers pass other things than they do in Python
+        self._is_pure = False  # whether the root has changed nothing outside of it
         self._objects: dict[str, dict[str, int]] = {}  # numbers of arguments by their states
-        self._failed: dict[str, UnsupportedPython] = {}
+        self._failed: dict[str, Exception] = {}
         self._is_started = False
         self.found: Mapping[str, ast.FunctionDef] = {}
         self.error: Exception | None = None
         self.draws = "random" in text.source.text and not has_fixed_draws
+        self._text = text
+        self._required: dict[str, dict[str, Any]] = {}  # arguments of the first call of a function that have no default
 
     def evaluate(self, root: str) -> None:
         """Evaluate the module and its root function; ``found`` or ``error`` is what comes of it."""
@@ -430,6 +489,10 @@ class Folding:
             except UnsupportedPython as error:
                 error.node = error.node or item.node
                 self._failed |= dict.fromkeys(item.names, error)
+            except NameError as error:
+                if self._cause_of(error) is error:
+                    raise
+                self._failed |= dict.fromkeys(item.names, self._cause_of(error))
             finally:
                 self.parts.pop()
         if root not in self._functions:
@@ -439,12 +502,28 @@ class Folding:
             stream.seed(0)
         self._is_started = True
         self.evaluator.loops = self.loops
+        heap = Heap.of((self.evaluator.module, *self.streams))
+        self._is_pure = False
         try:
             self._variant(root, function, {})
         except NameError as error:
-            failed = self._failed.get(str(error).partition("'")[2].partition("'")[0])
-            raise failed or error from None
+            raise self._cause_of(error) from None
+        self._is_pure = heap is not None and heap.is_unchanged()
+        for name in list(self._variants):
+            if heap is not None and heap.is_unchanged():  # else the case may depend on when it is evaluated
+                self._add_case_of_defaults(name, heap)
         return {name: self._definition(name, variants) for name, variants in self._variants.items()}
+
+    def words(self) -> frozenset[str]:
+        """Return the evaluated words that other functions may call as the Python does: with plain arguments."""
+        if not self._is_pure or not self._is_started:
+            return frozenset()
+        states = {name for name, cases in self._variants.items() if any(len(each) > 1 for each in cases.values())}
+        return frozenset(self.found.keys() - self._opaque - states - self._animations)
+
+    def _cause_of(self, error: NameError) -> Exception:
+        """Return what has ended the evaluation of the statement that defines a name, else the error itself."""
+        return self._failed.get(str(error).partition("'")[2].partition("'")[0], error)
 
     # --- the helper API ----------------------------------------------------------------------------------------
 
@@ -667,9 +746,8 @@ class Folding:
         """Return a residual value that is computed once, however often it is used."""
         if isinstance(value.node, ast.Name):
             return value
-        if isinstance(value.node, ast.Subscript) and isinstance(value.node.slice, ast.Constant):
-            if isinstance(value.node.value, ast.Name) and value.node.value.id in self.parts[-1].root.parameters:
-                return Residual(copy.deepcopy(value.node), value.kind, self)  # an item of a parameter
+        if parameter_in(value.node) in self.parts[-1].root.parameters:
+            return Residual(copy.deepcopy(value.node), value.kind, self)  # an item of a parameter
         current = self.parts[-1]
         home = self._names.parts.get(value.name)
         if home is not None and current.reaches(home) and home.values[value.name].node is value.node:
@@ -702,13 +780,15 @@ class Folding:
         test: dict[str, ast.expr] = {}
         inner: dict[str, Any] = {}
         defaults = defaults_of(function)
+        self._required.setdefault(name, {key: value for key, value in named.items() if key not in defaults})
         general = self._general(name, function, {**defaults, **named})
-        part = Part(self._names)
+        self._opaque |= {name} if not all(map(_is_plain, named.values())) else set()
+        part = Part(self._names, function=getattr(function, "node", None))
         for key, value in {**defaults, **named}.items():
             if type(value) is Residual or key in general or has_residual(value):
-                node = node_of(value)
+                node = as_argument(value) if key in general else node_of(value)
                 inner[key] = self._parameter(name, function, key, value)
-                part.parameters[key] = len(value) if isinstance(value, (tuple, list)) else -1
+                part.parameters[key] = lengths_in(key, value)
             else:
                 node = test[key] = self._literal(f"{name}.{key}", value)
             if key not in named:
@@ -718,10 +798,15 @@ class Folding:
             inner.setdefault(key, value)
         self._shown.setdefault(name, set()).update(shown)
         self.parts.append(part)
+        stand_ins = {key: value for key, value in inner.items() if type(value) is PythonObject and value.is_general}
+        before = {key: list(value.fields.items()) for key, value in stand_ins.items()}
         try:
             self.loops.is_used |= bool(general)
             with self.loops.inside(function.node) if general else contextlib.nullcontext():
                 part.result = self._result(name, self.evaluator.call(function, (), inner))
+                changed = {key for key, value in stand_ins.items() if before[key] != list(value.fields.items())}
+                if changed:  # which the caller has to see
+                    raise self.loops.specialised(function.node, changed)
         finally:
             self.parts.pop()
         given = tuple((each, ast.dump(node)) for each, node in test.items()), tuple(sorted(part.parameters))
@@ -743,7 +828,7 @@ class Folding:
         kinds = {
             key: self.loops.kind_of_parameter(name, key, value, function.node)
             for key, value in given.items()
-            if is_general(value)
+            if is_general(value) and key not in self.loops.special_of(function.node)
         }
         are_integers_specialised = self.loops.level_of(function.node) > 0
         return {key for key, kind in kinds.items() if kind != "int" or not are_integers_specialised}
@@ -751,11 +836,12 @@ class Folding:
     def _parameter(self, name: str, function: Any, key: str, value: Any) -> Any:
         """Return the residual value of a parameter: one, or a tuple of them for a tuple."""
         kind = self.loops.kind_of_parameter(name, key, value, getattr(function, "node", None))
-        node = ast.Name(key, ast.Load())
+        if type(kind) is dict:  # the kinds of the numbers in it, by their places
+            return generalised(value, (), lambda path: Residual(part_of(key, path), kind[path], self))
         if isinstance(value, (tuple, list)):
-            items = [Residual(ast.Subscript(node, ast.Constant(i), ast.Load()), kind, self) for i in range(len(value))]
+            items = [Residual(part_of(key, (i,)), kind, self) for i in range(len(value))]
             return type(value)(items) if type(value) in (tuple, list) else tuple(items)
-        return Residual(node, kind, self)
+        return Residual(ast.Name(key, ast.Load()), kind, self)
 
     def _literal(self, place: str, value: Any) -> ast.expr:
         """Return a literal for an argument: the number of the object if it has none."""
@@ -779,6 +865,25 @@ class Folding:
         """Return the frame of an animation, or the frames of a loop."""
         return shape.node.args[0] if self.loops.is_loop(shape) else node_of(shape)  # type: ignore[attr-defined]
 
+    def _add_case_of_defaults(self, name: str, heap: Heap) -> None:
+        """Evaluate a function for its defaults, which the program itself may never use, if that is possible.
+
+        A case that fails, or that the evaluation has changed meanwhile, is left out: calling it is an error.
+        """
+        function = self._functions[name][0]
+        if not defaults_of(function) or name in self._animations:
+            return
+        before = self._defaults.get(name, {}), self._shown[name], self._variants[name]
+        cases = {given: list(variants) for given, variants in before[2].items()}
+        self._defaults[name], self._shown[name] = {**before[0]}, {*before[1]}
+        self._variants[name] = {given: list(variants) for given, variants in cases.items()}
+        with self.loops.tried() as trial:
+            self._variant(name, function, self._required[name])
+        made = self._variants[name]
+        is_as_before = heap.is_unchanged() and all(made[given] == variants for given, variants in cases.items())
+        if trial.is_failed or not is_as_before:
+            self._defaults[name], self._shown[name], self._variants[name] = before
+
     # --- what remains ------------------------------------------------------------------------------------------
 
     def _definition(self, name: str, found: Mapping[Any, Sequence[Variant]]) -> ast.FunctionDef:
@@ -789,15 +894,17 @@ class Folding:
         known, shown = self._defaults.get(name, {}), self._shown.get(name, set())
         tests_of = [dict(literal) for literal, _ in found]
         same = {key for key in tests_of[0] if all(each.get(key) == tests_of[0][key] for each in tests_of)}
-        passed -= {key for key in same if key not in shown}
+        same = {key for key in same if key not in shown and f"{name}.{key}" in self._objects}
+        passed -= same  # objects that no call names
         names = [each for each in given if each in passed] + sorted(passed - set(given))
         has_states = any(len(variants) > 1 for variants in found.values())
         if has_states and _STATE in names:
             raise UnsupportedPython(f"`{name}` depends on variables that change", f"rename its parameter `{_STATE}`")
         defaults: list[ast.expr] = [
-            *(known.get(each, ast.Constant(None)) for each in names),
+            *(known[each] for each in names if each in known),
             *([ast.Constant(0)] * has_states),
         ]
+        names.sort(key=lambda each: each in known)  # those without a default first
         parameters = [ast.arg(each) for each in (*names, *([_STATE] if has_states else ()))]
         arguments = ast.arguments([], parameters, None, [], [], None, defaults)
         body: list[ast.stmt] = []
@@ -811,7 +918,8 @@ class Folding:
                 ]
                 statements = variant.statements
                 both = ast.BoolOp(ast.And(), tests) if len(tests) > 1 else tests[0] if tests else None
-                body = [ast.If(both, statements, body)] if body and both is not None else statements
+                other = body or [self._unknown_case(name, node)]
+                body = [ast.If(both, statements, other)] if both is not None else statements
         doc = ast.get_docstring(node) if isinstance(node, ast.FunctionDef) else None
         note = "Evaluated from Python; its objects are written as values."
         body = [ast.Expr(ast.Constant(f"{doc}\n\n{note}" if doc else note)), *body]
@@ -825,6 +933,13 @@ class Folding:
         for each in ast.walk(made):
             place(each, node)
         return made
+
+    def _unknown_case(self, name: str, node: ast.AST) -> ast.Raise:
+        """Return the error of a call of a function for arguments for which it has not been evaluated."""
+        span = self._text.span(node)
+        line = span.source.text.count("\n", 0, span.start) + 1
+        text = f"`{name}` (line {line} of the Python) was evaluated for other arguments only: translate it again"
+        return ast.Raise(call_node("ValueError", [ast.Constant(text)]), None)
 
 
 class _Brought(ast.NodeTransformer):
@@ -840,17 +955,6 @@ class _Brought(ast.NodeTransformer):
         inner = copy.deepcopy(home.values[node.id].node)
         self._foreign |= {each.id for each in ast.walk(inner) if isinstance(each, ast.Name) and each.id in home.values}
         return self.visit(inner)  # type: ignore[no-any-return]
-
-
-def is_general(value: Any) -> bool:
-    """Return whether a function may be the same for all values like this: a number, or a point or colour."""
-    if isinstance(value, (tuple, list)):
-        return type(value) in (tuple, list) and 2 <= len(value) <= 4 and all(map(_is_plain_number, value))
-    return _is_plain_number(value)
-
-
-def _is_plain_number(value: Any) -> bool:
-    return type(value) in (int, float) or (type(value) is Residual and value.kind in ("int", "float", "number"))
 
 
 def defaults_of(function: Any) -> dict[str, Any]:
@@ -885,9 +989,18 @@ def _state(value: Any) -> str:
     return described(value)
 
 
+def _is_plain(value: Any) -> bool:
+    """Return whether a value is passed to a word as it is."""
+    if type(value) in (tuple, list):
+        return all(map(_is_plain, value))
+    return type(value) in (int, float, bool, str, type(None), Residual) or isinstance(value, (np.integer, np.floating))
+
+
 def _is_literal(value: Any) -> bool:
     if type(value) is Residual:
         return True
+    if isinstance(value, (ValueObject, PythonObject, TextMember, IntMember)):
+        return False  # it has a class, which a literal has not
     try:
         node_of(value)
     except UnsupportedPython:

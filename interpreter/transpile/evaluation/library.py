@@ -61,6 +61,7 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     type_of,
 )
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
+from scenelang.interpreter.transpile.evaluation.modules import plain_modules, silent_modules
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -106,7 +107,7 @@ class PythonLibrary:
             "hashlib": _hashes(), "zlib": _only("zlib", zlib, "adler32 crc32"),
             "json": {"loads": Native("json.loads", json.loads), "dumps": Native("json.dumps", few(json.dumps))},
             "numbers": {}, "types": self._types(), "__future__": {},
-            "time": self._refused("time", "time perf_counter monotonic sleep", "a scene does not depend on time"),
+            **plain_modules(), **silent_modules(),
         }  # fmt: skip
         modules["itertools"]["chain"] = _kind("itertools.chain", itertools.chain)
         for name in ("product", "tee"):
@@ -183,12 +184,6 @@ class PythonLibrary:
             raise UnsupportedPython(f"`{name}` is not allowed", instead_of(name), "python-forbidden")
 
         return refuse
-
-    def _refused(self, module: str, names: str, reason: str) -> dict[str, Any]:
-        def refuse(*arguments: Any, **named: Any) -> Any:
-            raise UnsupportedPython(f"`{module}` cannot be used: {reason}", "leave this out")
-
-        return {name: Native(f"{module}.{name}", refuse) for name in names.split()}
 
     def _pow(self, base: Any, exponent: Any, modulus: Any = None) -> Any:
         if isinstance(base, int) and isinstance(exponent, int) and modulus is None:
@@ -759,6 +754,9 @@ def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
     found["ndarray"], found["float_"] = Native("np.ndarray", _no_call, np.ndarray), _kind("np.float64", np.float64)
     found["integer"], found["floating"] = Native("np.integer", _no_call, np.integer), Native("", _no_call, np.floating)
     found["number"], found["bool"] = Native("np.number", _no_call, np.number), _kind("np.bool_", np.bool_)
+    for name in ("matmul", "dot"):  # of poses that are known when the program runs
+        found[name] = Native(f"np.{name}", functools.partial(_product, getattr(np, name)), None, True)
+    found["nditer"] = Native("np.nditer", _items_of_arrays)
     found |= {name: _Grid(getattr(np, name)) for name in ("c_", "mgrid", "ogrid", "r_")}
     found["array"] = Native("np.array", _array_function("array", np.array))
     found["asarray"] = Native("np.asarray", _array_function("asarray", np.asarray))
@@ -786,6 +784,17 @@ def _vectorized(function: Any = None, otypes: Any = None, **options: Any) -> Nat
         return Native("np.vectorize", lambda each: _vectorized(each, otypes, **options))
     kinds = [host_type(each) for each in otypes] if isinstance(otypes, (list, tuple)) else otypes
     return Native("np.vectorize", np.vectorize(function, otypes=kinds, **options))
+
+
+def _product(function: Callable[..., Any], left: Any, right: Any) -> Any:
+    return left @ right if type(left) is Residual or type(right) is Residual else function(left, right)
+
+
+def _items_of_arrays(arrays: Any) -> Iterator[Any]:
+    """Iterate over the items of an array, or over those of several at the same places."""
+    if isinstance(arrays, np.ndarray):
+        return iter(arrays.flat)
+    return zip(*(each.flat for each in np.broadcast_arrays(*arrays)))
 
 
 class _Grid:

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import ast
 import builtins
+import copy
 import keyword
 import random
 from collections import ChainMap, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from types import BuiltinFunctionType, FunctionType, MethodType, MethodWrapperType
@@ -56,11 +57,13 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     known_result,
     node_of,
 )
+from scenelang.interpreter.transpile.evaluation.structures import form_of, leaves_of, parts_of
 
 _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
 _MOST_WALKED, _MOST_WALKED_IN_ALL = 30_000, 1_500_000  # values that a loop might change
 MOST_RESTARTS = 50
-_MOST_STEPS = 200_000  # of evaluations that were given up; about .7 s, after which all loops are unrolled
+_MOST_STEPS = 500_000  # of evaluations that were given up; about .7 s, after which all loops are unrolled
+_MOST_STEPS_OF_TRIAL = 250_000
 _DEEPEST = 5  # objects in objects whose fields become columns
 _CONSTANTS = (int, float, str, bool, type(None))
 
@@ -78,6 +81,10 @@ class UnrollPlan:
         Kinds of the parameters of functions that are not specialised, by function and parameter.
     levels
         What is specialised of functions: nothing (0), integers (1) or all (2).
+    forms
+        How the values of these parameters are made that are no numbers, by function and parameter.
+    special
+        Parameters of functions that are specialised, because the program decides something by them.
     is_off
         Whether all loops are unrolled.
     """
@@ -85,6 +92,8 @@ class UnrollPlan:
     refused: dict[ast.AST, tuple[ast.AST, ...]] = field(default_factory=dict)
     kinds: dict[str, dict[str, tuple[str, int]]] = field(default_factory=dict)
     levels: dict[ast.AST, int] = field(default_factory=dict)
+    forms: dict[str, dict[str, Any]] = field(default_factory=dict)
+    special: dict[ast.AST, frozenset[str]] = field(default_factory=dict)
     is_off: bool = False
     restarts: int = 0
     steps: int = 0
@@ -93,7 +102,9 @@ class UnrollPlan:
         """Remember why an evaluation of some steps failed; what is inside of it may succeed the next time."""
         self.restarts += 1
         self.steps += steps
-        if failure.place is not None:
+        if failure.place is not None and failure.parameters:
+            self.special[failure.place] = self.special.get(failure.place, frozenset()) | failure.parameters
+        elif failure.place is not None:
             self.refused = {k: around for k, around in self.refused.items() if failure.place not in around}
             level = self.levels.get(failure.place, 0) + 1
             if isinstance(failure.place, ast.FunctionDef) and level < 2:
@@ -102,6 +113,13 @@ class UnrollPlan:
                 self.refused[failure.place] = failure.around
         if self.restarts > MOST_RESTARTS or self.steps > _MOST_STEPS:
             self.is_off = True
+
+
+@dataclass(slots=True)
+class Tryout:
+    """Whether an evaluation that may fail has failed."""
+
+    is_failed: bool = False
 
 
 class Folds(Holder, Protocol):
@@ -120,6 +138,10 @@ class Runs(Protocol):
 
     module: Frame
     tries: int
+
+    def limited(self, steps: int) -> AbstractContextManager[None]:
+        """Take at most some steps."""
+        ...
 
     def call(self, function: Any, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
         """Call a value."""
@@ -177,9 +199,24 @@ class Loops:
         except (KeyboardInterrupt, SystemExit, MemoryError):
             raise
         except BaseException as error:
-            raise self.failure() from error
+            raise self._blamed(error) or self.failure() from error
         finally:
             self._around.pop()
+
+    def _blamed(self, error: BaseException) -> Unroll | None:
+        """Return the exception that specialises the parameters of a function that are the reason of an error."""
+        reasons = getattr(error, "because", ())
+        root = self._folding.parts[-1].root
+        if not reasons or root.function not in self._around or self._plan.is_off:
+            return None
+        names = {name for each in reasons for name in self._folding.parts[-1].names_in(each.node)}
+        if not names or not names <= root.parameters.keys():
+            return None
+        index = len(self._around) - 1 - self._around[::-1].index(root.function)
+        around = tuple(self._around[:index])
+        if not names <= self.special_of(root.function):
+            return Unroll(root.function, around, parameters=frozenset(names))
+        return Unroll(around[-1], around[:-1]) if around else None  # its arguments are not known in the loop around it
 
     def touch(self, value: Any) -> None:
         """Raise an exception if the body of a loop takes an item of an iterator from before the loop."""
@@ -192,6 +229,23 @@ class Loops:
     def may_keep(self, node: ast.AST) -> bool:
         """Return whether a loop or a function is tried."""
         return not self._plan.is_off and node not in self._plan.refused and not self._evaluator.tries
+
+    @contextmanager
+    def tried(self) -> Iterator[Tryout]:
+        """Evaluate what may fail, without any change of the plan."""
+        plan = self._plan
+        self._plan = copy.copy(plan)
+        self._plan.kinds, self._plan.forms = copy.deepcopy(plan.kinds), copy.deepcopy(plan.forms)
+        trial = Tryout()
+        try:
+            with self._evaluator.limited(_MOST_STEPS_OF_TRIAL):
+                yield trial
+        except (KeyboardInterrupt, SystemExit, MemoryError):
+            raise
+        except (Unroll, Exception):
+            trial.is_failed = True
+        finally:
+            self._plan = plan
 
     # --- loops -------------------------------------------------------------------------------------------------
 
@@ -410,6 +464,10 @@ class Loops:
         """Return what is specialised of a function."""
         return self._plan.levels.get(function, 0)
 
+    def special_of(self, function: ast.AST) -> frozenset[str]:
+        """Return the parameters of a function that are specialised."""
+        return self._plan.special.get(function, frozenset())
+
     def is_loop(self, shape: Residual) -> bool:
         """Return whether a shape is that of all turns of a loop."""
         return shape.primitives == self._unknown and isinstance(shape.node, ast.Call)
@@ -421,8 +479,23 @@ class Loops:
         """Return whether a value belongs to one branch of a condition, so that it may not be computed before."""
         return bool(self._branches) and id(value) not in self._branches[-1].seen
 
-    def kind_of_parameter(self, name: str, key: str, value: Any, function: ast.AST | None) -> str:
-        """Return the kind of a parameter, or of its items; all calls of a function have to agree."""
+    def specialised(self, function: ast.AST, parameters: Iterable[str]) -> Unroll:
+        """Return the exception that specialises some parameters of a function."""
+        return Unroll(
+            function, tuple(each for each in self._around if each is not function), False, frozenset(parameters)
+        )
+
+    def kind_of_parameter(self, name: str, key: str, value: Any, function: ast.AST | None) -> Any:
+        """Return the kind of a parameter, or of its items; all calls of a function have to agree.
+
+        For a value that is made of others these are the kinds of the numbers in it by their places.
+        """
+        if parts_of(value) is not None and type(value) not in (tuple, list):
+            forms = self._plan.forms.setdefault(name, {})
+            if forms.setdefault(key, form_of(value)) != form_of(value) and function is not None:
+                raise self.specialised(function, {key})
+            leaves = list(leaves_of(value))
+            return {path: self.kind_of_parameter(name, f"{key}{path}", each, function) for path, each in leaves}
         items = value if isinstance(value, (tuple, list)) else [value]
         kind = _common_kind(items)
         length = len(value) if isinstance(value, (tuple, list)) else -1
@@ -740,6 +813,10 @@ class Heap:
     def drop(self, value: Any) -> None:
         """Leave out an iterator that is used up."""
         self.held = [each for each in self.held if each is not value]
+
+    def is_unchanged(self) -> bool:
+        """Return whether nothing has changed."""
+        return all(self.seen[id(value)] == _signature(value) for value in self.held)
 
     def check(self, frame: Frame, names: set[str], grown: list[Any], failure: Callable[[], Unroll]) -> None:
         """Raise an exception if anything has changed but some variables of a frame and the end of some lists."""

@@ -750,12 +750,18 @@ class Unroll(BaseException):
     """Raised where a loop cannot remain a loop, or a function not one for all arguments; ``place`` is its node.
 
     ``around`` are the nodes of the loops and functions around it. No ``place`` stands for the innermost one;
-    ``is_again`` tells that the next evaluation knows more.
+    ``is_again`` tells that the next evaluation knows more; ``parameters`` are those of a function to be known.
     """
 
-    def __init__(self, place: ast.AST | None = None, around: tuple[ast.AST, ...] = (), is_again: bool = False) -> None:
+    def __init__(
+        self,
+        place: ast.AST | None = None,
+        around: tuple[ast.AST, ...] = (),
+        is_again: bool = False,
+        parameters: frozenset[str] = frozenset(),
+    ) -> None:
         super().__init__()
-        self.place, self.around = place, around
+        self.place, self.around, self.parameters = place, around, parameters
         self.is_final = place is not None or is_again
 
 

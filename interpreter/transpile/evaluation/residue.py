@@ -9,11 +9,12 @@ import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython, check_widths, weigh
+from scenelang.interpreter.transpile.evaluation.modules import Elapsed
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -27,8 +28,12 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 )
 
 # Steps for each residual value, whose expression is walked, held, named and written. With 16, programs that make much
-# residual code take 3 to 15 microseconds a step; with none, up to 60, where plain loops take 1.3.
-_STEPS_OF_RESIDUAL = 16
+# residual code take 3 to 15 microseconds a step (with none, up to 60), where plain loops take 1.3; with 64, up to 3, so
+# that the limit of steps takes about 10 s of CPU whatever the program does.
+_STEPS_OF_RESIDUAL = 64
+
+
+_Error = TypeVar("_Error", bound=Exception)
 
 
 class Holder(Protocol):
@@ -146,7 +151,7 @@ class Residual:
         return not found if isinstance(found, bool) else residual(self.holder, "ne", (self, other))
 
     def __str__(self) -> str:
-        raise UnsupportedPython("a value of the finished scene cannot be part of a text here")
+        raise because(UnsupportedPython("a value of the finished scene cannot be part of a text here"), (self,))
 
     __repr__ = __str__
 
@@ -291,6 +296,8 @@ def node_of(value: Any) -> ast.expr:
         value = value.item() if isinstance(value, np.generic) else int(value)
     if isinstance(value, ValueObject):
         value = value.plain()
+    if isinstance(value, Elapsed):
+        bool(value)  # raises an exception
     if isinstance(value, TextMember):
         value = str.__str__(value)
     if isinstance(value, float) and (value != value or value in (float("inf"), float("-inf"))):
@@ -334,7 +341,14 @@ def undecided(value: Residual) -> UnsupportedPython:
     is_drawn = value.kind in ("int", "float", "number", "bool", "any")
     what = "a random number" if is_drawn else "a value of the finished scene"
     hint = "write this part with plain functions, loops and lists"
-    return UnsupportedPython(f"{what} decides here which part of the program runs", hint)
+    return because(UnsupportedPython(f"{what} decides here which part of the program runs", hint), (value,))
+
+
+def because(error: _Error, values: Iterable[Any]) -> _Error:
+    """Return an exception with the values that are not known, if it has none yet: they may be its reason."""
+    if not getattr(error, "because", ()):
+        error.because = tuple(residuals(values))  # type: ignore[attr-defined]
+    return error
 
 
 def residuals(values: Iterable[Any]) -> Iterator[Residual]:
@@ -394,6 +408,13 @@ def _of_known(evaluator: Evaluating, value: Residual, name: str) -> Any:
     return Native(name, method)
 
 
+def parameter_in(node: ast.expr) -> str | None:
+    """Return the name of the parameter of which an expression is a part, None for another expression."""
+    while isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else None
+
+
 # --- parts --------------------------------------------------------------------------------------------------------
 
 
@@ -413,8 +434,8 @@ class PartNames:
 class Part:
     """Residual function, or body of a loop, that is being written: draws and calls in order, values by name.
 
-    ``outer`` is the part around a loop, ``taken`` are the names of the loops of a function with their kinds,
-    ``parameters`` those of the function with the lengths of tuples.
+    ``function`` is the function, ``outer`` the part around a loop, ``taken`` are the names of the loops of a function
+    with their kinds, ``parameters`` those of the function with the lengths of the tuples that they are and contain.
     """
 
     names: PartNames
@@ -423,8 +444,9 @@ class Part:
     result: ast.expr | None = None
     outer: Part | None = None
     loop: KeptLoop | None = None
-    parameters: dict[str, int] = field(default_factory=dict)
+    parameters: dict[str, dict[str, int]] = field(default_factory=dict)
     taken: dict[str, str] = field(default_factory=dict)
+    function: ast.AST | None = None
 
     def new_name(self, prefix: str) -> str:
         """Return a name that no function has yet."""
@@ -448,6 +470,23 @@ class Part:
     def reaches(self, other: Part) -> bool:
         """Return whether the values of another part can be used in this one."""
         return any(part is other for part in self.around())
+
+    def names_in(self, node: ast.AST) -> set[str]:
+        """Return the variables that an expression needs: parameters, draws, and what differs from turn to turn."""
+        found: set[str] = set()
+        seen: set[str] = set()
+        pending = [node]
+        while pending:
+            for each in ast.walk(pending.pop()):
+                if not isinstance(each, ast.Name) or each.id in seen:
+                    continue
+                seen.add(each.id)
+                home = self.names.parts.get(each.id)
+                if home is not None and each.id in home.values:
+                    pending.append(home.values[each.id].node)
+                elif home is not None or each.id in self.names.columns or each.id in self.root.parameters:
+                    found.add(each.id)
+        return found
 
     def known(self) -> set[str]:
         """Return the names that may be used in this part."""
@@ -603,16 +642,16 @@ class _Writer(ast.NodeTransformer):
         return self._parameter(node)
 
     def _parameter(self, node: ast.Tuple | ast.List) -> ast.expr:
-        """Return a parameter in place of a tuple of all its items."""
+        """Return a parameter, or a part of one, in place of a tuple of all its items."""
         first = node.elts[0] if node.elts else None
-        name = first.value.id if isinstance(first, ast.Subscript) and isinstance(first.value, ast.Name) else ""
-        if self._part.root.parameters.get(name) == len(node.elts):
-            whole = [
-                ast.dump(ast.Subscript(ast.Name(name, ast.Load()), ast.Constant(i), ast.Load()))
-                for i in range(len(node.elts))
-            ]
-            if [ast.dump(each) for each in node.elts] == whole:
-                return ast.Name(name, ast.Load())
+        if isinstance(first, ast.Subscript):
+            lengths = self._part.root.parameters.get(parameter_in(first) or "", {})
+            if lengths.get(ast.dump(first.value)) == len(node.elts):
+                whole = [
+                    ast.dump(ast.Subscript(first.value, ast.Constant(i), ast.Load())) for i in range(len(node.elts))
+                ]
+                if [ast.dump(each) for each in node.elts] == whole:
+                    return first.value
         self.generic_visit(node)
         return node
 

@@ -73,8 +73,19 @@ def _plain_body(w: Writer, function: Function, body: Sequence[ast.stmt]) -> list
     return write_body(w, body, Mode(ast.Return, finish))
 
 
+def _is_endless(loop: ast.While) -> bool:
+    """Return whether a loop never ends by itself."""
+    is_left = any(isinstance(each, (ast.Break, ast.Return, ast.Raise)) for each in walk_tree(loop))
+    return isinstance(loop.test, ast.Constant) and bool(loop.test.value) and not is_left
+
+
 def _generator_body(w: Writer, function: Function, body: Sequence[ast.stmt]) -> list[Code]:
     """Return the body of a generator, whose value is the list of the items it yields."""
+    endless = next(
+        (each for each in walk_tree(function.node) if isinstance(each, ast.While) and _is_endless(each)), None
+    )
+    if endless is not None:
+        raise w.unsupported("an endless generator", endless)
     block = Block()
     collection = w.analysed.collections.by_generator.get(function)
     if collection is not None:

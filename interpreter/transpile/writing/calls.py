@@ -529,6 +529,8 @@ def write_prod(w: Writer, node: ast.Call) -> Code:
 
 def write_reduce(w: Writer, node: ast.Call) -> Code:
     function, source, *start = plain_arguments(w, node)
+    if w.paths.of(function) == "operator.add" and w.type(node).kinds & SHAPE:
+        return form("union", *([w.expr(start[0])] if start else []), write_iterable(w, source))
     if start:
         return form("fold-left", w.expr(function), w.expr(start[0]), write_iterable(w, source))
     first = write_iterable(w, source)
@@ -574,9 +576,10 @@ def write_chain(w: Writer, node: ast.Call) -> Code:
 
 
 def write_chain_from_iterable(w: Writer, node: ast.Call) -> Code:
-    return form(
-        "apply", Name("append"), write_iterable(w, arguments_of(w, node, "iterable", "chain.from_iterable")["iterable"])
-    )
+    items = arguments_of(w, node, "iterable", "chain.from_iterable")["iterable"]
+    if any(site.element.kinds & SHAPE for site in w.type(node).sites):  # whose primitives are not taken out
+        return form("union", write_iterable(w, items))
+    return form("apply", Name("append"), write_iterable(w, items))
 
 
 def write_cycle(w: Writer, node: ast.Call) -> Code:

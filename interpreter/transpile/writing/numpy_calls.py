@@ -523,9 +523,7 @@ def plain_arguments(w: Writer, node: ast.Call) -> list[ast.expr]:
 def only_positional(w: Writer, node: ast.Call) -> None:
     plain_arguments(w, node)
     if node.keywords:
-        raise w.error(
-            "python-call", f"`{w.text.text(node.func)}` has no parameter `{node.keywords[0].arg}`", node.keywords[0]
-        )
+        raise w.unsupported(f"the argument `{node.keywords[0].arg}` of `{w.text.text(node.func)}`", node.keywords[0])
 
 
 def keyword_of(node: ast.Call, name: str) -> ast.expr | None:
@@ -621,7 +619,7 @@ def write_extreme(which: str) -> CallWriter:
         key, default = keyword_of(node, "key"), keyword_of(node, "default")
         for keyword in node.keywords:
             if keyword.arg not in ("key", "default"):
-                raise w.error("python-call", f"`{which}` has no parameter `{keyword.arg}`", keyword)
+                raise w.unsupported(f"the argument `{keyword.arg}` of `{which}`", keyword)
         args = node.args
         starred = any(isinstance(a, ast.Starred) for a in args)
         if starred and len(args) > 1:
@@ -758,7 +756,7 @@ def write_np_round(w: Writer, node: ast.Call) -> Code:
 
 def write_sequence(w: Writer, node: ast.Call) -> Code:
     """Return the code of ``list(x)`` or ``tuple(x)``."""
-    if not node.args:
+    if not node.args and not node.keywords:
         return form("mutable-list") if w.is_mutated(node) else quote(FormCode([]))
     source = arguments_of(w, node, "iterable", "list")["iterable"]
     is_mutable = w.is_mutated(node)

@@ -450,7 +450,7 @@ def _check_class(w: Writer, record: Class) -> None:
         for decorator in getattr(method.node, "decorator_list", []):
             if ast.unparse(decorator) not in ("staticmethod", "property"):
                 raise w.unsupported(f"the decorator `@{ast.unparse(decorator)}`", decorator)
-        if name.startswith("__") and name not in ("__init__", "__post_init__"):
+        if name.startswith("__") and name != "__init__":
             raise w.error("python-forbidden", f"`{name}` accesses interpreter internals", method.node)
 
 

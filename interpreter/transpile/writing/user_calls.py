@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
+from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.inference import BOOL, FLOAT, INT, NOTHING, T_INT
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonParameter, PythonVariable
@@ -325,22 +326,35 @@ def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[s
             message = (
                 f"`{name}` expects at most {len(names)} argument{'s' if len(names) != 1 else ''}, got {len(node.args)}"
             )
-            raise w.error("python-call", message, node)
+            raise _library_misfit(w, name, message, f"a call of `{name}` with {len(node.args)} arguments", node)
         found[names[position]] = argument
     for keyword in node.keywords:
         if keyword.arg is None:
             raise w.unsupported(f"`**` in a call of `{name}`", keyword)
         if keyword.arg not in names:
-            raise w.error(
-                "python-call", f"`{name}` has no parameter `{keyword.arg}`", keyword, suggest(keyword.arg, names)
-            )
+            message, what = f"`{name}` has no parameter `{keyword.arg}`", f"the argument `{keyword.arg}` of `{name}`"
+            raise _library_misfit(w, name, message, what, keyword, suggest(keyword.arg, names))
         if keyword.arg in found:
             raise w.error("python-call", f"multiple values for the argument `{keyword.arg}` of `{name}`", keyword)
         found[keyword.arg] = keyword.value
     for parameter in parameters:
         if not parameter.endswith("?") and parameter not in found:
-            raise w.error("python-call", f"missing argument `{parameter}` in a call of `{name}`", node)
+            message, what = (
+                f"missing argument `{parameter}` in a call of `{name}`",
+                f"a call of `{name}` without `{parameter}`",
+            )
+            raise _library_misfit(w, name, message, what, node)
     return found
+
+
+def _library_misfit(
+    w: Writer, name: str, message: str, what: str, node: ast.AST, hint: str | None = None
+) -> SceneError:
+    """Return the error of an argument that does not fit: a mistake for the helper API.
+
+    Of Python's libraries the translation knows only a part; the evaluator, which calls them, finds the mistakes.
+    """
+    return w.error("python-call", message, node, hint) if name in HELPERS else w.unsupported(what, node)
 
 
 def expand_starred(w: Writer, arguments: list[ast.expr]) -> list[ast.expr]:
@@ -416,6 +430,8 @@ def read_field(w: Writer, node: ast.Attribute) -> Code:
 
 def set_field(w: Writer, target: ast.Attribute, value: Code) -> Code:
     record = _record(w, target.value)
+    if target.attr in record.constants:
+        raise w.unsupported("an attribute of a class that changes", target)
     return FormCode(
         [VariableRef(w.records.part(record, "set", target.attr), w.span(target)), w.expr(target.value), value]
     )

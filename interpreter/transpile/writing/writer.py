@@ -382,14 +382,21 @@ def always_exits(body: Sequence[ast.stmt], kind: type[ast.stmt]) -> bool:
     for statement in body:
         if isinstance(statement, (kind, ast.Raise)):
             return True
-        if isinstance(statement, ast.If) and statement.orelse:
-            if always_exits(statement.body, kind) and always_exits(statement.orelse, kind):
-                return True
+        if isinstance(statement, ast.If) and statement.orelse and _exits_both(statement, kind):
+            return True
         if isinstance(statement, ast.Try) and not statement.finalbody:
             blocks = [[*statement.body, *statement.orelse], *(h.body for h in statement.handlers)]
             if all(always_exits(block, kind) for block in blocks):
                 return True
     return False
+
+
+def _exits_both(statement: ast.If, kind: type[ast.stmt]) -> bool:
+    """Return whether both branches exit; it is remembered, since a chain of ``elif`` asks for every rest of it."""
+    known: dict[type[ast.stmt], bool] = statement.__dict__.setdefault("exits", {})
+    if kind not in known:
+        known[kind] = always_exits(statement.body, kind) and always_exits(statement.orelse, kind)
+    return known[kind]
 
 
 def is_continue_guard(statement: ast.stmt) -> bool:

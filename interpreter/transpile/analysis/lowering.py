@@ -1,0 +1,528 @@
+"""Python that says the same with less: what the translation does not know, in terms of what it knows.
+
+Functions of Python's library become functions of the program (``_LIBRARY``), operator methods become methods that
+operators call, alternative constructors static methods, fixed arguments (``partial``) arguments of the calls. What
+evaluates Python sees the program as it was written.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import re
+import string
+from collections.abc import Callable, Mapping
+from typing import Any, TypeGuard
+
+from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, has_bases, without_bases
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+
+# Functions of the library in Python, by their modules.
+_SOURCES = {
+    "itertools": """
+def pairwise(items):
+    rest = list(items)
+    return list(zip(rest, rest[1:]))
+def starmap(function, rows):
+    return [function(*row) for row in rows]
+""",
+    "operator": """
+def itemgetter(index):
+    return lambda row: row[index]
+def lt(a, b):
+    return a < b
+def gt(a, b):
+    return a > b
+def truediv(a, b):
+    return a / b
+def neg(a):
+    return -a
+""",
+    "math": """
+def log1p(x):
+    return math.log(1 + x)
+""",
+    "bisect": """
+def bisect_left(items, x):
+    low, high = 0, len(items)
+    while low < high:
+        middle = (low + high) // 2
+        if items[middle] < x:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+def bisect_right(items, x):
+    low, high = 0, len(items)
+    while low < high:
+        middle = (low + high) // 2
+        if x < items[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+""",
+    "statistics": """
+def fmean(values):
+    return sum(values) / len(values)
+def mean(values):
+    return sum(values) / len(values)
+def median(values):
+    ordered = sorted(values)
+    n = len(ordered)
+    return ordered[n // 2] if n % 2 else (ordered[n // 2 - 1] + ordered[n // 2]) / 2
+""",
+}
+_LIBRARY = {
+    f"{module}.{function.name}": ast.unparse(function)
+    for module, source in _SOURCES.items()
+    for function in ast.parse(source).body
+    if isinstance(function, ast.FunctionDef)
+}
+_LIBRARY["bisect.bisect"] = _LIBRARY["bisect.bisect_right"].replace("bisect_right", "bisect")
+_SILENT = ("logging", "warnings")  # modules whose functions only tell people something
+
+_BINARY: dict[type[ast.operator], str] = {
+    ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
+    ast.FloorDiv: "floordiv",
+}  # fmt: skip
+_METHODS = (*_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "len", "contains", "iter", "call")
+_CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
+_MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
+_PURE = ("iter", "range", "len", "reversed", "abs", "round", "int", "float")
+_CONSUMERS = ("list", "tuple", "set", "sum", "sorted", "min", "max", "any", "all", "enumerate", "zip")
+MOST_PASSES = 6  # each finds the types of what the one before has made
+
+
+def lowered(tree: ast.Module) -> ast.Module:
+    """Return a module without constructs that the translation does not know; the same one if it has none."""
+    paths = _imported(tree)
+    nodes = walk_tree(tree)
+    used = any(_path(each, paths) in (*_LIBRARY, *_CONSTANTS, "itertools.islice", "numpy.ndindex") for each in nodes)
+    has_methods = any(isinstance(each, ast.ClassDef) and _is_lowered(each) for each in nodes)
+    has_other = "functools.partial" in paths.values() or any(each in paths.values() for each in _SILENT)
+    if not used and not has_methods and not has_other and not has_bases(tree):
+        return tree
+    tree = copy.deepcopy(tree)
+    tree = _Silent(paths).visit(tree)
+    _with_fixed_arguments(tree, paths)
+    tested = {ast.unparse(each.args[1]) for each in walk_tree(tree) if _is_test_of_class(each)}
+    classes = [each for each in tree.body if isinstance(each, ast.ClassDef)]
+    for cls in classes:
+        is_tested = cls.name in tested and any("Protocol" in ast.unparse(base) for base in cls.bases)
+        cls.bases = [base for base in cls.bases if is_tested or not _is_marker(base)]
+    without_bases(tree)
+    for cls in classes:
+        _lower_class(cls)
+    names = _Library(paths, {each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
+    tree = names.visit(tree)
+    made = [each for text in names.made.values() for each in ast.parse(text).body]
+    for node in walk_tree(*made):
+        _at(node, 1)
+    tree.body[_first_statement(tree) : 0] = made
+    return tree
+
+
+def _placed(node: ast.expr, origin: ast.expr) -> ast.expr:
+    """Return an expression whose new parts are where another was."""
+    for each in ast.walk(node):
+        if "lineno" in each._attributes and not hasattr(each, "lineno"):
+            ast.copy_location(each, origin)
+    return node
+
+
+def _at(node: ast.AST, line: int) -> None:
+    for name in node._attributes:
+        setattr(node, name, line if "lineno" in name else 0)
+
+
+def _first_statement(tree: ast.Module) -> int:
+    """Return the place behind the docstring and the imports."""
+    last = [n for n, each in enumerate(tree.body) if isinstance(each, (ast.Import, ast.ImportFrom))]
+    return last[-1] + 1 if last else 0
+
+
+def _imported(tree: ast.Module) -> dict[str, str]:
+    """Return the dotted paths of the names that a module imports, and assigns nowhere."""
+    found: dict[str, str] = {}
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found |= {each.asname or each.name: f"{node.module}.{each.name}" for each in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {each.asname or each.name: each.name for each in node.names}
+    stored = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name) and not isinstance(n.ctx, ast.Load)}
+    stored |= {n.arg for n in walk_tree(tree) if isinstance(n, ast.arg)}
+    stored |= {n.name for n in walk_tree(tree) if isinstance(n, (ast.FunctionDef, ast.ClassDef))}
+    return {name: path for name, path in found.items() if name not in stored}
+
+
+def _path(node: ast.AST, paths: Mapping[str, str]) -> str | None:
+    if isinstance(node, ast.Name):
+        return paths.get(node.id)
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in paths:
+        return f"{paths[node.value.id]}.{node.attr}"
+    return None
+
+
+class _Library(ast.NodeTransformer):
+    """Replaces functions of the library by those of the program; ``made`` are the texts of these by name."""
+
+    def __init__(self, paths: Mapping[str, str], names: set[str]) -> None:
+        self._paths, self._names = paths, names
+        self.made: dict[str, str] = {}
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return self._replaced(node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        return self._replaced(node) if _path(node, self._paths) in (*_LIBRARY, *_CONSTANTS) else self._inner(node)
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Write calls whose arguments decide what they are: the beginning of a fresh iterator, indices of an array."""
+        path = _path(node.func, self._paths)
+        self.generic_visit(node)
+        if path == "itertools.islice" and len(node.args) == 2 and isinstance(node.args[0], ast.Call):
+            listed = ast.Call(ast.Name("list", ast.Load()), [node.args[0]], [])
+            return _placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
+        if path == "numpy.ndindex" and not any(isinstance(each, (ast.Starred, ast.Attribute)) for each in node.args):
+            sizes: list[ast.expr] = [ast.Call(ast.Name("range", ast.Load()), [each], []) for each in node.args]
+            product = ast.Attribute(ast.Name("itertools", ast.Load()), "product", ast.Load())
+            return _placed(ast.Call(product, sizes, []), node)
+        return node
+
+    def _inner(self, node: ast.Attribute) -> ast.expr:
+        self.generic_visit(node)
+        return node
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
+        node.names = [each for each in node.names if f"{node.module}.{each.name}" not in _LIBRARY]
+        return node if node.names else None
+
+    def _replaced(self, node: ast.Name | ast.Attribute) -> ast.expr:
+        path = _path(node, self._paths)
+        if path in _CONSTANTS:
+            return ast.copy_location(ast.Constant(_CONSTANTS[path]), node)
+        if path not in _LIBRARY:
+            return node
+        own = path.rpartition(".")[2]
+        is_taken = own in self._names and self._paths.get(own) != path
+        name = f"{own}_of_library" if is_taken else own
+        self.made[name] = _LIBRARY[path].replace(f"def {own}(", f"def {name}(", 1)
+        return ast.copy_location(ast.Name(name, ast.Load()), node)
+
+
+class _Silent(ast.NodeTransformer):
+    """Leaves out logs and warnings, and the names of loggers."""
+
+    def __init__(self, paths: Mapping[str, str]) -> None:
+        self._names = {name for name, path in paths.items() if path.partition(".")[0] in _SILENT}
+
+    def visit_Module(self, node: ast.Module) -> ast.Module:
+        for each in node.body:
+            if isinstance(each, ast.Assign) and isinstance(each.targets[0], ast.Name) and self._is_silent(each.value):
+                self._names.add(each.targets[0].id)
+        self.generic_visit(node)
+        node.body = [each for each in node.body if not self._is_left_out(each)]
+        return node
+
+    def _is_left_out(self, node: ast.stmt) -> bool:
+        if isinstance(node, ast.Import):
+            return all((each.asname or each.name) in self._names for each in node.names)
+        if isinstance(node, ast.ImportFrom):
+            return (node.module or "").partition(".")[0] in _SILENT
+        return isinstance(node, ast.Assign) and self._is_silent(node.value)
+
+    def _is_silent(self, node: ast.expr) -> bool:
+        while isinstance(node, (ast.Call, ast.Attribute)):
+            node = node.func if isinstance(node, ast.Call) else node.value
+        return isinstance(node, ast.Name) and node.id in self._names
+
+    def visit_Expr(self, node: ast.Expr) -> ast.stmt:
+        is_plain = isinstance(node.value, ast.Call) and not any(
+            isinstance(each, (ast.Call, ast.NamedExpr)) and each is not node.value and not self._is_pure(each)
+            for each in walk_tree(node.value)
+        )
+        return ast.copy_location(ast.Pass(), node) if is_plain and self._is_silent(node.value) else node
+
+    @staticmethod
+    def _is_pure(node: ast.AST) -> bool:
+        return (
+            isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("len", "round", "str")
+        )
+
+
+def _with_fixed_arguments(tree: ast.Module, paths: Mapping[str, str]) -> None:
+    """Write the arguments that ``name = partial(function, ...)`` fixes into the calls of the name, if all are calls."""
+    fixed = [
+        each for each in walk_tree(tree)
+        if isinstance(each, ast.Assign) and isinstance(each.value, ast.Call) and isinstance(each.targets[0], ast.Name)
+        and _path(each.value.func, paths) == "functools.partial" and each.value.args
+    ]  # fmt: skip
+    for statement in fixed:
+        target, call = statement.targets[0], statement.value
+        assert isinstance(target, ast.Name)
+        assert isinstance(call, ast.Call)
+        uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == target.id and n is not target]
+        calls = [n for n in walk_tree(tree) if isinstance(n, ast.Call) and any(n.func is use for use in uses)]
+        given_here = [*call.args, *(k.value for k in call.keywords)]
+        is_simple = all(_is_repeatable(each) and _are_constant(each, tree) for each in given_here)
+        if len(calls) < len(uses) or not calls or not is_simple:
+            continue
+        for each in calls:
+            each.func = copy.deepcopy(call.args[0])
+            each.args = [*copy.deepcopy(call.args[1:]), *each.args]
+            given = {k.arg for k in each.keywords}
+            each.keywords += [copy.deepcopy(k) for k in call.keywords if k.arg not in given]
+        _replace(tree, statement)
+
+
+def _is_repeatable(node: ast.expr) -> bool:
+    """Return whether it does not matter how often an expression is evaluated."""
+    allowed = (ast.Tuple, ast.Constant, ast.Name, ast.Attribute, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)
+    return all(isinstance(each, allowed) for each in walk_tree(node))
+
+
+def _are_constant(node: ast.expr, tree: ast.Module) -> bool:
+    """Return whether each variable of an expression is assigned at one place only."""
+    names = {each.id for each in walk_tree(node) if isinstance(each, ast.Name)}
+    stores = [n.id for n in walk_tree(tree) if isinstance(n, ast.Name) and not isinstance(n.ctx, ast.Load)]
+    return all(stores.count(name) <= 1 for name in names)
+
+
+def _replace(tree: ast.Module, statement: ast.stmt) -> None:
+    for node in walk_tree(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list) and statement in body:
+            body[body.index(statement)] = ast.copy_location(ast.Pass(), statement)
+
+
+# --- classes -------------------------------------------------------------------------------------------------------
+
+
+def _is_marker(base: ast.expr) -> bool:
+    return ast.unparse(base.value if isinstance(base, ast.Subscript) else base) in _MARKERS
+
+
+def _is_lowered(node: ast.ClassDef) -> bool:
+    return any(map(_is_marker, node.bases)) or any(
+        isinstance(each, ast.FunctionDef)
+        and (_dunder(each.name) or each.name == "__post_init__" or _decorators(each) & {"classmethod", *_CACHED})
+        for each in node.body
+    )
+
+
+_UNSET = re.compile(r"(dataclasses\.)?field\(init=False(, repr=False)?\)")  # which the class assigns itself
+_CACHED = ("cached_property", "functools.cached_property")
+
+
+def _decorators(node: ast.FunctionDef) -> set[str]:
+    return {ast.unparse(each) for each in node.decorator_list}
+
+
+def _dunder(name: str) -> str | None:
+    inner = name.removeprefix("__").removesuffix("__")
+    return inner if name == f"__{inner}__" and inner in _METHODS else None
+
+
+def _is_test_of_class(node: ast.AST) -> TypeGuard[ast.Call]:
+    is_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance"
+    return is_call and isinstance(node, ast.Call) and len(node.args) == 2
+
+
+def _lower_class(node: ast.ClassDef) -> None:
+    """Make the operator methods of a class plain ones, its class methods static, and write its constructor."""
+    own = {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
+    for each in node.body:
+        if isinstance(each, ast.AnnAssign) and each.value is not None and _UNSET.fullmatch(ast.unparse(each.value)):
+            each.value = ast.copy_location(ast.Constant(None), each.value)
+            each.__dict__["is_unset"] = True
+        if not isinstance(each, ast.FunctionDef):
+            continue
+        plain = _dunder(each.name)
+        if plain is not None and plain not in own and (plain != "iter" or _is_quiet(each)):
+            each.name = plain
+            if plain == "iter":
+                _without_iterator(each)
+        for decorator in each.decorator_list:
+            if ast.unparse(decorator) in _CACHED and len(each.body) == 1 and isinstance(each.body[0], ast.Return):
+                each.decorator_list = [ast.copy_location(ast.Name("property", ast.Load()), decorator)]
+            elif ast.unparse(decorator) == "classmethod" and each.args.args and not node.bases:
+                each.decorator_list = [ast.copy_location(ast.Name("staticmethod", ast.Load()), decorator)]
+                cls = each.args.args.pop(0).arg
+                for name in walk_tree(each):
+                    if isinstance(name, ast.Name) and name.id == cls:
+                        name.id = node.name
+    finish = next((e for e in node.body if isinstance(e, ast.FunctionDef) and e.name == "__post_init__"), None)
+    if finish is not None and "__init__" not in own and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
+        _write_constructor(node, finish)
+
+
+def _write_constructor(node: ast.ClassDef, finish: ast.FunctionDef) -> None:
+    """Write the ``__init__`` of a data class that ends with ``__post_init__``, unless a field has a factory."""
+    fields = [each for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)]
+    texts = [ast.unparse(each.annotation) + ast.unparse(each.value or ast.Constant(0)) for each in fields]
+    if any("field(" in each or "InitVar" in each for each in texts) or len(finish.args.args) != 1:
+        return
+    own = finish.args.args[0].arg
+    unset = {each.target.id for each in fields if getattr(each, "is_unset", False)}  # type: ignore[union-attr]
+    lines = [f"        {own}.{each.target.id} = {each.target.id}" for each in fields if each.target.id not in unset]  # type: ignore[union-attr]
+    is_keyword = any("kw_only=True" in ast.unparse(each) for each in node.decorator_list)
+    given = [
+        f"{each.target.id}={ast.unparse(each.value)}" if each.value is not None else each.target.id  # type: ignore[union-attr]
+        for each in fields
+        if each.target.id not in unset  # type: ignore[union-attr]
+    ]
+    parameters = ", ".join([own, *(["*"] if is_keyword and given else []), *given])
+    text = "\n".join([f"class C:\n    def __init__({parameters}):", *lines, f"        {own}.post_init()"])
+    made = ast.parse(text).body[0]
+    assert isinstance(made, ast.ClassDef)
+    for each in walk_tree(made.body[0]):
+        if "lineno" in each._attributes:
+            ast.copy_location(each, finish)
+    finish.name = "post_init"
+    node.body.insert(node.body.index(finish), made.body[0])
+
+
+def _is_quiet(method: ast.FunctionDef) -> bool:
+    """Return whether it does not matter when an iteration takes its items: nothing that it calls draws or changes."""
+    calls = [each for each in walk_tree(method) if isinstance(each, ast.Call)]
+    return all(isinstance(each.func, ast.Name) and each.func.id in (*_CONSUMERS, *_PURE) for each in calls)
+
+
+def _without_iterator(method: ast.FunctionDef) -> None:
+    """Return the items themselves from ``__iter__``: a loop takes them in the same order."""
+    for node in walk_tree(method):
+        if isinstance(node, ast.Return) and isinstance(node.value, ast.Call) and len(node.value.args) == 1:
+            if isinstance(node.value.func, ast.Name) and node.value.func.id == "iter":
+                node.value = node.value.args[0]
+
+
+class Operators(ast.NodeTransformer):
+    """Replaces operators on instances of the program's classes by calls of their methods; ``count`` says how many."""
+
+    def __init__(self, classes_of: Callable[[ast.expr], list[Any]], dispatch: Dispatch) -> None:
+        self._classes_of, self._dispatch = classes_of, dispatch
+        self.count = 0
+
+    def visit_Module(self, node: ast.Module) -> ast.Module:
+        known = len(self._dispatch.made)
+        self.generic_visit(node)
+        place = max((n for n, each in enumerate(node.body) if isinstance(each, ast.ClassDef)), default=-1) + 1
+        for each in self._dispatch.made[known:]:
+            for inner in walk_tree(each):
+                _at(inner, 1)
+            node.body.insert(place, each)
+        return node
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        self.generic_visit(node)
+        classes = self._classes_of(node.value)
+        has_all = len(classes) > 1 and all(node.attr in (*dict(c.fields), *c.constants, *c.properties) for c in classes)
+        if not has_all or not isinstance(node.ctx, ast.Load):
+            return node
+        self.count += 1
+        return self._dispatch.field(node, sorted(each.name for each in classes))
+
+    def _has(self, node: ast.expr, method: str) -> bool:
+        classes = self._classes_of(node)
+        return len(classes) == 1 and method in classes[0].methods
+
+    def _call(self, node: ast.expr, owner: ast.expr, method: str, arguments: list[ast.expr]) -> ast.expr:
+        self.count += 1
+        function = ast.copy_location(ast.Attribute(owner, method, ast.Load()), node)
+        return ast.copy_location(ast.Call(function, arguments, []), node)
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        self.generic_visit(node)
+        method = _BINARY.get(type(node.op), "")
+        if self._has(node.left, method):
+            return self._call(node, node.left, method, [node.right])
+        if not self._classes_of(node.left) and _is_repeatable(node.left) and self._has(node.right, f"r{method}"):
+            return self._call(node, node.right, f"r{method}", [node.left])
+        return node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
+        self.generic_visit(node)
+        method = _BINARY.get(type(node.op), "")
+        if isinstance(node.target, ast.Name):
+            old = ast.copy_location(ast.Name(node.target.id, ast.Load()), node.target)
+            if self._has(node.target, method):
+                value = self._call(node.value, old, method, [node.value])
+                return ast.copy_location(ast.Assign([node.target], value), node)
+        return node
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
+        self.generic_visit(node)
+        if isinstance(node.op, ast.USub) and self._has(node.operand, "neg"):
+            return self._call(node, node.operand, "neg", [])
+        return node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        self.generic_visit(node)
+        if (
+            isinstance(node.ctx, ast.Load)
+            and not isinstance(node.slice, ast.Slice)
+            and self._has(node.value, "getitem")
+        ):
+            return self._call(node, node.value, "getitem", [node.slice])
+        return node
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        self.generic_visit(node)
+        if len(node.ops) == 1 and isinstance(node.ops[0], (ast.In, ast.NotIn)):
+            if self._has(node.comparators[0], "contains"):
+                made = self._call(node, node.comparators[0], "contains", [node.left])
+                is_in = isinstance(node.ops[0], ast.In)
+                return made if is_in else ast.copy_location(ast.UnaryOp(ast.Not(), made), node)
+        return node
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        self.generic_visit(node)
+        function = node.func
+        if isinstance(function, ast.Attribute):
+            classes = self._classes_of(function.value)
+            if len(classes) > 1 and all(function.attr in each.methods for each in classes):
+                names = sorted(each.name for each in classes)
+                made = self._dispatch.call(node, function.value, function.attr, names)
+                self.count += made is not None
+                return made or node
+        if isinstance(function, ast.Name) and function.id in ("len", "abs") and len(node.args) == 1:
+            if self._has(node.args[0], function.id):
+                return self._call(node, node.args[0], function.id, [])
+        if isinstance(function, ast.Name) and function.id in _CONSUMERS and node.args:
+            node.args = [self._items(node.args[0]), *node.args[1:]]
+        if isinstance(function, (ast.Name, ast.Attribute, ast.Subscript)) and self._is_instance(function):
+            self.count += 1
+            node.func = ast.copy_location(ast.Attribute(function, "call", ast.Load()), function)
+        return node
+
+    def _items(self, node: ast.expr) -> ast.expr:
+        return self._call(node, node, "iter", []) if self._has(node, "iter") else node
+
+    def visit_For(self, node: ast.For) -> ast.stmt:
+        self.generic_visit(node)
+        node.iter = self._items(node.iter)
+        return node
+
+    def visit_comprehension(self, node: ast.comprehension) -> ast.comprehension:
+        self.generic_visit(node)
+        node.iter = self._items(node.iter)
+        return node
+
+    def visit_YieldFrom(self, node: ast.YieldFrom) -> ast.expr:
+        self.generic_visit(node)
+        node.value = self._items(node.value)
+        return node
+
+    def visit_Starred(self, node: ast.Starred) -> ast.expr:
+        self.generic_visit(node)
+        node.value = self._items(node.value)
+        return node
+
+    def _is_instance(self, node: ast.expr) -> bool:
+        return self._has(node, "call")
+
+
+def has_classes(tree: ast.Module) -> bool:
+    """Return whether a module has classes, whose instances may be operands."""
+    return any(isinstance(node, ast.ClassDef) for node in tree.body)

@@ -1,0 +1,170 @@
+"""Classes, operators and library functions that are translated, not evaluated: words and loops stay those of the Python."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+
+import pytest
+
+from scenelang.grammar.datum import Source
+from scenelang.session.session import Session
+from transpile.cases import first_difference, flattened, told
+from transpile.reference_model import flatten
+
+SESSION = Session()
+HEAD = """from helper import *
+import bisect, itertools, math, operator, statistics, string
+import numpy as np
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import cached_property, partial, reduce
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+def bar(x, y=0.0, size=1.0):
+    return transform_shape(primitive_call('cube', shape_kwargs={'scale': size}), translation_matrix((x, y, 0)))
+
+"""
+VECTOR = """@dataclass
+class Vec:
+    x: float
+    y: float
+    def __add__(self, other):
+        return Vec(self.x + other.x, self.y + other.y)
+    def __sub__(self, other):
+        return Vec(self.x - other.x, self.y - other.y)
+    def __mul__(self, k):
+        return Vec(self.x * k, self.y * k)
+    def __rmul__(self, k):
+        return self * k
+    def __neg__(self):
+        return Vec(-self.x, -self.y)
+    def __abs__(self):
+        return math.hypot(self.x, self.y)"""
+ROW = """class Row:
+    def __init__(self, items):
+        self.items = items
+    def __len__(self):
+        return len(self.items)
+    def __getitem__(self, i):
+        return self.items[i]
+    def __contains__(self, x):
+        return x in self.items
+    def __iter__(self):
+        return iter(self.items)
+    def __call__(self, x):
+        return x * 2"""
+PARTS = """class Part(ABC):
+    scale = 2
+    def __init__(self, x):
+        self.x = x
+    @abstractmethod
+    def build(self): ...
+    def moved(self, k=1.0):
+        return bar(self.x * k, self.scale)
+class Leg(Part):
+    def build(self):
+        return self.moved()
+class Arm(Part):
+    scale = 3
+    def __init__(self, x, y):
+        super().__init__(x)
+        self.y = y
+    def build(self):
+        return concat_shapes(self.moved(k=2.0), bar(self.x, self.y))"""
+DATA = """@dataclass(kw_only=True)
+class Base:
+    x: float = 1.0
+@dataclass(kw_only=True)
+class Derived(Base):
+    y: float
+    size: float = field(init=False)
+    def __post_init__(self):
+        self.size = self.x / 2
+@dataclass
+class Plain:
+    x: float
+    y: float = 2.0
+@dataclass
+class More(Plain):
+    z: float = 3.0"""
+
+LOWERED = {
+    "operators": (VECTOR, "v = Vec(1, 2) + 2 * Vec(3, 4) - -Vec(0, 1) * 3\nparts.append(bar(v.x, v.y, abs(v)))"),
+    "a container": (ROW, "r = Row([3, 5, 8])\nfor x in r:\n    parts.append(bar(x, len(r)))\n"
+        "if 5 in r and 4 not in r:\n    parts.append(bar(r[1], r(7)))\nparts.append(bar(sum(r)))"),
+    "a hierarchy": (PARTS, "for p in [Leg(1), Arm(2, 3), Leg(4)]:\n    parts.append(p.build())"),
+    "a field of several classes": (PARTS, "for p in [Leg(1), Arm(2, 3)]:\n    parts.append(bar(p.x, p.scale))"),
+    "a test for a base": (PARTS, "for p in [Leg(1), Arm(2, 3)]:\n    if isinstance(p, Part):\n        parts.append(bar(p.x))\n"
+        "    if isinstance(p, Arm):\n        parts.append(bar(p.y, 5))"),
+    "derived data": (DATA, "d = Derived(y=4.0)\nparts.append(bar(d.x, d.y, d.size))\nm = More(5.0)\nparts.append(bar(m.x, m.y, m.z))"),
+    "what a data class does last": ("@dataclass\nclass Post:\n    x: float\n    y: float = 2.0\n    def __post_init__(self):\n"
+        "        self.x = max(self.x, 3) + self.y", "parts.append(bar(Post(1).x))\nparts.append(bar(Post(5, y=1).x))"),
+    "alternative constructors": ("class Hand:\n    def __init__(self, x):\n        self.x = x\n    @classmethod\n"
+        "    def of(cls, x, k=2):\n        return cls(x * k)", "parts.append(bar(Hand.of(3).x))"),
+    "cached properties": ("class Gear:\n    def __init__(self, n):\n        self.n = n\n    @cached_property\n    def radius(self):\n"
+        "        return self.n / 4", "parts.append(bar(Gear(8).radius))"),
+    "generic classes": ("S = TypeVar('S')\nclass Stack(Generic[S]):\n    def __init__(self):\n        self.items = []\n"
+        "    def push(self, x):\n        self.items.append(x)\n        return self", "parts.append(bar(Stack().push(3).items[0]))"),
+    "fixed arguments": ("ball = partial(primitive_call, 'sphere', color=(1, 0, 0))",
+        "k = 3\nat = partial(bar, y=k / 2)\nparts += [ball(shape_kwargs={'radius': 2}), at(1), at(2, size=.5)]"),
+    "pairs": ("", "for a, b in itertools.pairwise([1, 4, 9]):\n    parts.append(bar(a, b))"),
+    "rows as arguments": ("", "parts.extend(itertools.starmap(bar, [(1, 2), (3, 4)]))"),
+    "the beginning of an iterator": ("def g(n):\n    for i in range(n):\n        yield i * i",
+        "for x in itertools.islice(g(9), 4):\n    parts.append(bar(x))"),
+    "indices of an array": ("", "for i, j in np.ndindex(2, 3):\n    parts.append(bar(i, j))"),
+    "keys of rows": ("", "for x, y in sorted([(1, 5), (2, 3)], key=operator.itemgetter(1)):\n    parts.append(bar(x, y))"),
+    "a sum of shapes": ("", "parts.append(reduce(operator.add, [bar(1), bar(2)]))"),
+    "bisection and means": ("", "i = bisect.bisect_left([1, 3, 5], 4)\nparts.append(bar(i, statistics.mean([1, 2, 6]), statistics.median([5, 1, 3, 2])))"),
+    "letters": ("", "for i, c in enumerate(string.ascii_uppercase[:3]):\n    parts.append(bar(i, ord(c) - 64))"),
+    "a log": ("import logging\nlog = logging.getLogger('a')", "log.info('%d parts', len(parts))\nparts.append(bar(1))"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LOWERED)
+def test_python_is_translated_and_equal(name: str) -> None:
+    before, body = LOWERED[name]
+    lines = "\n".join(f"    {line}" for line in body.split("\n"))
+    code = f"{HEAD}{before}\n\n@register()\ndef scene() -> Shape:\n    parts = []\n{lines}\n    return concat_shapes(*parts)\n"
+    translation = SESSION.transpile(Source("lowered.py", code))
+    assert translation.ok, told(translation.diagnostics)
+    evaluated = SESSION.evaluate(Source("lowered.scene", translation.text))
+    assert evaluated.scene is not None, f"{told(evaluated.diagnostics)}\n{translation.text}"
+    with contextlib.redirect_stdout(io.StringIO()):
+        expected = flatten(code)
+    assert first_difference(flattened(evaluated.scene), expected) is None, translation.text
+    assert "Evaluated from Python" not in translation.text
+
+
+OTHER = {
+    "an attribute of a class that changes": ("class Pen:\n    width = 1\n    def __init__(self, k):\n        if k > 1:\n"
+        "            self.width = k", "Pen.width = 2\nparts += [bar(Pen.width), bar(Pen(3).width, 1)]"),
+    "draws while it iterates": ("class Wind:\n    def __iter__(self):\n        for i in range(3):\n            yield np.random.uniform(0, 9)",
+        "for x in Wind():\n    parts.append(bar(x, np.random.uniform(0, 9)))"),
+    "operators in place": (VECTOR, "v = Vec(1, 2)\nfor i in range(3):\n    v += Vec(i, 1)\n    parts.append(bar(v.x, v.y))"),
+    "a stream that a generator shares": ("def g():\n    for i in range(9):\n        yield i",
+        "it = g()\nparts += [bar(x) for x in itertools.islice(it, 2)] + [bar(x, 1) for x in itertools.islice(it, 2)]"),
+    "a name that is assigned again": ("", "k = 1\nat = partial(bar, y=k)\nk = 5\nparts += [at(1), at(2)]"),
+    "an alternative constructor of a derived class": ("class A:\n    x = 1\n    @classmethod\n    def of(cls):\n        return cls()\n"
+        "class B(A):\n    x = 2", "parts.append(bar(B.of().x))"),
+    "factories before what a data class does last": ("@dataclass\nclass Post:\n    xs: list = field(default_factory=list)\n"
+        "    def __post_init__(self):\n        self.xs.append(4)", "parts.append(bar(Post().xs[0]))"),
+    "a protocol in a test": ("from typing import runtime_checkable\n@runtime_checkable\nclass Sized(Protocol):\n    def size(self): ...\n"
+        "class A:\n    def size(self):\n        return 3", "if isinstance(A(), Sized):\n    parts.append(bar(1))\nparts.append(bar(2))"),
+    "a log with an effect": ("import logging\ndef count():\n    SEEN.append(1)\n    return 1\nSEEN = []",
+        "logging.info('%d', count())\nparts.append(bar(len(SEEN)))"),
+    "own names of library functions": ("pairwise = 5\ndef mean(x):\n    return x + 1",
+        "for a, b in itertools.pairwise([1, 4, 9]):\n    parts.append(bar(a, mean(b)))\nparts.append(bar(statistics.mean([1, 5]), pairwise))"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_what_is_not_the_same_is_not_lowered(name: str) -> None:
+    before, body = OTHER[name]
+    lines = "\n".join(f"    {line}" for line in body.split("\n"))
+    code = f"{HEAD}{before}\n\n@register()\ndef scene() -> Shape:\n    parts = []\n{lines}\n    return concat_shapes(*parts)\n"
+    translation = SESSION.transpile(Source("other.py", code))
+    assert translation.ok, told(translation.diagnostics)
+    evaluated = SESSION.evaluate(Source("other.scene", translation.text))
+    assert evaluated.scene is not None, f"{told(evaluated.diagnostics)}\n{translation.text}"
+    assert first_difference(flattened(evaluated.scene), flatten(code)) is None, translation.text
