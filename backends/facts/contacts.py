@@ -128,6 +128,11 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     points = solids.common_points(i, j, along * push)
     if len(points):
         return extreme_points(points, along)
+    low, high = solids.boxes
+    outermost = solids.solids.take(np.array([i, j])).support(np.stack([along, -along]))
+    for point, other in zip(outermost, (j, i)):  # of a slanted rod on a floor, its end
+        if (point >= low[other] - room).all() and (point <= high[other] + room).all():
+            return np.asarray(point[None], np.float64)
     return np.asarray(rectangles_of(solids, contacts.pairs[row : row + 1], along[None])[0], np.float64)
 
 

@@ -352,7 +352,7 @@ class FrameFacts:
                 side = min(self._sides_of(link, int(np.argmax(np.abs(normal)))))
                 if area_of(link.points, normal) >= GLUED_AREA * side:
                     yield link, "glued"
-        if len(sideways) > 1:
+        if sideways:
             heights = np.concatenate([link.points[:, 1] for link in sideways])
             if np.ptp(heights) >= HINGE_SPAN * (high - low):
                 yield sideways[0], "glued"
