@@ -1,0 +1,7 @@
+"""Blender: follows a script of `bpy` and writes a program of the Scene Language (docs/from-blender.md), and the way back.
+
+``vectors`` is `mathutils`, ``polygons`` meshes and Blender's primitives, ``pieces`` what a mesh is made of, ``model``
+the objects of `bpy`, ``operators`` `bpy.ops`, ``editing`` `bmesh`, ``modifiers`` the modifiers, ``animating`` the
+keyframes; ``following`` evaluates a script with them, ``converting`` writes the program, ``script`` a script of a
+scene. A script is never executed: it is evaluated by the interpreter of ``transpile``, where these are its objects.
+"""
