@@ -95,7 +95,7 @@ class ProgramWriter:
         self.result = result
         self.word = word
         self.shapes = ShapeWriter()
-        self.words: dict[str, tuple[str, bool]] = {}  # bodies, with words and whether they move
+        self.words: dict[tuple[str, str], tuple[str, bool]] = {}  # of bodies and stems, with whether they move
         self.names: dict[str, list[str]] = {}  # words, with the names of what they stand for
         self.order: list[str] = []
         self.looks: dict[int, SurfaceLook] = {}
@@ -119,7 +119,7 @@ class ProgramWriter:
         lines.append(root)
         for note in self.shapes.notes:
             self.blend.warn(note, self.result.text.tree.body[0] if self.result.text.tree.body else None)
-        return "\n\n".join(lines) + "\n"
+        return self._named("\n\n".join(lines)) + "\n"
 
     # --- what is shown, and how it is ordered
 
@@ -252,7 +252,7 @@ class ProgramWriter:
     def _root(self, parts: Sequence[Part]) -> str:
         texts = [self._placed(part, np.eye(4)) for part in parts]
         body = texts[0] if len(texts) == 1 else _union(texts)
-        name = self._free_word(self.word)
+        name = self.word
         if not self.frames:
             return f"(bind {_string(name)} (lambda () {body}))\n\n(scene {_string(name)})"
         listed = " ".join(map(number, self.frames))
@@ -379,30 +379,30 @@ class ProgramWriter:
             raise self._refused(obj, f"{error.message}, in `{obj.name}`", error.hint) from None
 
     def _call(self, name: str, body: str, is_moving: bool) -> str:
-        """Bind a body to a word, or use the word that has it; return the call."""
-        known = self.words.get(body)
+        """Bind a body to a word, or use the word that has it; return the call.
+
+        The word is a mark in the text until all names of what it stands for are known.
+        """
+        key = body, " ".join(_stem(name))
+        known = self.words.get(key)
         if known is None:
-            word = self._free_word(self._plain_name(name))
+            known = self.words[key] = f"\x00{len(self.words)}\x00", is_moving
             parameters = "((:frame 0))" if is_moving else "()"
-            self.words[body] = word, is_moving
-            self.order.append(f"(bind {_string(word)}\n(lambda {parameters} {body}))")
-            known = word, is_moving
-        return f"(call {_string(known[0])}{' :frame frame' if known[1] else ''})"
+            self.order.append(f"(bind {known[0]}\n(lambda {parameters} {body}))")
+        self.names.setdefault(known[0], []).append(name)
+        return f"(call {known[0]}{' :frame frame' if is_moving else ''})"
 
-    def _plain_name(self, name: str) -> str:
-        stem = _NUMBER.sub("", name).strip(" _.-") or name
-        return " ".join(stem.replace('"', "").replace("_", " ").split()) or "part"
-
-    def _free_word(self, name: str) -> str:
-        taken = {word for word, _ in self.words.values()}
-        number_ = 2
-        word = name
-        if word in PRIMITIVES:
-            word = f"{word} part"
-        while word in taken:
-            word = f"{name} {number_}"
-            number_ += 1
-        return word
+    def _named(self, text: str) -> str:
+        """Return a text with the words in place of their marks."""
+        chosen: dict[str, str] = {}
+        taken = {*PRIMITIVES, self.word}
+        for mark, names in self.names.items():
+            stem = _common_name(names)
+            choices = (stem, *(f"{stem} {i}" for i in range(2, 100_000)))
+            word = next(each for each in choices if each not in taken)
+            taken.add(word)
+            chosen[mark] = _string(word)
+        return re.sub("\x00\\d+\x00", lambda match: chosen[match[0]], text)
 
     # --- materials
 
@@ -449,6 +449,30 @@ class ProgramWriter:
 PRIMITIVES = frozenset(
     ["cube", "sphere", "cylinder", "cone", "capsule", "torus", "rounded-cube", "asset", "set-cuboid", "delete-blocks"]
 )
+
+
+_SIDES = frozenset(
+    "l r left right fl fr bl br rl rr tl tr front back rear top bottom upper lower inner outer north south east west n s "
+    "e w x y z a b c d i ii iii".split()
+)
+
+
+def _stem(name: str) -> list[str]:
+    """Return the words of a name that say what a thing is, without numbers and sides."""
+    words = re.sub(r"\d+", " ", spaced(name)).split()
+    return [word for word in words if word not in _SIDES] or words
+
+
+def _common_name(names: Sequence[str]) -> str:
+    """Return the name of what several names stand for: without numbers and sides where these differ."""
+    stems = [_NUMBER.sub("", name).strip(" _.-") or name for name in names]
+    if len(set(stems)) > 1:
+        stems = [re.sub(r"[\s_.-]*\d+", "", name).strip(" _.-") or name for name in names]
+    if len(set(stems)) > 1:
+        kept = _stem(names[0])
+        parts = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[^\W\d_]+", names[0])
+        stems = [" ".join(part for part in parts if part.lower() in kept)]
+    return " ".join(stems[0].replace("_", " ").split()) or "part"
 
 
 def _posed(text: str, parts: Sequence[str]) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import random
-import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,7 +31,6 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     value_of_error,
 )
 
-_IMPORTS_BPY = re.compile(r"^[ \t]*(?:import[ \t]+(?:[\w.]+[ \t]*,[ \t]*)*bpy\b|from[ \t]+bpy\b)", re.M)
 _DRAWS = words(
     "betavariate choice choices expovariate gauss normalvariate paretovariate randint random randrange sample seed "
     "shuffle triangular uniform vonmisesvariate weibullvariate lognormvariate gammavariate getrandbits"
@@ -42,11 +40,6 @@ _ARRAY_DRAWS = words(
     "poisson beta gamma binomial"
 )
 _BASES = ("Operator", "Panel", "PropertyGroup", "Menu", "Header", "UIList", "AddonPreferences")
-
-
-def imports_bpy(text: str) -> bool:
-    """Return whether a text is a script of Blender, with or without prose around it."""
-    return _IMPORTS_BPY.search(text) is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -81,7 +81,7 @@ def _principled(blend: Blend, material: Material, node: Node) -> SurfaceLook:
             blend.warn(f"`{socket.name}` of materials is left out")
     return SurfaceLook(
         base,
-        float(value("Roughness")) if roughness.is_changed or is_plain is False else None,
+        float(value("Roughness")) if roughness.is_changed or roughness.is_linked else None,
         float(value("Metallic")),
         emission,
         opacity,

@@ -1022,8 +1022,8 @@ class Object(Block):
 
     def read(self, name: str) -> Any:
         self.blend.touched[id(self)] = self
-        if name in ("particle_systems", "rigid_body", "soft_body", "field"):
-            raise UnsupportedPython(f"`{name}` of objects is not supported: physics is not part of a scene")
+        if name in ("particle_systems", "rigid_body", "rigid_body_constraint", "soft_body", "field", "collision", "pose"):
+            raise UnsupportedPython(f"`{name}` of objects is not supported: simulations are not part of a scene")
         if name == "cycles":
             return Settings()
         return super().read(name)

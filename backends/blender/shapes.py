@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 # Blender's z is up, and a scene's y: (x, y, z) becomes (x, z, -y).
 UPRIGHT = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
 _SEGMENTS = 128  # of bodies of revolution that stand for curved ones: their volume is within .05 %
-_PLATE = 5e-4  # thickness of what is flat in Blender, of its largest extent
+_PLATE = 1e-4  # thickness of what is flat in Blender, of its largest extent
 
 HELPERS = {
     "prism": """
