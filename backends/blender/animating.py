@@ -50,6 +50,7 @@ class Curve(HostObject):
         self.data_path, self.array_index = data_path, array_index
         self.keyframe_points: list[Keyframe] = []
         self.extrapolation = "CONSTANT"
+        self._solved: tuple[Any, list[float]] = ((), [])
 
     @property
     def modifiers(self) -> Any:
@@ -115,33 +116,30 @@ class Curve(HostObject):
         return float(y0 + (y1 - y0) * eased(first.interpolation, first.easing, share))
 
     def _handles(self, number: int) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return the left and right handle of a keyframe (BKE_nurb_handle_calc of Blender)."""
+        """Return the left and the right handle of a keyframe; each spans a third of the frames to its neighbour."""
         keys = self.keyframe_points
         x, y = keys[number].co
-        has_before, has_after = number > 0, number + 1 < len(keys)
-        after = tuple(keys[number + 1].co) if has_after else None
-        before = tuple(keys[number - 1].co) if has_before else None
-        if before is None:
-            before = (2 * x - after[0], 2 * y - after[1]) if after else (x - 1, y)
-        if after is None:
-            after = (2 * x - before[0], 2 * y - before[1])
-        kind = keys[number].handle_left_type
-        ends = not has_before or not has_after
-        a, b = (x - before[0], y - before[1]), (after[0] - x, after[1] - y)
-        if kind == "VECTOR":
-            return (x - a[0] / 3, y - a[1] / 3), (x + b[0] / 3, y + b[1] / 3)
-        is_extreme = ends or (before[1] - y) * (after[1] - y) >= 0
-        if kind == "AUTO_CLAMPED" and is_extreme:
-            return (x - a[0] / 3, y), (x + b[0] / 3, y)
-        # The tangent of an automatic handle is the mean of the slopes to the neighbours; a handle spans a third of the
-        # frames. Blender then smooths the acceleration over several keyframes, which is left out here.
-        slope = (b[1] / b[0] + a[1] / a[0]) / 2
-        low, high = (x - a[0] / 3, y - slope * a[0] / 3), (x + b[0] / 3, y + slope * b[0] / 3)
-        if kind == "AUTO_CLAMPED":
-            low = (low[0], min(max(low[1], min(before[1], y)), max(before[1], y)))
-            high = (high[0], min(max(high[1], min(after[1], y)), max(after[1], y)))
-            low, high = _aligned((x, y), low, high)
-        return low, high
+        before = x - keys[number - 1].co[0] if number > 0 else 1.0
+        after = keys[number + 1].co[0] - x if number + 1 < len(keys) else before
+        if number == 0 and len(keys) > 1:
+            before = after
+        if keys[number].handle_left_type == "VECTOR":
+            low = (keys[number - 1].co[1] - y) / 3 if number > 0 else 0.0
+            high = (keys[number + 1].co[1] - y) / 3 if number + 1 < len(keys) else 0.0
+            return (x - before / 3, y + low), (x + after / 3, y + high)
+        slope = self._slopes()[number]
+        return (x - before / 3, y - slope * before / 3), (x + after / 3, y + slope * after / 3)
+
+    def _slopes(self) -> list[float]:
+        """Return the slopes of the automatic handles, for which the acceleration has no jumps.
+
+        They are 0 at the ends and, if clamped, at extremes; between these they solve the equations of Blender's
+        `bezier_handle_calc_smooth_fcurve`, which say that the second derivative is continuous.
+        """
+        key = tuple((*each.co, each.handle_left_type) for each in self.keyframe_points)
+        if key != self._solved[0]:
+            self._solved = key, _smooth_slopes(self.keyframe_points)
+        return self._solved[1]
 
     def copy(self) -> Curve:
         """Return a copy."""
@@ -155,17 +153,47 @@ class Curve(HostObject):
         return made
 
 
-def _aligned(
-    center: tuple[float, float], low: tuple[float, float], high: tuple[float, float]
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return clamped handles on one line through the keyframe, with the lesser slope."""
-    left = (center[1] - low[1]) / (center[0] - low[0])
-    right = (high[1] - center[1]) / (high[0] - center[0])
-    slope = left if abs(left) < abs(right) else right
-    return (
-        (low[0], center[1] - slope * (center[0] - low[0])),
-        (high[0], center[1] + slope * (high[0] - center[0])),
-    )
+def _smooth_slopes(keys: list[Keyframe]) -> list[float]:
+    count = len(keys)
+    x, y = [key.co[0] for key in keys], [key.co[1] for key in keys]
+    secants = [(y[i + 1] - y[i]) / (x[i + 1] - x[i]) for i in range(count - 1)]
+    fixed: dict[int, float] = {0: 0.0, count - 1: 0.0}
+    limits: dict[int, tuple[float, float]] = {}
+    for i in range(1, count - 1):
+        before, after = secants[i - 1], secants[i]
+        if keys[i].handle_left_type == "VECTOR" or (
+            keys[i].handle_left_type == "AUTO_CLAMPED" and before * after <= 0
+        ):
+            fixed[i] = 0.0
+        elif keys[i].handle_left_type == "AUTO_CLAMPED":  # no handle is higher or lower than the neighbours
+            most = 3 * min(abs(before), abs(after))
+            limits[i] = (0.0, most) if before > 0 else (-most, 0.0)
+    while True:
+        slopes = _solved_slopes(x, secants, fixed)
+        outside = [i for i, (low, high) in limits.items() if i not in fixed and not low <= slopes[i] <= high]
+        if not outside:
+            return slopes
+        for i in outside:
+            fixed[i] = min(max(slopes[i], limits[i][0]), limits[i][1])
+
+
+def _solved_slopes(x: list[float], secants: list[float], fixed: dict[int, float]) -> list[float]:
+    """Return all slopes, of which some are given (Thomas's algorithm)."""
+    upper: list[float] = []
+    values: list[float] = []
+    for i in range(len(x)):
+        if i in fixed:
+            upper.append(0.0)
+            values.append(fixed[i])
+            continue
+        before, after = 1 / (x[i] - x[i - 1]), 1 / (x[i + 1] - x[i])
+        value = 3 * (secants[i - 1] * before + secants[i] * after)
+        middle = 2 * (before + after) - before * upper[-1]
+        upper.append(after / middle)
+        values.append((value - before * values[-1]) / middle)
+    for i in range(len(values) - 2, -1, -1):
+        values[i] -= upper[i] * values[i + 1]
+    return values
 
 
 def _bezier(
