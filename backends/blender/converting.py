@@ -407,7 +407,7 @@ class ProgramWriter:
     # --- materials
 
     def _look(self, obj: Object, piece: Piece) -> str:
-        materials = obj.data.materials.items_
+        materials = obj.materials()
         slots = piece.mesh.slots() if piece.mesh is not None else (piece.slot,)
         if len(set(slots)) > 1 and len({id(materials[min(s, len(materials) - 1)]) for s in slots if materials}) > 1:
             self.blend.warn("faces of one mesh with several materials get that of most faces")

@@ -657,19 +657,24 @@ class MeshFace(Struct):
 
 
 class MaterialSlot(HostObject):
-    """Slot of an object for a material."""
+    """Slot of an object for a material: that of the mesh, or with the link OBJECT the object's own."""
 
     python_name = "MaterialSlot"
-    shown = frozenset(("name", "material", "link"))
-    link = "DATA"
+    shown = frozenset(("name", "material", "link", "slot_index"))
 
-    def __init__(self, mesh: Any, index: int) -> None:
-        self._mesh, self._index = mesh, index
+    def __init__(self, owner: Any, index: int) -> None:
+        self._owner, self.slot_index = owner, index
+
+    @property
+    def link(self) -> str:
+        """Return whose material it is."""
+        return "OBJECT" if self.slot_index in self._owner.own_materials else "DATA"
 
     @property
     def material(self) -> Any:
         """Return the material."""
-        return self._mesh.materials.items_[self._index]
+        own = self._owner.own_materials
+        return own[self.slot_index] if self.slot_index in own else self._owner.data.materials.items_[self.slot_index]
 
     @property
     def name(self) -> str:
@@ -677,11 +682,18 @@ class MaterialSlot(HostObject):
         return self.material.name if self.material is not None else ""
 
     def assign(self, name: str, value: Any) -> None:
+        own = self._owner.own_materials
         if name == "link":
-            return
-        if name != "material":
+            if value == "OBJECT":
+                own.setdefault(self.slot_index, None)
+            else:
+                own.pop(self.slot_index, None)
+        elif name != "material":
             super().assign(name, value)
-        self._mesh.materials.items_[self._index] = value
+        elif self.slot_index in own:
+            own[self.slot_index] = value
+        else:
+            self._owner.data.materials.items_[self.slot_index] = value
 
 
 class Mesh(Block):
@@ -1011,6 +1023,7 @@ class Object(Block):
         self.constraints = Constraints(self)
         self.vertex_groups = Settings()
         self.animation: Animation | None = None
+        self.own_materials: dict[int, Any] = {}  # of slots whose link is OBJECT
         self.is_selected = False
         self.is_hidden = False
         self.hide_render = self.hide_viewport = False
@@ -1081,12 +1094,16 @@ class Object(Block):
         """Return the slots for materials."""
         if not isinstance(self.data, Mesh):
             return []
-        return [MaterialSlot(self.data, i) for i in range(len(self.data.materials))]
+        return [MaterialSlot(self, i) for i in range(len(self.data.materials))]
+
+    def materials(self) -> list[Any]:
+        """Return the materials of its slots."""
+        return [slot.material for slot in self.material_slots]
 
     @property
     def active_material(self) -> Any:
         """Return the active material."""
-        materials = self.data.materials.items_ if isinstance(self.data, Mesh) else []
+        materials = self.materials()
         return materials[min(self.active_material_index, len(materials) - 1)] if materials else None
 
     @active_material.setter
@@ -1212,6 +1229,7 @@ class Object(Block):
         made.parent = self.parent
         made.hide_render, made.hide_viewport, made.is_selected = self.hide_render, self.hide_viewport, self.is_selected
         made.properties = dict(self.properties)
+        made.own_materials = dict(self.own_materials)
         made.instance_type, made.instance_collection = self.instance_type, self.instance_collection
         made.animation = self.animation.copy() if self.animation is not None else None
         made.constraints.items_ = list(self.constraints.items_)

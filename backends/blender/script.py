@@ -199,7 +199,7 @@ class _Script:
         given = f"{_text(name)}, {look}"
         word = type(shape).__name__
         if word in ("Cube", "Semantic"):
-            return f"box({given}, {_tuple(shape.scale)})"  # type: ignore[attr-defined]
+            return f"box({given}, {_tuple(shape.size)})"  # type: ignore[attr-defined]
         if word == "Sphere":
             return f"ball({given}, {shape.radius:.9g})"  # type: ignore[attr-defined]
         if word in ("Cylinder", "Cone"):
