@@ -44,13 +44,13 @@ def reference(scripts: Sequence[Path], table: Path, python: str) -> dict[str, An
     return {path.name: known[path.name] for path in scripts}
 
 
-_SIDES = "l r left right fl fr bl br rl rr tl tr front back rear top bottom upper lower inner outer n s e w x y z a b c d".split()
+_SIDES = "l r left right fl fr bl br rl rr tl tr front back rear top bottom upper lower inner outer".split()
 
 
 def key_of(name: str) -> str:
     """Return what of a name stays when it becomes a word that equal things share: no numbers and no sides."""
     parts = re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name).casefold())
-    return "".join(part for part in parts if part not in _SIDES) or "".join(parts)
+    return "".join(part for part in parts if part not in _SIDES and len(part) > 1) or "".join(parts)
 
 
 def rows_of(root: Entity) -> list[Row]:

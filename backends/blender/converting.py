@@ -453,14 +453,14 @@ PRIMITIVES = frozenset(
 
 _SIDES = frozenset(
     "l r left right fl fr bl br rl rr tl tr front back rear top bottom upper lower inner outer north south east west n s "
-    "e w x y z a b c d i ii iii".split()
+    "e w".split()
 )
 
 
 def _stem(name: str) -> list[str]:
     """Return the words of a name that say what a thing is, without numbers and sides."""
     words = re.sub(r"\d+", " ", spaced(name)).split()
-    return [word for word in words if word not in _SIDES] or words
+    return [word for word in words if word not in _SIDES and len(word) > 1] or words
 
 
 def _common_name(names: Sequence[str]) -> str:

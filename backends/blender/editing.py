@@ -288,6 +288,7 @@ class EditMesh(HostObject):
         self.sides: list[Side] = []
         self._keys: set[frozenset[int]] | None = set()
         self.pieces: list[Piece] | None = []  # what it is made of, until a script edits it
+        self._sources: list[Piece] = []  # pieces whose corners it has
         self.select_mode: Any = {"VERT"}
 
     def assign(self, name: str, value: Any) -> None:
@@ -350,6 +351,8 @@ class EditMesh(HostObject):
 
     def extend(self, mesh: Polygons, piece: Piece | None) -> list[Corner]:
         """Add polygons, which are a piece until they are edited; return the new corners."""
+        if piece is not None:
+            self._sources.append(piece)
         kept = [*self.pieces, piece] if self.pieces is not None and piece is not None else None
         made = [Corner(self, point.tolist()) for point in mesh.points]
         self.corners += made
@@ -416,6 +419,7 @@ class EditMesh(HostObject):
 
             mesh.pieces = [replace(piece, is_smooth=smooth) for piece in self.pieces]
         else:
+            self.blend.check_order(self._sources)
             mesh.become(made, smooth)
 
     def calc_volume(self, signed: bool = False) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import random
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,6 +40,7 @@ _ARRAY_DRAWS = words(
     "choice exponential normal permutation rand randint randn random random_sample seed shuffle standard_normal uniform "
     "poisson beta gamma binomial"
 )
+_SELECTS = re.compile(r"\b(?:random|enumerate|noise|index)\b|(?:vert\w*|faces|polygons)\[")
 _BASES = ("Operator", "Panel", "PropertyGroup", "Menu", "Header", "UIList", "AddonPreferences")
 
 
@@ -76,6 +78,7 @@ def followed(source: Source) -> Followed:
         problem = text.diagnostics[0]
         raise SceneError(problem.name, problem.message, problem.hint, problem.span)
     blend = Blend()
+    blend.selects_by_number = _SELECTS.search(source.text) is not None
     evaluator = blend.evaluator = ScriptEvaluator(blend)
     _provide(evaluator, blend)
     try:

@@ -8,7 +8,7 @@ change ``matrix_world`` before an operator or ``view_layer.update()`` has run.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -784,6 +784,8 @@ class Mesh(Block):
         slots = tuple(int(face.material_index) for face in faces)
         smooth = [bool(face.use_smooth) for face in faces]
         is_moved = len(points) and not np.allclose(points, made.points, atol=1e-9)
+        if is_moved:
+            self.blend.check_order(self.pieces)
         if is_moved or slots != made.slots():
             mesh = Polygons(points, made.faces, slots)
             self.pieces = [Piece(np.eye(4), None, mesh, 0, bool(smooth) and all(smooth))]
@@ -1683,6 +1685,7 @@ class Blend:
         self.calls: list[CallSite] = []
         self.warnings: dict[str, Any] = {}  # messages with the nodes where they arose first
         self.touched: dict[int, Object] = {}
+        self.selects_by_number = False  # whether the script draws or counts, so that the order of corners may matter
         self._counter = 0
         self.objects = Blocks("objects", self._new_object, self.forget)
         self.meshes = Blocks("meshes", lambda name="Mesh": Mesh(self, name), self._forget_data)
@@ -1752,6 +1755,11 @@ class Blend:
         """Warn once of what is left out or replaced."""
         at = node if node is not None else self.evaluator.node if self.evaluator is not None else None
         self.warnings.setdefault(message, at)
+
+    def check_order(self, pieces: Sequence[Piece]) -> None:
+        """Raise UnsupportedPython if corners are changed whose order is not known, and it may matter."""
+        if self.selects_by_number and any(piece.form is not None and not piece.form.has_known_order for piece in pieces):
+            raise UnsupportedPython("the order of the corners of a sphere of this size is not known")
 
     def counted(self) -> int:
         """Return the next number."""

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.blender import polygons
+from scenelang.backends.blender.corner_orders import ico_order, sphere_tail
 from scenelang.backends.blender.polygons import Polygons
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython
 
@@ -48,6 +49,13 @@ class Form:
         if self.kind == "circle":
             return polygons.circle(self.counts[0], self.fill)
         return polygons.torus(*self.sizes, *self.counts)
+
+    @property
+    def has_known_order(self) -> bool:
+        """Whether its corners are in Blender's order."""
+        if self.kind == "sphere":
+            return sphere_tail(*self.counts) is not None
+        return self.kind != "ico" or self.counts[0] == 1 or ico_order(self.counts[0]) is not None
 
     @property
     def is_closed(self) -> bool:

@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.blender.corner_orders import ico_order, sphere_tail
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython
 
 FloatArray = npt.NDArray[np.float64]
@@ -280,20 +281,24 @@ def circle(count: int, fill: str) -> Polygons:
 def uv_sphere(segments: int, rings: int) -> Polygons:
     """Return a sphere of radius 1 of segments and rings.
 
-    Blender's order of corners is that of its algorithm of extrusion; here the poles are first and last.
+    Blender spins a half circle, and merges the last one with the first: the corners of the first that are merged are
+    the last of all. Which these are depends on rounding, and is measured (``corner_orders``).
     """
-    points: list[tuple[float, float, float]] = [(0.0, 0.0, 1.0)]
-    for j in range(1, rings):
-        polar = math.pi * j / rings
-        points += ring_points(segments, math.sin(polar), math.cos(polar))
-    points.append((0.0, 0.0, -1.0))
-    last = len(points) - 1
-    at = lambda j, i: 1 + (j - 1) * segments + i % segments
+    tail = sphere_tail(segments, rings) or ()
+    first = [(0, row) for row in range(rings + 1) if row not in tail]
+    rows = [*first, *((column, row) for column in range(1, segments) for row in range(1, rings))]
+    rows += [(0, row) for row in tail]
+    place = {at: i for i, at in enumerate(rows)}
+    points = []
+    for column, row in rows:
+        around, polar = 2 * math.pi * column / segments, math.pi * row / rings
+        points.append((math.sin(polar) * math.sin(around), math.sin(polar) * math.cos(around), math.cos(polar)))
+    at = lambda column, row: place[(column % segments if 0 < row < rings else 0), row]
     faces: list[Face] = []
     for i in range(segments):
-        faces.append((0, at(1, i + 1), at(1, i)))
-        faces += [(at(j, i), at(j, i + 1), at(j + 1, i + 1), at(j + 1, i)) for j in range(1, rings - 1)]
-        faces.append((last, at(rings - 1, i), at(rings - 1, i + 1)))
+        faces.append((at(0, 0), at(i + 1, 1), at(i, 1)))
+        faces += [(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)) for j in range(1, rings - 1)]
+        faces.append((at(0, rings), at(i, rings - 1), at(i + 1, rings - 1)))
     return _made(points, faces)
 
 
@@ -306,38 +311,44 @@ _ICO = [
 
 @lru_cache(maxsize=8)
 def ico_sphere(subdivisions: int) -> Polygons:
-    """Return a sphere of radius 1 of triangles: an icosahedron whose faces are divided."""
+    """Return a sphere of radius 1 of triangles: an icosahedron whose faces are divided evenly, then projected."""
     if subdivisions > 7:
         raise UnsupportedPython("this sphere has too many faces")
     a, z = 2 / math.sqrt(5), 1 / math.sqrt(5)
     low = [(a * math.cos(t), a * math.sin(t), -z) for t in (math.radians(-36 - 72 * i) for i in range(5))]
     high = [(a * math.cos(t), a * math.sin(t), z) for t in (math.radians(-72 * (i + 1)) for i in range(5))]
-    points = [(0.0, 0.0, -1.0), *low, *high, (0.0, 0.0, 1.0)]
-    faces: list[Face] = list(_ICO)
-    for _ in range(subdivisions - 1):
-        points, faces = _divided(points, faces)
-    return _made(points, faces)
+    corners = np.array([(0.0, 0.0, -1.0), *low, *high, (0.0, 0.0, 1.0)])
+    count = 2 ** (subdivisions - 1)
+    points, faces = _divided_icosahedron(corners, count)
+    order = ico_order(subdivisions)
+    if order is None:
+        return _made(points, faces)
+    place = np.argsort(order)
+    return _made(points[list(order)], [[int(place[c]) for c in face] for face in faces])
 
 
-def _divided(
-    points: list[tuple[float, float, float]], faces: list[Face]
-) -> tuple[list[tuple[float, float, float]], list[Face]]:
-    points = list(points)
-    middles: dict[tuple[int, int], int] = {}
+def _divided_icosahedron(corners: FloatArray, count: int) -> tuple[FloatArray, list[Face]]:
+    points = list(corners)
+    known: dict[tuple[tuple[int, int], ...], int] = {((i, count),): i for i in range(len(corners))}
 
-    def middle(a: int, b: int) -> int:
-        key = min(a, b), max(a, b)
-        if key not in middles:
-            point = np.add(points[a], points[b])
-            points.append(tuple((point / np.linalg.norm(point)).tolist()))
-            middles[key] = len(points) - 1
-        return middles[key]
+    def point(*weights: tuple[int, int]) -> int:
+        key = tuple(sorted((corner, weight) for corner, weight in weights if weight))
+        if key not in known:
+            known[key] = len(points)
+            inner = sum((corners[corner] * weight for corner, weight in key), np.zeros(3))
+            points.append(inner / np.linalg.norm(inner))
+        return known[key]
 
-    made: list[Face] = []
-    for a, b, c in faces:
-        ab, bc, ca = middle(a, b), middle(b, c), middle(c, a)
-        made += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return points, made
+    faces: list[Face] = []
+    for a, b, c in _ICO:
+        at = lambda i, j, a=a, b=b, c=c: point((a, count - i - j), (b, i), (c, j))  # type: ignore[misc]
+        rows = [[at(i, j) for j in range(count + 1 - i)] for i in range(count + 1)]
+        for i in range(count):
+            for j in range(count - i):
+                faces.append((rows[i][j], rows[i + 1][j], rows[i][j + 1]))
+                if i + j < count - 1:
+                    faces.append((rows[i + 1][j], rows[i + 1][j + 1], rows[i][j + 1]))
+    return np.array(points), faces
 
 
 def torus(major: float, minor: float, around: int, across: int) -> Polygons:
