@@ -269,10 +269,10 @@ class Animation(HostObject, _Curves):
         self.action = _Action(self)
         self.action_slot = None
 
-    def insert(self, data_path: str, index: int, frame: float, value: float, interpolation: str) -> None:
-        """Insert a keyframe."""
+    def insert(self, data_path: str, index: int, frame: float, value: float) -> None:
+        """Insert a keyframe, of a Bezier curve whatever the preferences say, as scripts do."""
         curve = self.curves.setdefault((data_path, index), Curve(data_path, index))
-        curve.insert(frame, value, interpolation)
+        curve.insert(frame, value, "BEZIER")
 
     def apply(self, owner: Any, frame: float) -> None:
         """Give an object the values of a frame."""

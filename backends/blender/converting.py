@@ -43,6 +43,7 @@ _MAX_SIZE = 1_000_000
 _VERBS = re.compile(r"^_*(?:create|make|build|add|generate|spawn|place|draw|new|setup|construct|gen)_+(?=.)")
 _NUMBER = re.compile(r"[\s_.-]*\d+$")
 _RESERVED = {"scene", "pi", "tau", "none", "else", "frame", "look", "mesh", "union", "call", "transform"}
+_ROOT_MARK = "\x00root\x00"
 # Images of an animation: an even number of steps, so that the middle is one of them.
 _STEPS = 24
 
@@ -252,13 +253,12 @@ class ProgramWriter:
     def _root(self, parts: Sequence[Part]) -> str:
         texts = [self._placed(part, np.eye(4)) for part in parts]
         body = texts[0] if len(texts) == 1 else _union(texts)
-        name = self.word
         if not self.frames:
-            return f"(bind {_string(name)} (lambda () {body}))\n\n(scene {_string(name)})"
+            return f"(bind {_ROOT_MARK} (lambda () {body}))\n\n(scene {_ROOT_MARK})"
         listed = " ".join(map(number, self.frames))
         return (
-            f"(bind {_string(name)} (lambda () (frames (for/list ((frame [{listed}])) (union {body})))))\n\n"
-            f"(scene {_string(name)})"
+            f"(bind {_ROOT_MARK} (lambda () (frames (for/list ((frame [{listed}])) (union {body})))))\n\n"
+            f"(scene {_ROOT_MARK})"
         )
 
     def _placed(self, part: Part, frame: FloatArray) -> str:
@@ -395,14 +395,16 @@ class ProgramWriter:
     def _named(self, text: str) -> str:
         """Return a text with the words in place of their marks."""
         chosen: dict[str, str] = {}
-        taken = {*PRIMITIVES, self.word}
+        taken = {*PRIMITIVES}
         for mark, names in self.names.items():
             stem = _common_name(names)
             choices = (stem, *(f"{stem} {i}" for i in range(2, 100_000)))
             word = next(each for each in choices if each not in taken)
             taken.add(word)
             chosen[mark] = _string(word)
-        return re.sub("\x00\\d+\x00", lambda match: chosen[match[0]], text)
+        root = next(word for word in (self.word, f"{self.word} scene", f"whole {self.word} scene") if word not in taken)
+        chosen[_ROOT_MARK] = _string(root)
+        return re.sub("\x00\\w+\x00", lambda match: chosen[match[0]], text)
 
     # --- materials
 

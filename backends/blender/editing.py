@@ -319,6 +319,10 @@ class EditMesh(HostObject):
             self._keys = {frozenset(map(id, side.verts)) for side in self.sides}
         return self._keys
 
+    def forget_keys(self) -> None:
+        """Forget which faces there are, because one has other corners."""
+        self.pieces = self._keys = None
+
     def borders(self) -> list[Border]:
         """Return the edges."""
         found: dict[frozenset[int], Border] = {}
@@ -522,48 +526,75 @@ class BmeshOperators:
         _moved(verts, matrix.to_4x4().numbers)
 
     def extrude_face_region(self, bm: EditMesh, geom: Any = (), **_: Any) -> Any:
-        """Extrude faces as one region."""
-        mesh, _place = bm.polygons()
-        chosen = {id(item) for item in geom if isinstance(item, Side)}
-        numbers = [i for i, side in enumerate(bm.sides) if id(side) in chosen]
-        if not numbers:
+        """Extrude faces as one region; the old faces stay, turned around if no other faces are around the region."""
+        chosen = [item for item in geom if isinstance(item, Side)]
+        if not chosen:
             raise UnsupportedPython("only faces can be extruded here", "extrude faces, or add them with `faces.new`")
-        made, corners, faces = polygons.extruded(mesh, numbers)
-        bm.replace(made)
-        found: list[Any] = [bm.corners[i] for i in corners]
-        return {"geom": [*found, *(bm.sides[i] for i in faces)]}
+        _check_alive(bm, chosen)
+        inside = set(map(id, chosen))
+        around: dict[frozenset[int], list[Side]] = {}
+        for side in bm.sides:
+            for edge in _edges_of(side):
+                around.setdefault(frozenset(map(id, edge)), []).append(side)
+        place: dict[int, Corner] = {}
+        for corner in (corner for side in chosen for corner in side.verts):
+            if id(corner) not in place:
+                place[id(corner)] = Corner(bm, corner.co.values)
+                bm.add_corner(place[id(corner)])
+        walls: list[Side] = []
+        has_neighbours = False
+        for side in chosen:
+            for a, b in _edges_of(side):
+                others = around[frozenset((id(a), id(b)))]
+                has_neighbours |= any(id(other) not in inside for other in others)
+                if sum(id(other) in inside for other in others) == 1:
+                    walls.append(Side(bm, [a, b, place[id(b)], place[id(a)]], side.material_index, side.smooth))
+        made = [Side(bm, [place[id(c)] for c in side.verts], side.material_index, side.smooth) for side in chosen]
+        if not has_neighbours:
+            for side in chosen:
+                side.verts.reverse()
+        for side in (*walls, *made):
+            bm.add_side(side)
+        return {"geom": [*place.values(), *made]}
 
     def extrude_discrete_faces(self, bm: EditMesh, faces: Any = (), **_: Any) -> Any:
         """Extrude faces one by one."""
         made = []
         for face in faces:
-            made += [g for g in self.extrude_face_region(bm, [_same_face(bm, face)])["geom"] if isinstance(g, Side)]
+            made += [item for item in self.extrude_face_region(bm, [face])["geom"] if isinstance(item, Side)]
+            bm.remove_sides([face])
         return {"faces": made}
 
-    def inset_region(self, bm: EditMesh, faces: Any = (), thickness: float = 0.0, depth: float = 0.0, **_: Any) -> Any:
-        """Inset one face."""
-        return self.inset_individual(bm, faces, thickness, depth)
+    def inset_region(
+        self, bm: EditMesh, faces: Any = (), thickness: float = 0.0, depth: float = 0.0, use_even_offset: bool = False,
+        **named: Any,
+    ) -> Any:  # fmt: skip
+        """Inset one face; return the faces around it."""
+        if len([*faces]) != 1 or named.get("use_outset") or named.get("use_relative_offset"):
+            raise UnsupportedPython("`inset_region` of several faces is not supported", "use `inset_individual`")
+        return self.inset_individual(bm, faces, thickness, depth, use_even_offset)
 
     def inset_individual(
-        self, bm: EditMesh, faces: Any = (), thickness: float = 0.0, depth: float = 0.0, **_: Any
-    ) -> Any:
-        """Inset faces one by one."""
+        self, bm: EditMesh, faces: Any = (), thickness: float = 0.0, depth: float = 0.0, use_even_offset: bool = False,
+        **named: Any,
+    ) -> Any:  # fmt: skip
+        """Inset faces one by one, which stay the inner ones; return the faces around them."""
         made = []
+        _check_alive(bm, faces)
         for face in faces:
-            face = _same_face(bm, face)
             points, normal = face.points(), face.normal.array()
-            inner = _inset(points, normal, thickness) + normal * depth
+            inner = _inset(points, normal, thickness, is_even=use_even_offset) + normal * depth
             corners = [Corner(bm, point.tolist()) for point in inner]
             for corner in corners:
                 bm.add_corner(corner)
             ring = list(face.verts)
-            bm.remove_sides([face])
+            face.verts[:] = corners
+            bm.forget_keys()
             for i in range(len(ring)):
                 j = (i + 1) % len(ring)
-                bm.add_side(Side(bm, [ring[i], ring[j], corners[j], corners[i]], face.material_index))
-            kept = Side(bm, corners, face.material_index)
-            bm.add_side(kept)
-            made.append(kept)
+                side = Side(bm, [ring[i], ring[j], corners[j], corners[i]], face.material_index, face.smooth)
+                bm.add_side(side)
+                made.append(side)
         return {"faces": made}
 
     def remove_doubles(self, bm: EditMesh, verts: Any = (), dist: float = 0.0, **_: Any) -> None:
@@ -590,6 +621,7 @@ class BmeshOperators:
     def delete(self, bm: EditMesh, geom: Any = (), context: str = "VERTS") -> None:
         """Delete vertices or faces."""
         items = [*geom]
+        _check_alive(bm, items)
         if context == "VERTS":
             bm.remove_corners([item for item in items if isinstance(item, Corner)])
         elif context in ("FACES_ONLY", "FACES", "FACES_KEEP_BOUNDARY"):
@@ -629,25 +661,27 @@ class BmeshOperators:
         return {"faces": [*faces], "edges": []}
 
 
-def _same_face(bm: EditMesh, face: Side) -> Side:
-    """Return a face, or the one of the same corners if the mesh has been rebuilt."""
-    if any(face is side for side in bm.sides):
-        return face
-    key = {id(corner) for corner in face.verts}
-    found = next((side for side in bm.sides if {id(c) for c in side.verts} == key), None)
-    if found is None:
-        raise ReferenceError("BMesh data of type BMFace has been removed")
-    return found
+def _check_alive(bm: EditMesh, items: Any) -> None:
+    """Raise ReferenceError for faces and corners that are no longer in a mesh."""
+    alive = {*map(id, bm.sides), *map(id, bm.corners)}
+    for item in items:
+        if isinstance(item, (Corner, Side)) and id(item) not in alive:
+            raise ReferenceError(f"BMesh data of type {item.python_name} has been removed")
 
 
-def _inset(points: FloatArray, normal: FloatArray, thickness: float) -> FloatArray:
-    """Return a polygon whose edges are moved inwards by a distance."""
+def _edges_of(side: Side) -> list[tuple[Corner, Corner]]:
+    return list(zip(side.verts, (*side.verts[1:], side.verts[0]), strict=True))
+
+
+def _inset(points: FloatArray, normal: FloatArray, thickness: float, *, is_even: bool) -> FloatArray:
+    """Return a polygon with its corners, or evenly its edges, moved inwards by a distance."""
     made = np.zeros_like(points)
     count = len(points)
     for i in range(count):
         back, ahead = points[i] - points[i - 1], points[(i + 1) % count] - points[i]
         a, b = (np.cross(normal, edge / np.linalg.norm(edge)) for edge in (back, ahead))
-        made[i] = points[i] + (a + b) * thickness / max(1 + float(a @ b), 1e-9)
+        inwards = (a + b) / (max(1 + float(a @ b), 1e-9) if is_even else max(float(np.linalg.norm(a + b)), 1e-9))
+        made[i] = points[i] + inwards * thickness
     return made
 
 

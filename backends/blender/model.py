@@ -1273,7 +1273,7 @@ class Object(Block):
             self.animation = Animation(self.name)
         values = getattr(self, data_path).values
         for place in range(len(values)) if index < 0 else [index]:
-            self.animation.insert(data_path, place, moment, values[place], self.blend.interpolation())
+            self.animation.insert(data_path, place, moment, values[place])
         return True
 
     def keyframe_delete(self, *_: Any, **__: Any) -> bool:
@@ -1765,11 +1765,6 @@ class Blend:
         """Return the next number."""
         self._counter += 1
         return self._counter
-
-    def interpolation(self) -> str:
-        """Return how new keyframes are interpolated."""
-        chosen = self.preferences.values.get("edit", Settings()).values.get("keyframe_new_interpolation_type", "BEZIER")
-        return chosen if isinstance(chosen, str) else "BEZIER"
 
     def new_modifier(self, name: str, kind: str) -> Modifier:
         """Create a modifier."""

@@ -205,7 +205,8 @@ def _subsurf(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]
     is_simple = settings["subdivision_type"] == "SIMPLE"
     if is_simple:
         return pieces  # of the same shape
-    return [_raw(polygons.subdivided(piece.polygons(), levels), [piece]) for piece in pieces]
+    on_limit = bool(settings["use_limit_surface"])
+    return [_raw(polygons.subdivided(piece.polygons(), levels, on_limit=on_limit), [piece]) for piece in pieces]
 
 
 def _bevel(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:

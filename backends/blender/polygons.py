@@ -96,6 +96,16 @@ class Polygons:
                 directed[a, b] += 1
         return bool(self.faces) and all(n == 1 and directed.get((b, a)) == 1 for (a, b), n in list(directed.items()))
 
+    def without_inner_faces(self) -> Polygons:
+        """Return the mesh without faces at all of whose edges there are three or more: an extrusion leaves them."""
+        edges = self.edges()
+        kept = [
+            number
+            for number, face in enumerate(self.faces)
+            if any(len(edges[min(a, b), max(a, b)]) < 3 for a, b in zip(face, (*face[1:], face[0]), strict=True))
+        ]
+        return self if len(kept) == len(self.faces) or not kept else self.part(kept)
+
     def islands(self) -> list[Polygons]:
         """Return the connected parts that have faces, without loose corners."""
         parent = list(range(len(self.points)))
@@ -368,14 +378,40 @@ def torus(major: float, minor: float, around: int, across: int) -> Polygons:
 # --- operations ------------------------------------------------------------------------------------------------------
 
 
-def subdivided(mesh: Polygons, levels: int, is_simple: bool = False) -> Polygons:
-    """Return the Catmull-Clark subdivision of a mesh, boundaries smoothed as Blender does by default."""
+def subdivided(mesh: Polygons, levels: int, *, on_limit: bool) -> Polygons:
+    """Return the Catmull-Clark subdivision of a mesh, boundaries smoothed as Blender does by default.
+
+    With ``on_limit`` the corners are on the limit surface, as those of the modifier are unless it says otherwise.
+    """
     for _ in range(levels):
-        mesh = _catmull_clark(mesh, is_simple)
-    return mesh
+        mesh = _catmull_clark(mesh)
+    return _on_limit(mesh) if on_limit and levels else mesh
 
 
-def _catmull_clark(mesh: Polygons, is_simple: bool) -> Polygons:
+def _on_limit(mesh: Polygons) -> Polygons:
+    """Return a mesh of quads with its corners on the limit surface of its subdivision."""
+    count = len(mesh.points)
+    near, across = np.zeros((count, 3)), np.zeros((count, 3))
+    valence, border, border_count = np.zeros(count), np.zeros((count, 3)), np.zeros(count)
+    for (a, b), around in mesh.edges().items():
+        for corner, other in ((a, b), (b, a)):
+            near[corner] += mesh.points[other]
+            valence[corner] += 1
+            if len(around) != 2:
+                border[corner] += mesh.points[other]
+                border_count[corner] += 1
+    faces = np.array(mesh.faces, np.int64).reshape(-1, 4)
+    for i in range(4):
+        np.add.at(across, faces[:, i], mesh.points[faces[:, (i + 2) % 4]])
+    n = valence[:, None]
+    points = (n * n * mesh.points + 4 * near + across) / np.where(n == 0, 1.0, n * (n + 5))
+    edge = (4 * mesh.points + border) / 6
+    points = np.where((border_count == 2)[:, None], edge, points)
+    points = np.where(((border_count > 0) & (border_count != 2))[:, None], mesh.points, points)
+    return Polygons(points, mesh.faces, mesh.materials)
+
+
+def _catmull_clark(mesh: Polygons) -> Polygons:
     points, faces = mesh.points, mesh.faces
     if 4 * sum(map(len, faces)) > MAX_CORNERS:
         raise UnsupportedPython("this subdivision has too many faces")
@@ -386,12 +422,10 @@ def _catmull_clark(mesh: Polygons, is_simple: bool) -> Polygons:
     middles = points[ends].mean(axis=1)
     edge_points = middles.copy()
     is_inner = np.array([len(around) == 2 for around in edges.values()], bool)
-    moved = points.copy()
-    if not is_simple:
-        for i, around in enumerate(edges.values()):
-            if len(around) == 2:
-                edge_points[i] = (points[ends[i]].sum(axis=0) + centers[around].sum(axis=0)) / 4
-        moved = _moved_corners(mesh, centers, ends, middles, is_inner)
+    for i, around in enumerate(edges.values()):
+        if len(around) == 2:
+            edge_points[i] = (points[ends[i]].sum(axis=0) + centers[around].sum(axis=0)) / 4
+    moved = _moved_corners(mesh, centers, ends, middles, is_inner)
     count = len(points)
     made: list[Face] = []
     slots: list[int] = []
@@ -499,38 +533,6 @@ def _even_normals(mesh: Polygons, normals: FloatArray) -> FloatArray:
             counts[corner] += 1
     means = sums / np.where(counts == 0, 1, counts)
     return normals / np.where(means < 0.1, 1.0, means)[:, None]
-
-
-def extruded(mesh: Polygons, chosen: Sequence[int]) -> tuple[Polygons, list[int], list[int]]:
-    """Extrude faces as one region by nothing; return the mesh, the new corners, and the numbers of the new faces."""
-    region = set(chosen)
-    corners = sorted({corner for number in region for corner in mesh.faces[number]})
-    place = {corner: len(mesh.points) + i for i, corner in enumerate(corners)}
-    edges = mesh.edges()
-    faces: list[Face] = []
-    slots: list[int] = []
-    for number, (face, slot) in enumerate(zip(mesh.faces, mesh.slots(), strict=True)):
-        if number not in region:
-            faces.append(face)
-            slots.append(slot)
-    is_sheet = len(region) == len(mesh.faces)
-    if is_sheet and any(len(around) == 1 for around in edges.values()):
-        for number in sorted(region):  # the old faces stay as the bottom
-            faces.append(mesh.faces[number][::-1])
-            slots.append(mesh.slots()[number])
-    for number in sorted(region):
-        face, slot = mesh.faces[number], mesh.slots()[number]
-        for a, b in zip(face, (*face[1:], face[0]), strict=True):
-            if sum(other in region for other in edges[min(a, b), max(a, b)]) == 1:
-                faces.append((a, b, place[b], place[a]))
-                slots.append(slot)
-    first = len(faces)
-    for number in sorted(region):
-        faces.append(tuple(place[corner] for corner in mesh.faces[number]))
-        slots.append(mesh.slots()[number])
-    points = np.concatenate([mesh.points, mesh.points[corners]])
-    made = Polygons(points, tuple(faces), tuple(slots))
-    return made, [place[corner] for corner in corners], list(range(first, len(faces)))
 
 
 def without_loose(mesh: Polygons) -> Polygons:

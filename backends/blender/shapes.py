@@ -286,7 +286,7 @@ class ShapeWriter:
     # --- polygons
 
     def _mesh(self, mesh: Polygons, look: str) -> str:
-        islands = mesh.islands()
+        islands = [_outer(island) for island in mesh.islands()]
         solids = [island for island in islands if island.is_closed()]
         sheets = [island for island in islands if not island.is_closed()]
         outer = [s for s in solids if s.volume() >= 0]
@@ -321,6 +321,17 @@ class ShapeWriter:
     def _raw(self, mesh: Polygons, look: str) -> str:
         made = mesh.moved(UPRIGHT)
         return f"(mesh {_points_text(made, False)} '{_faces_text(made)}{look})"
+
+
+def _outer(island: Polygons) -> Polygons:
+    """Return an island without faces inside it, if it bounds a body then; its faces are turned consistently."""
+    if island.is_closed():
+        return island
+    outer = island.without_inner_faces()
+    if outer.is_closed():
+        return outer
+    turned = outer.oriented()
+    return turned if turned.is_closed() else island
 
 
 def _translation(offset: FloatArray) -> FloatArray:
