@@ -1,8 +1,8 @@
 """Measure Blender scripts in Blender: `PYTHON benchmarks/blender_reference.py OUT.json SCRIPT.py ...`, with bpy 5.
 
-Every script runs three times (once with `--once`) in a process of its own: as it is, with its round primitives of 16 or more sides at 256,
-and with all of them. For each mesh that a picture shows: name, box and volume (area, if it is open) in the world, and
-the linear base color, at the first, the middle and the last frame of an animation.
+Every script runs three times (once with `--once`), in a process of its own: as it is, with its round primitives of 16
+or more sides at 256, and with all of them. For each mesh that a picture shows: name, box and volume (area, if it is
+open) in the world, and the linear base color, at the first, the middle and the last frame of an animation.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import os
 import signal
 import sys
 import traceback
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,9 @@ class _Rounder(ast.NodeTransformer):
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         if isinstance(node.func, ast.Attribute) and (node.func.attr in _COUNTS or "ico" in node.func.attr):
-            return ast.Call(ast.Name("_round_", ast.Load()), [ast.Constant(node.func.attr), node.func, *node.args], node.keywords)
+            return ast.Call(
+                ast.Name("_round_", ast.Load()), [ast.Constant(node.func.attr), node.func, *node.args], node.keywords
+            )
         return node
 
 
@@ -120,7 +123,7 @@ def _measure(obj: Any) -> dict[str, Any] | None:
     counts = np.bincount(edge_of, minlength=len(mesh.edges))
     # faces that an extrusion leaves inside a body do not count
     ends = np.cumsum([0, *(polygon.loop_total for polygon in mesh.polygons)])
-    inner = np.array([(counts[edge_of[i:j]] > 2).all() for i, j in zip(ends, ends[1:])])
+    inner = np.array([(counts[edge_of[i:j]] > 2).all() for i, j in pairwise(ends)])
     counts = np.bincount(edge_of[~np.repeat(inner, np.diff(ends))], minlength=len(mesh.edges))
     is_closed = bool((counts[counts > 0] % 2 == 0).all()) and not inner.all()
     center = points[used].mean(axis=0)

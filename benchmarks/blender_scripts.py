@@ -2,7 +2,7 @@
 
 Prints for every script: equal, refused (with the message), or different (with the first difference), and the counts.
 An object is equal if its box and volume are within .1 % of those in Blender, as the script is or with its round
-primitives at 256 sides, and its linear color within .001. Flat and open meshes have no volume: their areas are compared.
+primitives at 256 sides, and its linear color within .001. Flat and open meshes have no volume: areas are compared.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.blender.converting import converted
-from scenelang.backends.surfaces.appearance import look_of
 from scenelang.backends.exports.plan import surface_of
+from scenelang.backends.surfaces.appearance import look_of
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity
@@ -44,7 +44,29 @@ def reference(scripts: Sequence[Path], table: Path, python: str) -> dict[str, An
     return {path.name: known[path.name] for path in scripts}
 
 
-_SIDES = "l r left right fl fr bl br rl rr tl tr front back rear top bottom upper lower inner outer".split()
+_SIDES = [
+    "l",
+    "r",
+    "left",
+    "right",
+    "fl",
+    "fr",
+    "bl",
+    "br",
+    "rl",
+    "rr",
+    "tl",
+    "tr",
+    "front",
+    "back",
+    "rear",
+    "top",
+    "bottom",
+    "upper",
+    "lower",
+    "inner",
+    "outer",
+]
 
 
 def key_of(name: str) -> str:
@@ -104,7 +126,14 @@ def _measured(word: str, parts: Sequence[tuple[Entity, FloatArray]]) -> Row | No
         return None
     every = np.concatenate(points)
     color = list(look_of(parts[0][0]).color)
-    return {"name": word, "low": every.min(axis=0), "high": every.max(axis=0), "volume": volume, "area": area, "color": color}
+    return {
+        "name": word,
+        "low": every.min(axis=0),
+        "high": every.max(axis=0),
+        "volume": volume,
+        "area": area,
+        "color": color,
+    }
 
 
 def difference(ours: Row, theirs: Row, room: float = 1.0) -> str | None:
@@ -113,7 +142,8 @@ def difference(ours: Row, theirs: Row, room: float = 1.0) -> str | None:
     extent = float((high - low).max()) or 1e-9
     gap = 1.01e-3 * room * extent + 2e-6 * float(np.abs([low, high]).max())
     if np.abs(ours["low"] - low).max() > gap or np.abs(ours["high"] - high).max() > gap:
-        return f"box {np.round(ours['low'], 4).tolist()} {np.round(ours['high'], 4).tolist()}, not {np.round(low, 4).tolist()} {np.round(high, 4).tolist()}"
+        boxes = [np.round(each, 4).tolist() for each in (ours["low"], ours["high"], low, high)]
+        return f"box {boxes[:2]}, not {boxes[2:]}"
     if theirs["volume"] is None:
         if abs(ours["area"] / 2 - theirs["area"]) > 2e-3 * theirs["area"]:
             return f"area {ours['area'] / 2:.5g}, not {theirs['area']:.5g}"
@@ -187,7 +217,9 @@ def main() -> None:
     parser.add_argument("--only", help="regular expression of names")
     parser.add_argument("--quiet", action="store_true", help="print the counts only")
     arguments = parser.parse_args()
-    scripts = [p for p in sorted(arguments.folder.glob("*.py")) if not arguments.only or re.search(arguments.only, p.name)]
+    scripts = [
+        p for p in sorted(arguments.folder.glob("*.py")) if not arguments.only or re.search(arguments.only, p.name)
+    ]
     table = reference(scripts, arguments.table or arguments.folder / "blender.json", arguments.bpy)
     counts: dict[str, int] = defaultdict(int)
     for path in scripts:

@@ -1,4 +1,4 @@
-"""Blender: follows a script of `bpy` and writes a program of the Scene Language (docs/from-blender.md), and the way back.
+"""Blender: follows a script of `bpy` and writes a program of the Scene Language, and back (docs/from-blender.md).
 
 ``vectors`` is `mathutils`, ``polygons`` meshes and Blender's primitives, ``pieces`` what a mesh is made of, ``model``
 the objects of `bpy`, ``operators`` `bpy.ops`, ``editing`` `bmesh`, ``modifiers`` the modifiers, ``animating`` the

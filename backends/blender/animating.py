@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -83,18 +83,18 @@ class Curve(HostObject):
         if not keys:
             return 0.0
         if frame <= keys[0].co[0] or len(keys) == 1:
-            return self._outside(frame, 0, 1) if frame < keys[0].co[0] else keys[0].co[1]  # type: ignore[no-any-return]
+            return self._outside(frame, 0, 1) if frame < keys[0].co[0] else keys[0].co[1]
         if frame >= keys[-1].co[0]:
-            return self._outside(frame, -1, -2) if frame > keys[-1].co[0] else keys[-1].co[1]  # type: ignore[no-any-return]
+            return self._outside(frame, -1, -2) if frame > keys[-1].co[0] else keys[-1].co[1]
         number = next(i for i in range(len(keys) - 1) if frame < keys[i + 1].co[0])
         return self._between(number, frame)
 
     def _outside(self, frame: float, end: int, next_to: int) -> float:
         keys = self.keyframe_points
         if self.extrapolation != "LINEAR" or len(keys) == 1:
-            return keys[end].co[1]  # type: ignore[no-any-return]
+            return keys[end].co[1]
         if keys[end].interpolation not in ("LINEAR", "BEZIER"):
-            return keys[end].co[1]  # type: ignore[no-any-return]
+            return keys[end].co[1]
         (x0, y0), (x1, y1) = keys[end].co, keys[next_to].co
         if keys[end].interpolation == "BEZIER":
             handle = self._handles(end % len(keys))[0 if end == 0 else 1]
@@ -161,9 +161,7 @@ def _smooth_slopes(keys: list[Keyframe]) -> list[float]:
     limits: dict[int, tuple[float, float]] = {}
     for i in range(1, count - 1):
         before, after = secants[i - 1], secants[i]
-        if keys[i].handle_left_type == "VECTOR" or (
-            keys[i].handle_left_type == "AUTO_CLAMPED" and before * after <= 0
-        ):
+        if keys[i].handle_left_type == "VECTOR" or (keys[i].handle_left_type == "AUTO_CLAMPED" and before * after <= 0):
             fixed[i] = 0.0
         elif keys[i].handle_left_type == "AUTO_CLAMPED":  # no handle is higher or lower than the neighbours
             most = 3 * min(abs(before), abs(after))
@@ -197,7 +195,11 @@ def _solved_slopes(x: list[float], secants: list[float], fixed: dict[int, float]
 
 
 def _bezier(
-    start: tuple[float, float], first: tuple[float, float], second: tuple[float, float], end: tuple[float, float], x: float
+    start: tuple[float, float],
+    first: tuple[float, float],
+    second: tuple[float, float],
+    end: tuple[float, float],
+    x: float,
 ) -> float:
     """Return the height of a cubic at ``x``, its handles shortened where they cross as in Blender."""
     width = end[0] - start[0]
@@ -227,7 +229,7 @@ def eased(kind: str, easing: str, t: float) -> float:
     if kind == "SINE":
         import math
 
-        ease_in = lambda u: 1 - math.cos(u * math.pi / 2)
+        ease_in: Callable[[float], float] = lambda u: 1 - math.cos(u * math.pi / 2)
     elif kind in powers:
         ease_in = lambda u: u ** powers[kind]
     else:
@@ -301,7 +303,9 @@ class _Action(HostObject):
     """Action with one layer, one strip and one channel bag, each of which is this object."""
 
     python_name = "Action"
-    shown = frozenset(words("name layers strips channelbags channelbag slots frame_range groups fcurve_ensure_for_datablock"))
+    shown = frozenset(
+        words("name layers strips channelbags channelbag slots frame_range groups fcurve_ensure_for_datablock")
+    )
     groups = ()
 
     def __init__(self, animation: Animation) -> None:
@@ -357,4 +361,3 @@ class _Bag(_Action):
     """Layer, strip or channel bag of an action."""
 
     python_name = "ActionChannelbag"
-

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -313,13 +314,13 @@ class ProgramWriter:
                 texts.append(self._relative(each))
         is_inside = any(each.is_animated for each in part.parts)
         call = self._call(obj.name, _union(texts), is_inside)
-        before = obj.matrix_parent_inverse.numbers if obj.parent is not None else np.linalg.inv(frame)
+        before: FloatArray = obj.matrix_parent_inverse.numbers if obj.parent is not None else np.linalg.inv(frame)
         return _posed(call, [*pose_parts(upright(before)), *self._motion(obj)])
 
     def _relative(self, part: Part) -> str:
         """Return a part that does not move, in the frame of a parent that does."""
-        assert part.thing is not None and part.thing.parent is not None, "a part below an object"
-        parent = part.thing.parent
+        parent = part.thing.parent if part.thing is not None else None
+        assert parent is not None, "a part below an object"
         return self._still(part, parent.computed_world())
 
     def _motion(self, obj: Object) -> list[str]:
@@ -332,7 +333,7 @@ class ProgramWriter:
         if obj.rotation_mode == "QUATERNION" or "rotation_quaternion" in paths:
             if obj.rotation_mode == "QUATERNION" and "rotation_quaternion" in paths:
                 raise self._refused(obj, "keyframes of quaternions are not supported", "use Euler angles")
-        value = lambda path, index, sign=1.0: self._channel(obj, path, index, sign)
+        value = partial(self._channel, obj)
         x, y, z = (value("location", i, sign) for i, sign in ((0, 1.0), (2, 1.0), (1, -1.0)))
         parts = [f"(translate [{x} {y} {z}])"]
         axes = {"X": "[1 0 0]", "Y": "[0 0 -1]", "Z": "[0 1 0]"}
@@ -350,7 +351,7 @@ class ProgramWriter:
             parts.append(f"(scale [{' '.join(factors)}])")
         return parts if parts[0] != "(translate [0 0 0])" else parts[1:]
 
-    def _channel(self, obj: Object, path: str, index: int, sign: float) -> str:
+    def _channel(self, obj: Object, path: str, index: int, sign: float = 1.0) -> str:
         assert obj.animation is not None, "an object that moves"
         curve = obj.animation.curves.get((path, index))
         if curve is None:
@@ -454,8 +455,37 @@ PRIMITIVES = frozenset(
 
 
 _SIDES = frozenset(
-    "l r left right fl fr bl br rl rr tl tr front back rear top bottom upper lower inner outer north south east west n s "
-    "e w".split()
+    [
+        "l",
+        "r",
+        "left",
+        "right",
+        "fl",
+        "fr",
+        "bl",
+        "br",
+        "rl",
+        "rr",
+        "tl",
+        "tr",
+        "front",
+        "back",
+        "rear",
+        "top",
+        "bottom",
+        "upper",
+        "lower",
+        "inner",
+        "outer",
+        "north",
+        "south",
+        "east",
+        "west",
+        "n",
+        "s",
+        "e",
+        "w",
+    ]
 )
 
 
@@ -516,5 +546,3 @@ def _numbers(values: Any) -> list[float] | None:
     except (TypeError, ValueError):
         return None
     return found if np.isfinite(found).all() else None
-
-

@@ -86,6 +86,8 @@ class Side(HostObject):
         self.material_index, self.smooth, self.index = slot, smooth, -1
         self.select, self.is_valid = False, True
         self.loops = ()
+        # Normals are those of the last update, as in Blender: of a new face (0, 0, 0).
+        self._normal = Vector()
 
     def assign(self, name: str, value: Any) -> None:
         if name in ("material_index", "smooth", "select", "index"):
@@ -103,15 +105,21 @@ class Side(HostObject):
 
     @property
     def normal(self) -> Vector:
-        """Return the normal."""
-        return Vector(Polygons(self.points(), (tuple(range(len(self.verts))),)).face_normals()[0])
+        """Return the normal of the last update."""
+        return self._normal.copy()  # type: ignore[no-any-return]
 
     def normal_update(self) -> None:
-        """Do nothing."""
+        """Compute the normal."""
+        self._normal = Vector(Polygons(self.points(), (tuple(range(len(self.verts))),)).face_normals()[0])
+
+    def normal_forget(self) -> None:
+        """Leave the normal to the next update."""
+        self._normal = Vector()
 
     def normal_flip(self) -> None:
         """Turn it around."""
         self.verts.reverse()
+        self._normal = -self._normal
 
     def calc_center_median(self) -> Vector:
         """Return the mean of the corners."""
@@ -136,7 +144,9 @@ class Border(HostObject):
     """Edge of a bmesh."""
 
     python_name = "BMEdge"
-    shown = frozenset(words("verts calc_length is_boundary link_faces select index calc_face_angle other_vert select_set"))
+    shown = frozenset(
+        words("verts calc_length is_boundary link_faces select index calc_face_angle other_vert select_set")
+    )
 
     def __init__(self, mesh: EditMesh, verts: Iterable[Corner]) -> None:
         self._mesh, self.verts = mesh, tuple(verts)
@@ -353,16 +363,20 @@ class EditMesh(HostObject):
         ]
         self._keys = None
 
-    def extend(self, mesh: Polygons, piece: Piece | None) -> list[Corner]:
+    def extend(self, mesh: Polygons, piece: Piece | None, *, is_loaded: bool = False) -> list[Corner]:
         """Add polygons, which are a piece until they are edited; return the new corners."""
         if piece is not None:
             self._sources.append(piece)
+        has_normals = piece is None or piece.form is None or piece.form.kind not in ("plane", "ico") or is_loaded
         kept = [*self.pieces, piece] if self.pieces is not None and piece is not None else None
         made = [Corner(self, point.tolist()) for point in mesh.points]
         self.corners += made
         self.sides += [
             Side(self, [made[c] for c in face], slot) for face, slot in zip(mesh.faces, mesh.slots(), strict=True)
         ]
+        if has_normals:
+            for side in self.sides[-len(mesh.faces) :] if mesh.faces else ():
+                side.normal_update()
         self._keys = None
         self.blend.tick(len(mesh.points))
         self.pieces = kept
@@ -388,10 +402,15 @@ class EditMesh(HostObject):
     def free(self) -> None:
         """Do nothing."""
 
-    select_flush = select_flush_mode = lambda self, *_: None
+    def select_flush(self, *_: Any) -> None:
+        """Do nothing."""
+
+    select_flush_mode = select_flush
 
     def normal_update(self) -> None:
-        """Do nothing."""
+        """Compute all normals."""
+        for side in self.sides:
+            side.normal_update()
 
     def clear(self) -> None:
         """Remove everything."""
@@ -404,7 +423,7 @@ class EditMesh(HostObject):
         pieces = mesh.settled()
         for piece in pieces:
             first = len(self.sides)
-            self.extend(piece.polygons(), piece)
+            self.extend(piece.polygons(), piece, is_loaded=True)
             for side in self.sides[first:]:
                 side.smooth = piece.is_smooth
 
@@ -552,7 +571,9 @@ class BmeshOperators:
         made = [Side(bm, [place[id(c)] for c in side.verts], side.material_index, side.smooth) for side in chosen]
         if not has_neighbours:
             for side in chosen:
-                side.verts.reverse()
+                side.normal_flip()
+        for side in chosen:
+            side.normal_forget()
         for side in (*walls, *made):
             bm.add_side(side)
         return {"geom": [*place.values(), *made]}
@@ -572,7 +593,10 @@ class BmeshOperators:
         """Inset one face; return the faces around it."""
         if len([*faces]) != 1 or named.get("use_outset") or named.get("use_relative_offset"):
             raise UnsupportedPython("`inset_region` of several faces is not supported", "use `inset_individual`")
-        return self.inset_individual(bm, faces, thickness, depth, use_even_offset)
+        made = self.inset_individual(bm, faces, thickness, depth, use_even_offset)
+        for side in (*faces, *made["faces"]):
+            side.normal_forget()
+        return made
 
     def inset_individual(
         self, bm: EditMesh, faces: Any = (), thickness: float = 0.0, depth: float = 0.0, use_even_offset: bool = False,
@@ -593,6 +617,7 @@ class BmeshOperators:
             for i in range(len(ring)):
                 j = (i + 1) % len(ring)
                 side = Side(bm, [ring[i], ring[j], corners[j], corners[i]], face.material_index, face.smooth)
+                side.normal_update()
                 bm.add_side(side)
                 made.append(side)
         return {"faces": made}
@@ -609,14 +634,17 @@ class BmeshOperators:
         pieces = bm.pieces
         made = bm.polygons()[0].oriented()
         for side, face in zip(bm.sides, made.faces, strict=True):
-            side.verts = [bm.corners[c] for c in face]
+            turned = [bm.corners[c] for c in face]
+            if turned[0] is not side.verts[0] or turned[1] is not side.verts[1]:
+                side.verts = turned
+                side._normal = -side._normal
         bm.pieces = pieces if pieces and all(piece.form is not None for piece in pieces) else None
 
     def reverse_faces(self, bm: EditMesh, faces: Any = (), **_: Any) -> None:
         """Turn faces around."""
         bm.pieces = None
         for face in faces:
-            face.verts.reverse()
+            face.normal_flip()
 
     def delete(self, bm: EditMesh, geom: Any = (), context: str = "VERTS") -> None:
         """Delete vertices or faces."""
@@ -629,10 +657,14 @@ class BmeshOperators:
         else:
             raise UnsupportedPython(f"`bmesh.ops.delete` of {context} is not supported")
 
-    def subdivide_edges(self, bm: EditMesh, edges: Any = (), cuts: int = 1, use_grid_fill: bool = False, **named: Any) -> None:
+    def subdivide_edges(
+        self, bm: EditMesh, edges: Any = (), cuts: int = 1, use_grid_fill: bool = False, **named: Any
+    ) -> None:
         """Cut all faces of a mesh of quads."""
         if len([*edges]) != len(bm.borders()) or named.get("smooth") or named.get("fractal") or not use_grid_fill:
-            raise UnsupportedPython("only a `subdivide_edges` of all edges of quads, with `use_grid_fill`, is supported")
+            raise UnsupportedPython(
+                "only a `subdivide_edges` of all edges of quads, with `use_grid_fill`, is supported"
+            )
         bm.replace(polygons.split_faces(bm.polygons()[0], cuts))
 
     def contextual_create(self, bm: EditMesh, geom: Any = (), **_: Any) -> Any:
@@ -725,8 +757,8 @@ def bmesh_module(blend: Blend) -> Module:
         "from_edit_mesh": Native("bmesh.from_edit_mesh", from_edit_mesh),
         "update_edit_mesh": Native("bmesh.update_edit_mesh", update_edit_mesh),
         "ops": _Operators(blend),
-        "types": Module("bmesh.types", {name: Native(f"bmesh.types.{name}", kind, kind) for name, kind in types.items()}),
+        "types": Module(
+            "bmesh.types", {name: Native(f"bmesh.types.{name}", kind, kind) for name, kind in types.items()}
+        ),
     }
     return Module("bmesh", names)
-
-

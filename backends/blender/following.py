@@ -1,4 +1,7 @@
-"""Follows a script of `bpy` by evaluating it, with Blender's modules as objects of the evaluator; nothing is executed."""
+"""Follows a script of `bpy` by evaluating it, with Blender's modules as objects of the evaluator.
+
+Nothing is executed.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,18 @@ import numpy as np
 
 from scenelang.backends.blender import modifiers
 from scenelang.backends.blender.editing import bmesh_module
-from scenelang.backends.blender.model import Blend, CallSite, Collection, Context, Data, Material, Mesh, Object, Scene, Settings
+from scenelang.backends.blender.model import (
+    Blend,
+    CallSite,
+    Collection,
+    Context,
+    Data,
+    Material,
+    Mesh,
+    Object,
+    Scene,
+    Settings,
+)
 from scenelang.backends.blender.operators import OperatorRoot, Operators
 from scenelang.backends.blender.vectors import mathutils_module
 from scenelang.grammar.datum import Source, Span
@@ -37,8 +51,8 @@ _DRAWS = words(
     "shuffle triangular uniform vonmisesvariate weibullvariate lognormvariate gammavariate getrandbits"
 )
 _ARRAY_DRAWS = words(
-    "choice exponential normal permutation rand randint randn random random_sample seed shuffle standard_normal uniform "
-    "poisson beta gamma binomial"
+    "choice exponential normal permutation rand randint randn random random_sample seed shuffle standard_normal "
+    "uniform poisson beta gamma binomial"
 )
 _SELECTS = re.compile(r"\b(?:random|enumerate|noise|index)\b|(?:vert\w*|faces|polygons)\[")
 _BASES = ("Operator", "Panel", "PropertyGroup", "Menu", "Header", "UIList", "AddonPreferences")
@@ -98,7 +112,9 @@ def followed(source: Source) -> Followed:
         node = evaluator.failed or evaluator.node
         kind, message = type_name(seen), "" if isinstance(error, Exhausted) else str(seen)
         span = text.span(node) if node is not None else _whole(text)
-        raise SceneError("python-exception", f"Python: {kind}: {message}" if message else f"Python: {kind}", None, span) from None
+        raise SceneError(
+            "python-exception", f"Python: {kind}: {message}" if message else f"Python: {kind}", None, span
+        ) from None
     warnings = [
         Diagnostic("blender-ignored", message, text.span(node) if node is not None else _whole(text))
         for message, node in blend.warnings.items()
@@ -228,8 +244,6 @@ class _Names(dict[str, Any]):
         return super().get(name, default)
 
 
-
-
 class _Handlers(Settings):
     """`bpy.app.handlers`: functions that Blender calls at every frame, which cannot be followed."""
 
@@ -247,7 +261,9 @@ class _HandlerList(Settings):
     def read(self, name: str) -> Any:
         def add(*_: Any) -> None:
             if self._name.startswith(("frame_change", "depsgraph")):
-                raise UnsupportedPython(f"functions that Blender calls (`{self._name}`) are not supported", "use keyframes")
+                raise UnsupportedPython(
+                    f"functions that Blender calls (`{self._name}`) are not supported", "use keyframes"
+                )
 
         return Native(name, add)
 

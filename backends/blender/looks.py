@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,7 +36,9 @@ def look_of(blend: Blend, material: Material | None) -> SurfaceLook:
     node = material.node_tree.surface()
     known = _SHADERS.get(node.bl_idname) if node is not None else None
     if node is None or known is None:
-        principled = next((n for n in material.node_tree.nodes.items_ if n.bl_idname == "ShaderNodeBsdfPrincipled"), None)
+        principled = next(
+            (n for n in material.node_tree.nodes.items_ if n.bl_idname == "ShaderNodeBsdfPrincipled"), None
+        )
         if node is not None:
             blend.warn(f"the shader `{node.name}` of the material `{material.name}` is replaced by a plain surface")
         node, known = principled, _principled
@@ -63,7 +66,7 @@ def _value(blend: Blend, material: Material, node: Node, name: str) -> Any:
 
 
 def _principled(blend: Blend, material: Material, node: Node) -> SurfaceLook:
-    value = lambda name: _value(blend, material, node, name)
+    value: Callable[[str], Any] = lambda name: _value(blend, material, node, name)
     color = node.inputs["Base Color"]
     is_plain = not color.is_changed and not color.is_linked
     base = _rgb(material.diffuse_color) if is_plain else _rgb(value("Base Color"))
@@ -107,7 +110,9 @@ def _glossy(blend: Blend, material: Material, node: Node) -> SurfaceLook:
 
 def _glass(blend: Blend, material: Material, node: Node) -> SurfaceLook:
     roughness, ior = (float(_value(blend, material, node, name)) for name in ("Roughness", "IOR"))
-    return SurfaceLook(_rgb(_value(blend, material, node, "Color")), roughness, opacity=0.0, ior=ior, name=material.name)
+    return SurfaceLook(
+        _rgb(_value(blend, material, node, "Color")), roughness, opacity=0.0, ior=ior, name=material.name
+    )
 
 
 _SHADERS = {

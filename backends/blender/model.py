@@ -7,10 +7,11 @@ change ``matrix_world`` before an operator or ``view_layer.update()`` has run.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -126,7 +127,7 @@ class Block(Struct):
 
     def __init__(self, blocks: Blocks, name: str) -> None:
         super().__init__()
-        self.blocks = blocks
+        self.blocks: Any = blocks
         self.use_fake_user = False
         self._name = blocks.unique(name)
         blocks.add(self)
@@ -168,7 +169,9 @@ class Blocks(HostObject):
     python_name = "bpy_prop_collection"
     shown = frozenset(words("new remove get keys values items find foreach_get foreach_set load active"))
 
-    def __init__(self, kind: str, make: Callable[..., Any], removed: Callable[[Any], None] = lambda block: None) -> None:
+    def __init__(
+        self, kind: str, make: Callable[..., Any], removed: Callable[[Any], None] = lambda block: None
+    ) -> None:
         self.kind, self._make, self._removed = kind, make, removed
         self.by_name: dict[str, Any] = {}
 
@@ -238,7 +241,7 @@ class Blocks(HostObject):
     def __getitem__(self, key: Any) -> Any:
         if isinstance(key, str):
             if key not in self.by_name:
-                raise KeyError(f"bpy_prop_collection[key]: key \"{key}\" not found")
+                raise KeyError(f'bpy_prop_collection[key]: key "{key}" not found')
             return self.by_name[key]
         return self.listed()[key]
 
@@ -452,7 +455,9 @@ class Node(Struct):
 
     def __init__(self, tree: NodeTree, kind: str) -> None:
         super().__init__()
-        name, self.type = _NODE_NAMES.get(kind, (kind.removeprefix("ShaderNode"), kind.removeprefix("ShaderNode").upper()))
+        name, self.type = _NODE_NAMES.get(
+            kind, (kind.removeprefix("ShaderNode"), kind.removeprefix("ShaderNode").upper())
+        )
         taken = {node.name for node in tree.nodes.items_}
         self.name = next(n for n in (name, *(f"{name}.{i:03d}" for i in range(1, 10_000))) if n not in taken)
         self.label, self.location, self.bl_idname, self.tree = "", Vector((0.0, 0.0)), kind, tree
@@ -612,8 +617,8 @@ class MeshVertex(Struct):
 
     @property
     def normal(self) -> Vector:
-        """Return the normal as it is now."""
-        return Vector(self.mesh.normals()[self.index])
+        """Return the normal of the corners as they are now."""
+        return self.mesh.normal_at(self.index)
 
 
 class MeshFace(Struct):
@@ -716,7 +721,7 @@ class Mesh(Block):
         self.pieces: list[Piece] = []
         self.materials = Items()
         self._shown: tuple[list[MeshVertex], list[MeshFace], Polygons] | None = None
-        self._normals: FloatArray | None = None
+        self._around: list[list[MeshFace]] | None = None  # faces at every corner
         self.shape_keys = None
         self.uv_layers = self.vertex_colors = self.attributes = self.color_attributes = Settings()
 
@@ -768,18 +773,33 @@ class Mesh(Block):
 
     loops = loop_triangles = ()
 
-    def normals(self) -> FloatArray:
-        """Return the normals of the corners, of the mesh as the script found it."""
-        if self._normals is None:
-            self._normals = self._view()[2].point_normals()
-        return self._normals
+    def normal_at(self, index: int) -> Vector:
+        """Return the normal of a corner, which follows what the script has changed around it."""
+        vertices, faces, _ = self._view()
+        if self._around is None:
+            self._around = [[] for _ in vertices]
+            for face in faces:
+                for corner in face.vertices:
+                    self._around[corner].append(face)
+        self.blend.tick(8)
+        total = np.zeros(3)
+        for face in self._around[index]:
+            points = np.array([vertices[c].co.values for c in face.vertices])
+            normal = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
+            place = face.vertices.index(index)
+            back, ahead = points[place - 1] - points[place], points[(place + 1) % len(points)] - points[place]
+            lengths = float(np.linalg.norm(normal)), float(np.linalg.norm(back) * np.linalg.norm(ahead))
+            if all(lengths):
+                angle = math.acos(min(1.0, max(-1.0, float(back @ ahead) / lengths[1])))
+                total += normal * (angle / lengths[0])
+        return Vector(total).normalized()
 
     def settle(self) -> None:
         """Take over what a script has changed in corners and faces."""
         if self._shown is None:
             return
         vertices, faces, made = self._shown
-        self._shown = self._normals = None
+        self._shown = self._around = None
         points = np.array([vertex.co.values for vertex in vertices]).reshape(-1, 3)
         slots = tuple(int(face.material_index) for face in faces)
         smooth = [bool(face.use_smooth) for face in faces]
@@ -804,7 +824,7 @@ class Mesh(Block):
 
     def become(self, mesh: Polygons, is_smooth: bool = False) -> None:
         """Replace the geometry by polygons."""
-        self._shown = self._normals = None
+        self._shown = self._around = None
         self.pieces = [Piece(np.eye(4), None, mesh, 0, is_smooth)] if len(mesh.points) else []
 
     def from_pydata(self, vertices: Any, edges: Any, faces: Any, shade_flat: bool = True) -> None:
@@ -976,7 +996,8 @@ _IGNORED_OBJECT = words(
     "display_type show_name show_axis show_wire show_in_front show_all_edges show_transparent pass_index color "
     "empty_display_size empty_display_type show_instancer_for_viewport show_instancer_for_render visible_shadow "
     "visible_camera visible_diffuse visible_glossy visible_transmission visible_volume_scatter is_holdout "
-    "is_shadow_catcher show_bounds display_bounds_type lock_location lock_rotation lock_scale hide_select use_dynamic_topology_sculpting"
+    "is_shadow_catcher show_bounds display_bounds_type lock_location lock_rotation lock_scale "
+    "hide_select"
 )
 
 
@@ -989,9 +1010,9 @@ class Object(Block):
             "data type copy select_set select_get hide_set hide_get keyframe_insert keyframe_delete modifiers "
             "children children_recursive users_collection material_slots constraints animation_data "
             "animation_data_create animation_data_clear evaluated_get to_mesh to_mesh_clear bound_box vertex_groups "
-            "convert_space dimensions matrix_world matrix_local matrix_basis users_scene visible_get closest_point_on_mesh "
-            "shape_key_add ray_cast particle_systems rigid_body soft_body field driver_add cycles is_evaluated original "
-            "delta_location delta_rotation_euler delta_scale mode update_from_editmode"
+            "convert_space dimensions matrix_world matrix_local matrix_basis users_scene visible_get "
+            "closest_point_on_mesh shape_key_add ray_cast particle_systems rigid_body soft_body field driver_add "
+            "cycles is_evaluated original delta_location delta_rotation_euler delta_scale mode update_from_editmode"
         )
     )
     assigned = Block.assigned | frozenset(
@@ -1037,7 +1058,15 @@ class Object(Block):
 
     def read(self, name: str) -> Any:
         self.blend.touched[id(self)] = self
-        if name in ("particle_systems", "rigid_body", "rigid_body_constraint", "soft_body", "field", "collision", "pose"):
+        if name in (
+            "particle_systems",
+            "rigid_body",
+            "rigid_body_constraint",
+            "soft_body",
+            "field",
+            "collision",
+            "pose",
+        ):
             raise UnsupportedPython(f"`{name}` of objects is not supported: simulations are not part of a scene")
         if name == "cycles":
             return Settings()
@@ -1129,7 +1158,8 @@ class Object(Block):
             turn = Quaternion((x, y, z), angle).to_matrix().numbers
         else:
             turn = Euler(self.rotation_euler.values, self.rotation_mode).to_matrix().numbers
-        return self.delta_rotation_euler.to_matrix().numbers @ turn  # type: ignore[no-any-return]
+        made: FloatArray = self.delta_rotation_euler.to_matrix().numbers @ turn
+        return made
 
     def basis(self) -> FloatArray:
         """Return the matrix of location, rotation and scale."""
@@ -1202,7 +1232,9 @@ class Object(Block):
         """Return the corners of the box of the geometry."""
         low, high = self.box()
         order = [(0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0), (1, 0, 0), (1, 0, 1), (1, 1, 1), (1, 1, 0)]
-        return [Vector((high[0] if i else low[0], high[1] if j else low[1], high[2] if k else low[2])) for i, j, k in order]
+        return [
+            Vector((high[0] if i else low[0], high[1] if j else low[1], high[2] if k else low[2])) for i, j, k in order
+        ]
 
     @property
     def dimensions(self) -> Vector:
@@ -1421,7 +1453,7 @@ class _CollectionObjects(Items):
     def link(self, item: Any) -> None:
         """Link an object."""
         if not isinstance(item, Object):
-            raise TypeError("CollectionObjects.link(): error with argument 1, \"object\" - expected an Object")
+            raise TypeError('CollectionObjects.link(): error with argument 1, "object" - expected an Object')
         if any(each is item for each in self.items_):
             raise RuntimeError(f"Error: Object '{item.name}' already in collection")
         self.items_.append(item)
@@ -1457,7 +1489,9 @@ class Scene(Block):
     """The scene."""
 
     python_name = "Scene"
-    shown = Block.shown | frozenset(words("collection objects frame_set view_layers keyframe_insert timeline_markers cursor"))
+    shown = Block.shown | frozenset(
+        words("collection objects frame_set view_layers keyframe_insert timeline_markers cursor")
+    )
     assigned = Block.assigned | frozenset(words("camera world frame_current frame_start frame_end frame_step"))
 
     def __init__(self, blend: Blend) -> None:
@@ -1660,7 +1694,7 @@ class Override(HostObject):
             blend.select(self._named.get("selected_editable_objects", self._named.get("selected_objects")))
         return self
 
-    def __exit__(self, *_: Any) -> bool:
+    def __exit__(self, *_: Any) -> Literal[False]:
         active, selected = self._before
         alive = set(map(id, self._blend.objects.listed()))
         self._blend.active = active if active is not None and id(active) in alive else self._blend.active
@@ -1690,9 +1724,13 @@ class Blend:
         self.objects = Blocks("objects", self._new_object, self.forget)
         self.meshes = Blocks("meshes", lambda name="Mesh": Mesh(self, name), self._forget_data)
         self.materials = Blocks("materials", lambda name="Material": Material(self, name))
-        self.collections = Blocks("collections", lambda name="Collection": Collection(self, name), self._forget_collection)
+        self.collections = Blocks(
+            "collections", lambda name="Collection": Collection(self, name), self._forget_collection
+        )
         self.scenes = Blocks("scenes", self._no_new("scenes"))
-        self.cameras = Blocks("cameras", lambda name="Camera": self.other(self.cameras, name, "CAMERA"), self._forget_data)
+        self.cameras = Blocks(
+            "cameras", lambda name="Camera": self.other(self.cameras, name, "CAMERA"), self._forget_data
+        )
         self.lights = Blocks(
             "lights", lambda name="Light", type="POINT": self.other(self.lights, name, "LIGHT"), self._forget_data
         )
@@ -1758,7 +1796,9 @@ class Blend:
 
     def check_order(self, pieces: Sequence[Piece]) -> None:
         """Raise UnsupportedPython if corners are changed whose order is not known, and it may matter."""
-        if self.selects_by_number and any(piece.form is not None and not piece.form.has_known_order for piece in pieces):
+        if self.selects_by_number and any(
+            piece.form is not None and not piece.form.has_known_order for piece in pieces
+        ):
             raise UnsupportedPython("the order of the corners of a sphere of this size is not known")
 
     def counted(self) -> int:
@@ -1810,7 +1850,7 @@ class Blend:
         """Update the world matrices of the objects that scripts have touched, and of all below them."""
         if is_full:
             self.touched = {id(each): each for each in self.objects.by_name.values()}
-        pending = [each for each in self.touched.values()]
+        pending = list(self.touched.values())
         self.touched = {}
         done: set[int] = set()
         for each in pending:
@@ -1877,7 +1917,17 @@ class Data(HostObject):
     def read(self, name: str) -> Any:
         if name in _REFUSED_DATA:
             return self._refused.setdefault(name, Blocks(name, self._refuse(name)))
-        if name in ("images", "textures", "libraries", "brushes", "linestyles", "palettes", "speakers", "lightprobes", "shape_keys"):
+        if name in (
+            "images",
+            "textures",
+            "libraries",
+            "brushes",
+            "linestyles",
+            "palettes",
+            "speakers",
+            "lightprobes",
+            "shape_keys",
+        ):
             return self._refused.setdefault(name, Blocks(name, lambda *_, **__: self._ignored(name)))
         return super().read(name)
 

@@ -1,4 +1,4 @@
-"""Modifiers of meshes: arrays and mirrors of pieces, bevels of boxes and of bodies of revolution, and others of polygons."""
+"""Modifiers of meshes: arrays and mirrors of pieces, bevels of boxes and upright cylinders, and others of polygons."""
 
 from __future__ import annotations
 
@@ -62,7 +62,9 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         "double_threshold": 1e-6, "solver": "EXACT", "use_self": False, "use_hole_tolerant": False,
         "material_mode": "INDEX", "debug_options": (),
     },
-    "WEIGHTED_NORMAL": {"weight": 50, "keep_sharp": False, "mode": "FACE_AREA", "thresh": 0.01, "use_face_influence": False},
+    "WEIGHTED_NORMAL": {
+        "weight": 50, "keep_sharp": False, "mode": "FACE_AREA", "thresh": 0.01, "use_face_influence": False,
+    },
     "EDGE_SPLIT": {"split_angle": math.radians(30), "use_edge_angle": True, "use_edge_sharp": True},
     "TRIANGULATE": {
         "quad_method": "SHORTEST_DIAGONAL", "ngon_method": "BEAUTY", "min_vertices": 4, "keep_custom_normals": False,
@@ -78,7 +80,9 @@ DEFAULTS: dict[str, dict[str, Any]] = {
         "use_object_screw_offset": False, "use_merge_vertices": False, "use_smooth_shade": True,
         "use_stretch_u": False, "use_stretch_v": False,
     },
-    "WELD": {"mode": "ALL", "merge_threshold": 0.001, "vertex_group": "", "invert_vertex_group": False, "loose_edges": False},
+    "WELD": {
+        "mode": "ALL", "merge_threshold": 0.001, "vertex_group": "", "invert_vertex_group": False, "loose_edges": False,
+    },
 }  # fmt: skip
 _SHADING = ("WEIGHTED_NORMAL", "EDGE_SPLIT", "TRIANGULATE", "NORMAL_EDIT", "DATA_TRANSFER", "UV_PROJECT", "UV_WARP")
 
@@ -245,7 +249,8 @@ def _beveled(piece: Piece, width: float, segments: int, limit: float, settings: 
         if turned is not None:
             return _raw(turned, [piece])
     raise UnsupportedPython(
-        "bevels are supported for boxes and upright cylinders only", "leave the modifier out, or build the shape with it"
+        "bevels are supported for boxes and upright cylinders only",
+        "leave the modifier out, or build the shape with it",
     )
 
 
@@ -268,7 +273,9 @@ def as_box(mesh: Polygons) -> tuple[FloatArray, FloatArray] | None:
     ends = {b for a, b in mesh.edges() if a == 0} | {a for a, b in mesh.edges() if b == 0}
     if len(ends) != 3:
         return None
-    sides = np.array([mesh.points[end] - start for end in sorted(ends, key=lambda e: _main_axis(mesh.points[e] - start))])
+    sides = np.array(
+        [mesh.points[end] - start for end in sorted(ends, key=lambda e: _main_axis(mesh.points[e] - start))]
+    )
     lengths = np.linalg.norm(sides, axis=1)
     if lengths.min() <= 1e-12:
         return None
@@ -300,7 +307,13 @@ def _beveled_cone(piece: Piece, width: float, segments: int, limit: float) -> Po
     linear = piece.matrix[:3, :3]
     scales = np.linalg.norm(linear, axis=0)
     is_regular = np.allclose(linear.T @ linear, np.diag(scales**2), atol=1e-6) and abs(scales[0] - scales[1]) < 1e-6
-    if form.fill != "NGON" or not is_regular or abs(bottom - top) > 1e-9 or 2 * math.pi / count > limit > 0 or limit < 0:
+    if (
+        form.fill != "NGON"
+        or not is_regular
+        or abs(bottom - top) > 1e-9
+        or 2 * math.pi / count > limit > 0
+        or limit < 0
+    ):
         return None
     radius, half = bottom * scales[0], scales[2] / 2
     inset = math.cos(math.pi / count)
@@ -309,7 +322,7 @@ def _beveled_cone(piece: Piece, width: float, segments: int, limit: float) -> Po
     rows = [(radius - width / inset * (1 - math.cos(a)), half - width * (1 - math.sin(a))) for a in levels]
     rows = [(r, -z) for r, z in reversed(rows)] + rows
     points = [point for r, z in rows for point in polygons.ring_points(count, r, z)]
-    at = lambda j, i: j * count + i % count
+    at: Callable[[int, int], int] = lambda j, i: j * count + i % count
     faces: list[tuple[int, ...]] = [
         (at(j, i + 1), at(j, i), at(j + 1, i), at(j + 1, i + 1)) for j in range(len(rows) - 1) for i in range(count)
     ]

@@ -35,7 +35,16 @@ _HARMLESS = {
     "tris_convert_to_quads quads_convert_to_tris",
     "material": "new",
 }
-_FILE_READERS = ("obj_import", "stl_import", "ply_import", "usd_import", "alembic_import", "append", "link", "collada_import")
+_FILE_READERS = (
+    "obj_import",
+    "stl_import",
+    "ply_import",
+    "usd_import",
+    "alembic_import",
+    "append",
+    "link",
+    "collada_import",
+)
 
 
 class OperatorRoot(HostObject):
@@ -408,7 +417,12 @@ class Operators:
             each.matrix_world = Matrix(world)
 
     def transform_rotate(
-        self, value: float = 0.0, orient_axis: str = "Z", orient_type: str = "GLOBAL", center_override: Any = None, **_: Any
+        self,
+        value: float = 0.0,
+        orient_axis: str = "Z",
+        orient_type: str = "GLOBAL",
+        center_override: Any = None,
+        **_: Any,
     ) -> None:
         """Rotate the selected objects about their middle."""
         chosen = self._tops()
@@ -418,7 +432,9 @@ class Operators:
         turn = euler_matrix([value * (name == orient_axis) for name in "XYZ"])
         middle = self._pivot(chosen, center_override)
         for each in chosen:
-            matrix = composed(middle, np.eye(3), _ONE) @ composed(_ZERO, turn, _ONE) @ composed(-middle, np.eye(3), _ONE)
+            matrix = (
+                composed(middle, np.eye(3), _ONE) @ composed(_ZERO, turn, _ONE) @ composed(-middle, np.eye(3), _ONE)
+            )
             each.matrix_world = Matrix(matrix @ each.computed_world())
 
     def transform_resize(self, value: Any = _ONE, center_override: Any = None, **_: Any) -> None:
@@ -472,7 +488,9 @@ class Operators:
             if type == "CLEAR_KEEP_TRANSFORM":
                 each.matrix_world = Matrix(world)
 
-    def object_move_to_collection(self, collection_index: int = 0, is_new: bool = False, new_collection_name: str = "") -> None:
+    def object_move_to_collection(
+        self, collection_index: int = 0, is_new: bool = False, new_collection_name: str = ""
+    ) -> None:
         """Move the selected objects to a new collection."""
         if not is_new:
             return
@@ -678,7 +696,7 @@ def _place(materials: list[Any], material: Any) -> int:
 
 
 def _with_slots(piece: Piece, places: Sequence[int]) -> Piece:
-    at = lambda slot: places[min(slot, len(places) - 1)]
+    at: Callable[[int], int] = lambda slot: places[min(slot, len(places) - 1)]
     mesh = piece.mesh
     if mesh is not None:
         mesh = polygons.Polygons(mesh.points, mesh.faces, tuple(at(slot) for slot in mesh.slots()))
@@ -712,4 +730,3 @@ def _hint(group: str, name: str) -> str | None:
     if group in ("ptcache", "rigidbody", "cloth", "fluid", "particle"):
         return "simulations are not part of a scene"
     return None
-

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,10 +45,10 @@ class Form:
         if self.kind == "ico":
             return polygons.ico_sphere(*self.counts)
         if self.kind == "cone":
-            return polygons.cone(self.counts[0], *self.sizes, fill=self.fill)
+            return polygons.cone(self.counts[0], self.sizes[0], self.sizes[1], self.fill)
         if self.kind == "circle":
             return polygons.circle(self.counts[0], self.fill)
-        return polygons.torus(*self.sizes, *self.counts)
+        return polygons.torus(self.sizes[0], self.sizes[1], self.counts[0], self.counts[1])
 
     @property
     def has_known_order(self) -> bool:
@@ -151,7 +151,7 @@ def beveled_box(sizes: FloatArray, width: float, segments: int) -> Polygons:
                 angle = math.pi / 2 * (quarter + i / segments)
                 points.append((sx * x + r * math.cos(angle), sy * y + r * math.sin(angle), height))
     wide = 4 * (segments + 1)
-    at = lambda j, i: j * wide + i % wide
+    at: Callable[[int, int], int] = lambda j, i: j * wide + i % wide
     faces = [
         (at(j, i), at(j, i + 1), at(j + 1, i + 1), at(j + 1, i)) for j in range(len(rows) - 1) for i in range(wide)
     ]

@@ -303,7 +303,7 @@ def uv_sphere(segments: int, rings: int) -> Polygons:
     for column, row in rows:
         around, polar = 2 * math.pi * column / segments, math.pi * row / rings
         points.append((math.sin(polar) * math.sin(around), math.sin(polar) * math.cos(around), math.cos(polar)))
-    at = lambda column, row: place[(column % segments if 0 < row < rings else 0), row]
+    at: Callable[[int, int], int] = lambda column, row: place[(column % segments if 0 < row < rings else 0), row]
     faces: list[Face] = []
     for i in range(segments):
         faces.append((at(0, 0), at(i + 1, 1), at(i, 1)))
@@ -351,8 +351,7 @@ def _divided_icosahedron(corners: FloatArray, count: int) -> tuple[FloatArray, l
 
     faces: list[Face] = []
     for a, b, c in _ICO:
-        at = lambda i, j, a=a, b=b, c=c: point((a, count - i - j), (b, i), (c, j))  # type: ignore[misc]
-        rows = [[at(i, j) for j in range(count + 1 - i)] for i in range(count + 1)]
+        rows = [[point((a, count - i - j), (b, i), (c, j)) for j in range(count + 1 - i)] for i in range(count + 1)]
         for i in range(count):
             for j in range(count - i):
                 faces.append((rows[i][j], rows[i + 1][j], rows[i][j + 1]))
@@ -370,7 +369,7 @@ def torus(major: float, minor: float, around: int, across: int) -> Polygons:
             b = 2 * math.pi * j / across
             r = major + minor * math.cos(b)
             points.append((r * math.cos(a), r * math.sin(a), minor * math.sin(b)))
-    at = lambda i, j: i % around * across + j % across
+    at: Callable[[int, int], int] = lambda i, j: i % around * across + j % across
     faces = [(at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)) for i in range(around) for j in range(across)]
     return _made(points, faces)
 
@@ -440,7 +439,11 @@ def _catmull_clark(mesh: Polygons) -> Polygons:
 
 
 def _moved_corners(
-    mesh: Polygons, centers: FloatArray, ends: npt.NDArray[np.int64], middles: FloatArray, is_inner: npt.NDArray[np.bool_]
+    mesh: Polygons,
+    centers: FloatArray,
+    ends: npt.NDArray[np.int64],
+    middles: FloatArray,
+    is_inner: npt.NDArray[np.bool_],
 ) -> FloatArray:
     count = len(mesh.points)
     face_sum, face_count = np.zeros((count, 3)), np.zeros(count)

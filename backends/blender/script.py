@@ -301,4 +301,3 @@ BPY = Backend(
     (Option("segments", "sides of round objects", 64, minimum=8, maximum=1024),),
     Accepts(animated=False),
 )
-

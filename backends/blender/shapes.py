@@ -73,7 +73,8 @@ def vector(values: Iterable[float]) -> str:
 
 def upright(matrix: FloatArray) -> FloatArray:
     """Return a matrix of Blender's axes as one of a scene's."""
-    return UPRIGHT @ matrix @ UPRIGHT.T
+    made: FloatArray = UPRIGHT @ matrix @ UPRIGHT.T
+    return made
 
 
 def angle_text(angle: float) -> str:
@@ -252,7 +253,9 @@ class ShapeWriter:
             return f"(mesh {name}-points {name}-faces{look})", placed
         segments, rings = form.counts
         angles = [math.pi * j / rings for j in range(rings + 1)]
-        profile = " ".join(vector((max(0.0, math.sin(a)) if 0 < a < math.pi - 1e-9 else 0.0, -math.cos(a))) for a in angles)
+        profile = " ".join(
+            vector((max(0.0, math.sin(a)) if 0 < a < math.pi - 1e-9 else 0.0, -math.cos(a))) for a in angles
+        )
         # The first corner of a lathe is at +x, Blender's at +y, which is -z here.
         turn = np.array(placed) @ Quaternion((0.0, 0.0, 1.0), math.pi / 2).to_matrix().to_4x4().numbers
         return f"(lathe [{profile}] :segments {segments}{look})", turn

@@ -85,7 +85,8 @@ class Numbers(HostObject):
     def __eq__(self, other: object) -> bool:
         try:
             return len(self) == len(other) and all(  # type: ignore[arg-type]
-                abs(a - b) <= 1e-6 * max(1.0, abs(a)) for a, b in zip(self.values, other)  # type: ignore[call-overload]
+                abs(a - b) <= 1e-6 * max(1.0, abs(a))
+                for a, b in zip(self.values, other)  # type: ignore[call-overload]
             )
         except TypeError:
             return False
@@ -236,7 +237,7 @@ class Vector(Numbers):
     def orthogonal(self) -> Vector:
         """Return a perpendicular vector."""
         least = min(range(3), key=lambda i: abs(self.values[i]))
-        return self.cross([float(i == least) for i in range(3)])
+        return Vector(np.cross(self.array(), [float(i == least) for i in range(3)]))
 
     def project(self, other: Any) -> Vector:
         """Return the projection onto another vector."""
@@ -316,10 +317,10 @@ class Vector(Numbers):
         return Vector(self.values[index]) if isinstance(index, slice) else self.values[index]
 
     def __lt__(self, other: Any) -> bool:
-        return self.length < other.length
+        return self.length < Vector(other).length
 
     def __gt__(self, other: Any) -> bool:
-        return self.length > other.length
+        return self.length > Vector(other).length
 
 
 class Color(Numbers):
@@ -486,7 +487,7 @@ class Quaternion(Numbers):
 
     def dot(self, other: Any) -> float:
         """Return the scalar product."""
-        return sum(a * b for a, b in zip(self.values, other))
+        return sum(a * b for a, b in zip(self.values, _numbers_of(other, 4), strict=True))
 
     def to_matrix(self) -> Matrix:
         """Return the rotation as a matrix."""
@@ -498,7 +499,7 @@ class Quaternion(Numbers):
 
     def rotation_difference(self, other: Quaternion) -> Quaternion:
         """Return the rotation from this one to another."""
-        return self.inverted() @ other
+        return _product(self.inverted(), other)
 
     def rotate(self, other: Any) -> None:
         """Rotate by another rotation."""
@@ -580,7 +581,7 @@ class Matrix(HostObject):
 
     def read(self, name: str) -> Any:
         if name == "translation":
-            return MatrixRow(self, 3, True).to_translation_view() if len(self.numbers) == 4 else MISSING
+            return MatrixTranslation(self.numbers[:, 3]) if len(self.numbers) == 4 else MISSING
         return super().read(name)
 
     def assign(self, name: str, value: Any) -> None:
@@ -729,14 +730,16 @@ class Matrix(HostObject):
         self.numbers[index] = [*value] if not isinstance(index, slice) else [[*row] for row in value]
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Matrix) and self.numbers.shape == other.numbers.shape and bool(
-            np.allclose(self.numbers, other.numbers, atol=1e-6)
+        return (
+            isinstance(other, Matrix)
+            and self.numbers.shape == other.numbers.shape
+            and bool(np.allclose(self.numbers, other.numbers, atol=1e-6))
         )
 
     __hash__ = None  # type: ignore[assignment]
 
 
-class _Translation(Vector):
+class MatrixTranslation(Vector):
     """Translation of a matrix, in which numbers can be assigned."""
 
     def __init__(self, column: FloatArray) -> None:
@@ -753,13 +756,6 @@ class _Translation(Vector):
     def assign(self, name: str, value: Any) -> None:
         super().assign(name, value)
         self._column[:3] = self.values
-
-
-def _to_translation_view(row: MatrixRow) -> _Translation:
-    return _Translation(row._line)
-
-
-MatrixRow.to_translation_view = _to_translation_view  # type: ignore[attr-defined]
 
 
 # --- rotations as arrays ---------------------------------------------------------------------------------------------
@@ -884,7 +880,7 @@ def _translation_matrix(offset: Any) -> Matrix:
     return Matrix(composed(offset, np.eye(3), (1, 1, 1)))
 
 
-_MATRIX_FUNCTIONS = {
+_MATRIX_FUNCTIONS: dict[str, Any] = {
     "Rotation": _rotation_matrix,
     "Scale": _scale_matrix,
     "Translation": _translation_matrix,

@@ -486,7 +486,11 @@ def run_lift(arguments: argparse.Namespace) -> int:
 
 def add_import(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``import``."""
-    parser.add_argument("file", metavar="FILE", help="file to import: .scad (OpenSCAD), .py (a Blender script, or .txt), .schem, .litematic or .nbt")
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        help="file to import: .scad (OpenSCAD), .py (a Blender script, or .txt), .schem, .litematic or .nbt",
+    )
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
 
 

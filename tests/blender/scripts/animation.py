@@ -1,5 +1,7 @@
 """Keyframes of parents and children, with curves of several kinds."""
+
 import math
+
 import bpy
 
 bpy.ops.object.select_all(action="SELECT")

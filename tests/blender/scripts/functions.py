@@ -1,4 +1,5 @@
 """A response's kind of script: classes, dataclasses, defaults, comprehensions, a seed, instances that share meshes."""
+
 import math
 import random
 from dataclasses import dataclass, field
@@ -51,7 +52,9 @@ def main() -> None:
     clear()
     Forest().grow(6)
     for angle in (math.radians(a) for a in range(0, 360, 60)):
-        bpy.ops.mesh.primitive_cube_add(size=0.5, location=(6 * math.cos(angle), 6 * math.sin(angle), 0.25), rotation=(0, 0, angle))
+        bpy.ops.mesh.primitive_cube_add(
+            size=0.5, location=(6 * math.cos(angle), 6 * math.sin(angle), 0.25), rotation=(0, 0, angle)
+        )
         bpy.context.object.name = "Stone"
 
 

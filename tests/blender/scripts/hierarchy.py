@@ -1,4 +1,5 @@
 """Parents with and without inverses, empties, collections, duplicates, joins and matrices of the last update."""
+
 import bpy
 from mathutils import Matrix, Vector
 

@@ -1,4 +1,5 @@
 """Colors by both spellings of the Principled BSDF, by nodes, and by diffuse_color."""
+
 import bpy
 from mathutils import Color
 

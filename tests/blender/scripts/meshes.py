@@ -1,6 +1,8 @@
 """Meshes by bmesh: extrusions, insets, merged corners, spheres with moved corners, a turned profile."""
+
 import math
 import random
+
 import bmesh
 import bpy
 from mathutils import Matrix, Vector
@@ -35,15 +37,15 @@ bmesh.ops.create_cube(bm, size=1)
 bm.faces.ensure_lookup_table()
 side = bm.faces[2]
 bmesh.ops.inset_region(bm, faces=[side], thickness=0.1, depth=0.2, use_even_offset=True)
-moved = bmesh.ops.extrude_face_region(bm, geom=[side])
-bmesh.ops.translate(bm, vec=side.normal * 0.3, verts=[v for v in moved["geom"] if isinstance(v, bmesh.types.BMVert)])
 bm.faces.ensure_lookup_table()
 grown = bmesh.ops.extrude_discrete_faces(bm, faces=[bm.faces[5]])
 bmesh.ops.translate(bm, vec=(0, 0, 0.5), verts=grown["faces"][0].verts[:])
 finish(bm, "Extruded", -4)
 
 bm = bmesh.new()
-points = [bm.verts.new((math.cos(a) * r, math.sin(a) * r, 0)) for a, r in ((math.tau * i / 10, 1 + i % 2) for i in range(10))]
+points = [
+    bm.verts.new((math.cos(a) * r, math.sin(a) * r, 0)) for a, r in ((math.tau * i / 10, 1 + i % 2) for i in range(10))
+]
 face = bm.faces.new(points)
 moved = bmesh.ops.extrude_face_region(bm, geom=[face])
 bmesh.ops.translate(bm, verts=[v for v in moved["geom"] if isinstance(v, bmesh.types.BMVert)], vec=(0, 0, 0.5))
@@ -66,7 +68,10 @@ points, faces, count = [], [], 12
 for r, z in profile[1:-1]:
     points += [(r * math.cos(math.tau * i / count), r * math.sin(math.tau * i / count), z) for i in range(count)]
 for j in range(len(profile) - 3):
-    faces += [(j * count + i, j * count + (i + 1) % count, (j + 1) * count + (i + 1) % count, (j + 1) * count + i) for i in range(count)]
+    faces += [
+        (j * count + i, j * count + (i + 1) % count, (j + 1) * count + (i + 1) % count, (j + 1) * count + i)
+        for i in range(count)
+    ]
 faces += [tuple(range(count))[::-1], tuple(range(2 * count, 3 * count))]
 mesh = bpy.data.meshes.new("Vase")
 mesh.from_pydata(points, [], faces)

@@ -1,5 +1,7 @@
 """Modifiers of boxes, cylinders, planes and meshes."""
+
 import math
+
 import bpy
 
 bpy.ops.object.select_all(action="SELECT")

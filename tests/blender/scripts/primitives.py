@@ -1,5 +1,7 @@
 """Every primitive with its options, rotated, scaled and with applied transforms."""
+
 import math
+
 import bpy
 
 bpy.ops.object.select_all(action="SELECT")
