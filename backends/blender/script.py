@@ -86,6 +86,20 @@ def cone(name, look, radius, top, height, pose):
     return finished(bm, name, look)
 
 
+def torus(name, look, radius, tube):
+    count, turn = SEGMENTS // 2, 2 * math.pi
+    points = [
+        ((radius + tube * math.cos(b)) * math.cos(a), tube * math.sin(b), (radius + tube * math.cos(b)) * math.sin(a))
+        for a in (turn * i / SEGMENTS for i in range(SEGMENTS))
+        for b in (turn * j / count for j in range(count))
+    ]
+    at = lambda i, j: i % SEGMENTS * count + j % count
+    faces = [(at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)) for i in range(SEGMENTS) for j in range(count)]
+    mesh = solid(name, look, points, faces)
+    mesh.shade_smooth()
+    return mesh
+
+
 def solid(name, look, points, faces):
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(points, [], faces)
@@ -133,9 +147,7 @@ class _Script:
         meshes: list[str] = []
         functions: list[str] = []
         for entity in descendants(root):
-            if entity.is_primitive:
-                self._mesh(entity, entity.word, materials, meshes)
-            else:
+            if not entity.is_primitive:
                 functions.append(self._function(entity, materials, meshes))
         if root.is_primitive:
             functions.append(self._function(Entity(root.word, root.embedding, ()), materials, meshes))
@@ -209,6 +221,8 @@ class _Script:
             if height > 0:
                 top = radius if word == "Cylinder" else 0.0
                 return f"cone({given}, {radius:.9g}, {top:.9g}, {height:.9g}, {_rows_text(_along(p0, p1))})"
+        if word == "Torus":
+            return f"torus({given}, {shape.radius:.9g}, {shape.tube:.9g})"  # type: ignore[attr-defined]
         points, faces = self._triangles(shape)
         self._count += points.size + 3 * len(faces)
         if self._count > _MAX_NUMBERS:
