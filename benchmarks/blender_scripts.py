@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.blender.converting import converted
+from scenelang.backends.blender.importing import converted
 from scenelang.backends.exports.plan import surface_of
 from scenelang.backends.surfaces.appearance import look_of
 from scenelang.grammar.datum import Source

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from scenelang.backends.blender.vectors import Vector
+from scenelang.backends.blender.vectors import VectorValue
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.objects import HostObject
 
@@ -20,7 +20,7 @@ class Keyframe(HostObject):
     shown = frozenset(words("co interpolation handle_left_type handle_right_type easing type"))
 
     def __init__(self, frame: float, value: float, interpolation: str) -> None:
-        self.co = Vector((frame, value))
+        self.co = VectorValue((frame, value))
         self.interpolation = interpolation
         self.easing, self.type = "AUTO", "KEYFRAME"
         self.handle_left_type = self.handle_right_type = "AUTO_CLAMPED"
@@ -321,9 +321,9 @@ class _Action(HostObject):
     layers = strips = channelbags = slots = property(lambda self: [_Bag(self.animation)])
 
     @property
-    def frame_range(self) -> Vector:
+    def frame_range(self) -> VectorValue:
         """Return the first and the last frame."""
-        return Vector(self.animation.span())
+        return VectorValue(self.animation.span())
 
     def channelbag(self, slot: Any = None, ensure: bool = False) -> Any:
         """Return the channel bag."""

@@ -14,20 +14,20 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.blender import modifiers
-from scenelang.backends.blender.editing import bmesh_module
-from scenelang.backends.blender.model import (
+from scenelang.backends.blender.blend_model import (
     Blend,
-    CallSite,
-    Collection,
-    Context,
+    BlendContext,
+    CollectionBlock,
     Data,
     Material,
-    Mesh,
+    MeshBlock,
     Object,
-    Scene,
+    SceneBlock,
+    ScriptCall,
     Settings,
 )
-from scenelang.backends.blender.operators import OperatorRoot, Operators
+from scenelang.backends.blender.bmeshes import bmesh_module
+from scenelang.backends.blender.bpy_operators import OperatorRoot, Operators
 from scenelang.backends.blender.vectors import mathutils_module
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -78,7 +78,7 @@ class ScriptEvaluator(PythonEvaluator):
         if isinstance(function.node, ast.Lambda):
             return super()._call_function(function, arguments, named)
         given = bound_arguments(function, arguments, named)
-        self.blend.calls.append(CallSite(function.name, self.blend.counted(), given))
+        self.blend.calls.append(ScriptCall(function.name, self.blend.counted(), given))
         try:
             return super()._call_function(function, arguments, named)
         finally:
@@ -201,8 +201,8 @@ def _add_draws(modules: dict[str, Any], blend: Blend) -> None:
 def _bpy(evaluator: ScriptEvaluator, blend: Blend) -> Module:
     """Return the module `bpy`."""
     kinds: dict[str, Any] = {
-        "Object": Object, "Mesh": Mesh, "Material": Material, "Collection": Collection, "Scene": Scene,
-        "Context": Context, "BlendData": Data,
+        "Object": Object, "Mesh": MeshBlock, "Material": Material, "Collection": CollectionBlock, "Scene": SceneBlock,
+        "Context": BlendContext, "BlendData": Data,
     }  # fmt: skip
     types: dict[str, Any] = {name: Native(f"bpy.types.{name}", _no_call, kind) for name, kind in kinds.items()}
     for name in _BASES:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.blender import polygons
-from scenelang.backends.blender.pieces import Form, Operation, Piece, polygons_of
+from scenelang.backends.blender.pieces import BooleanPiece, MeshPiece, PieceForm, polygons_of
 from scenelang.backends.blender.polygons import Polygons
 from scenelang.backends.blender.vectors import euler_matrix
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython
@@ -87,7 +87,7 @@ DEFAULTS: dict[str, dict[str, Any]] = {
 _SHADING = ("WEIGHTED_NORMAL", "EDGE_SPLIT", "TRIANGULATE", "NORMAL_EDIT", "DATA_TRANSFER", "UV_PROJECT", "UV_WARP")
 
 
-def evaluated(blend: Any, obj: Any) -> list[Piece]:
+def evaluated(blend: Any, obj: Any) -> list[MeshPiece]:
     """Return the pieces of an object under its modifiers."""
     pieces = list(obj.data.settled())
     for modifier in obj.modifiers.items_:
@@ -97,7 +97,7 @@ def evaluated(blend: Any, obj: Any) -> list[Piece]:
     return pieces
 
 
-def applied(blend: Any, obj: Any, modifier: Any, pieces: list[Piece]) -> list[Piece]:
+def applied(blend: Any, obj: Any, modifier: Any, pieces: list[MeshPiece]) -> list[MeshPiece]:
     """Return pieces under one modifier."""
     if modifier.type in _SHADING or not pieces:
         return pieces
@@ -105,12 +105,12 @@ def applied(blend: Any, obj: Any, modifier: Any, pieces: list[Piece]) -> list[Pi
     if function is None:
         name = modifier.type.lower().replace("_", " ")
         raise UnsupportedPython(f"the modifier `{modifier.type}` ({name}) is not supported")
-    made: list[Piece] = function(blend, obj, modifier.settings, pieces)
+    made: list[MeshPiece] = function(blend, obj, modifier.settings, pieces)
     blend.tick(50 + sum(len(piece.mesh.points) if piece.mesh is not None else 10 for piece in made))
     return made
 
 
-def _array(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _array(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     if settings["start_cap"] or settings["end_cap"] or settings["fit_type"] == "FIT_CURVE":
         raise UnsupportedPython("arrays along curves or with caps are not supported")
     points = polygons_of(pieces).points
@@ -129,7 +129,7 @@ def _array(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) 
         count = int((settings["fit_length"] + 1e-6) / length) + 1 if length > 1e-6 else 1
     if count * len(pieces) > _MAX_COPIES:
         raise UnsupportedPython(f"this array has more than {_MAX_COPIES:,} parts")
-    made: list[Piece] = []
+    made: list[MeshPiece] = []
     matrix = np.eye(4)
     for _ in range(max(1, count)):
         made += [piece.moved(matrix) for piece in pieces]
@@ -141,11 +141,11 @@ def _array(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) 
     return made
 
 
-def _raw(mesh: Polygons, pieces: Sequence[Piece]) -> Piece:
-    return Piece(np.eye(4), None, mesh, 0, bool(pieces) and all(piece.is_smooth for piece in pieces))
+def _raw(mesh: Polygons, pieces: Sequence[MeshPiece]) -> MeshPiece:
+    return MeshPiece(np.eye(4), None, mesh, 0, bool(pieces) and all(piece.is_smooth for piece in pieces))
 
 
-def _mirror(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _mirror(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     frame = np.eye(4)
     if settings["mirror_object"] is not None:
         frame = np.linalg.inv(obj.computed_world()) @ settings["mirror_object"].computed_world()
@@ -168,9 +168,9 @@ def _mirror(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece])
     return made
 
 
-def _merged(pieces: list[Piece], reflection: FloatArray, normal: FloatArray, threshold: float) -> list[Piece]:
+def _merged(pieces: list[MeshPiece], reflection: FloatArray, normal: FloatArray, threshold: float) -> list[MeshPiece]:
     """Mirror pieces; corners on the plane become one with their images."""
-    made: list[Piece] = []
+    made: list[MeshPiece] = []
     for piece in pieces:
         mesh = piece.polygons()
         near = np.abs(mesh.points @ normal[:3] + normal[3]) * 2 <= threshold
@@ -186,7 +186,7 @@ def _merged(pieces: list[Piece], reflection: FloatArray, normal: FloatArray, thr
     return made
 
 
-def _solidify(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _solidify(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     if settings["solidify_mode"] != "EXTRUDE" or settings["vertex_group"] or settings["use_rim_only"]:
         raise UnsupportedPython("this kind of `SOLIDIFY` is not supported")
     made = []
@@ -202,7 +202,7 @@ def _solidify(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece
     return made
 
 
-def _subsurf(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _subsurf(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     levels = int(settings["levels"])
     if levels == 0:
         return pieces
@@ -213,7 +213,7 @@ def _subsurf(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]
     return [_raw(polygons.subdivided(piece.polygons(), levels, on_limit=on_limit), [piece]) for piece in pieces]
 
 
-def _bevel(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _bevel(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     if settings["affect"] != "EDGES" or settings["limit_method"] in ("VGROUP",):
         raise UnsupportedPython("only bevels of edges are supported")
     if settings["limit_method"] == "WEIGHT":
@@ -229,7 +229,7 @@ def _bevel(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) 
     return [_beveled(piece, width, segments, limit, settings) for piece in pieces]
 
 
-def _beveled(piece: Piece, width: float, segments: int, limit: float, settings: dict[str, Any]) -> Piece:
+def _beveled(piece: MeshPiece, width: float, segments: int, limit: float, settings: dict[str, Any]) -> MeshPiece:
     mesh = piece.polygons()
     if not _sharp_edges(mesh, limit):
         return piece
@@ -240,7 +240,7 @@ def _beveled(piece: Piece, width: float, segments: int, limit: float, settings: 
         if settings["use_clamp_overlap"]:
             at_right_angle = min(at_right_angle, float(sizes.min()) / 2)
         return replace(
-            piece, matrix=matrix @ np.diag([*sizes, 1.0]), form=Form("cube"), mesh=None,
+            piece, matrix=matrix @ np.diag([*sizes, 1.0]), form=PieceForm("cube"), mesh=None,
             bevel=(at_right_angle, segments), bevel_sizes=tuple(sizes.tolist()),
             slot=mesh.slots()[0],
         )  # fmt: skip
@@ -298,7 +298,7 @@ def _main_axis(direction: FloatArray) -> int:
     return int(np.abs(direction).argmax())
 
 
-def _beveled_cone(piece: Piece, width: float, segments: int, limit: float) -> Polygons | None:
+def _beveled_cone(piece: MeshPiece, width: float, segments: int, limit: float) -> Polygons | None:
     """Return a frustum with beveled rims; its sides must be upright, and the edges between them below the limit."""
     form = piece.form
     assert form is not None, "the caller has a form"
@@ -332,7 +332,7 @@ def _beveled_cone(piece: Piece, width: float, segments: int, limit: float) -> Po
     return made.moved(piece.matrix @ np.diag([*(1 / scales), 1.0])).welded(1e-7)
 
 
-def _boolean(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _boolean(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     tools: list[Any] = [settings["object"]] if settings["object"] is not None else []
     if settings["operand_type"] == "COLLECTION" and settings["collection"] is not None:
         tools = [each for each in settings["collection"].all_objects if each.type == "MESH"]
@@ -348,12 +348,12 @@ def _boolean(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]
     for piece in (*pieces, *(piece for part in parts for piece in part)):
         if piece.operation is None and not piece.is_closed():
             raise UnsupportedPython("a boolean of a mesh that is not closed is not supported")
-    operation = Operation(settings["operation"], tuple(pieces), tuple(part for part in parts if part))
+    operation = BooleanPiece(settings["operation"], tuple(pieces), tuple(part for part in parts if part))
     slot = pieces[0].slot if pieces[0].mesh is None else pieces[0].mesh.slots()[0]
-    return [Piece(np.eye(4), operation=operation, is_smooth=pieces[0].is_smooth, slot=slot)]
+    return [MeshPiece(np.eye(4), operation=operation, is_smooth=pieces[0].is_smooth, slot=slot)]
 
 
-def _simple_deform(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _simple_deform(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     if settings["origin"] is not None or settings["vertex_group"] or list(settings["limits"]) != [0.0, 1.0]:
         raise UnsupportedPython("a `SIMPLE_DEFORM` with an origin, limits or a vertex group is not supported")
     method, axis = settings["deform_method"], "XYZ".index(settings["deform_axis"])
@@ -376,15 +376,15 @@ def _simple_deform(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[
     return [_raw(Polygons(points, mesh.faces, mesh.slots()), pieces)]
 
 
-def _weld(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _weld(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     return [_raw(polygons_of(pieces).welded(settings["merge_threshold"]), pieces)]
 
 
-def _screw(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[Piece]) -> list[Piece]:
+def _screw(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
     raise UnsupportedPython("the modifier `SCREW` is not supported", "build the corners of the turned profile")
 
 
-_MODIFIERS: dict[str, Callable[..., list[Piece]]] = {
+_MODIFIERS: dict[str, Callable[..., list[MeshPiece]]] = {
     "ARRAY": _array, "MIRROR": _mirror, "SOLIDIFY": _solidify, "SUBSURF": _subsurf, "BEVEL": _bevel, "WELD": _weld,
     "SCREW": _screw, "BOOLEAN": _boolean, "SIMPLE_DEFORM": _simple_deform,
 }  # fmt: skip

@@ -21,7 +21,7 @@ ROUND_SIDES = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class PieceForm:
     """Primitive of unit size around z: its kind and what it is made with.
 
     ``kind`` is "cube", "plane", "sphere", "ico", "cone", "torus" or "circle". ``counts`` are numbers of faces: of a
@@ -72,16 +72,16 @@ class Form:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Operation:
+class BooleanPiece:
     """Boolean of solids: ``kind`` is DIFFERENCE, UNION or INTERSECT; the pieces of the base and of each tool."""
 
     kind: str
-    base: tuple[Piece, ...]
-    tools: tuple[tuple[Piece, ...], ...]
+    base: tuple[MeshPiece, ...]
+    tools: tuple[tuple[MeshPiece, ...], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+class MeshPiece:
     """Part of a mesh in its object's frame: a form under a matrix (4, 4), or polygons as they are.
 
     ``slot`` is the number of its material. ``bevel`` is the width and the number of segments of a bevel of all edges
@@ -89,15 +89,15 @@ class Piece:
     """
 
     matrix: FloatArray
-    form: Form | None = None
+    form: PieceForm | None = None
     mesh: Polygons | None = None
     slot: int = 0
     is_smooth: bool = False
     bevel: tuple[float, int] | None = None
     bevel_sizes: tuple[float, ...] = (1.0, 1.0, 1.0)
-    operation: Operation | None = None
+    operation: BooleanPiece | None = None
 
-    def moved(self, matrix: FloatArray) -> Piece:
+    def moved(self, matrix: FloatArray) -> MeshPiece:
         """Return the piece under a further matrix."""
         return replace(self, matrix=matrix @ self.matrix)
 
@@ -124,7 +124,7 @@ class Piece:
         return made.moved(self.matrix)
 
 
-def polygons_of(pieces: Sequence[Piece]) -> Polygons:
+def polygons_of(pieces: Sequence[MeshPiece]) -> Polygons:
     """Return pieces as one mesh."""
     return polygons.combined(piece.polygons() for piece in pieces)
 

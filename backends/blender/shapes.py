@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.blender.modifiers import as_box
-from scenelang.backends.blender.pieces import Form, Operation, Piece
+from scenelang.backends.blender.pieces import BooleanPiece, MeshPiece, PieceForm
 from scenelang.backends.blender.polygons import Polygons, combined, ico_sphere, solidified
 from scenelang.backends.blender.vectors import Quaternion, quaternion_of
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython
@@ -148,7 +148,7 @@ class ShapeWriter:
     constants: dict[str, str] = field(default_factory=dict)
     notes: dict[str, None] = field(default_factory=dict)
 
-    def piece(self, piece: Piece, look: str) -> tuple[str, FloatArray]:
+    def piece(self, piece: MeshPiece, look: str) -> tuple[str, FloatArray]:
         """Return an expression and the pose (4, 4), of Blender's axes, that places it."""
         if piece.operation is not None:
             return self._operation(piece.operation, look), piece.matrix
@@ -159,7 +159,7 @@ class ShapeWriter:
         assert piece.mesh is not None, "a piece has a form or a mesh"
         return self._mesh(piece.mesh.moved(piece.matrix), look), np.eye(4)
 
-    def _form(self, form: Form, matrix: FloatArray, is_smooth: bool, look: str) -> tuple[str, FloatArray]:
+    def _form(self, form: PieceForm, matrix: FloatArray, is_smooth: bool, look: str) -> tuple[str, FloatArray]:
         is_flat = form.kind in ("plane", "circle")
         if not is_flat and not form.is_closed:
             return self._mesh(form.polygons().moved(matrix), look), np.eye(4)
@@ -189,7 +189,7 @@ class ShapeWriter:
         return self._cone(form, motion, sizes, is_round, is_even, look)
 
     def _plate(
-        self, form: Form, motion: FloatArray, sizes: FloatArray, is_smooth: bool, look: str
+        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, is_smooth: bool, look: str
     ) -> tuple[str, FloatArray]:
         """Return a thin plate under a flat form."""
         extent = float(max(sizes[0], sizes[1])) * (2.0 if form.kind == "circle" else 1.0)
@@ -198,14 +198,14 @@ class ShapeWriter:
         lowered = motion @ _translation(np.array([0.0, 0.0, -thickness / 2]))
         if form.kind == "plane":
             return _call("cube", look, scale=_sizes(np.array([sizes[0], sizes[1], thickness]))), lowered
-        cone = Form("cone", form.counts, (1.0, 1.0))
+        cone = PieceForm("cone", form.counts, (1.0, 1.0))
         is_even = bool(abs(sizes[0] - sizes[1]) <= 1e-6 * sizes.max())
         return self._cone(
             cone, lowered, np.array([sizes[0], sizes[1], thickness]), form.is_round(is_smooth), is_even, look
         )
 
     def _cone(
-        self, form: Form, motion: FloatArray, sizes: FloatArray, is_round: bool, is_even: bool, look: str
+        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, is_round: bool, is_even: bool, look: str
     ) -> tuple[str, FloatArray]:
         bottom, top = form.sizes
         if sizes[2] < 0:
@@ -230,7 +230,7 @@ class ShapeWriter:
         return f"(lathe {profile} :segments {_SEGMENTS}{look})", placed
 
     def _torus(
-        self, form: Form, motion: FloatArray, sizes: FloatArray, is_round: bool, is_uniform: bool, look: str
+        self, form: PieceForm, motion: FloatArray, sizes: FloatArray, is_round: bool, is_uniform: bool, look: str
     ) -> tuple[str, FloatArray]:
         factor = abs(float(sizes[0])) if is_uniform else 1.0
         placed = motion if is_uniform else motion @ np.diag([*np.abs(sizes), 1.0])
@@ -242,7 +242,7 @@ class ShapeWriter:
         profile = " ".join(vector((major + minor * math.cos(a), minor * math.sin(a))) for a in angles)
         return f"(lathe [{profile}] :segments {around}{look})", placed
 
-    def _faceted(self, form: Form, motion: FloatArray, sizes: FloatArray, look: str) -> tuple[str, FloatArray]:
+    def _faceted(self, form: PieceForm, motion: FloatArray, sizes: FloatArray, look: str) -> tuple[str, FloatArray]:
         """Return a sphere of few faces."""
         placed = motion @ np.diag([*sizes, 1.0])
         if form.kind == "ico":
@@ -260,7 +260,7 @@ class ShapeWriter:
         turn = np.array(placed) @ Quaternion((0.0, 0.0, 1.0), math.pi / 2).to_matrix().to_4x4().numbers
         return f"(lathe [{profile}] :segments {segments}{look})", turn
 
-    def _beveled(self, piece: Piece, look: str) -> tuple[str, FloatArray]:
+    def _beveled(self, piece: MeshPiece, look: str) -> tuple[str, FloatArray]:
         assert piece.bevel is not None, "the caller has a bevel"
         width, segments = piece.bevel
         inner = piece.matrix @ np.diag([*(1 / np.array(piece.bevel_sizes)), 1.0])
@@ -274,14 +274,14 @@ class ShapeWriter:
         self.used.add("beveled-box")
         return f"(beveled-box {_sizes(sizes)} {number(width)} {segments}{look})", placed
 
-    def _operation(self, operation: Operation, look: str) -> str:
+    def _operation(self, operation: BooleanPiece, look: str) -> str:
         name = {"DIFFERENCE": "difference", "UNION": "union-solid", "INTERSECT": "intersection"}.get(operation.kind)
         if name is None:
             raise UnsupportedPython(f"the boolean {operation.kind} is not supported")
         operands = [self.united(operation.base, ""), *(self.united(tool, "") for tool in operation.tools)]
         return f"({name} {' '.join(operands)} :segments {_SEGMENTS}{look})"
 
-    def united(self, pieces: Sequence[Piece], look: str) -> str:
+    def united(self, pieces: Sequence[MeshPiece], look: str) -> str:
         """Return pieces as one expression in the object's frame."""
         texts = [moved(text, upright(matrix)) for text, matrix in (self.piece(piece, look) for piece in pieces)]
         return texts[0] if len(texts) == 1 else f"(union {' '.join(texts)})"

@@ -38,7 +38,7 @@ class Numbers(HostObject):
         if name and all(letter in self.names for letter in name):
             places = [self.names.index(letter) for letter in name]
             if max(places) < len(self.values):
-                return self.values[places[0]] if len(name) == 1 else Vector(self.values[i] for i in places)
+                return self.values[places[0]] if len(name) == 1 else VectorValue(self.values[i] for i in places)
         return MISSING
 
     def assign(self, name: str, value: Any) -> None:
@@ -95,7 +95,7 @@ class Numbers(HostObject):
         return hash(tuple(self.values))
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}(({', '.join(repr(value) for value in self.values)}))"
+        return f"{self.python_name}(({', '.join(repr(value) for value in self.values)}))"
 
 
 def _numbers_of(value: Any, length: int | None = None) -> list[float]:
@@ -105,7 +105,7 @@ def _numbers_of(value: Any, length: int | None = None) -> list[float]:
     return found
 
 
-class Vector(Numbers):
+class VectorValue(Numbers):
     """Vector of `mathutils`."""
 
     python_name = "Vector"
@@ -139,10 +139,10 @@ class Vector(Numbers):
         else:
             super().assign(name, value)
 
-    def normalized(self) -> Vector:
+    def normalized(self) -> VectorValue:
         """Return the unit vector of this direction."""
         length = self.length
-        return Vector(value / length for value in self.values) if length else self.copy()
+        return VectorValue(value / length for value in self.values) if length else self.copy()
 
     def normalize(self) -> None:
         """Make this a unit vector."""
@@ -156,7 +156,7 @@ class Vector(Numbers):
         """Reverse the direction."""
         self.values[:] = [-value for value in self.values]
 
-    def freeze(self) -> Vector:
+    def freeze(self) -> VectorValue:
         """Return the vector itself."""
         return self
 
@@ -169,23 +169,23 @@ class Vector(Numbers):
         if len(self.values) == 2:
             x, y = _numbers_of(other, 2)
             return self.values[0] * y - self.values[1] * x
-        return Vector(np.cross(self.array(), _numbers_of(other, 3)))
+        return VectorValue(np.cross(self.array(), _numbers_of(other, 3)))
 
-    def lerp(self, other: Any, factor: float) -> Vector:
+    def lerp(self, other: Any, factor: float) -> VectorValue:
         """Return the linear interpolation."""
-        return Vector(a + (b - a) * factor for a, b in zip(self.values, _numbers_of(other, len(self.values))))
+        return VectorValue(a + (b - a) * factor for a, b in zip(self.values, _numbers_of(other, len(self.values))))
 
-    def slerp(self, other: Any, factor: float, fallback: Any = None) -> Vector:
+    def slerp(self, other: Any, factor: float, fallback: Any = None) -> VectorValue:
         """Return the spherical interpolation of directions."""
         angle = self.angle(other)
         if angle < 1e-9:
             return self.lerp(other, factor)
         a, b = math.sin((1 - factor) * angle) / math.sin(angle), math.sin(factor * angle) / math.sin(angle)
-        return Vector(x * a + y * b for x, y in zip(self.values, other))
+        return VectorValue(x * a + y * b for x, y in zip(self.values, other))
 
     def angle(self, other: Any, fallback: Any = MISSING) -> Any:
         """Return the angle between two directions."""
-        lengths = self.length * Vector(other).length
+        lengths = self.length * VectorValue(other).length
         if not lengths:
             if fallback is MISSING:
                 raise ValueError("Vector.angle(other): zero length vectors have no valid angle")
@@ -196,21 +196,21 @@ class Vector(Numbers):
         """Return the numbers as a tuple."""
         return tuple(self.values if precision is None else (round(value, precision) for value in self.values))
 
-    def to_2d(self) -> Vector:
+    def to_2d(self) -> VectorValue:
         """Return the first two numbers."""
-        return Vector(self.values[:2])
+        return VectorValue(self.values[:2])
 
-    def to_3d(self) -> Vector:
+    def to_3d(self) -> VectorValue:
         """Return the first three numbers."""
-        return Vector([*self.values, 0.0][:3])
+        return VectorValue([*self.values, 0.0][:3])
 
-    def to_4d(self) -> Vector:
+    def to_4d(self) -> VectorValue:
         """Return four numbers, the last of which is 1 unless there is one."""
-        return Vector([*self.to_3d().values, 1.0][:4] if len(self.values) < 4 else self.values)
+        return VectorValue([*self.to_3d().values, 1.0][:4] if len(self.values) < 4 else self.values)
 
-    def resized(self, size: int) -> Vector:
+    def resized(self, size: int) -> VectorValue:
         """Return the vector with another number of components."""
-        return Vector(([*self.values, *[0.0] * size])[: min(size, _MAX_LENGTH)])
+        return VectorValue(([*self.values, *[0.0] * size])[: min(size, _MAX_LENGTH)])
 
     def resize_3d(self) -> None:
         """Make this a vector of three numbers."""
@@ -222,31 +222,31 @@ class Vector(Numbers):
 
     def rotate(self, rotation: Any) -> None:
         """Rotate this vector."""
-        if isinstance(rotation, (Quaternion, Euler, Matrix)):
+        if isinstance(rotation, (Quaternion, Euler, MatrixValue)):
             rotation = matrix_of(rotation)[: len(self.values), : len(self.values)]
         self.values[:] = (np.array(rotation) @ self.array()).tolist()
 
     def rotation_difference(self, other: Any) -> Quaternion:
         """Return the shortest rotation to another direction."""
-        a, b = self.normalized(), Vector(other).normalized()
+        a, b = self.normalized(), VectorValue(other).normalized()
         axis = a.cross(b)
         if axis.length < 1e-9:
             return Quaternion() if a.dot(b) > 0 else Quaternion(a.orthogonal(), math.pi)
         return Quaternion(axis, a.angle(b))
 
-    def orthogonal(self) -> Vector:
+    def orthogonal(self) -> VectorValue:
         """Return a perpendicular vector."""
         least = min(range(3), key=lambda i: abs(self.values[i]))
-        return Vector(np.cross(self.array(), [float(i == least) for i in range(3)]))
+        return VectorValue(np.cross(self.array(), [float(i == least) for i in range(3)]))
 
-    def project(self, other: Any) -> Vector:
+    def project(self, other: Any) -> VectorValue:
         """Return the projection onto another vector."""
-        onto = Vector(other)
+        onto = VectorValue(other)
         return onto * (self.dot(other) / onto.length_squared)
 
-    def reflect(self, mirror: Any) -> Vector:
+    def reflect(self, mirror: Any) -> VectorValue:
         """Return the reflection about a mirror's normal."""
-        normal = Vector(mirror).normalized()
+        normal = VectorValue(mirror).normalized()
         return self - normal * (2 * self.dot(normal))
 
     def to_track_quat(self, track: str = "Z", up: str = "Y") -> Quaternion:
@@ -268,59 +268,63 @@ class Vector(Numbers):
         axes[:, rest] = np.cross(axes[:, (rest + 1) % 3], axes[:, (rest + 2) % 3])
         return quaternion_of(axes)
 
-    def _each(self, other: Any, what: Any) -> Vector:
+    def _each(self, other: Any, what: Any) -> VectorValue:
         if not isinstance(other, Numbers):
             raise TypeError(f"Vector arithmetic: expected a vector, got a {type(other).__name__}")
         if len(other) != len(self):
             raise ValueError("Vector arithmetic: vectors must have the same dimensions")
-        return Vector(what(a, b) for a, b in zip(self.values, other.values, strict=True))
+        return VectorValue(what(a, b) for a, b in zip(self.values, other.values, strict=True))
 
-    def __add__(self, other: Any) -> Vector:
+    def __add__(self, other: Any) -> VectorValue:
         return self._each(other, lambda a, b: a + b)
 
-    def __sub__(self, other: Any) -> Vector:
+    def __sub__(self, other: Any) -> VectorValue:
         return self._each(other, lambda a, b: a - b)
 
-    def __iadd__(self, other: Any) -> Vector:
+    def __iadd__(self, other: Any) -> VectorValue:
         self.values[:] = (self + other).values
         return self
 
-    def __isub__(self, other: Any) -> Vector:
+    def __isub__(self, other: Any) -> VectorValue:
         self.values[:] = (self - other).values
         return self
 
-    def __mul__(self, other: Any) -> Vector:
+    def __mul__(self, other: Any) -> VectorValue:
         if isinstance(other, Numbers):
             return self._each(other, lambda a, b: a * b)
-        return Vector(value * float(other) for value in self.values)
+        return VectorValue(value * float(other) for value in self.values)
 
     __rmul__ = __mul__
 
-    def __imul__(self, other: Any) -> Vector:
+    def __imul__(self, other: Any) -> VectorValue:
         self.values[:] = (self * other).values
         return self
 
-    def __truediv__(self, other: Any) -> Vector:
-        return Vector(value / float(other) for value in self.values)
+    def __truediv__(self, other: Any) -> VectorValue:
+        return VectorValue(value / float(other) for value in self.values)
 
-    def __itruediv__(self, other: Any) -> Vector:
+    def __itruediv__(self, other: Any) -> VectorValue:
         self.values[:] = (self / other).values
         return self
 
-    def __neg__(self) -> Vector:
-        return Vector(-value for value in self.values)
+    def __neg__(self) -> VectorValue:
+        return VectorValue(-value for value in self.values)
 
     def __matmul__(self, other: Any) -> Any:
-        return self.dot(other) if isinstance(other, Vector) else Vector(self.array() @ other.array()[: len(self)])
+        return (
+            self.dot(other)
+            if isinstance(other, VectorValue)
+            else VectorValue(self.array() @ other.array()[: len(self)])
+        )
 
     def __getitem__(self, index: Any) -> Any:
-        return Vector(self.values[index]) if isinstance(index, slice) else self.values[index]
+        return VectorValue(self.values[index]) if isinstance(index, slice) else self.values[index]
 
     def __lt__(self, other: Any) -> bool:
-        return self.length < Vector(other).length
+        return self.length < VectorValue(other).length
 
     def __gt__(self, other: Any) -> bool:
-        return self.length > Vector(other).length
+        return self.length > VectorValue(other).length
 
 
 class Color(Numbers):
@@ -399,9 +403,9 @@ class Euler(Numbers):
         else:
             super().assign(name, value)
 
-    def to_matrix(self) -> Matrix:
+    def to_matrix(self) -> MatrixValue:
         """Return the rotation as a matrix."""
-        return Matrix(euler_matrix(self.values, self.order))
+        return MatrixValue(euler_matrix(self.values, self.order))
 
     def to_quaternion(self) -> Quaternion:
         """Return the rotation as a quaternion."""
@@ -436,7 +440,7 @@ class Quaternion(Numbers):
     def __init__(self, values: Iterable[Any] = (1.0, 0.0, 0.0, 0.0), angle: float | None = None) -> None:
         numbers = _numbers_of(values)
         if angle is not None:
-            x, y, z = Vector(numbers).normalized().values
+            x, y, z = VectorValue(numbers).normalized().values
             half = math.sin(angle / 2)
             numbers = [math.cos(angle / 2), x * half, y * half, z * half]
         super().__init__(numbers)
@@ -452,12 +456,12 @@ class Quaternion(Numbers):
         return 2 * math.acos(min(1.0, max(-1.0, self.normalized().values[0])))
 
     @property
-    def axis(self) -> Vector:
+    def axis(self) -> VectorValue:
         """Return the axis of the rotation."""
-        found = Vector(self.values[1:])
-        return found.normalized() if found.length > 1e-9 else Vector((1.0, 0.0, 0.0))
+        found = VectorValue(self.values[1:])
+        return found.normalized() if found.length > 1e-9 else VectorValue((1.0, 0.0, 0.0))
 
-    def to_axis_angle(self) -> tuple[Vector, float]:
+    def to_axis_angle(self) -> tuple[VectorValue, float]:
         """Return the axis and the angle."""
         return self.axis, self.angle
 
@@ -489,9 +493,9 @@ class Quaternion(Numbers):
         """Return the scalar product."""
         return sum(a * b for a, b in zip(self.values, _numbers_of(other, 4), strict=True))
 
-    def to_matrix(self) -> Matrix:
+    def to_matrix(self) -> MatrixValue:
         """Return the rotation as a matrix."""
-        return Matrix(quaternion_matrix(self.values))
+        return MatrixValue(quaternion_matrix(self.values))
 
     def to_euler(self, order: str = "XYZ", compatible: Any = None) -> Euler:
         """Return the rotation as Euler angles."""
@@ -518,7 +522,7 @@ class Quaternion(Numbers):
     def __matmul__(self, other: Any) -> Any:
         if isinstance(other, Quaternion):
             return _product(self, other)
-        return Vector(quaternion_matrix(self.values) @ np.array(_numbers_of(other, 3)))
+        return VectorValue(quaternion_matrix(self.values) @ np.array(_numbers_of(other, 3)))
 
     def __mul__(self, other: Any) -> Quaternion:
         if isinstance(other, Quaternion):
@@ -542,15 +546,15 @@ def _product(left: Quaternion, right: Quaternion) -> Quaternion:
     )
 
 
-class MatrixRow(Vector):
+class MatrixRow(VectorValue):
     """Row or column of a matrix, in which numbers can be assigned."""
 
-    def __init__(self, matrix: Matrix, index: int, is_column: bool = False) -> None:
+    def __init__(self, matrix: MatrixValue, index: int, is_column: bool = False) -> None:
         self._line = matrix.numbers[:, index] if is_column else matrix.numbers[index]
         super().__init__(self._line.tolist())
 
-    def copy(self) -> Vector:
-        return Vector(self.values)
+    def copy(self) -> VectorValue:
+        return VectorValue(self.values)
 
     def __setitem__(self, index: Any, value: Any) -> None:
         super().__setitem__(index, value)
@@ -561,7 +565,7 @@ class MatrixRow(Vector):
         self._line[:] = self.values
 
 
-class Matrix(HostObject):
+class MatrixValue(HostObject):
     """Matrix of `mathutils`, of 2 to 4 rows and columns."""
 
     python_name = "Matrix"
@@ -593,9 +597,9 @@ class Matrix(HostObject):
         """Return the numbers as an array."""
         return self.numbers
 
-    def copy(self) -> Matrix:
+    def copy(self) -> MatrixValue:
         """Return a copy."""
-        return Matrix(self.numbers)
+        return MatrixValue(self.numbers)
 
     freeze = copy
 
@@ -623,24 +627,24 @@ class Matrix(HostObject):
         """Make this the identity."""
         self.numbers[:] = np.eye(len(self.numbers))
 
-    def to_translation(self) -> Vector:
+    def to_translation(self) -> VectorValue:
         """Return the translation."""
-        return Vector(self.numbers[:3, 3])
+        return VectorValue(self.numbers[:3, 3])
 
-    def to_3x3(self) -> Matrix:
+    def to_3x3(self) -> MatrixValue:
         """Return the linear part."""
-        return Matrix(self.numbers[:3, :3])
+        return MatrixValue(self.numbers[:3, :3])
 
-    def to_4x4(self) -> Matrix:
+    def to_4x4(self) -> MatrixValue:
         """Return the matrix with four rows and columns."""
         made = np.eye(4)
         rows, columns = self.numbers.shape
         made[:rows, :columns] = self.numbers
-        return Matrix(made)
+        return MatrixValue(made)
 
-    def to_scale(self) -> Vector:
+    def to_scale(self) -> VectorValue:
         """Return the scale."""
-        return Vector(_scales(self.numbers))
+        return VectorValue(_scales(self.numbers))
 
     def to_euler(self, order: str = "XYZ", compatible: Any = None) -> Euler:
         """Return the rotation as Euler angles."""
@@ -650,7 +654,7 @@ class Matrix(HostObject):
         """Return the rotation as a quaternion."""
         return quaternion_of(_rotation(self.numbers))
 
-    def decompose(self) -> tuple[Vector, Quaternion, Vector]:
+    def decompose(self) -> tuple[VectorValue, Quaternion, VectorValue]:
         """Return translation, rotation and scale."""
         return self.to_translation(), self.to_quaternion(), self.to_scale()
 
@@ -664,7 +668,7 @@ class Matrix(HostObject):
             if fallback is MISSING:
                 raise ValueError("Matrix.invert(ed): matrix does not have an inverse")
             return fallback
-        return Matrix(np.linalg.inv(self.numbers))
+        return MatrixValue(np.linalg.inv(self.numbers))
 
     inverted_safe = inverted
 
@@ -672,50 +676,50 @@ class Matrix(HostObject):
         """Make this its inverse."""
         self.numbers[:] = self.inverted().numbers
 
-    def transposed(self) -> Matrix:
+    def transposed(self) -> MatrixValue:
         """Return the transpose."""
-        return Matrix(self.numbers.T)
+        return MatrixValue(self.numbers.T)
 
     def transpose(self) -> None:
         """Make this its transpose."""
         self.numbers[:] = self.numbers.T.copy()
 
-    def normalized(self) -> Matrix:
+    def normalized(self) -> MatrixValue:
         """Return the matrix with unit columns."""
-        return Matrix(self.numbers / np.linalg.norm(self.numbers, axis=0))
+        return MatrixValue(self.numbers / np.linalg.norm(self.numbers, axis=0))
 
     def normalize(self) -> None:
         """Make the columns unit vectors."""
         self.numbers[:] = self.normalized().numbers
 
-    def lerp(self, other: Matrix, factor: float) -> Matrix:
+    def lerp(self, other: MatrixValue, factor: float) -> MatrixValue:
         """Return the interpolation of translation, rotation and scale."""
         a, b = self.decompose(), other.decompose()
         parts = a[0].lerp(b[0], factor), a[1].slerp(b[1], factor), a[2].lerp(b[2], factor)
-        return Matrix(composed(*parts))
+        return MatrixValue(composed(*parts))
 
     def __matmul__(self, other: Any) -> Any:
-        if isinstance(other, Matrix):
-            return Matrix(self.numbers @ other.numbers)
+        if isinstance(other, MatrixValue):
+            return MatrixValue(self.numbers @ other.numbers)
         vector = np.array(_numbers_of(other))
         if len(self.numbers) == 4 and len(vector) == 3:
-            return Vector((self.numbers @ [*vector, 1.0])[:3])
-        return Vector(self.numbers @ vector)
+            return VectorValue((self.numbers @ [*vector, 1.0])[:3])
+        return VectorValue(self.numbers @ vector)
 
-    def __imatmul__(self, other: Any) -> Matrix:
+    def __imatmul__(self, other: Any) -> MatrixValue:
         self.numbers[:] = (self @ other).numbers
         return self
 
-    def __mul__(self, factor: Any) -> Matrix:
-        return Matrix(self.numbers * (factor.numbers if isinstance(factor, Matrix) else float(factor)))
+    def __mul__(self, factor: Any) -> MatrixValue:
+        return MatrixValue(self.numbers * (factor.numbers if isinstance(factor, MatrixValue) else float(factor)))
 
     __rmul__ = __mul__
 
-    def __add__(self, other: Matrix) -> Matrix:
-        return Matrix(self.numbers + other.numbers)
+    def __add__(self, other: MatrixValue) -> MatrixValue:
+        return MatrixValue(self.numbers + other.numbers)
 
-    def __sub__(self, other: Matrix) -> Matrix:
-        return Matrix(self.numbers - other.numbers)
+    def __sub__(self, other: MatrixValue) -> MatrixValue:
+        return MatrixValue(self.numbers - other.numbers)
 
     def __len__(self) -> int:
         return len(self.numbers)
@@ -731,7 +735,7 @@ class Matrix(HostObject):
 
     def __eq__(self, other: object) -> bool:
         return (
-            isinstance(other, Matrix)
+            isinstance(other, MatrixValue)
             and self.numbers.shape == other.numbers.shape
             and bool(np.allclose(self.numbers, other.numbers, atol=1e-6))
         )
@@ -739,15 +743,15 @@ class Matrix(HostObject):
     __hash__ = None  # type: ignore[assignment]
 
 
-class MatrixTranslation(Vector):
+class MatrixTranslation(VectorValue):
     """Translation of a matrix, in which numbers can be assigned."""
 
     def __init__(self, column: FloatArray) -> None:
         self._column = column
         super().__init__(column[:3].tolist())
 
-    def copy(self) -> Vector:
-        return Vector(self.values)
+    def copy(self) -> VectorValue:
+        return VectorValue(self.values)
 
     def __setitem__(self, index: Any, value: Any) -> None:
         super().__setitem__(index, value)
@@ -763,7 +767,9 @@ class MatrixTranslation(Vector):
 
 def axis_rotation(axis: Any, angle: float, size: int = 3) -> FloatArray:
     """Return the rotation by an angle about "X", "Y", "Z" or a vector."""
-    direction = [float(name == axis) for name in "XYZ"] if isinstance(axis, str) else Vector(axis).normalized().values
+    direction = (
+        [float(name == axis) for name in "XYZ"] if isinstance(axis, str) else VectorValue(axis).normalized().values
+    )
     x, y, z = direction
     c, s = math.cos(angle), math.sin(angle)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -827,7 +833,7 @@ def quaternion_of(rotation: FloatArray) -> Quaternion:
 
 def matrix_of(rotation: Any) -> FloatArray:
     """Return the matrix of a rotation of `mathutils`."""
-    return rotation.numbers if isinstance(rotation, Matrix) else rotation.to_matrix().numbers
+    return rotation.numbers if isinstance(rotation, MatrixValue) else rotation.to_matrix().numbers
 
 
 def composed(location: Any, rotation: Any, scale: Any) -> FloatArray:
@@ -855,49 +861,49 @@ def decomposed(numbers: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]
     return numbers[:3, 3].copy(), _rotation(numbers), _scales(numbers)
 
 
-def _rotation_matrix(angle: float, size: int = 4, axis: Any = "Z") -> Matrix:
+def _rotation_matrix(angle: float, size: int = 4, axis: Any = "Z") -> MatrixValue:
     if size == 2:
-        return Matrix([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
-    return Matrix(axis_rotation(axis, angle, size))
+        return MatrixValue([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    return MatrixValue(axis_rotation(axis, angle, size))
 
 
-def _scale_matrix(factor: float, size: int = 4, axis: Any = None) -> Matrix:
+def _scale_matrix(factor: float, size: int = 4, axis: Any = None) -> MatrixValue:
     made = np.eye(size)
     if axis is None:
         made[:3, :3] *= factor
     else:
-        direction = Vector(axis).normalized().array()
+        direction = VectorValue(axis).normalized().array()
         made[:3, :3] += (factor - 1) * np.outer(direction, direction)
-    return Matrix(made)
+    return MatrixValue(made)
 
 
-def _loc_rot_scale(location: Any, rotation: Any, scale: Any) -> Matrix:
+def _loc_rot_scale(location: Any, rotation: Any, scale: Any) -> MatrixValue:
     turn = np.eye(3) if rotation is None else matrix_of(rotation)
-    return Matrix(composed(location or (0, 0, 0), turn, scale or (1, 1, 1)))
+    return MatrixValue(composed(location or (0, 0, 0), turn, scale or (1, 1, 1)))
 
 
-def _translation_matrix(offset: Any) -> Matrix:
-    return Matrix(composed(offset, np.eye(3), (1, 1, 1)))
+def _translation_matrix(offset: Any) -> MatrixValue:
+    return MatrixValue(composed(offset, np.eye(3), (1, 1, 1)))
 
 
 _MATRIX_FUNCTIONS: dict[str, Any] = {
     "Rotation": _rotation_matrix,
     "Scale": _scale_matrix,
     "Translation": _translation_matrix,
-    "Diagonal": lambda values: Matrix(np.diag(_numbers_of(values))),
-    "Identity": lambda size: Matrix(np.eye(size)),
+    "Diagonal": lambda values: MatrixValue(np.diag(_numbers_of(values))),
+    "Identity": lambda size: MatrixValue(np.eye(size)),
     "LocRotScale": _loc_rot_scale,
 }
 
 
 def mathutils_module() -> Module:
     """Return the module `mathutils`."""
-    kinds: dict[str, Any] = {"Vector": Vector, "Euler": Euler, "Quaternion": Quaternion, "Color": Color}
+    kinds: dict[str, Any] = {"Vector": VectorValue, "Euler": Euler, "Quaternion": Quaternion, "Color": Color}
     found: dict[str, Any] = {name: Native(f"mathutils.{name}", kind, kind) for name, kind in kinds.items()}
-    matrix = Native("mathutils.Matrix", lambda rows=None: Matrix(rows), Matrix)
+    matrix = Native("mathutils.Matrix", lambda rows=None: MatrixValue(rows), MatrixValue)
     matrix.attributes = {name: Native(f"Matrix.{name}", make) for name, make in _MATRIX_FUNCTIONS.items()}
     found["Vector"].attributes = {
-        "Fill": Native("Vector.Fill", lambda size, fill=0.0: Vector([fill] * min(size, _MAX_LENGTH))),
+        "Fill": Native("Vector.Fill", lambda size, fill=0.0: VectorValue([fill] * min(size, _MAX_LENGTH))),
     }
     found["Matrix"] = matrix
     return Module("mathutils", found)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from scenelang.backends.blender.converting import converted
+from scenelang.backends.blender.importing import converted
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.sandbox.supervision import limited

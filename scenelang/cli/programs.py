@@ -510,7 +510,7 @@ def run_import(arguments: argparse.Namespace) -> int:
     if path.suffix.lower() == ".scad":
         from scenelang.backends.openscad.converting import imported
     elif path.suffix.lower() in SCRIPT_ENDINGS:
-        from scenelang.backends.blender.converting import imported
+        from scenelang.backends.blender.importing import imported
     else:
         from scenelang.backends.minecraft.export import imported
     text, warnings = imported(path)

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from transpile import reference_model
 
 from scenelang.backends.base import BackendOptions
-from scenelang.backends.blender.converting import imported
+from scenelang.backends.blender.importing import imported
 from scenelang.backends.blender.script import BPY
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
@@ -20,7 +21,6 @@ from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.session.session import Session
 from scenelang.translation.helper_export import HELPER_PYTHON
-from transpile import reference_model
 
 TABLE = """
 (define oak [0.4 0.2 0.1])
@@ -98,7 +98,9 @@ def test_helper_python_runs_in_the_reference_model(tmp_path: Path) -> None:
         if shape == "cylinder":
             ends = [matrix[:, :3] @ each[name] + matrix[:, 3] for name in ("p0", "p1")]
             middle = np.mean(ends, axis=0)
-            assert np.allclose(middle, pose[:3] @ [0, 0, 0, 1], atol=1e-6) or np.allclose(middle[[0, 2]], pose[[0, 2], 3])
+            assert np.allclose(middle, pose[:3] @ [0, 0, 0, 1], atol=1e-6) or np.allclose(
+                middle[[0, 2]], pose[[0, 2], 3]
+            )
         else:
             assert np.allclose(np.abs(matrix[:, 3]), np.abs(pose[:3, 3]), atol=1e-6)
     assert [d.name for d in warned] == ["script-loss"]

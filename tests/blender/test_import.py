@@ -15,7 +15,7 @@ import pytest
 from support import calls
 
 from scenelang.backends.blender.animating import Curve
-from scenelang.backends.blender.converting import converted
+from scenelang.backends.blender.importing import converted
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from scenelang.backends.blender.model import Blend, Material, Node
+from scenelang.backends.blender.blend_model import Blend, Material, ShaderNode
 
 Color = tuple[float, float, float]
 _DEFAULT = 0.8  # Blender's base color, of each channel
@@ -52,7 +52,7 @@ def _rgb(value: Any) -> Color:
     return r, g, b
 
 
-def _value(blend: Blend, material: Material, node: Node, name: str) -> Any:
+def _value(blend: Blend, material: Material, node: ShaderNode, name: str) -> Any:
     """Return the value of an input; a texture is replaced by it, with a warning."""
     socket = node.inputs[name]
     if socket.is_linked:
@@ -65,7 +65,7 @@ def _value(blend: Blend, material: Material, node: Node, name: str) -> Any:
     return socket.default_value
 
 
-def _principled(blend: Blend, material: Material, node: Node) -> SurfaceLook:
+def _principled(blend: Blend, material: Material, node: ShaderNode) -> SurfaceLook:
     value: Callable[[str], Any] = lambda name: _value(blend, material, node, name)
     color = node.inputs["Base Color"]
     is_plain = not color.is_changed and not color.is_linked
@@ -93,22 +93,22 @@ def _principled(blend: Blend, material: Material, node: Node) -> SurfaceLook:
     )
 
 
-def _emission(blend: Blend, material: Material, node: Node) -> SurfaceLook:
+def _emission(blend: Blend, material: Material, node: ShaderNode) -> SurfaceLook:
     color, strength = _value(blend, material, node, "Color"), float(_value(blend, material, node, "Strength"))
     r, g, b = (float(each) * strength for each in list(color)[:3])
     return SurfaceLook(_rgb(color), emission=(r, g, b), name=material.name)
 
 
-def _diffuse(blend: Blend, material: Material, node: Node) -> SurfaceLook:
+def _diffuse(blend: Blend, material: Material, node: ShaderNode) -> SurfaceLook:
     return SurfaceLook(_rgb(_value(blend, material, node, "Color")), name=material.name)
 
 
-def _glossy(blend: Blend, material: Material, node: Node) -> SurfaceLook:
+def _glossy(blend: Blend, material: Material, node: ShaderNode) -> SurfaceLook:
     roughness = float(_value(blend, material, node, "Roughness"))
     return SurfaceLook(_rgb(_value(blend, material, node, "Color")), roughness, 1.0, name=material.name)
 
 
-def _glass(blend: Blend, material: Material, node: Node) -> SurfaceLook:
+def _glass(blend: Blend, material: Material, node: ShaderNode) -> SurfaceLook:
     roughness, ior = (float(_value(blend, material, node, name)) for name in ("Roughness", "IOR"))
     return SurfaceLook(
         _rgb(_value(blend, material, node, "Color")), roughness, opacity=0.0, ior=ior, name=material.name

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.blender import polygons
-from scenelang.backends.blender.model import Blend, Mesh, Object
-from scenelang.backends.blender.pieces import Form, Piece, polygons_of
+from scenelang.backends.blender.blend_model import Blend, MeshBlock, Object
+from scenelang.backends.blender.pieces import MeshPiece, PieceForm, polygons_of
 from scenelang.backends.blender.polygons import MAX_CORNERS, Polygons
-from scenelang.backends.blender.vectors import Vector, matrix_of
+from scenelang.backends.blender.vectors import VectorValue, matrix_of
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.objects import MISSING, HostObject, Module, Native
 
@@ -27,7 +27,7 @@ class Corner(HostObject):
 
     def __init__(self, mesh: EditMesh, point: Iterable[float]) -> None:
         self._mesh = mesh
-        self.co = Vector(point)
+        self.co = VectorValue(point)
         self.index = -1
         self.select = False
         self.is_valid = True
@@ -48,10 +48,10 @@ class Corner(HostObject):
         self.select = state
 
     @property
-    def normal(self) -> Vector:
+    def normal(self) -> VectorValue:
         """Return the normal."""
         mesh, place = self._mesh.polygons()
-        return Vector(mesh.point_normals()[place[id(self)]])
+        return VectorValue(mesh.point_normals()[place[id(self)]])
 
     @property
     def link_faces(self) -> list[Side]:
@@ -87,7 +87,7 @@ class Side(HostObject):
         self.select, self.is_valid = False, True
         self.loops = ()
         # Normals are those of the last update, as in Blender: of a new face (0, 0, 0).
-        self._normal = Vector()
+        self._normal = VectorValue()
 
     def assign(self, name: str, value: Any) -> None:
         if name in ("material_index", "smooth", "select", "index"):
@@ -104,30 +104,30 @@ class Side(HostObject):
         return np.array([corner.co.values for corner in self.verts])
 
     @property
-    def normal(self) -> Vector:
+    def normal(self) -> VectorValue:
         """Return the normal of the last update."""
         return self._normal.copy()  # type: ignore[no-any-return]
 
     def normal_update(self) -> None:
         """Compute the normal."""
-        self._normal = Vector(Polygons(self.points(), (tuple(range(len(self.verts))),)).face_normals()[0])
+        self._normal = VectorValue(Polygons(self.points(), (tuple(range(len(self.verts))),)).face_normals()[0])
 
     def normal_forget(self) -> None:
         """Leave the normal to the next update."""
-        self._normal = Vector()
+        self._normal = VectorValue()
 
     def normal_flip(self) -> None:
         """Turn it around."""
         self.verts.reverse()
         self._normal = -self._normal
 
-    def calc_center_median(self) -> Vector:
+    def calc_center_median(self) -> VectorValue:
         """Return the mean of the corners."""
-        return Vector(self.points().mean(axis=0))
+        return VectorValue(self.points().mean(axis=0))
 
-    def calc_center_bounds(self) -> Vector:
+    def calc_center_bounds(self) -> VectorValue:
         """Return the middle of the box."""
-        return Vector((self.points().min(axis=0) + self.points().max(axis=0)) / 2)
+        return VectorValue((self.points().min(axis=0) + self.points().max(axis=0)) / 2)
 
     def calc_area(self) -> float:
         """Return the area."""
@@ -297,8 +297,8 @@ class EditMesh(HostObject):
         self.corners: list[Corner] = []
         self.sides: list[Side] = []
         self._keys: set[frozenset[int]] | None = set()
-        self.pieces: list[Piece] | None = []  # what it is made of, until a script edits it
-        self._sources: list[Piece] = []  # pieces whose corners it has
+        self.pieces: list[MeshPiece] | None = []  # what it is made of, until a script edits it
+        self._sources: list[MeshPiece] = []  # pieces whose corners it has
         self.select_mode: Any = {"VERT"}
 
     def assign(self, name: str, value: Any) -> None:
@@ -363,7 +363,7 @@ class EditMesh(HostObject):
         ]
         self._keys = None
 
-    def extend(self, mesh: Polygons, piece: Piece | None, *, is_loaded: bool = False) -> list[Corner]:
+    def extend(self, mesh: Polygons, piece: MeshPiece | None, *, is_loaded: bool = False) -> list[Corner]:
         """Add polygons, which are a piece until they are edited; return the new corners."""
         if piece is not None:
             self._sources.append(piece)
@@ -418,7 +418,7 @@ class EditMesh(HostObject):
         self.sides.clear()
         self.pieces, self._keys = [], set()
 
-    def from_mesh(self, mesh: Mesh, **_: Any) -> None:
+    def from_mesh(self, mesh: MeshBlock, **_: Any) -> None:
         """Add a mesh."""
         pieces = mesh.settled()
         for piece in pieces:
@@ -432,7 +432,7 @@ class EditMesh(HostObject):
         made = polygons_of(self.blend.evaluated(obj))
         self.extend(made, None)
 
-    def to_mesh(self, mesh: Mesh) -> None:
+    def to_mesh(self, mesh: MeshBlock) -> None:
         """Give a mesh this geometry."""
         made, _ = self.polygons()
         smooth = bool(self.sides) and all(side.smooth for side in self.sides)
@@ -472,34 +472,34 @@ class BmeshOperators:
     def __init__(self, blend: Blend) -> None:
         self.blend = blend
 
-    def _created(self, bm: EditMesh, form: Form, sizes: Sequence[float], matrix: Any) -> dict[str, Any]:
+    def _created(self, bm: EditMesh, form: PieceForm, sizes: Sequence[float], matrix: Any) -> dict[str, Any]:
         linear = np.diag([*sizes, 1.0])
-        piece = Piece((matrix.to_4x4().numbers if matrix is not None else np.eye(4)) @ linear, form)
+        piece = MeshPiece((matrix.to_4x4().numbers if matrix is not None else np.eye(4)) @ linear, form)
         return {"verts": bm.extend(piece.polygons(), piece)}
 
     def create_cube(self, bm: EditMesh, size: float = 1.0, matrix: Any = None, calc_uvs: bool = False) -> Any:
         """Add a cube."""
-        return self._created(bm, Form("cube"), [size] * 3, matrix)
+        return self._created(bm, PieceForm("cube"), [size] * 3, matrix)
 
     def create_grid(
         self, bm: EditMesh, x_segments: int = 1, y_segments: int = 1, size: float = 1.0, matrix: Any = None,
         calc_uvs: bool = False,
     ) -> Any:  # fmt: skip
         """Add a square of many faces, whose half side is ``size``."""
-        return self._created(bm, Form("plane", (max(1, x_segments), max(1, y_segments))), [2 * size] * 3, matrix)
+        return self._created(bm, PieceForm("plane", (max(1, x_segments), max(1, y_segments))), [2 * size] * 3, matrix)
 
     def create_uvsphere(
         self, bm: EditMesh, u_segments: int = 32, v_segments: int = 16, radius: float = 1.0, matrix: Any = None,
         calc_uvs: bool = False,
     ) -> Any:  # fmt: skip
         """Add a sphere."""
-        return self._created(bm, Form("sphere", (u_segments, v_segments)), [radius] * 3, matrix)
+        return self._created(bm, PieceForm("sphere", (u_segments, v_segments)), [radius] * 3, matrix)
 
     def create_icosphere(
         self, bm: EditMesh, subdivisions: int = 2, radius: float = 1.0, matrix: Any = None, calc_uvs: bool = False
     ) -> Any:
         """Add a sphere of triangles."""
-        return self._created(bm, Form("ico", (subdivisions,)), [radius] * 3, matrix)
+        return self._created(bm, PieceForm("ico", (subdivisions,)), [radius] * 3, matrix)
 
     def create_cone(
         self, bm: EditMesh, cap_ends: bool = False, cap_tris: bool = False, segments: int = 32, radius1: float = 1.0,
@@ -508,7 +508,7 @@ class BmeshOperators:
         """Add a cone, a frustum or a cylinder."""
         largest = max(radius1, radius2) or 1.0
         fill = ("TRIFAN" if cap_tris else "NGON") if cap_ends else "NOTHING"
-        form = Form("cone", (segments,), (radius1 / largest, radius2 / largest), fill)
+        form = PieceForm("cone", (segments,), (radius1 / largest, radius2 / largest), fill)
         return self._created(bm, form, [largest, largest, depth], matrix)
 
     def create_circle(
@@ -517,7 +517,7 @@ class BmeshOperators:
     ) -> Any:  # fmt: skip
         """Add a disk."""
         fill = ("TRIFAN" if cap_tris else "NGON") if cap_ends else "NOTHING"
-        return self._created(bm, Form("circle", (segments,), fill=fill), [radius] * 3, matrix)
+        return self._created(bm, PieceForm("circle", (segments,), fill=fill), [radius] * 3, matrix)
 
     def translate(self, bm: EditMesh, vec: Any = (0, 0, 0), space: Any = None, verts: Any = (), **_: Any) -> None:
         """Move vertices."""
@@ -741,13 +741,13 @@ class _Operators(HostObject):
 def bmesh_module(blend: Blend) -> Module:
     """Return the module `bmesh`."""
 
-    def from_edit_mesh(mesh: Mesh) -> EditMesh:
+    def from_edit_mesh(mesh: MeshBlock) -> EditMesh:
         made = EditMesh(blend)
         made.from_mesh(mesh)
         blend.edit = made, mesh
         return made
 
-    def update_edit_mesh(mesh: Mesh, **_: Any) -> None:
+    def update_edit_mesh(mesh: MeshBlock, **_: Any) -> None:
         if blend.edit is not None and blend.edit[1] is mesh:
             blend.edit[0].to_mesh(mesh)
 

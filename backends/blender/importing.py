@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.blender.blend_model import Blend, Object, ScriptCall
 from scenelang.backends.blender.following import Followed, followed
-from scenelang.backends.blender.looks import SurfaceLook, look_of
-from scenelang.backends.blender.model import Blend, CallSite, Object
-from scenelang.backends.blender.pieces import Piece
+from scenelang.backends.blender.pieces import MeshPiece
+from scenelang.backends.blender.shader_looks import SurfaceLook, look_of
 from scenelang.backends.blender.shapes import (
     HELPERS,
     ShapeWriter,
@@ -79,13 +79,13 @@ def spaced(name: str) -> str:
 
 
 @dataclass(eq=False)
-class Part:
+class ScenePart:
     """Part of the scene: an object, a call or a collection, with the parts in it."""
 
     name: str
     thing: Object | None = None
-    site: CallSite | None = None
-    parts: list[Part] = field(default_factory=list)
+    site: ScriptCall | None = None
+    parts: list[ScenePart] = field(default_factory=list)
     is_animated: bool = False
 
 
@@ -173,7 +173,7 @@ class ProgramWriter:
     def _moves(self, obj: Object) -> bool:
         return bool(self.frames) and obj.animation is not None and bool(obj.animation.curves)
 
-    def _tree(self, shown: Sequence[Object]) -> list[Part]:
+    def _tree(self, shown: Sequence[Object]) -> list[ScenePart]:
         """Return the parts at the top: collections, calls, and objects without a parent."""
         needed: dict[int, Object] = {}
         for each in shown:
@@ -182,7 +182,7 @@ class ProgramWriter:
                 needed[id(above)] = above
                 above = above.parent
         visible = {id(each) for each in shown}
-        parts = {key: Part(each.name, each) for key, each in needed.items()}
+        parts = {key: ScenePart(each.name, each) for key, each in needed.items()}
         for key, each in sorted(needed.items(), key=lambda pair: pair[1].number):
             if each.parent is not None:
                 parts[id(each.parent)].parts.append(parts[key])
@@ -193,14 +193,14 @@ class ProgramWriter:
             self._mark(top)
         return self._by_collection(tops)
 
-    def _mark(self, part: Part) -> bool:
+    def _mark(self, part: ScenePart) -> bool:
         below = [self._mark(each) for each in part.parts]
         part.is_animated = any(below) or (part.thing is not None and self._moves(part.thing))
         return part.is_animated
 
-    def _by_collection(self, tops: list[Part]) -> list[Part]:
-        groups: dict[int, Part] = {}
-        made: list[Part] = []
+    def _by_collection(self, tops: list[ScenePart]) -> list[ScenePart]:
+        groups: dict[int, ScenePart] = {}
+        made: list[ScenePart] = []
         for top in tops:
             assert top.thing is not None, "tops are objects"
             own = [c for c in top.thing.users_collection if c.name not in ("Collection", "Scene Collection")]
@@ -209,10 +209,10 @@ class ProgramWriter:
                 continue
             key = id(own[0])
             if key not in groups:
-                groups[key] = Part(own[0].name)
+                groups[key] = ScenePart(own[0].name)
                 made.append(groups[key])
             groups[key].parts.append(top)
-        result: list[Part] = []
+        result: list[ScenePart] = []
         for part in made:
             if part.thing is None:
                 part.parts = self._by_call(part.parts, 0)
@@ -221,10 +221,10 @@ class ProgramWriter:
         plain = self._by_call([part for part in made if part.thing is not None], 0)
         return [*plain, *result]
 
-    def _by_call(self, tops: list[Part], depth: int) -> list[Part]:
+    def _by_call(self, tops: list[ScenePart], depth: int) -> list[ScenePart]:
         """Group objects by the calls that have made them; a call with one object, or with all, is no group."""
-        groups: dict[int, Part] = {}
-        made: list[Part] = []
+        groups: dict[int, ScenePart] = {}
+        made: list[ScenePart] = []
         for top in tops:
             assert top.thing is not None, "tops are objects"
             if len(top.thing.origin) <= depth:
@@ -232,10 +232,10 @@ class ProgramWriter:
                 continue
             site = top.thing.origin[depth]
             if site.number not in groups:
-                groups[site.number] = Part(_VERBS.sub("", site.name), None, site)
+                groups[site.number] = ScenePart(_VERBS.sub("", site.name), None, site)
                 made.append(groups[site.number])
             groups[site.number].parts.append(top)
-        result: list[Part] = []
+        result: list[ScenePart] = []
         for part in made:
             if part.thing is not None:
                 result.append(part)
@@ -251,7 +251,7 @@ class ProgramWriter:
 
     # --- writing
 
-    def _root(self, parts: Sequence[Part]) -> str:
+    def _root(self, parts: Sequence[ScenePart]) -> str:
         texts = [self._placed(part, np.eye(4)) for part in parts]
         body = texts[0] if len(texts) == 1 else _union(texts)
         if not self.frames:
@@ -262,7 +262,7 @@ class ProgramWriter:
             f"(scene {_ROOT_MARK})"
         )
 
-    def _placed(self, part: Part, frame: FloatArray) -> str:
+    def _placed(self, part: ScenePart, frame: FloatArray) -> str:
         """Return a part in its parent's frame, whose own matrix in Blender's axes is ``frame``."""
         if part.thing is None:
             return self._group(part, frame)
@@ -270,7 +270,7 @@ class ProgramWriter:
             return self._moving(part, frame)
         return self._still(part, frame)
 
-    def _group(self, part: Part, frame: FloatArray) -> str:
+    def _group(self, part: ScenePart, frame: FloatArray) -> str:
         own = np.eye(4)
         place = _location_of(part.site) if part.site is not None else None
         if place is not None and not part.is_animated:
@@ -279,7 +279,7 @@ class ProgramWriter:
         call = self._call(part.name, _union(inner), part.is_animated)
         return moved(call, upright(np.linalg.inv(frame) @ own))
 
-    def _still(self, part: Part, frame: FloatArray) -> str:
+    def _still(self, part: ScenePart, frame: FloatArray) -> str:
         obj = part.thing
         assert obj is not None, "a part with an object"
         world = obj.computed_world()
@@ -296,7 +296,7 @@ class ProgramWriter:
         texts += [self._placed(each, own) for each in part.parts]
         return moved(self._call(obj.name, _union(texts), False), upright(np.linalg.inv(frame) @ own))
 
-    def _moving(self, part: Part, frame: FloatArray) -> str:
+    def _moving(self, part: ScenePart, frame: FloatArray) -> str:
         """Return a part that moves, or with parts that do: its frame is the object's own, with its scale."""
         obj = part.thing
         assert obj is not None, "a part with an object"
@@ -317,7 +317,7 @@ class ProgramWriter:
         before: FloatArray = obj.matrix_parent_inverse.numbers if obj.parent is not None else np.linalg.inv(frame)
         return _posed(call, [*pose_parts(upright(before)), *self._motion(obj)])
 
-    def _relative(self, part: Part) -> str:
+    def _relative(self, part: ScenePart) -> str:
         """Return a part that does not move, in the frame of a parent that does."""
         parent = part.thing.parent if part.thing is not None else None
         assert parent is not None, "a part below an object"
@@ -367,13 +367,13 @@ class ProgramWriter:
             moments = self.frames
         return f"(interp frame {vector(moments)} {vector(values)})"
 
-    def _pieces(self, obj: Object) -> list[Piece]:
+    def _pieces(self, obj: Object) -> list[MeshPiece]:
         try:
             return [piece for piece in self.blend.evaluated(obj) if piece.mesh is None or piece.mesh.faces]
         except UnsupportedPython as error:
             raise self._refused(obj, f"{error.message}, in `{obj.name}`", error.hint) from None
 
-    def _written(self, obj: Object, piece: Piece) -> tuple[str, FloatArray]:
+    def _written(self, obj: Object, piece: MeshPiece) -> tuple[str, FloatArray]:
         try:
             return self.shapes.piece(piece, self._look(obj, piece))
         except UnsupportedPython as error:
@@ -409,7 +409,7 @@ class ProgramWriter:
 
     # --- materials
 
-    def _look(self, obj: Object, piece: Piece) -> str:
+    def _look(self, obj: Object, piece: MeshPiece) -> str:
         materials = obj.materials()
         slots = piece.mesh.slots() if piece.mesh is not None else (piece.slot,)
         if len(set(slots)) > 1 and len({id(materials[min(s, len(materials) - 1)]) for s in slots if materials}) > 1:
@@ -525,7 +525,7 @@ def _string(text: str) -> str:
 _PLACES = ("location", "loc", "pos", "position", "center", "origin", "at", "base", "offset", "co", "coords")
 
 
-def _location_of(site: CallSite) -> FloatArray | None:
+def _location_of(site: ScriptCall) -> FloatArray | None:
     """Return where a call has made its objects, by its arguments."""
     given = site.arguments
     for name, value in given.items():

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.blender import modifiers, polygons
-from scenelang.backends.blender.model import Blend, Mesh, Object, OtherData
-from scenelang.backends.blender.pieces import Form, Piece, polygons_of
-from scenelang.backends.blender.vectors import Matrix, composed, euler_matrix
+from scenelang.backends.blender.blend_model import Blend, MeshBlock, Object, OtherData
+from scenelang.backends.blender.pieces import MeshPiece, PieceForm, polygons_of
+from scenelang.backends.blender.vectors import MatrixValue, composed, euler_matrix
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython
 from scenelang.interpreter.transpile.evaluation.objects import MISSING, HostObject, Native
 
@@ -124,7 +124,7 @@ class Operators:
         blend.active = made
         return made
 
-    def _primitive(self, name: str, form: Form, sizes: Sequence[float], options: dict[str, Any]) -> None:
+    def _primitive(self, name: str, form: PieceForm, sizes: Sequence[float], options: dict[str, Any]) -> None:
         location, rotation = options.pop("location", _ZERO), options.pop("rotation", _ZERO)
         scale = [float(value) for value in options.pop("scale", _ZERO)]
         if options.pop("align", "WORLD") not in ("WORLD", "VIEW", "CURSOR"):
@@ -134,43 +134,45 @@ class Operators:
         options.pop("generate_uvs", None)
         if options:
             raise TypeError(f'Converting py args to operator properties: keyword "{next(iter(options))}" unrecognized')
-        mesh = Mesh(self.blend, name)
+        mesh = MeshBlock(self.blend, name)
         # A scale is that of the mesh, and the object has none; zeros are Blender's way to say that none is given.
         factors = np.array(_ONE if not any(scale) else scale)
-        mesh.pieces = [Piece(np.diag([*(np.array(sizes) * factors), 1.0]), form)]
+        mesh.pieces = [MeshPiece(np.diag([*(np.array(sizes) * factors), 1.0]), form)]
         self._added(name, mesh, location, rotation)
         if in_edit_mode:
             self.object_mode_set("EDIT")
 
     def mesh_primitive_cube_add(self, size: float = 2.0, **options: Any) -> None:
         """Add a cube."""
-        self._primitive("Cube", Form("cube"), [size] * 3, options)
+        self._primitive("Cube", PieceForm("cube"), [size] * 3, options)
 
     def mesh_primitive_plane_add(self, size: float = 2.0, **options: Any) -> None:
         """Add a square."""
-        self._primitive("Plane", Form("plane", (1, 1)), [size] * 3, options)
+        self._primitive("Plane", PieceForm("plane", (1, 1)), [size] * 3, options)
 
     def mesh_primitive_grid_add(
         self, x_subdivisions: int = 10, y_subdivisions: int = 10, size: float = 2.0, **options: Any
     ) -> None:
         """Add a square of many faces."""
-        self._primitive("Grid", Form("plane", (_sides(x_subdivisions), _sides(y_subdivisions))), [size] * 3, options)
+        self._primitive(
+            "Grid", PieceForm("plane", (_sides(x_subdivisions), _sides(y_subdivisions))), [size] * 3, options
+        )
 
     def mesh_primitive_circle_add(
         self, vertices: int = 32, radius: float = 1.0, fill_type: str = "NOTHING", **options: Any
     ) -> None:
         """Add a disk."""
-        self._primitive("Circle", Form("circle", (_sides(vertices),), fill=fill_type), [radius] * 3, options)
+        self._primitive("Circle", PieceForm("circle", (_sides(vertices),), fill=fill_type), [radius] * 3, options)
 
     def mesh_primitive_uv_sphere_add(
         self, segments: int = 32, ring_count: int = 16, radius: float = 1.0, **options: Any
     ) -> None:
         """Add a sphere."""
-        self._primitive("Sphere", Form("sphere", (_sides(segments), _sides(ring_count))), [radius] * 3, options)
+        self._primitive("Sphere", PieceForm("sphere", (_sides(segments), _sides(ring_count))), [radius] * 3, options)
 
     def mesh_primitive_ico_sphere_add(self, subdivisions: int = 2, radius: float = 1.0, **options: Any) -> None:
         """Add a sphere of triangles."""
-        self._primitive("Icosphere", Form("ico", (subdivisions,)), [radius] * 3, options)
+        self._primitive("Icosphere", PieceForm("ico", (subdivisions,)), [radius] * 3, options)
 
     def mesh_primitive_cylinder_add(
         self,
@@ -181,7 +183,7 @@ class Operators:
         **options: Any,
     ) -> None:
         """Add a cylinder."""
-        form = Form("cone", (_sides(vertices),), (1.0, 1.0), end_fill_type)
+        form = PieceForm("cone", (_sides(vertices),), (1.0, 1.0), end_fill_type)
         self._primitive("Cylinder", form, [radius, radius, depth], options)
 
     def mesh_primitive_cone_add(
@@ -195,7 +197,7 @@ class Operators:
     ) -> None:
         """Add a cone or a frustum."""
         largest = max(radius1, radius2) or 1.0
-        form = Form("cone", (_sides(vertices),), (radius1 / largest, radius2 / largest), end_fill_type)
+        form = PieceForm("cone", (_sides(vertices),), (radius1 / largest, radius2 / largest), end_fill_type)
         self._primitive("Cone", form, [largest, largest, depth], options)
 
     def mesh_primitive_torus_add(
@@ -212,7 +214,7 @@ class Operators:
         """Add a torus."""
         if mode == "EXT_INT":
             major_radius, minor_radius = (abso_major_rad + abso_minor_rad) / 2, (abso_major_rad - abso_minor_rad) / 2
-        form = Form("torus", (_sides(major_segments), _sides(minor_segments)), (major_radius, minor_radius))
+        form = PieceForm("torus", (_sides(major_segments), _sides(minor_segments)), (major_radius, minor_radius))
         self._primitive("Torus", form, _ONE, options)
 
     def object_empty_add(
@@ -341,12 +343,12 @@ class Operators:
             elif location and not (rotation and scale):
                 inner = composed(np.zeros(3), np.eye(3) if rotation else each.rotation(), _ONE if scale else each.scale)
                 applied = np.linalg.inv(inner) @ composed(offset, each.rotation(), each.scale)
-            if isinstance(each.data, Mesh):
+            if isinstance(each.data, MeshBlock):
                 if sum(o.data is each.data for o in self.blend.objects.listed()) > 1:
                     raise RuntimeError("Error: Cannot apply to a multi user: Object, Mesh, aborting")
                 each.data.pieces = [piece.moved(applied) for piece in each.data.settled()]
             for child in each.children_:
-                child.matrix_parent_inverse = Matrix(applied @ child.matrix_parent_inverse.numbers)
+                child.matrix_parent_inverse = MatrixValue(applied @ child.matrix_parent_inverse.numbers)
             if location:
                 each.location.zero()
             if rotation:
@@ -358,7 +360,7 @@ class Operators:
         """Set the transforms of the selected objects to what they look like."""
         for each in self._selected():
             world = each.computed_world()
-            each.matrix_world = Matrix(world)
+            each.matrix_world = MatrixValue(world)
 
     def object_location_clear(self, clear_delta: bool = False) -> None:
         """Clear locations."""
@@ -378,7 +380,7 @@ class Operators:
     def object_origin_set(self, type: str = "GEOMETRY_ORIGIN", center: str = "MEDIAN") -> None:
         """Move origins relative to the geometry."""
         for each in self._selected():
-            if not isinstance(each.data, Mesh):
+            if not isinstance(each.data, MeshBlock):
                 continue
             points = polygons_of(each.data.settled()).points
             if type == "GEOMETRY_ORIGIN":
@@ -414,7 +416,7 @@ class Operators:
         for each in self._tops():
             world = each.computed_world()
             world[:3, 3] += [*value]
-            each.matrix_world = Matrix(world)
+            each.matrix_world = MatrixValue(world)
 
     def transform_rotate(
         self,
@@ -435,7 +437,7 @@ class Operators:
             matrix = (
                 composed(middle, np.eye(3), _ONE) @ composed(_ZERO, turn, _ONE) @ composed(-middle, np.eye(3), _ONE)
             )
-            each.matrix_world = Matrix(matrix @ each.computed_world())
+            each.matrix_world = MatrixValue(matrix @ each.computed_world())
 
     def transform_resize(self, value: Any = _ONE, center_override: Any = None, **_: Any) -> None:
         """Scale the selected objects about their middle."""
@@ -475,10 +477,10 @@ class Operators:
                 continue
             world = each.computed_world()
             each.parent = parent
-            each.matrix_parent_inverse = Matrix(np.linalg.inv(parent.computed_world()))
+            each.matrix_parent_inverse = MatrixValue(np.linalg.inv(parent.computed_world()))
             if keep_transform or not np.allclose(each.computed_world(), world):
                 each.world = world
-                each.matrix_world = Matrix(world)
+                each.matrix_world = MatrixValue(world)
 
     def object_parent_clear(self, type: str = "CLEAR") -> None:
         """Remove the parents of the selected objects."""
@@ -486,7 +488,7 @@ class Operators:
             world = each.computed_world()
             each.parent = None
             if type == "CLEAR_KEEP_TRANSFORM":
-                each.matrix_world = Matrix(world)
+                each.matrix_world = MatrixValue(world)
 
     def object_move_to_collection(
         self, collection_index: int = 0, is_new: bool = False, new_collection_name: str = ""
@@ -507,7 +509,7 @@ class Operators:
         """Change the mode."""
         if mode not in ("OBJECT", "EDIT"):
             raise UnsupportedPython(f"the mode {mode} is not supported", _hint("object", mode.lower()))
-        if mode == "EDIT" and (self.blend.active is None or not isinstance(self.blend.active.data, Mesh)):
+        if mode == "EDIT" and (self.blend.active is None or not isinstance(self.blend.active.data, MeshBlock)):
             raise RuntimeError("Operator bpy.ops.object.mode_set.poll() Context missing active object")
         self.blend.mode = mode
 
@@ -517,7 +519,7 @@ class Operators:
 
     def _shade(self, is_smooth: bool) -> None:
         for each in self._selected():
-            if isinstance(each.data, Mesh):
+            if isinstance(each.data, MeshBlock):
                 each.data.pieces = [replace(piece, is_smooth=is_smooth) for piece in each.data.settled()]
 
     def object_shade_smooth(self, **_: Any) -> None:
@@ -527,7 +529,7 @@ class Operators:
     def object_shade_smooth_by_angle(self, angle: float = math.radians(30), **_: Any) -> None:
         """Shade the selected objects smooth where their faces meet below an angle."""
         for each in self._selected():
-            if isinstance(each.data, Mesh):
+            if isinstance(each.data, MeshBlock):
                 pieces = each.data.settled()
                 each.data.pieces = [replace(piece, is_smooth=_meets_below(piece, angle)) for piece in pieces]
 
@@ -574,14 +576,14 @@ class Operators:
     def object_convert(self, target: str = "MESH", **_: Any) -> None:
         """Convert the selected objects to meshes, with their modifiers applied."""
         for each in self._selected():
-            if target != "MESH" or not isinstance(each.data, Mesh):
+            if target != "MESH" or not isinstance(each.data, MeshBlock):
                 raise UnsupportedPython("only meshes can be converted to meshes")
             each.data.pieces = modifiers.evaluated(self.blend, each)
             each.modifiers.clear()
 
     def object_material_slot_add(self) -> None:
         """Add a slot for a material."""
-        if self.blend.active is not None and isinstance(self.blend.active.data, Mesh):
+        if self.blend.active is not None and isinstance(self.blend.active.data, MeshBlock):
             self.blend.active.data.materials.append(None)
             self.blend.active.active_material_index = len(self.blend.active.data.materials) - 1
 
@@ -619,11 +621,11 @@ class Operators:
 
     # --- edit mode
 
-    def _edited(self) -> Mesh:
+    def _edited(self) -> MeshBlock:
         active = self.blend.active
         if self.blend.mode != "EDIT" or active is None:
             raise RuntimeError("Operator bpy.ops.mesh poll() failed, context is incorrect")
-        mesh: Mesh = active.data
+        mesh: MeshBlock = active.data
         return mesh
 
     def _edit_matrix(self, world: FloatArray) -> None:
@@ -640,7 +642,7 @@ class Operators:
         mesh = self._edited()
         mesh.is_deselected = action == "DESELECT"  # type: ignore[attr-defined]
 
-    def _all_selected(self, name: str) -> Mesh:
+    def _all_selected(self, name: str) -> MeshBlock:
         mesh = self._edited()
         if getattr(mesh, "is_deselected", False):
             raise UnsupportedPython(f"`bpy.ops.mesh.{name}` of a part of a mesh is not supported", "use `bmesh`")
@@ -695,7 +697,7 @@ def _place(materials: list[Any], material: Any) -> int:
     return len(materials) - 1
 
 
-def _with_slots(piece: Piece, places: Sequence[int]) -> Piece:
+def _with_slots(piece: MeshPiece, places: Sequence[int]) -> MeshPiece:
     at: Callable[[int], int] = lambda slot: places[min(slot, len(places) - 1)]
     mesh = piece.mesh
     if mesh is not None:
@@ -703,7 +705,7 @@ def _with_slots(piece: Piece, places: Sequence[int]) -> Piece:
     return replace(piece, slot=at(piece.slot), mesh=mesh)
 
 
-def _meets_below(piece: Piece, angle: float) -> bool:
+def _meets_below(piece: MeshPiece, angle: float) -> bool:
     """Return whether the sides of a form meet below an angle, so that they are shaded as one surface."""
     if piece.form is None or piece.form.kind == "cube":
         return piece.is_smooth

@@ -18,9 +18,17 @@ import numpy.typing as npt
 
 from scenelang.backends.blender import polygons
 from scenelang.backends.blender.animating import Animation
-from scenelang.backends.blender.pieces import Piece, polygons_of
+from scenelang.backends.blender.pieces import MeshPiece, polygons_of
 from scenelang.backends.blender.polygons import Polygons
-from scenelang.backends.blender.vectors import Euler, Matrix, Numbers, Quaternion, Vector, composed, decomposed
+from scenelang.backends.blender.vectors import (
+    Euler,
+    MatrixValue,
+    Numbers,
+    Quaternion,
+    VectorValue,
+    composed,
+    decomposed,
+)
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.objects import MISSING, HostObject, Native
 
@@ -119,13 +127,13 @@ class Struct(HostObject):
         return True
 
 
-class Block(Struct):
+class DataBlock(Struct):
     """Data-block: a struct with a name that is unique among those of its kind."""
 
     shown = frozenset(words("get keys name_full users library as_pointer user_clear update_tag id_data"))
     assigned = frozenset(words("name use_fake_user"))
 
-    def __init__(self, blocks: Blocks, name: str) -> None:
+    def __init__(self, blocks: DataBlocks, name: str) -> None:
         super().__init__()
         self.blocks: Any = blocks
         self.use_fake_user = False
@@ -163,7 +171,7 @@ class Block(Struct):
         return f"bpy.data.{self.blocks.kind}['{self._name}']"
 
 
-class Blocks(HostObject):
+class DataBlocks(HostObject):
     """Data-blocks of one kind, in the order of their names."""
 
     python_name = "bpy_prop_collection"
@@ -249,7 +257,7 @@ class Blocks(HostObject):
         return bool(self.by_name)
 
 
-class Items(HostObject):
+class StructList(HostObject):
     """List of structs that scripts find by name or number, in the order in which they were added."""
 
     python_name = "bpy_prop_collection"
@@ -419,10 +427,10 @@ class Socket(Struct):
         return True
 
 
-class Sockets(Items):
+class Sockets(StructList):
     """Inputs or outputs of a node; a node that is not known has every input that a script asks for."""
 
-    def __init__(self, node: Node, known: dict[str, Any] | None) -> None:
+    def __init__(self, node: ShaderNode, known: dict[str, Any] | None) -> None:
         super().__init__()
         self._node, self._is_known = node, known is not None
         self.items_ = [Socket(node, name, default) for name, default in (known or {}).items()]
@@ -446,7 +454,7 @@ class Sockets(Items):
         return made
 
 
-class Node(Struct):
+class ShaderNode(Struct):
     """Node of a material."""
 
     python_name = "Node"
@@ -460,7 +468,7 @@ class Node(Struct):
         )
         taken = {node.name for node in tree.nodes.items_}
         self.name = next(n for n in (name, *(f"{name}.{i:03d}" for i in range(1, 10_000))) if n not in taken)
-        self.label, self.location, self.bl_idname, self.tree = "", Vector((0.0, 0.0)), kind, tree
+        self.label, self.location, self.bl_idname, self.tree = "", VectorValue((0.0, 0.0)), kind, tree
         self.inputs = Sockets(self, NODE_INPUTS.get(kind))
         self.outputs = Sockets(self, None)
         if kind in ("ShaderNodeBsdfPrincipled", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlass", "ShaderNodeBsdfGlossy"):
@@ -489,14 +497,14 @@ class _Link:
     to_node = property(lambda self: self.to_socket.node)
 
 
-class Link(HostObject, _Link):
+class NodeLink(HostObject, _Link):
     """Link between two sockets."""
 
     python_name = "NodeLink"
     shown = frozenset(words("from_socket to_socket from_node to_node"))
 
 
-class Links(Items):
+class Links(StructList):
     """Links of a node tree."""
 
     def new(self, first: Any, second: Any, **_: Any) -> Any:
@@ -504,7 +512,7 @@ class Links(Items):
         if not isinstance(first, Socket) or not isinstance(second, Socket):
             return Settings()
         is_output = any(first is each for each in first.node.outputs.items_)
-        link = Link(first, second) if is_output else Link(second, first)
+        link = NodeLink(first, second) if is_output else NodeLink(second, first)
         link.to_socket.links = [link]
         self.items_.append(link)
         return link
@@ -514,17 +522,17 @@ class Links(Items):
         item.to_socket.links = []
 
 
-class NodeTree(Block):
+class NodeTree(DataBlock):
     """Nodes of a material."""
 
     python_name = "ShaderNodeTree"
-    shown = Block.shown | frozenset(("nodes", "links"))
+    shown = DataBlock.shown | frozenset(("nodes", "links"))
     ignored = frozenset(("animation_data",))
 
     def __init__(self, blend: Blend) -> None:
-        super().__init__(Blocks("node_groups", NodeTree), "Shader Nodetree")
+        super().__init__(DataBlocks("node_groups", NodeTree), "Shader Nodetree")
         self.blend = blend
-        self.nodes = Items(lambda type="", **_: Node(self, type))
+        self.nodes = StructList(lambda type="", **_: ShaderNode(self, type))
         self.links = Links()
 
     def with_principled(self) -> NodeTree:
@@ -533,7 +541,7 @@ class NodeTree(Block):
         self.links.new(shader.outputs.items_[0], output.inputs["Surface"])
         return self
 
-    def surface(self) -> Node | None:
+    def surface(self) -> ShaderNode | None:
         """Return the node that the surface is made with."""
         output = next((n for n in self.nodes.items_ if n.bl_idname == "ShaderNodeOutputMaterial"), None)
         links = output.inputs["Surface"].links if output is not None else []
@@ -541,12 +549,12 @@ class NodeTree(Block):
         return node if node is not None and any(node is each for each in self.nodes.items_) else None
 
 
-class Material(Block):
+class Material(DataBlock):
     """Material."""
 
     python_name = "Material"
-    shown = Block.shown | frozenset(words("node_tree copy diffuse_color"))
-    assigned = Block.assigned | frozenset(words("diffuse_color metallic roughness use_nodes specular_color"))
+    shown = DataBlock.shown | frozenset(words("node_tree copy diffuse_color"))
+    assigned = DataBlock.assigned | frozenset(words("diffuse_color metallic roughness use_nodes specular_color"))
     ignored = frozenset(
         words(
             "blend_method shadow_method use_backface_culling show_transparent_back use_screen_refraction "
@@ -579,7 +587,7 @@ class Material(Block):
 
     def _copied_tree(self) -> NodeTree:
         tree = NodeTree(self.blend)
-        place: dict[int, Node] = {}
+        place: dict[int, ShaderNode] = {}
         for node in self.node_tree.nodes.items_:
             made = place[id(node)] = tree.nodes.new(node.bl_idname)
             made.name = node.name
@@ -609,14 +617,14 @@ class MeshVertex(Struct):
     assigned = frozenset(("co",))
     ignored = frozenset(words("select hide bevel_weight"))
 
-    def __init__(self, mesh: Mesh, index: int, point: FloatArray) -> None:
+    def __init__(self, mesh: MeshBlock, index: int, point: FloatArray) -> None:
         super().__init__()
         self.mesh, self.index = mesh, index
-        self.co = Vector(point.tolist())
+        self.co = VectorValue(point.tolist())
         self.groups: list[Any] = []
 
     @property
-    def normal(self) -> Vector:
+    def normal(self) -> VectorValue:
         """Return the normal of the corners as they are now."""
         return self.mesh.normal_at(self.index)
 
@@ -629,7 +637,7 @@ class MeshFace(Struct):
     assigned = frozenset(("material_index", "use_smooth"))
     ignored = frozenset(("select", "hide"))
 
-    def __init__(self, mesh: Mesh, index: int, corners: tuple[int, ...], slot: int, is_smooth: bool) -> None:
+    def __init__(self, mesh: MeshBlock, index: int, corners: tuple[int, ...], slot: int, is_smooth: bool) -> None:
         super().__init__()
         self.mesh, self.index, self.vertices = mesh, index, corners
         self.material_index, self.use_smooth = slot, is_smooth
@@ -639,14 +647,14 @@ class MeshFace(Struct):
         return np.array([self.mesh.corner_list()[c].co.values for c in self.vertices])
 
     @property
-    def center(self) -> Vector:
+    def center(self) -> VectorValue:
         """Return the mean of the corners."""
-        return Vector(self._points().mean(axis=0))
+        return VectorValue(self._points().mean(axis=0))
 
     @property
-    def normal(self) -> Vector:
+    def normal(self) -> VectorValue:
         """Return the normal."""
-        return Vector(Polygons(self._points(), (tuple(range(len(self.vertices))),)).face_normals()[0])
+        return VectorValue(Polygons(self._points(), (tuple(range(len(self.vertices))),)).face_normals()[0])
 
     @property
     def area(self) -> float:
@@ -701,11 +709,11 @@ class MaterialSlot(HostObject):
             self._owner.data.materials.items_[self.slot_index] = value
 
 
-class Mesh(Block):
+class MeshBlock(DataBlock):
     """Mesh: pieces, and its corners and faces once a script asks for them."""
 
     python_name = "Mesh"
-    shown = Block.shown | frozenset(
+    shown = DataBlock.shown | frozenset(
         words(
             "vertices polygons edges loops materials from_pydata update validate copy transform calc_normals "
             "shade_smooth shade_flat uv_layers vertex_colors attributes color_attributes shape_keys flip_normals "
@@ -718,8 +726,8 @@ class Mesh(Block):
     def __init__(self, blend: Blend, name: str = "Mesh") -> None:
         super().__init__(blend.meshes, name)
         self.blend = blend
-        self.pieces: list[Piece] = []
-        self.materials = Items()
+        self.pieces: list[MeshPiece] = []
+        self.materials = StructList()
         self._shown: tuple[list[MeshVertex], list[MeshFace], Polygons] | None = None
         self._around: list[list[MeshFace]] | None = None  # faces at every corner
         self.shape_keys = None
@@ -753,14 +761,14 @@ class Mesh(Block):
         return self._view()[0]
 
     @property
-    def vertices(self) -> Items:
+    def vertices(self) -> StructList:
         """Return the corners for scripts."""
         found = _Elements(self)
         found.items_ = self._view()[0]
         return found
 
     @property
-    def polygons(self) -> Items:
+    def polygons(self) -> StructList:
         """Return the faces for scripts."""
         found = _Elements(self)
         found.items_ = self._view()[1]
@@ -773,7 +781,7 @@ class Mesh(Block):
 
     loops = loop_triangles = ()
 
-    def normal_at(self, index: int) -> Vector:
+    def normal_at(self, index: int) -> VectorValue:
         """Return the normal of a corner, which follows what the script has changed around it."""
         vertices, faces, _ = self._view()
         if self._around is None:
@@ -792,7 +800,7 @@ class Mesh(Block):
             if all(lengths):
                 angle = math.acos(min(1.0, max(-1.0, float(back @ ahead) / lengths[1])))
                 total += normal * (angle / lengths[0])
-        return Vector(total).normalized()
+        return VectorValue(total).normalized()
 
     def settle(self) -> None:
         """Take over what a script has changed in corners and faces."""
@@ -808,7 +816,7 @@ class Mesh(Block):
             self.blend.check_order(self.pieces)
         if is_moved or slots != made.slots():
             mesh = Polygons(points, made.faces, slots)
-            self.pieces = [Piece(np.eye(4), None, mesh, 0, bool(smooth) and all(smooth))]
+            self.pieces = [MeshPiece(np.eye(4), None, mesh, 0, bool(smooth) and all(smooth))]
         elif smooth:
             start = 0
             for i, piece in enumerate(self.pieces):
@@ -817,7 +825,7 @@ class Mesh(Block):
                     self.pieces[i] = _shaded(piece, smooth[start])
                 start += count
 
-    def settled(self) -> list[Piece]:
+    def settled(self) -> list[MeshPiece]:
         """Return the pieces with the script's changes."""
         self.settle()
         return self.pieces
@@ -825,7 +833,7 @@ class Mesh(Block):
     def become(self, mesh: Polygons, is_smooth: bool = False) -> None:
         """Replace the geometry by polygons."""
         self._shown = self._around = None
-        self.pieces = [Piece(np.eye(4), None, mesh, 0, is_smooth)] if len(mesh.points) else []
+        self.pieces = [MeshPiece(np.eye(4), None, mesh, 0, is_smooth)] if len(mesh.points) else []
 
     def from_pydata(self, vertices: Any, edges: Any, faces: Any, shade_flat: bool = True) -> None:
         """Build the mesh from lists."""
@@ -869,15 +877,15 @@ class Mesh(Block):
         """Shade the mesh flat."""
         self.pieces = [_shaded(piece, False) for piece in self.settled()]
 
-    def copy(self) -> Mesh:
+    def copy(self) -> MeshBlock:
         """Return a copy."""
-        made = Mesh(self.blend, self.name)
+        made = MeshBlock(self.blend, self.name)
         made.pieces = list(self.settled())
         made.materials.items_ = list(self.materials.items_)
         return made
 
 
-def _shaded(piece: Piece, is_smooth: bool) -> Piece:
+def _shaded(piece: MeshPiece, is_smooth: bool) -> MeshPiece:
     from dataclasses import replace
 
     return replace(piece, is_smooth=is_smooth)
@@ -894,12 +902,12 @@ class _Edge(HostObject):
         """Marks of edges mean nothing."""
 
 
-class _Elements(Items):
+class _Elements(StructList):
     """Corners or faces of a mesh."""
 
-    shown = Items.shown | frozenset(("foreach_get", "foreach_set", "add"))
+    shown = StructList.shown | frozenset(("foreach_get", "foreach_set", "add"))
 
-    def __init__(self, mesh: Mesh) -> None:
+    def __init__(self, mesh: MeshBlock) -> None:
         super().__init__()
         self._mesh = mesh
 
@@ -927,15 +935,15 @@ class _Elements(Items):
 # --- objects ---------------------------------------------------------------------------------------------------------
 
 
-class WorldMatrix(Matrix):
+class WorldMatrix(MatrixValue):
     """World matrix of an object, whose translation can be assigned."""
 
     def __init__(self, owner: Object) -> None:
         super().__init__(owner.world)
         self._owner = owner
 
-    def copy(self) -> Matrix:
-        return Matrix(self.numbers)
+    def copy(self) -> MatrixValue:
+        return MatrixValue(self.numbers)
 
     def assign(self, name: str, value: Any) -> None:
         super().assign(name, value)
@@ -956,7 +964,7 @@ class Modifier(Struct):
         super().__init__()
         self.blend, self.name, self.type, self._defaults = blend, name, kind, defaults
         self.settings: dict[str, Any] = {
-            key: (Vector(value) if len(value) == 3 and type(value[0]) is float else list(value))
+            key: (VectorValue(value) if len(value) == 3 and type(value[0]) is float else list(value))
             if isinstance(value, tuple)
             else value
             for key, value in defaults.items()
@@ -976,7 +984,7 @@ class Modifier(Struct):
             self.name = str(value)
         elif name in self.settings or name in self._ALWAYS:
             old = self.settings.get(name)
-            if isinstance(old, Vector):
+            if isinstance(old, VectorValue):
                 old.set(value)
             elif isinstance(old, list):
                 old[:] = [*value]
@@ -1001,11 +1009,11 @@ _IGNORED_OBJECT = words(
 )
 
 
-class Object(Block):
+class Object(DataBlock):
     """Object with a transform; ``data`` is a mesh, or what a scene cannot show."""
 
     python_name = "Object"
-    shown = Block.shown | frozenset(
+    shown = DataBlock.shown | frozenset(
         words(
             "data type copy select_set select_get hide_set hide_get keyframe_insert keyframe_delete modifiers "
             "children children_recursive users_collection material_slots constraints animation_data "
@@ -1015,7 +1023,7 @@ class Object(Block):
             "cycles is_evaluated original delta_location delta_rotation_euler delta_scale mode update_from_editmode"
         )
     )
-    assigned = Block.assigned | frozenset(
+    assigned = DataBlock.assigned | frozenset(
         words(
             "location rotation_euler rotation_quaternion rotation_axis_angle rotation_mode scale parent parent_type "
             "matrix_parent_inverse matrix_world matrix_local matrix_basis dimensions active_material data "
@@ -1031,18 +1039,18 @@ class Object(Block):
         self.origin = tuple(blend.calls)
         self.number = blend.counted()
         self.node = blend.evaluator.node if blend.evaluator is not None else None
-        self.location, self.scale = Vector(), Vector((1.0, 1.0, 1.0))
-        self.delta_location, self.delta_scale = Vector(), Vector((1.0, 1.0, 1.0))
+        self.location, self.scale = VectorValue(), VectorValue((1.0, 1.0, 1.0))
+        self.delta_location, self.delta_scale = VectorValue(), VectorValue((1.0, 1.0, 1.0))
         self.delta_rotation_euler = Euler()
         self.rotation_euler, self.rotation_quaternion = Euler(), Quaternion()
         self.rotation_axis_angle = Numbers((0.0, 0.0, 1.0, 0.0))
         self.rotation_mode = "XYZ"
         self._parent: Object | None = None
         self.parent_type = "OBJECT"
-        self.matrix_parent_inverse: Any = Matrix()
+        self.matrix_parent_inverse: Any = MatrixValue()
         self.children_: list[Object] = []
         self.world: FloatArray = np.eye(4)
-        self.modifiers = Items(lambda name="", type="": blend.new_modifier(name, type))
+        self.modifiers = StructList(lambda name="", type="": blend.new_modifier(name, type))
         self.constraints = Constraints(self)
         self.vertex_groups = Settings()
         self.animation: Animation | None = None
@@ -1084,7 +1092,9 @@ class Object(Block):
     @property
     def type(self) -> str:
         """Return the kind of object."""
-        return "EMPTY" if self.data is None else "MESH" if isinstance(self.data, Mesh) else str(self.data.object_type)
+        return (
+            "EMPTY" if self.data is None else "MESH" if isinstance(self.data, MeshBlock) else str(self.data.object_type)
+        )
 
     @property
     def children(self) -> tuple[Object, ...]:
@@ -1123,7 +1133,7 @@ class Object(Block):
     @property
     def material_slots(self) -> list[MaterialSlot]:
         """Return the slots for materials."""
-        if not isinstance(self.data, Mesh):
+        if not isinstance(self.data, MeshBlock):
             return []
         return [MaterialSlot(self, i) for i in range(len(self.data.materials))]
 
@@ -1139,7 +1149,7 @@ class Object(Block):
 
     @active_material.setter
     def active_material(self, material: Any) -> None:
-        if not isinstance(self.data, Mesh):
+        if not isinstance(self.data, MeshBlock):
             return
         materials = self.data.materials.items_
         if materials:
@@ -1185,22 +1195,22 @@ class Object(Block):
     def matrix_world(self, matrix: Any) -> None:
         numbers = matrix.to_4x4().numbers
         above = self._parent.world @ self.matrix_parent_inverse.numbers if self._parent is not None else np.eye(4)
-        self.matrix_basis = Matrix(np.linalg.inv(above) @ numbers)
+        self.matrix_basis = MatrixValue(np.linalg.inv(above) @ numbers)
         self.world = np.array(numbers)
 
     @property
     def matrix_local(self) -> Any:
         """Return the matrix relative to the parent."""
-        return Matrix(self.local() if self._parent is not None else self.basis())
+        return MatrixValue(self.local() if self._parent is not None else self.basis())
 
     @matrix_local.setter
     def matrix_local(self, matrix: Any) -> None:
-        self.matrix_basis = Matrix(np.linalg.inv(self.matrix_parent_inverse.numbers) @ matrix.to_4x4().numbers)
+        self.matrix_basis = MatrixValue(np.linalg.inv(self.matrix_parent_inverse.numbers) @ matrix.to_4x4().numbers)
 
     @property
     def matrix_basis(self) -> Any:
         """Return the matrix of location, rotation and scale."""
-        return Matrix(self.basis())
+        return MatrixValue(self.basis())
 
     @matrix_basis.setter
     def matrix_basis(self, matrix: Any) -> None:
@@ -1211,33 +1221,34 @@ class Object(Block):
 
     def turn(self, rotation: FloatArray) -> None:
         """Set the rotation (3, 3)."""
-        quaternion = Matrix(rotation).to_quaternion()
+        quaternion = MatrixValue(rotation).to_quaternion()
         if self.rotation_mode == "QUATERNION":
             self.rotation_quaternion.set(quaternion)
         elif self.rotation_mode == "AXIS_ANGLE":
             axis, angle = quaternion.to_axis_angle()
             self.rotation_axis_angle.set([angle, *axis])
         else:
-            self.rotation_euler.set(Matrix(rotation).to_euler(self.rotation_mode).values)
+            self.rotation_euler.set(MatrixValue(rotation).to_euler(self.rotation_mode).values)
 
     def box(self) -> FloatArray:
         """Return the lower and the upper corner (2, 3) of the geometry in its own frame."""
-        mesh = self.blend.evaluated_polygons(self) if isinstance(self.data, Mesh) else None
+        mesh = self.blend.evaluated_polygons(self) if isinstance(self.data, MeshBlock) else None
         if mesh is None or not len(mesh.points):
             return np.zeros((2, 3))
         return np.array([mesh.points.min(axis=0), mesh.points.max(axis=0)])
 
     @property
-    def bound_box(self) -> list[Vector]:
+    def bound_box(self) -> list[VectorValue]:
         """Return the corners of the box of the geometry."""
         low, high = self.box()
         order = [(0, 0, 0), (0, 0, 1), (0, 1, 1), (0, 1, 0), (1, 0, 0), (1, 0, 1), (1, 1, 1), (1, 1, 0)]
         return [
-            Vector((high[0] if i else low[0], high[1] if j else low[1], high[2] if k else low[2])) for i, j, k in order
+            VectorValue((high[0] if i else low[0], high[1] if j else low[1], high[2] if k else low[2]))
+            for i, j, k in order
         ]
 
     @property
-    def dimensions(self) -> Vector:
+    def dimensions(self) -> VectorValue:
         """Return the sizes of the box under the scale."""
         low, high = self.box()
         return _Dimensions(self, np.abs(self.scale.array()) * (high - low))
@@ -1344,9 +1355,9 @@ class Object(Block):
         """Return the object itself."""
         return self
 
-    def to_mesh(self, **_: Any) -> Mesh:
+    def to_mesh(self, **_: Any) -> MeshBlock:
         """Return its mesh with all modifiers."""
-        made = Mesh(self.blend, self.name)
+        made = MeshBlock(self.blend, self.name)
         self.blend.meshes.by_name.pop(made.name)
         made.pieces = self.blend.evaluated(self)
         made.materials.items_ = list(self.data.materials.items_)
@@ -1364,13 +1375,13 @@ class Object(Block):
         raise UnsupportedPython("`convert_space` is not supported")
 
 
-class _Dimensions(Vector):
+class _Dimensions(VectorValue):
     def __init__(self, owner: Object, sizes: FloatArray) -> None:
         super().__init__(sizes)
         self._owner = owner
 
-    def copy(self) -> Vector:
-        return Vector(self.values)
+    def copy(self) -> VectorValue:
+        return VectorValue(self.values)
 
     def __setitem__(self, index: Any, value: Any) -> None:
         super().__setitem__(index, value)
@@ -1381,7 +1392,7 @@ class _Dimensions(Vector):
         self._owner.dimensions = self.values
 
 
-class Constraints(Items):
+class Constraints(StructList):
     """Constraints, which a scene cannot show: of cameras and lights they do not matter."""
 
     def __init__(self, owner: Object) -> None:
@@ -1395,10 +1406,10 @@ class Constraints(Items):
         return super().new(*arguments, **named)
 
 
-class OtherData(Block):
+class OtherData(DataBlock):
     """Data of a camera, a light or another kind of object that a scene cannot show."""
 
-    def __init__(self, blocks: Blocks, name: str, object_type: str) -> None:
+    def __init__(self, blocks: DataBlocks, name: str, object_type: str) -> None:
         super().__init__(blocks, name)
         self.object_type = object_type
         self._settings = Settings(energy=10.0, lens=50.0, type="POINT", size=1.0, angle=0.5, color=Numbers((1, 1, 1)))
@@ -1419,22 +1430,22 @@ class OtherData(Block):
 # --- collections, scene and context ----------------------------------------------------------------------------------
 
 
-class Collection(Block):
+class CollectionBlock(DataBlock):
     """Collection of objects and other collections."""
 
     python_name = "Collection"
-    shown = Block.shown | frozenset(words("objects children all_objects children_recursive"))
-    assigned = Block.assigned | frozenset(("hide_render", "hide_viewport"))
+    shown = DataBlock.shown | frozenset(words("objects children all_objects children_recursive"))
+    assigned = DataBlock.assigned | frozenset(("hide_render", "hide_viewport"))
     ignored = frozenset(("color_tag", "hide_select", "instance_offset", "lineart_usage"))
 
-    def __init__(self, blend: Blend, name: str = "Collection", blocks: Blocks | None = None) -> None:
+    def __init__(self, blend: Blend, name: str = "Collection", blocks: DataBlocks | None = None) -> None:
         super().__init__(blocks or blend.collections, name)
         self.objects = _CollectionObjects(blend)
-        self.children = Items()
+        self.children = StructList()
         self.hide_render = self.hide_viewport = False
 
     @property
-    def children_recursive(self) -> list[Collection]:
+    def children_recursive(self) -> list[CollectionBlock]:
         """Return all collections below it."""
         return [each for child in self.children.items_ for each in (child, *child.children_recursive)]
 
@@ -1445,7 +1456,7 @@ class Collection(Block):
         return list(found)
 
 
-class _CollectionObjects(Items):
+class _CollectionObjects(StructList):
     def __init__(self, blend: Blend) -> None:
         super().__init__()
         self._blend = blend
@@ -1465,15 +1476,15 @@ class LayerCollection(HostObject):
     python_name = "LayerCollection"
     shown = frozenset(words("collection children exclude hide_viewport name"))
 
-    def __init__(self, collection: Collection) -> None:
+    def __init__(self, collection: CollectionBlock) -> None:
         self.collection, self.exclude, self.hide_viewport = collection, False, False
         self._children: dict[int, LayerCollection] = {}
         self.name = collection.name
 
     @property
-    def children(self) -> Items:
+    def children(self) -> StructList:
         """Return the collections in it."""
-        found = Items()
+        found = StructList()
         for each in self.collection.children.items_:
             found.items_.append(self._children.setdefault(id(each), LayerCollection(each)))
         return found
@@ -1485,23 +1496,23 @@ class LayerCollection(HostObject):
             super().assign(name, value)
 
 
-class Scene(Block):
+class SceneBlock(DataBlock):
     """The scene."""
 
     python_name = "Scene"
-    shown = Block.shown | frozenset(
+    shown = DataBlock.shown | frozenset(
         words("collection objects frame_set view_layers keyframe_insert timeline_markers cursor")
     )
-    assigned = Block.assigned | frozenset(words("camera world frame_current frame_start frame_end frame_step"))
+    assigned = DataBlock.assigned | frozenset(words("camera world frame_current frame_start frame_end frame_step"))
 
     def __init__(self, blend: Blend) -> None:
         super().__init__(blend.scenes, "Scene")
         self.blend = blend
-        self.collection = Collection(blend, "Scene Collection", Blocks("collections", Collection))
+        self.collection = CollectionBlock(blend, "Scene Collection", DataBlocks("collections", CollectionBlock))
         self.camera: Any = None
         self.world: Any = Settings(name="World")
         self.frame_current, self.frame_start, self.frame_end, self.frame_step = 1, 1, 250, 1
-        self.cursor = Settings(location=Vector(), rotation_euler=Euler())
+        self.cursor = Settings(location=VectorValue(), rotation_euler=Euler())
         self.timeline_markers = Settings()
         self._settings = Settings()
 
@@ -1525,9 +1536,9 @@ class Scene(Block):
         return [self.blend.context.view_layer]
 
     @property
-    def objects(self) -> Items:
+    def objects(self) -> StructList:
         """Return all objects of the scene."""
-        found = Items()
+        found = StructList()
         found.items_ = self.collection.all_objects
         return found
 
@@ -1577,10 +1588,10 @@ class ViewLayer(HostObject):
         self._blend.update()
 
 
-class LayerObjects(Items):
+class LayerObjects(StructList):
     """Objects of the view layer."""
 
-    shown = Items.shown | frozenset(("selected",))
+    shown = StructList.shown | frozenset(("selected",))
 
     def __init__(self, blend: Blend) -> None:
         self._blend = blend
@@ -1625,7 +1636,7 @@ class Depsgraph(HostObject):
         self._blend.update()
 
 
-class Context(HostObject):
+class BlendContext(HostObject):
     """`bpy.context`."""
 
     python_name = "Context"
@@ -1703,7 +1714,7 @@ class Override(HostObject):
 
 
 @dataclass(frozen=True, slots=True)
-class CallSite:
+class ScriptCall:
     """Call of a function of the script: its name, a number of its own, and its arguments."""
 
     name: str
@@ -1716,45 +1727,45 @@ class Blend:
 
     def __init__(self) -> None:
         self.evaluator: Any = None
-        self.calls: list[CallSite] = []
+        self.calls: list[ScriptCall] = []
         self.warnings: dict[str, Any] = {}  # messages with the nodes where they arose first
         self.touched: dict[int, Object] = {}
         self.selects_by_number = False  # whether the script draws or counts, so that the order of corners may matter
         self._counter = 0
-        self.objects = Blocks("objects", self._new_object, self.forget)
-        self.meshes = Blocks("meshes", lambda name="Mesh": Mesh(self, name), self._forget_data)
-        self.materials = Blocks("materials", lambda name="Material": Material(self, name))
-        self.collections = Blocks(
-            "collections", lambda name="Collection": Collection(self, name), self._forget_collection
+        self.objects = DataBlocks("objects", self._new_object, self.forget)
+        self.meshes = DataBlocks("meshes", lambda name="Mesh": MeshBlock(self, name), self._forget_data)
+        self.materials = DataBlocks("materials", lambda name="Material": Material(self, name))
+        self.collections = DataBlocks(
+            "collections", lambda name="Collection": CollectionBlock(self, name), self._forget_collection
         )
-        self.scenes = Blocks("scenes", self._no_new("scenes"))
-        self.cameras = Blocks(
+        self.scenes = DataBlocks("scenes", self._no_new("scenes"))
+        self.cameras = DataBlocks(
             "cameras", lambda name="Camera": self.other(self.cameras, name, "CAMERA"), self._forget_data
         )
-        self.lights = Blocks(
+        self.lights = DataBlocks(
             "lights", lambda name="Light", type="POINT": self.other(self.lights, name, "LIGHT"), self._forget_data
         )
-        self.worlds = Blocks("worlds", lambda name="World": _World(self.worlds, name))
+        self.worlds = DataBlocks("worlds", lambda name="World": _World(self.worlds, name))
         self.preferences = Settings()
         self.mode = "OBJECT"
         self.active: Object | None = None
-        self.scene = Scene(self)
+        self.scene = SceneBlock(self)
         self.scene.world = _World(self.worlds, "World")
-        self.collection = Collection(self, "Collection")
+        self.collection = CollectionBlock(self, "Collection")
         self.scene.collection.children.link(self.collection)
-        self.context = Context(self)
+        self.context = BlendContext(self)
         self.data = Data(self)
-        self.apply_modifiers: Callable[[Blend, Object], list[Piece]] = lambda blend, obj: obj.data.settled()
+        self.apply_modifiers: Callable[[Blend, Object], list[MeshPiece]] = lambda blend, obj: obj.data.settled()
         self.modifier_defaults: dict[str, dict[str, Any]] = {}
         self.edit: Any = None  # the mesh in edit mode
         self._add_startup_objects()
 
     def _add_startup_objects(self) -> None:
-        from scenelang.backends.blender.pieces import Form
+        from scenelang.backends.blender.pieces import PieceForm
 
-        mesh = Mesh(self, "Cube")
+        mesh = MeshBlock(self, "Cube")
         matrix = np.diag([2.0, 2.0, 2.0, 1.0])
-        mesh.pieces = [Piece(matrix, Form("cube"))]
+        mesh.pieces = [MeshPiece(matrix, PieceForm("cube"))]
         mesh.materials.append(Material(self, "Material"))
         box = Object(self, "Cube", mesh)
         camera = Object(self, "Camera", OtherData(self.cameras, "Camera", "CAMERA"))
@@ -1774,7 +1785,7 @@ class Blend:
 
         return refuse
 
-    def other(self, blocks: Blocks, name: str, object_type: str) -> OtherData:
+    def other(self, blocks: DataBlocks, name: str, object_type: str) -> OtherData:
         """Create data of a camera or a light, with a warning."""
         self.warn_left_out(object_type)
         return OtherData(blocks, name, object_type)
@@ -1794,7 +1805,7 @@ class Blend:
         at = node if node is not None else self.evaluator.node if self.evaluator is not None else None
         self.warnings.setdefault(message, at)
 
-    def check_order(self, pieces: Sequence[Piece]) -> None:
+    def check_order(self, pieces: Sequence[MeshPiece]) -> None:
         """Raise UnsupportedPython if corners are changed whose order is not known, and it may matter."""
         if self.selects_by_number and any(
             piece.form is not None and not piece.form.has_known_order for piece in pieces
@@ -1829,7 +1840,7 @@ class Blend:
             if each.data is removed:
                 self.objects.remove(each)
 
-    def _forget_collection(self, removed: Collection) -> None:
+    def _forget_collection(self, removed: CollectionBlock) -> None:
         for each in (self.scene.collection, *self.collections.listed()):
             each.children.items_ = [c for c in each.children.items_ if c is not removed]
         if self.collection is removed:
@@ -1868,7 +1879,7 @@ class Blend:
         for child in obj.children_:
             self._update(child, world @ child.local(), done)
 
-    def evaluated(self, obj: Object) -> list[Piece]:
+    def evaluated(self, obj: Object) -> list[MeshPiece]:
         """Return the pieces of an object with its modifiers."""
         return self.apply_modifiers(self, obj) if obj.modifiers.items_ else obj.data.settled()
 
@@ -1877,12 +1888,12 @@ class Blend:
         return polygons_of(self.evaluated(obj))
 
 
-class _World(Block):
+class _World(DataBlock):
     python_name = "World"
     ignored = frozenset(("use_nodes", "mist_settings", "light_settings"))
-    shown = Block.shown | frozenset(("node_tree", "color", "cycles", "cycles_visibility"))
+    shown = DataBlock.shown | frozenset(("node_tree", "color", "cycles", "cycles_visibility"))
 
-    def __init__(self, blocks: Blocks, name: str) -> None:
+    def __init__(self, blocks: DataBlocks, name: str) -> None:
         super().__init__(blocks, name)
         self.node_tree, self.color, self.cycles = Settings(), Numbers((0.05, 0.05, 0.05)), Settings()
         self.cycles_visibility = Settings()
@@ -1912,11 +1923,11 @@ class Data(HostObject):
         self._blend = blend
         for name in words("objects meshes materials collections scenes cameras lights worlds"):
             setattr(self, name, getattr(blend, name))
-        self._refused: dict[str, Blocks] = {}
+        self._refused: dict[str, DataBlocks] = {}
 
     def read(self, name: str) -> Any:
         if name in _REFUSED_DATA:
-            return self._refused.setdefault(name, Blocks(name, self._refuse(name)))
+            return self._refused.setdefault(name, DataBlocks(name, self._refuse(name)))
         if name in (
             "images",
             "textures",
@@ -1928,7 +1939,7 @@ class Data(HostObject):
             "lightprobes",
             "shape_keys",
         ):
-            return self._refused.setdefault(name, Blocks(name, lambda *_, **__: self._ignored(name)))
+            return self._refused.setdefault(name, DataBlocks(name, lambda *_, **__: self._ignored(name)))
         return super().read(name)
 
     def _ignored(self, name: str) -> Settings:
