@@ -83,18 +83,18 @@ class Curve(HostObject):
         if not keys:
             return 0.0
         if frame <= keys[0].co[0] or len(keys) == 1:
-            return self._outside(frame, 0, 1) if frame < keys[0].co[0] else keys[0].co[1]
+            return self._outside(frame, 0, 1) if frame < keys[0].co[0] else float(keys[0].co[1])
         if frame >= keys[-1].co[0]:
-            return self._outside(frame, -1, -2) if frame > keys[-1].co[0] else keys[-1].co[1]
+            return self._outside(frame, -1, -2) if frame > keys[-1].co[0] else float(keys[-1].co[1])
         number = next(i for i in range(len(keys) - 1) if frame < keys[i + 1].co[0])
         return self._between(number, frame)
 
     def _outside(self, frame: float, end: int, next_to: int) -> float:
         keys = self.keyframe_points
         if self.extrapolation != "LINEAR" or len(keys) == 1:
-            return keys[end].co[1]
+            return float(keys[end].co[1])
         if keys[end].interpolation not in ("LINEAR", "BEZIER"):
-            return keys[end].co[1]
+            return float(keys[end].co[1])
         (x0, y0), (x1, y1) = keys[end].co, keys[next_to].co
         if keys[end].interpolation == "BEZIER":
             handle = self._handles(end % len(keys))[0 if end == 0 else 1]

@@ -208,7 +208,8 @@ class DataBlocks(HostObject):
 
     def remove(self, block: Any, do_unlink: bool = True, do_id_user: bool = True, do_ui_user: bool = True) -> None:
         """Remove a block."""
-        if self.by_name.get(block.name) is not block:
+        known: Any = self.by_name.get(block.name)
+        if known is not block:
             raise ReferenceError("StructRNA of type Object has been removed")
         del self.by_name[block.name]
         self._removed(block)

@@ -314,7 +314,9 @@ class ProgramWriter:
                 texts.append(self._relative(each))
         is_inside = any(each.is_animated for each in part.parts)
         call = self._call(obj.name, _union(texts), is_inside)
-        before: FloatArray = obj.matrix_parent_inverse.numbers if obj.parent is not None else np.linalg.inv(frame)
+        before = np.array(
+            obj.matrix_parent_inverse.numbers if obj.parent is not None else np.linalg.inv(frame), np.float64
+        )
         return _posed(call, [*pose_parts(upright(before)), *self._motion(obj)])
 
     def _relative(self, part: ScenePart) -> str:
