@@ -300,7 +300,7 @@ class ShapeWriter:
         if inner:
             holes = " ".join(self._solid(each.flipped(), "") for each in inner)
             base = texts[0] if len(texts) == 1 else f"(union {' '.join(texts)})"
-            texts = [f"(difference {base} {holes})"]
+            texts = [f"(difference {base} {holes}{look})"]
         if sheets:
             self.notes["flat and open meshes become thin plates, because a scene has solids only"] = None
             whole = combined(sheets)

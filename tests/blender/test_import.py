@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -155,3 +156,13 @@ def test_time_grows_with_the_objects() -> None:
     lines = "for i in range({}):\n    bpy.ops.mesh.primitive_cube_add(location=(i, 0, 0))\n"
     few, many = (calls(lambda n=n: program(lines.format(n))) for n in (50, 200))
     assert many < 6 * few
+
+
+def test_a_hollow_body_has_its_color() -> None:
+    """The inner surface of a solidified box is cut out of the outer one, and both have the material's color."""
+    made = program(
+        "box = bpy.context.object\n"
+        "box.data.materials[0].diffuse_color = (1, 0, 0, 1)\n"
+        'box.modifiers.new("Solidify", "SOLIDIFY").thickness = 0.2\n'
+    )
+    assert re.search(r"\(difference .* :color material\)", " ".join(made.split()))
