@@ -168,7 +168,7 @@ $(BLENDER)/.ready: $(VENV)/.run
 	touch $@
 
 test-blender: $(VENV)/.dev $(VENV)/.package $(BLENDER)/.ready
-	$(BIN)/pytest tests/exports/test_blender.py
+	$(BIN)/pytest tests/exports/test_blender.py tests/blender
 
 test-gpu: $(VENV)/.dev $(VENV)/.package
 	$(BIN)/pytest -m gpu

@@ -128,6 +128,8 @@ CODES: dict[str, DiagnosticCode] = {
     # E81x: OpenSCAD
     "openscad-syntax": DiagnosticCode("E811", "The OpenSCAD program has a mistake."),
     "openscad-unsupported": DiagnosticCode("E812", "This part of OpenSCAD cannot be converted."),
+    # E82x: Blender
+    "blender-unsupported": DiagnosticCode("E821", "This part of a Blender script has no counterpart in a scene."),
     # E9xx: language models
     "model-key": DiagnosticCode("E901", "The API key for the language model provider is missing or invalid."),
     "model-offline": DiagnosticCode("E902", "The language model API cannot be reached."),
@@ -227,6 +229,7 @@ CODES: dict[str, DiagnosticCode] = {
     "crowded-edge": DiagnosticCode(
         "W642", "Bodies touch along an edge, which has four faces for readers that join points at one place."
     ),
+    "script-loss": DiagnosticCode("W644", "The exported program lacks attributes that its language does not have."),
     "large-file": DiagnosticCode("W643", "The exported file will be larger than 200 MB."),
     "too-new": DiagnosticCode("W620", "The block does not exist in the target version of Minecraft."),
     "lost-contents": DiagnosticCode(
@@ -256,6 +259,7 @@ CODES: dict[str, DiagnosticCode] = {
     "openscad-ignored": DiagnosticCode(
         "W806", "A part of an OpenSCAD program was left out of the conversion, or replaced."
     ),
+    "blender-ignored": DiagnosticCode("W807", "A part of a Blender script was left out of the scene, or replaced."),
     "print-limit": DiagnosticCode("W501", "The log is full; further output of the program is discarded."),
 }
 
@@ -805,6 +809,7 @@ _FILES = {
 _PYTHON = {
     "openscad-syntax": "Correct the OpenSCAD program: the message says what was expected at this place.",
     "openscad-unsupported": "Write this part in another way, as the hint says, or by hand in the converted program.",
+    "blender-unsupported": "Write this part with meshes, modifiers and transforms, or leave it out of the script.",
     "python-syntax": "Correct the Python code at the indicated place, or request a new program from the model.",
     "python-forbidden": "Remove it: a scene program may only compute shapes and numbers and draw random numbers.",
     "python-unsupported": "Rewrite it with plain functions, loops and lists; `docs/transpiler.md` lists what is "
@@ -884,6 +889,7 @@ _WARNINGS = {
     "single-precision": "Move the scene to the origin, or write a format with offsets or double precision.",
     "crossing-profile": "Give the corners in order, or say what is inside with `:fill :nonzero` or `:fill :even-odd`.",
     "crowded-edge": "Let the bodies overlap a little, or leave a gap between them; repairs of such edges differ.",
+    "script-loss": "Export to Blender (`--to bpy`) or to .glb, which have these attributes.",
     "large-file": "Write a format that shares repeated parts, such as .glb, or use fewer :segments.",
     "too-new": "Set a newer version with `--mc-version`, or use a block that the older version has.",
     "lost-contents": "No action is required; fill chests and write signs in the game.",
@@ -899,6 +905,7 @@ _WARNINGS = {
     "python-ignored": "No action is required; set the random seed with `--seed N`.",
     "draw-order": "Compare the result with the original; draw random numbers in only one place if the order matters.",
     "openscad-ignored": "Look whether the converted program needs the part; docs/from-openscad.md tells more.",
+    "blender-ignored": "Look whether the scene needs the part; docs/from-blender.md lists what is left out.",
     "print-limit": "Print less, or run with `--quiet`.",
 }
 

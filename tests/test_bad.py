@@ -34,6 +34,8 @@ ELSEWHERE = {
     **dict.fromkeys(["W618", "W620"], "a file or a version is needed: tests/minecraft"),
     **dict.fromkeys(["W621", "W622"], "a text-to-image model's layout, its vectors: tests/imagine"),
     **dict.fromkeys(["E811", "E812", "W806"], "an OpenSCAD program is needed: tests/openscad"),
+    **dict.fromkeys(["E821", "W807"], "a Blender script is needed: tests/blender"),
+    "W644": "reported by exports: tests/blender/test_export.py",
     "N628": "a guess among siblings is needed: tests/geometry_lint/test_intention.py",
     "W643": "the estimate of a large file: tests/exports/test_meshes.py",
     "W625": "a hundred findings are needed: tests/lint/test_caps.py",

@@ -32,6 +32,7 @@ DOCUMENTS = (
     "docs/datasets.md",
     "docs/minecraft.md",
     "docs/from-openscad.md",
+    "docs/from-blender.md",
     "docs/splatting.md",
     "docs/imagine.md",
     "docs/grammar.md",

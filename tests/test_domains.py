@@ -59,7 +59,7 @@ def imported_domains() -> dict[str | None, set[str]]:
 
 
 def test_the_table_names_folders_that_exist() -> None:
-    assert len(table()) == 20
+    assert len(table()) == 21
     assert all((ROOT / folder).is_dir() for folders, _ in table().values() for folder in folders)
     assert all(needs <= set(table()) for _, needs in table().values())
 
@@ -205,6 +205,7 @@ USES = {  # commands of each domain, which end with one line without it
     "Minecraft": [["export", "a.scene", "-o", "a.schem", "--voxelize", "1"]],
     "Minecraft pages": [["view", "a.scene", "--minecraft", "--html", "a.html"]],
     "OpenSCAD": [["import", "a.scad"]],
+    "Blender": [["import", "b.py"], ["run", "b.py"], ["export", "a.scene", "-o", "b2.py", "--to", "bpy"]],
     "Python": [["transpile", "a.py"], ["lift", "a.scene"]],
     "repair": [["repair", "a.scene", "--only-declarations"]],
     "neural": [
@@ -304,6 +305,7 @@ def check_deletion(name: str, folder: Path, most: int | None = None) -> None:
     )
     (folder / "wrong.scene").write_text(PROGRAM.replace(":radius 2", ":radius (ref (list 1) 1)"), "utf-8")
     (folder / "a.scad").write_text("cube(2);\n", "utf-8")
+    (folder / "b.py").write_text("import bpy\nbpy.ops.mesh.primitive_cube_add()\n", "utf-8")
     (folder / "study.json").write_text(STUDY, "utf-8")
     for words in KERNEL:
         run = command(words, folder)

@@ -53,7 +53,7 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
         "expand": CommandRow(PROGRAM, "programs", "print the program after macro expansion"),
         "transpile": CommandRow(STANDALONE, "programs", "convert Python written by a language model to a program"),
         "lift": CommandRow(PROGRAM, "programs", "rewrite a program as a person would write it"),
-        "import": CommandRow(OUTPUT, "programs", "convert OpenSCAD or a Minecraft build: .scad .schem .litematic .nbt"),
+        "import": CommandRow(OUTPUT, "programs", "convert OpenSCAD, Blender scripts, Minecraft builds"),
     },
     "Inspect scenes": {
         "render": CommandRow(PROGRAM, "pictures", "render an image or a video of the scene"),

@@ -29,7 +29,12 @@ from scenelang.console.reports import table
 def add_export(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``export``."""
     parser.add_argument("-o", "--output", metavar="OUT", help="output file (default: FILE.glb)")
-    parser.add_argument("--backend", metavar="NAME", help="export backend (default: from the file extension)")
+    parser.add_argument(
+        "--backend",
+        "--to",
+        metavar="NAME",
+        help="export backend, such as `bpy` or `python` for .py (default: from the file extension)",
+    )
     add_fields(parser, base.BackendOptions, ("frame",))
     add_backend_options(parser, base.Work.EXPORT)
 

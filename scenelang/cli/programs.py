@@ -486,13 +486,17 @@ def run_lift(arguments: argparse.Namespace) -> int:
 
 def add_import(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``import``."""
-    parser.add_argument("file", metavar="FILE", help="file to import: .scad (OpenSCAD), .schem, .litematic or .nbt")
+    parser.add_argument(
+        "file",
+        metavar="FILE",
+        help="file to import: .scad (OpenSCAD), .py (a Blender script, or .txt), .schem, .litematic or .nbt",
+    )
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
 
 
 def run_import(arguments: argparse.Namespace) -> int:
     """Convert a file of another program to a scene program."""
-    from scenelang.session.session import IMPORTED_ENDINGS, other_file_error
+    from scenelang.session.session import IMPORTED_ENDINGS, SCRIPT_ENDINGS, other_file_error
 
     output = Path(arguments.output) if arguments.output else None
     if output is not None:
@@ -500,11 +504,13 @@ def run_import(arguments: argparse.Namespace) -> int:
             raise UsageError("backend", f"cannot write a program to `{output.name}`", "use .scene")
         check_folder(output)
     path = Path(arguments.file)
-    if path.suffix.lower() not in IMPORTED_ENDINGS:
-        message = f"`{path.name}` is no file that can be imported; expected {', '.join(IMPORTED_ENDINGS)}"
+    if path.suffix.lower() not in (*IMPORTED_ENDINGS, *SCRIPT_ENDINGS):
+        message = f"`{path.name}` is no file that can be imported; expected {', '.join((*IMPORTED_ENDINGS, '.py'))}"
         raise other_file_error(path) or SceneError("file", message)
     if path.suffix.lower() == ".scad":
         from scenelang.backends.openscad.converting import imported
+    elif path.suffix.lower() in SCRIPT_ENDINGS:
+        from scenelang.backends.blender.importing import imported
     else:
         from scenelang.backends.minecraft.export import imported
     text, warnings = imported(path)

@@ -369,7 +369,7 @@ class Session:
         try:
             with limited(self.options.limits), rare_collection():
                 if is_python(source):
-                    front_end = python_front_end()
+                    front_end = front_end_of(source)
                     check = partial(front_end.check, self, source)
                 else:
                     check = partial(self.check_forms, source)
@@ -441,12 +441,12 @@ class Session:
 
         The text is lifted to a program as a person would write it, unless ``literal`` is true.
         """
-        return python_front_end().transpile(self, source, literal)
+        return front_end_of(source).transpile(self, source, literal)
 
     @typed
     def lift(self, source: Source) -> tuple[str | None, Sequence[Diagnostic]]:
         """Return the text of an equal program that is easier to read, or None, and the diagnostics of the program."""
-        return python_front_end().lift(self, source)
+        return front_end_of(source).lift(self, source)
 
     def recovered(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
         """Return the diagnostics of a check; if brackets do not match, as if they were where they are expected.
@@ -607,7 +607,7 @@ class Session:
         if is_scene_file(source):
             return self._read_scene(source)
         if is_python(source):
-            return python_front_end().evaluate(self, source)
+            return front_end_of(source).evaluate(self, source)
         return self.evaluate_checked(source, self.check(source))
 
     def evaluate_checked(self, source: Source, checked: Checked) -> Evaluated:
@@ -825,6 +825,16 @@ def python_front_end() -> FrontEnd:
     return front_end
 
 
+def front_end_of(source: Source) -> FrontEnd:
+    """Return the front end for a Python source: that for Blender scripts if it imports `bpy`."""
+    from scenelang.interpreter.plugins import SERVICES
+
+    if not imports_bpy(source.text):
+        return python_front_end()
+    front_end: FrontEnd = SERVICES.find("blender")
+    return front_end
+
+
 def linted(result: Evaluated, *lints: Callable[[Scene], list[Diagnostic]]) -> list[Diagnostic]:
     """Return what ``lints`` report about the scene of an evaluation, unless comments of the program suppress it."""
     if result.scene is None:
@@ -854,7 +864,15 @@ def is_python(source: Source) -> bool:
     """Return whether a source is a language model's Python, by file extension, or by content for standard input."""
     if source.name.endswith((".py", ".txt", ".ipynb")):
         return True
-    return source.name.startswith("<") and bool(_REGISTERS.search(source.text))
+    return source.name.startswith("<") and (bool(_REGISTERS.search(source.text)) or imports_bpy(source.text))
+
+
+_IMPORTS_BPY = re.compile(r"^[ \t]*(?:import[ \t]+(?:[\w.]+[ \t]*,[ \t]*)*bpy\b|from[ \t]+bpy\b)", re.M)
+
+
+def imports_bpy(text: str) -> bool:
+    """Return whether a text is a script for Blender, with or without prose around it."""
+    return _IMPORTS_BPY.search(text) is not None
 
 
 def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
@@ -975,6 +993,7 @@ def _reading_hint(error: Exception) -> str | None:
 
 
 IMPORTED_ENDINGS = (".scad", ".schem", ".litematic", ".nbt")  # of OpenSCAD, and of Minecraft builds
+SCRIPT_ENDINGS = (".py", ".txt")  # of Blender scripts, and of responses that contain one
 
 
 def other_file_error(path: Path) -> SceneError | None:

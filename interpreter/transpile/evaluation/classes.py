@@ -28,6 +28,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     DataField,
     Evaluating,
     Frame,
+    HostObject,
     IntMember,
     Module,
     NamedTuple,
@@ -397,6 +398,8 @@ def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
         return attribute_of_residual(evaluator, value, name)
     if kind is Property:
         return _of_property(value, name)
+    if isinstance(value, HostObject):
+        return value.read(name)
     if kind is PythonGenerator:
         known = {"send": "send", "close": "close", "__next__": "__next__"}
         return Native(name, getattr(value.steps, known[name])) if name in known else MISSING
@@ -768,6 +771,8 @@ def set_attribute(evaluator: Evaluating, value: Any, name: str, new: Any) -> Non
         value.fields[name] = new
     elif isinstance(value, ValueObject) and type(value) is not NamedTuple:
         value.fields[name] = new
+    elif isinstance(value, HostObject):
+        value.assign(name, new)
     elif type(value) is PythonClass and not name.startswith("__"):
         value.names[name] = new
     elif type(value) is PythonFunction:

@@ -55,6 +55,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     ClassMethod,
     Exhausted,
     Frame,
+    HostObject,
     Metered,
     Module,
     Native,
@@ -884,6 +885,8 @@ class PythonEvaluator:
             )
         if kind in (StaticMethod, ClassMethod):
             return self.call(function.function, arguments, named)
+        if isinstance(function, HostObject) and callable(function):
+            return self._call_native(Native(type_name(function), function), arguments, named)
         raise TypeError(f"'{type_name(function)}' object is not callable")
 
     def _call_function(self, function: PythonFunction, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:

@@ -11,6 +11,7 @@ import operator
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+from types import MethodType
 from typing import Any, Protocol
 
 from scenelang.interpreter.transpile.evaluation import UnsupportedPython, words
@@ -196,6 +197,27 @@ class Module:
 
     path: str
     names: dict[str, Any]
+
+
+class HostObject:
+    """Value of a library that a domain models; programs see the attributes that it names, and no others.
+
+    ``shown`` are attributes and methods that programs may read. A domain whose values decide by themselves overrides
+    ``read`` and ``assign``.
+    """
+
+    shown: frozenset[str] = frozenset()
+
+    def read(self, name: str) -> Any:
+        """Return an attribute, MISSING if there is none."""
+        if name not in self.shown:
+            return MISSING
+        value = getattr(self, name)
+        return Native(name, value) if isinstance(value, MethodType) else value
+
+    def assign(self, name: str, value: Any) -> None:
+        """Assign an attribute."""
+        raise UnsupportedPython(f"`{name}` of a {type_name(self)} cannot be assigned")
 
 
 @dataclass(slots=True, eq=False)
