@@ -1,9 +1,9 @@
 """Recall and precision of ``check --geometry`` and ``check --physics`` on planted faults: ``make faults``.
 
 Faults are planted in sound programs (``faulty``): the rooms beside this file, the examples and the gallery, the corpus,
-and answers of language models as they are transpiled. Thresholds were chosen on half of the programs; the tables, of which
-that of physics is written into the documentation, are about the other half, with other random numbers. ``--tuning`` tells about the
-first half, with all that is missed or false.
+and answers of language models as they are transpiled. Thresholds were chosen on half of the programs; the tables are
+about the other half, with other random numbers, and that of physics is written into the documentation. ``--tuning``
+tells about the first half, with all that is missed or false.
 """
 
 from __future__ import annotations

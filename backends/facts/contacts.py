@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import numpy.typing as npt
 
@@ -9,9 +11,11 @@ from scenelang.backends.facts.tolerances import SLIM, TOUCH_OF_SOLIDS
 from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, hull_of, plane_axes, signed_area
 from scenelang.backends.surfaces.distance import IntArray, neighbours
 from scenelang.backends.surfaces.solids import FloatArray
+from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios
 
 BoolArray = npt.NDArray[np.bool_]
 
+_SIDES = 64  # of round solids whose outermost points are taken
 _THICKNESS = 1e-3  # of the contact tolerance, of a region: a thicker one would make a disc of a point
 _MAX_POINTS = 8  # of a region: its convex hull is simplified to the extreme points in so many directions
 
@@ -128,11 +132,18 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     points = solids.common_points(i, j, along * push)
     if len(points):
         return extreme_points(points, along)
+    if any(not solids.exact[k] and (not solids.hollow[k] or solids.surface(k) is None) for k in (i, j)):
+        # an open mesh counts as its box
+        return np.asarray(rectangles_of(solids, contacts.pairs[row : row + 1], along[None])[0], np.float64)
     low, high = solids.boxes
     outermost = solids.solids.take(np.array([i, j])).support(np.stack([along, -along]))
-    for point, other in zip(outermost, (j, i)):  # of a slanted rod on a floor, its end
-        if (point >= low[other] - room).all() and (point <= high[other] + room).all():
-            return np.asarray(point[None], np.float64)
+    for k, other, direction, point in ((i, j, along, outermost[0]), (j, i, -along, outermost[1])):
+        # Of a slanted rod on a floor, its end; of a sheet, the corners that lie on it.
+        vertices = np.vstack([point[None], vertices_of(solids, k)])
+        vertices = vertices[(vertices - point) @ direction >= -room]
+        vertices = vertices[((vertices >= low[other] - room) & (vertices <= high[other] + room)).all(axis=1)]
+        if len(vertices):
+            return extreme_points(vertices, along)
     return np.asarray(rectangles_of(solids, contacts.pairs[row : row + 1], along[None])[0], np.float64)
 
 
@@ -148,6 +159,21 @@ def rectangles_of(solids: Bodies, pairs: IntArray, along: FloatArray) -> FloatAr
         for corner, end in enumerate((x, y, z, w)):
             corners[rows, corner, axis] = ends[end]
     return corners
+
+
+@lru_cache(maxsize=256)
+def _vertices(form: CanonicalForm, ratios: Ratios) -> FloatArray:
+    """Return the vertices (K, 3) of a primitive in its own frame."""
+    return np.asarray(form.mesh(_SIDES, ratios).vertices, np.float64)
+
+
+def vertices_of(solids: Bodies, i: int) -> FloatArray:
+    """Return the vertices (K, 3) of a solid in the world; of a concave one those of its surface."""
+    if solids.hollow[i] and (surface := solids.surface(i)) is not None:
+        return np.asarray(surface.to_mesh64().vert_properties[:, :3], np.float64)
+    form, ratios = solids.solids.form(i)
+    matrix = solids.solids.matrices[i]
+    return np.asarray(_vertices(form, ratios) @ matrix[:, :3].T + matrix[:, 3], np.float64)
 
 
 def extreme_points(points: FloatArray, normal: FloatArray) -> FloatArray:

@@ -14,20 +14,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet
-from scenelang.backends.facts.contacts import Contacts, area_of, extreme_points, rectangles_of, region_of, rooms_of
+from scenelang.backends.facts.contacts import (
+    Contacts,
+    area_of,
+    extreme_points,
+    rectangles_of,
+    region_of,
+    rooms_of,
+    vertices_of,
+)
 from scenelang.backends.facts.ground import Ground
 from scenelang.backends.facts.linear import least_slack
 from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, PARALLEL
 from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, hull_of, plane_axes, width_of
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms
-from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -45,7 +52,6 @@ _NARROW = 1e-3  # relative to a body's size: a narrower foot is an edge or a poi
 _STEEP, _LEVEL = 0.95, 1e-3  # vertical components of normals: of a face that clamps, and of two that do not lift
 _SLIVER = 4.0  # squared contact tolerances: a sideways region of this area is the edge of one below
 _FLAT = 0.1  # thickness over breadth of a region that is a plane: that of a face is twice the contact tolerance
-_SIDES = 64  # of round solids whose lowest points are taken
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,21 +110,6 @@ def members_of(group: IntArray) -> dict[int, IntArray]:
     return dict(zip(numbers.tolist(), np.split(order, starts[1:])))
 
 
-@lru_cache(maxsize=256)
-def _vertices(form: CanonicalForm, ratios: Ratios) -> FloatArray:
-    """Return the vertices (K, 3) of a primitive in its own frame."""
-    return np.asarray(form.mesh(_SIDES, ratios).vertices, np.float64)
-
-
-def vertices_of(solids: Bodies, i: int) -> FloatArray:
-    """Return the vertices (K, 3) of a solid in the world; of a concave one those of its surface."""
-    if solids.hollow[i] and (surface := solids.surface(i)) is not None:
-        return np.asarray(surface.to_mesh64().vert_properties[:, :3], np.float64)
-    form, ratios = solids.solids.form(i)
-    matrix = solids.solids.matrices[i]
-    return np.asarray(_vertices(form, ratios) @ matrix[:, :3].T + matrix[:, 3], np.float64)
-
-
 class Statics:
     """Contacts of the bodies of a frame, and the balance of groups of them."""
 
@@ -146,13 +137,13 @@ class Statics:
         first, second = owner[contacts.pairs].T
         rows = np.flatnonzero((first != second) & ~(self.fixed[first] & self.fixed[second]))
         depths, normals = contacts.depths(rows)
-        aligned = self.solids.aligned[contacts.pairs[rows]].all(axis=1)
+        aligned = np.all(self.solids.aligned[contacts.pairs[rows]], axis=1)
         regions = iter(rectangles_of(self.solids, contacts.pairs[rows[aligned]], normals[aligned]))
-        bodies = np.stack([second[rows], first[rows]], axis=1).tolist()
+        bodies, others = second[rows].tolist(), first[rows].tolist()
         for k, (row, depth, is_aligned) in enumerate(zip(rows.tolist(), depths.tolist(), aligned.tolist())):
             faces = [(normals[k], next(regions))] if is_aligned else self._faces_of(row, depth, normals[k])
             for normal, points in faces:
-                yield BodyContact(*bodies[k], row, points, normal, depth)
+                yield BodyContact(bodies[k], others[k], row, points, normal, depth)
 
     def _faces_of(self, row: int, depth: float, along: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
         """Return the normals and regions of a contact, from before if its solids did not move."""
@@ -353,12 +344,13 @@ class Statics:
         apart = float(np.linalg.norm(flat - center[[0, 2]], axis=1).min())
         is_above = min(apart, beyond_edge(flat, center[[0, 2]])[0]) <= 2.0 * _NARROW * size
         upright = self._height(solids, center, None, 0.0)
-        # What is not right above its foot may still come to rest within a small angle, as a fish on its belly.
-        rise = min(
-            self._height(solids, center, azimuth, _TILT if is_above else _SETTLED_TILT) - upright
-            for azimuth in np.arange(8) * (math.pi / 4.0)
-        )
-        return rise >= _MIN_RISE * size and self._has_narrow_foot(rows, size)
+        # What is not right above its foot may still come to rest within a small angle, as a fish on its belly, and a
+        # bowl of few faces.
+        rises = [
+            min(self._height(solids, center, azimuth, tilt) - upright for azimuth in np.arange(8) * (math.pi / 4.0))
+            for tilt in ((_TILT, _SETTLED_TILT) if is_above else (_SETTLED_TILT,))
+        ]
+        return max(rises) >= _MIN_RISE * size and self._has_narrow_foot(rows, size)
 
     @staticmethod
     def _height(solids: PosedForms, center: FloatArray, azimuth: float | None, tilt: float) -> float:

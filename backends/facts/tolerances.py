@@ -106,6 +106,12 @@ HIGH = Tolerance(
     0.5, "of the height of what stands", "suns and birds are this far above everything, and by their own height; a "
     "cup that floats over its table is not",
 )  # fmt: skip
+DETOUR = Tolerance(
+    10.0,
+    "times the shortest distance",
+    "what floats is put where it belongs: a knob on its door, .06 away, not on the floor, 1 below; a chair .3 beside a "
+    "table may drop by 1.4",
+)
 SNOW_COUNT = Tolerance(8, "equal bodies", "many equal small bodies in the air are meant: snow, sparks, leaves")
 SNOW_SIZE = Tolerance(0.02, "of the scene's diagonal", "the size of such bodies")
 JOINT = Tolerance(0.25, "of a body's extent", "the gap between slats, planks and tiles of one row")

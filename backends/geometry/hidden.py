@@ -76,6 +76,8 @@ def is_inside(bodies: Bodies, inner: int, outer: int, limit: float = 0.995) -> b
     """Return whether a solid is inside another that is scaled by ``limit`` about its center."""
     if bodies.hollow[outer]:
         surfaces = bodies.surface(inner), bodies.surface(outer)
+        if surfaces[1] is None:
+            return False  # an open basket hides nothing
         if surfaces[0] is not None and surfaces[1] is not None:
             return bool((surfaces[0] - surfaces[1]).volume() < _MAX_OUTSIDE_SHARE * surfaces[0].volume())
     matrix = bodies.solids.matrices[inner]

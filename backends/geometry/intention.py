@@ -18,7 +18,7 @@ from itertools import product
 import numpy as np
 
 from scenelang.backends.facts.frame import FrameFacts
-from scenelang.backends.facts.tolerances import Tolerance
+from scenelang.backends.facts.tolerances import PARALLEL, Tolerance
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.interpreter.scene.bounds import entity_box
@@ -587,7 +587,10 @@ class _Group:
         assert chart.center is not None
         if chart.rule.startswith('"'):
             return f"face {chart.rule}"
+        ground = self.frame.facts.ground.solids
         for instance in self.frame.single_objects(self.home):
+            if ground[self.frame.rows(instance)].all():
+                continue
             flat = np.delete((self.frame.center(instance)[0] - self.zero) @ self.axes, chart.normal)
             if np.linalg.norm(flat - chart.center) < 0.1 * chart.radius:
                 return f'face "{self.frame.ancestry.entity(instance).word}"'
@@ -601,7 +604,8 @@ class _Group:
         if angle < TURNED or np.linalg.det(missing) < 0.0 or not self._is_seen(member, missing):
             return None
         is_slip, is_upright = _is_slip_of_angle(self.tilt @ odd.expected, self.tilt @ actual), abs(axis[1]) > PLUMB
-        if not is_slip and (self._is_hinged(member, missing) or not (is_upright or odd.chart)):
+        is_odd = self._is_hinged(member, missing) or not (is_upright or odd.chart) or self._leans(member, actual)
+        if not is_slip and is_odd:
             return None
         if not odd.chart and not is_slip and not self._is_regular(member):
             return None
@@ -622,6 +626,15 @@ class _Group:
         offset = self.places[member] - self.origins[member]
         across = self.sizes[member][np.abs(self.turns[member].T @ axis) < 0.7]
         return bool(np.linalg.norm(offset - offset @ axis * axis) >= HINGED * across.max())
+
+    def _leans(self, member: int, turn: FloatArray) -> bool:
+        """Return whether a sibling is tilted and touches something else from the side: a book at its neighbor."""
+        facts, rows = self.frame.facts, self.frame.rows(int(self.members[member]))
+        up = np.abs((self.axes @ turn)[1])
+        if up.max() > PARALLEL:
+            return False
+        bodies = np.unique(facts.bodies.body[rows]).tolist()
+        return any(abs(float(link.normal[1])) < PLUMB for body in bodies for link in facts.statics.of_body[body])
 
     def _is_seen(self, member: int, missing: FloatArray) -> bool:
         """Return whether a sibling looks otherwise after a rotation about its center."""

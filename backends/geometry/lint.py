@@ -6,6 +6,7 @@ are notes: words and doubtful readings only soften a finding. Minecraft blocks, 
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from scenelang.backends.facts.statics import PLANE
 from scenelang.backends.facts.tolerances import (
     CONTACT_ERROR,
     COPLANAR_AREA,
+    DETOUR,
     PLANTED,
     SEAM,
     SHALLOW,
@@ -400,13 +402,21 @@ class CheckedFrame:
             highest = int(below[np.argmax(high[below, 1])])
             if lowest - float(high[highest, 1]) <= drop:
                 drop, support = lowest - float(high[highest, 1]), highest
-        if drop <= self.solids.touch and len(others):  # beside or below what it should touch
-            apart = np.maximum(np.maximum(low[others] - most, least - high[others]), 0.0)
-            near = np.argsort(np.linalg.norm(apart, axis=1))[:_MAX_NEAREST]
-            pairs = np.stack(np.meshgrid(rows, others[near], indexing="ij"), -1).reshape(-1, 2)
-            gaps = distances(self.solids.pairs(pairs))
-            drop, support = float(gaps.min()), int(pairs[np.argmin(gaps), 1])
+        if len(others):
+            gap, nearest = self._nearest(rows, others, least, most)
+            # Beside or below what it should touch, or much nearer to it: a knob at its door.
+            if drop <= self.solids.touch or DETOUR * gap < drop:
+                drop, support = gap, nearest
         return Finding("floating", int(rows[np.argmin(low[rows, 1])]), support, drop, note=verdict.note)
+
+    def _nearest(self, rows: IntArray, others: IntArray, least: FloatArray, most: FloatArray) -> tuple[float, int]:
+        """Return the least distance of solids, whose box is given, from others, and the other one."""
+        low, high = self.solids.boxes
+        apart = np.maximum(np.maximum(low[others] - most, least - high[others]), 0.0)
+        near = np.argsort(np.linalg.norm(apart, axis=1))[:_MAX_NEAREST]
+        pairs = np.stack(np.meshgrid(rows, others[near], indexing="ij"), -1).reshape(-1, 2)
+        gaps = distances(self.solids.pairs(pairs))
+        return float(gaps.min()), int(pairs[np.argmin(gaps), 1])
 
     def _falling(self, body: int, verdict: Verdict) -> Finding:
         """Return the finding about a group of bodies that gravity would move, about the body itself."""
@@ -483,7 +493,8 @@ class CheckedFrame:
             return after[identity] < before[identity] and not after - before
 
         first = () if finding.move is None else (finding.move,)
-        return helpful_move(self.facts, members, helps, first, contacts=finding.kind == "floating")
+        reach = DETOUR * finding.amount if finding.kind == "floating" else math.inf
+        return helpful_move(self.facts, members, helps, first, reach=reach)
 
     def _identities(self) -> Counter[tuple[object, ...]]:
         """Return the number of findings of each identity; guesses are none."""

@@ -25,7 +25,7 @@ _SIDEWAYS_EFFORT, _UPWARD_EFFORT = 1.5, 3.0
 
 def helpful_move(
     facts: FrameFacts, members: IntArray, helps: Callable[[FrameFacts], bool], first: tuple[Vector, ...],
-    *, contacts: bool,
+    *, reach: float,
 ) -> Vector | None:  # fmt: skip
     """Return the shortest translation of bodies after which ``helps`` holds of the frame; None if none does.
 
@@ -35,13 +35,14 @@ def helpful_move(
         Numbers of the bodies that move together.
     first
         Translations to try.
-    contacts
-        Whether to try drops onto what is below, and ways to what is beside, too.
+    reach
+        Longest drop onto what is below, or way to what is beside, that is tried too; infinite for none.
     """
     if len(facts.solids) > MAX_TRIED_SOLIDS:
         return None
     rows = np.concatenate([facts.bodies.members[int(body)] for body in members])
-    every: set[Vector] = {*first, *(contact_moves(facts, members) if contacts else ())}
+    ways = contact_moves(facts, members) if math.isfinite(reach) else ()
+    every: set[Vector] = {*first, *(move for move in ways if math.dist(move, (0.0, 0.0, 0.0)) <= reach)}
     candidates = sorted(every, key=_effort)
     for move in candidates[:_MAX_CANDIDATES]:
         if helps(facts.moved(rows, move)):

@@ -25,7 +25,7 @@ from scenelang.backends.base import require
 from scenelang.backends.surfaces.solids import own_mesh
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import read_cached, write_cached
-from scenelang.interpreter.scene.modelling.computing import welded
+from scenelang.interpreter.scene.modelling.computing import boundary_edges, welded
 from scenelang.interpreter.scene.primitives import Placed
 from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.interpreter.scene.primitives.capsule import CAPSULE
@@ -42,7 +42,11 @@ INSTALL = "'scenelang[physics]'"  # extra to install, as error messages show it
 SEGMENTS = 24  # sides of the meshes of round shapes that simulators lack
 MAX_PIECES = 64  # convex pieces of one non-convex primitive
 MAX_DECOMPOSED_TRIANGLES = 200_000  # of one mesh to decompose
-_COACD_TIMEOUT_S = 180.0  # of CoACD for one mesh, which is halved geometrically instead after that
+# Of CoACD for one mesh, which is halved geometrically instead after that: nesting dolls take 1 to 4 s of CPU each. The
+# outer limit is of wall time, for a process that waits.
+_COACD_CPU_S, _COACD_TIMEOUT_S = 15, 180.0
+_MAX_SURFACE_TRIANGLES = 1_000  # of an open mesh, each of which is a thin piece; larger ones are their hull
+_SURFACE_THICKNESS = 0.005  # of the largest extent: thinner pieces let fast bodies through
 _COACD_THRESHOLD = 0.05  # CoACD's own default threshold, relative to a cube of side 2
 # of the hull's volume: a tessellated convex shape loses some volume to rounding, not to concavity
 _MAX_CONCAVE_SHARE = 2e-3  # of the hull's volume: a mesh that fills more of its hull counts as convex
@@ -303,7 +307,25 @@ def _decomposed_mesh(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray,
     corners, volume = hull
     if abs(volume_of(vertices[faces])) >= (1.0 - _MAX_CONCAVE_SHARE) * volume:
         return (corners,)
+    if len(boundary_edges(faces)):
+        return _surface_pieces(vertices, faces) or (corners,)
     return _decomposed(vertices.tobytes(), faces.tobytes())
+
+
+def _surface_pieces(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
+    """Return a thin convex piece (6, 3) for each triangle of an open mesh; none if there are too many.
+
+    CoACD closes open meshes first, which took more than a minute for a basket of five faces.
+    """
+    if len(faces) > _MAX_SURFACE_TRIANGLES:
+        return ()
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    solid = lengths > 0.0
+    half = 0.5 * _SURFACE_THICKNESS * float(np.ptp(vertices, axis=0).max())
+    offsets = (normals[solid] / lengths[solid, None] * half)[:, None]
+    return tuple(np.concatenate([corners[solid] - offsets, corners[solid] + offsets], axis=1))
 
 
 def _hull(vertices: FloatArray) -> tuple[FloatArray, float] | None:
@@ -340,8 +362,9 @@ def _coacd(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
         mesh_file, pieces_file = Path(folder) / "mesh.npz", Path(folder) / "pieces.npz"
         np.savez(mesh_file, vertices=(vertices - middle) / scale, faces=faces.astype(np.int32))
         script = _SCRIPT.format(
-            mesh_file=str(mesh_file), pieces_file=str(pieces_file), concavity=_COACD_THRESHOLD, pieces=MAX_PIECES
-        )
+            mesh_file=str(mesh_file), pieces_file=str(pieces_file), concavity=_COACD_THRESHOLD, pieces=MAX_PIECES,
+            seconds=_COACD_CPU_S,
+        )  # fmt: skip
         run = [sys.executable, "-c", script]
         with suppress(subprocess.TimeoutExpired):
             subprocess.run(run, check=False, capture_output=True, timeout=_COACD_TIMEOUT_S)  # noqa: S603  # nosec B603
@@ -380,6 +403,11 @@ def _halved(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
 
 _SCRIPT = """
 import coacd, numpy
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_CPU, ({seconds}, {seconds}))
+except ImportError:
+    pass  # Windows has no such limit
 coacd.set_log_level("off")
 with numpy.load({mesh_file!r}) as mesh:
     shape = coacd.Mesh(mesh["vertices"], mesh["faces"])

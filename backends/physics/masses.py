@@ -7,20 +7,24 @@ densities or masses differ within a body, every part has its own, and overlaps c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling.measuring import Measures, measured, measures_of, operands_of
+from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
+from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import Primitive
-from scenelang.interpreter.scene.primitives.cube import BLOCK
+from scenelang.interpreter.scene.primitives.cube import BLOCK, Cube
 from scenelang.interpreter.scene.primitives.cylinder import CYLINDER
 from scenelang.interpreter.scene.primitives.sphere import BALL
-from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY
+from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -30,6 +34,7 @@ _MEANS = {BLOCK: (1 / 3, 1 / 3, 1 / 3), BALL: (1 / 5, 1 / 5, 1 / 5), CYLINDER: (
 # Of the largest second moment. MuJoCo writes six digits: after rounding by 5e-6 each, two moments of inertia must still
 # sum to at least the third.
 _MIN_SECOND_RATIO = 2e-5
+_MIN_BOX_SHARE = 1e-3  # of the largest extent: the thickness of the box of a flat open mesh
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,17 +110,52 @@ def primitive_moments(entity: Entity) -> Moments:
 @lru_cache(maxsize=4096)
 def _measured_shape(shape: Primitive, word: str) -> Moments:
     """Return the moments of a primitive without a closed form, measured once for equal shapes."""
-    return _moments(measured(operands_of(Entity(word, ANONYMOUS, (), shape), IDENTITY)))
+    return united_moments([(Entity(word, ANONYMOUS, (), shape), IDENTITY)])
 
 
 def united_moments(parts: Sequence[tuple[Entity, Sequence[float]]]) -> Moments:
-    """Return the moments of the union of posed primitives, with density 1."""
-    return _moments(measured([operand for entity, pose in parts for operand in operands_of(entity, pose)]))
+    """Return the moments of the union of posed primitives, with density 1; open meshes count as their boxes."""
+    try:
+        return _moments(measured([operand for entity, pose in parts for operand in operands_of(entity, pose)]))
+    except SceneError as error:
+        if error.name != "solid":
+            raise
+    return _moments(measured([operand for entity, pose in parts for operand in _closed_operands(entity, pose)]))
+
+
+def _closed_operands(entity: Entity, pose: Sequence[float]) -> list[Operand]:
+    """Return the operands of a posed primitive, its box if it is an open mesh."""
+    operands = operands_of(entity, pose)
+    try:
+        measured(operands)
+    except SceneError:
+        box = entity_box(entity)
+        if box is None:
+            raise
+        low, high = np.array(box, np.float64).reshape(2, 3)
+        size = np.maximum(high - low, _MIN_BOX_SHARE * float((high - low).max()))
+        center = ((low + high) / 2.0).tolist()
+        at = compose(tuple(pose), (1.0, 0.0, 0.0, center[0], 0.0, 1.0, 0.0, center[1], 0.0, 0.0, 1.0, center[2]))
+        return [Operand(Expression(PRIMITIVE, shape=Cube(size=tuple(size.tolist()))), at)]
+    return operands
 
 
 def entity_moments(entity: Entity) -> Moments:
     """Return the moments of an entity's primitives as one solid in its own frame, with density 1."""
-    return _moments(measures_of(entity))
+    try:
+        return _moments(measures_of(entity))
+    except SceneError as error:
+        if error.name != "solid":
+            raise
+    return united_moments(list(_posed_primitives(entity, IDENTITY)))
+
+
+def _posed_primitives(entity: Entity, pose: Matrix) -> Iterator[tuple[Entity, Matrix]]:
+    """Yield the primitives of an entity with their poses in its frame."""
+    if entity.is_primitive:
+        yield entity, pose
+    for part in entity.children:
+        yield from _posed_primitives(part.car, compose(pose, part.cdr))
 
 
 def _moments(measures: Measures) -> Moments:

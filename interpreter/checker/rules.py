@@ -89,15 +89,17 @@ def _taken_values(template: str) -> int | None:
 def turned_after_moved(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
     """Report a part that is translated and then rotated by a constant angle about the origin.
 
-    Two cases are excluded: a variable angle arranges parts in a circle, and a translation along the axis commutes with
-    the rotation. Only poses that are written in one place are compared.
+    Three cases are excluded: a variable angle arranges parts in a circle, a translation along the axis commutes with
+    the rotation, and a rotation between two translations has its pivot written out. Only poses that are written in one
+    place are compared.
     """
     for node in nodes:
         if type(node) is ast.Transform:
             factors = _factors(node)
-            for rotation, translation in pairwise(factors):
+            for before, rotation, translation in zip([None, *factors], factors, factors[1:]):
                 if (
-                    rotation.span.expansion is None
+                    called_builtin(before) != "translate"
+                    and rotation.span.expansion is None
                     and _is_constant_rotation(rotation)
                     and _is_off_axis(rotation, translation)
                 ):

@@ -16,7 +16,7 @@ from scenelang.interpreter.transpile.analysis.infer import Departures, infer
 from scenelang.interpreter.transpile.analysis.inference import TypeFacts
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
-from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, Operators, has_classes, lowered
+from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, OperatorMethods, has_classes, lowered
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     Class,
@@ -187,7 +187,7 @@ def analyse(text: PythonText) -> Analysed:
     if tree is not text.tree and has_classes(tree):
         dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
         for _ in range(MOST_PASSES):
-            operators = Operators(partial(_instances, analysed), dispatch)
+            operators = OperatorMethods(partial(_instances, analysed), dispatch)
             tree = operators.visit(tree)
             if not operators.count:
                 break

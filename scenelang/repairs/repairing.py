@@ -39,7 +39,7 @@ from scenelang.repairs.rearranging import Aim, ObjectCorners, aims_of, is_deeper
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
     from scenelang.backends.geometry.arrangement import Vector
-    from scenelang.backends.geometry.lint import CheckedFrame
+    from scenelang.backends.geometry.lint import CheckedFrame, Finding
     from scenelang.backends.surfaces.distance import IntArray
     from scenelang.backends.surfaces.solids import FloatArray
     from scenelang.interpreter.scene.declarations import Declaration
@@ -952,21 +952,33 @@ def _between(rows: tuple[int, int] | None) -> IntArray | None:
 
 
 def _lint_goals(frames: Mapping[int, CheckedFrame], offsets: Mapping[int, int]) -> list[Goal]:
-    """Return the findings of the lint in some frames as goals, in its order; notes are goals that no edit resolves."""
+    """Return the findings of the lint in some frames as goals, in its order.
+
+    Notes, and what does not hold in most frames of a film, are goals that no edit resolves: a ball that jumps floats.
+    """
     from scenelang.backends.geometry.lint import message_of
 
+    named = [
+        (number, finding, (finding.kind, *_words_of(frames[number], finding)))
+        for number in offsets
+        for finding in frames[number].findings
+    ]
+    holds = Counter(key for _, key in {(number, key) for number, _, key in named})
     goals = []
-    for number, at in offsets.items():
-        frame = frames[number]
-        for finding in frame.findings:
-            words, other_words = "/".join(frame.words(finding)), ""
-            if finding.other is not None and not finding.whole:
-                other_words = "/".join(frame.solids.words(finding.other))
-            kind = f"{finding.kind} note" if finding.note else finding.kind
-            rows = rows_of(frame.solids.row[frame.subject(finding)], at)
-            aims = tuple if finding.note else partial(aims_of, frame, finding, at)
-            goals.append(Goal((kind, words, other_words), message_of(frame, finding), finding.amount, rows, aims))
+    for number, finding, key in named:
+        frame, at = frames[number], offsets[number]
+        is_note = bool(finding.note) or 2 * holds[key] <= len(offsets)
+        rows = rows_of(frame.solids.row[frame.subject(finding)], at)
+        aims = tuple if is_note else partial(aims_of, frame, finding, at)
+        named_key = (f"{key[0]} note" if is_note else key[0], *key[1:])
+        goals.append(Goal(named_key, message_of(frame, finding), finding.amount, rows, aims))
     return goals
+
+
+def _words_of(frame: CheckedFrame, finding: Finding) -> tuple[str, str]:
+    """Return the words of the subject of a finding, and of the solid that it is in or near."""
+    other = "" if finding.other is None or finding.whole else "/".join(frame.solids.words(finding.other))
+    return "/".join(frame.words(finding)), other
 
 
 # --- text ------------------------------------------------------------------------------------------------------------

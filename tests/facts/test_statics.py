@@ -742,6 +742,26 @@ HARD: dict[str, tuple[str, dict[str, str]]] = {
         (bind "block" (lambda () (transform (call "cube" :scale [.6 .4 .5]) (translate [0 1.2 0]))))""",
         *(f'(transform (call "wall" :fixed #t) (translate [{x} 0 0]))' for x in (-.45, .45)), '(call "block")'),
         {"block": "not"}),
+    "a ladder of slippery round rails": (root(HOUSE + FLOOR + """
+        (bind "ladder" (lambda () (for/union ((x '(-.2 .2)))
+          (call "capsule" :radius .03 :p0 [x .03 1.28] :p1 [x 2.195 .03]))))""",
+        '(call "floor")', '(call "wall")', '(call "ladder" :body #t :friction .1)'), {"ladder": "not"}),
+    "a ladder of rough round rails": (root(HOUSE + FLOOR + """
+        (bind "ladder" (lambda () (for/union ((x '(-.2 .2)))
+          (call "capsule" :radius .03 :p0 [x .03 1.28] :p1 [x 2.195 .03]))))""",
+        '(call "floor")', '(call "wall")', '(call "ladder" :body #t)'), {"ladder": "supported", "*": "none"}),
+    "a flag that touches its pole": (root(FLOOR + """
+        (bind "pole" (lambda () (call "cylinder" :radius .03 :p0 [0 0 0] :p1 [0 1.5 0])))
+        (bind "flag" (lambda () (transform (call "cube" :scale [.8 .5 .01]) (translate [.43 1.15 0]))))""",
+        '(call "floor")', '(call "pole")', '(call "flag")'), {"flag": "held"}),
+    "a bowling ball": (root(FLOOR + """
+        (bind "ball" (lambda () (transform (call "sphere" :radius .108) (translate [.12 .108 1.5]))))""",
+        '(call "floor")', '(call "ball")'), {"ball": "supported", "*": "none"}),
+    "a box on a steep ramp": (root("""
+        (bind "ramp" (lambda () (extrude '([-1 0] [1 0] [1 1.4]) 1.0 :center #t)))
+        (bind "box" (lambda () (transform (call "cube" :scale .3)
+          (@ (translate [-.0859 .8228 0]) (rotate (atan .7) [0 0 1])))))""",
+        '(call "ramp" :fixed #t)', '(call "box" :friction .3)'), {"box": "not"}),
 }  # fmt: skip
 
 

@@ -77,3 +77,23 @@ def test_what_is_pushed_into_from_two_sides_is_not_the_subject() -> None:
       {at("chest", ".95 .25 0")} {at("chest", "-.95 .25 0")})))"""
     (finding,) = check_geometry(session.evaluate(Source("room.scene", text)).require())
     assert finding.message == '"room/chest" is 0.15 deep in "room/sofa" (2 times)'
+
+
+def test_a_knob_beside_its_wall_is_not_dropped_to_the_floor() -> None:
+    words = """(bind "wall" (lambda () (transform (call "cube" :scale [4 2.6 .1]) (translate [0 1.3 -3]))))
+    (bind "knob" (lambda () (call "sphere" :radius .04)))"""
+    text = f'{PARTS} {words} (bind "room" (lambda () (union (call "floor") (call "wall") {at("knob", ".4 1 -2.85")})))'
+    (finding,) = check_geometry(session.evaluate(Source("room.scene", text)).require())
+    assert finding.message.endswith('is 0.06 from "room/wall"')
+    assert finding.hint is None
+
+
+def test_a_book_that_leans_is_no_outlier() -> None:
+    """The fourth of a row of books leans on the third."""
+    upright = "".join(at("book", f"{x} 0 0") for x in (-0.46, -0.42, -0.38))
+    leaning = '(transform (call "book") (@ (translate [-.31232 0 0]) (rotate .2 [0 0 1]) (translate [.02 0 0])))'
+    words = '(bind "book" (lambda () (transform (call "cube" :scale [.04 .24 .17]) (translate [0 .12 0]))))'
+    text = f'{PARTS} {words} (bind "room" (lambda () (union (call "floor") {upright} {leaning})))'
+    assert [
+        d for d in check_geometry(session.evaluate(Source("room.scene", text)).require()) if d.name == "outlier"
+    ] == []

@@ -98,6 +98,7 @@ def test_the_last_clause_of_cond_may_be_true() -> None:
         ("(transform x (@ (translate [1 0 0]) (rotate 1 [0 1 0])))", False),
         ("(transform x (@ (rotate 1 [0 1 0] [1 0 0]) (translate [1 0 0])))", False),
         ("(transform (transform x (translate [n 0 0])) (rotate pi [0 1 0]))", False),
+        ("(transform x (@ (translate [1 0 0]) (rotate 1 [0 1 0]) (translate [-1 0 0])))", False),  # about a pivot
     ],
 )
 def test_turns_after_moves(pose: str, is_odd: bool) -> None:

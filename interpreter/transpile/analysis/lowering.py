@@ -397,7 +397,7 @@ def _without_iterator(method: ast.FunctionDef) -> None:
                 node.value = node.value.args[0]
 
 
-class Operators(ast.NodeTransformer):
+class OperatorMethods(ast.NodeTransformer):
     """Replaces operators on instances of the program's classes by calls of their methods; ``count`` says how many."""
 
     def __init__(self, classes_of: Callable[[ast.expr], list[Any]], dispatch: Dispatch) -> None:
