@@ -105,6 +105,10 @@ def test_the_wheel_has_every_module_and_data_file_and_no_other(built: Built) -> 
         f"scenelang/examples/datasets/{path.name}": path.read_bytes()
         for path in (ROOT / "examples/datasets").glob("*.py")
     }
+    examples |= {
+        f"scenelang/examples/blender/{path.name}": path.read_bytes()
+        for path in (ROOT / "examples/blender").glob("*.py")
+    }
     wanted = (
         _sources(".py", ".lark", ".json", ".scene", ".toml", ".md", ".gz")
         | static

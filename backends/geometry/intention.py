@@ -963,8 +963,11 @@ def _series(coordinates: FloatArray, period: float) -> _Series | None:
     gap = float(np.sort(gaps)[(len(gaps) - 1) // 2])
     if len(values) < 3 or gap <= 0.0 or (period and gap > LARGEST_STEP * period):
         return None
-    numbers = np.concatenate([[0], np.cumsum(np.round(gaps / gap))]).astype(np.int64)
-    if (np.diff(numbers) < 1).any() or numbers[-1] > len(values) + 1:
+    places = np.cumsum(np.round(gaps / gap))
+    if not np.isfinite(places[-1]) or places[-1] > len(values) + 1:  # a gap that is nearly 0 has no multiples
+        return None
+    numbers = np.concatenate([[0], places]).astype(np.int64)
+    if (np.diff(numbers) < 1).any():
         return None
     design = np.stack([np.ones(len(values)), numbers], axis=1)
     (base, step), *_ = np.linalg.lstsq(design, values, rcond=None)

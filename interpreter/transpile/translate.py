@@ -153,13 +153,20 @@ def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Trans
     """Return the errors of a program that can neither be translated nor evaluated: where its evaluation ends, and why.
 
     What the translation takes for a mistake may follow from what it does not support, as the methods of a class of
-    which it does not know the base. Only a mistake at the place where Python raises an exception is one: it says more.
+    which it does not know the base. In a program with such parts only a mistake at the place where Python raises an
+    exception is one; where all is supported, one that is confirmed confirms the others, and the evaluation that ends
+    without an exception refutes none. What is forbidden is forbidden wherever it stands.
     """
     place = folded.span
-    mistakes = tuple(d for d in found if d.name in _MISTAKES and d.span and place and d.span.overlaps(place))
-    if folded.name == "python-exception" and mistakes:
-        return Translation((), "", mistakes, translation.partial)  # in which the checker may find more
-    return Translation((), "", (folded,))
+    errors = tuple(d for d in found if d.is_error)
+    if folded.name == "python-forbidden":
+        return Translation((), "", tuple(d for d in errors if d.name == folded.name) or (folded,))
+    mistakes = tuple(d for d in errors if d.name in _MISTAKES)
+    confirmed = tuple(d for d in mistakes if d.span and place and d.span.overlaps(place))
+    is_supported = not any(d.name == "python-unsupported" for d in errors)
+    if is_supported and (confirmed or (mistakes and folded.name == "python-unsupported")):
+        return Translation((), "", errors, translation.partial)  # in which the checker may find more
+    return Translation((), "", confirmed if confirmed and folded.name == "python-exception" else (folded,))
 
 
 def _translation(text: PythonText, analysed: Analysed, with_text: bool, finish: Finish | None) -> Translation:

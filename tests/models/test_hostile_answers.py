@@ -217,7 +217,6 @@ ENDLESS = {
     "multiplied": "x = [0] * 10 ** 12",
     "loop": "return loop(10 ** 12, lambda i: primitive_call('cube', {}))",
     "doubling": "x = primitive_call('cube', {})\n    for i in range(60):\n        x = concat_shapes(x, x)\n    return x",
-    "sleep": "import time\n    time.sleep(1000)",
     "shift": "x = 1 << 10 ** 10",
     "generator": "x = sum(i for i in iter(int, 1))",
     "padding": "x = '{:>999999999}'.format(1)",

@@ -451,7 +451,7 @@ def _check_class(w: Writer, record: Class) -> None:
             if ast.unparse(decorator) not in ("staticmethod", "property"):
                 raise w.unsupported(f"the decorator `@{ast.unparse(decorator)}`", decorator)
         if name.startswith("__") and name != "__init__":
-            raise w.error("python-forbidden", f"`{name}` accesses interpreter internals", method.node)
+            raise w.unsupported(f"the method `{name}`", method.node)
 
 
 def _constructor(w: Writer, record: Class, constructor: Function) -> BlockItem:
