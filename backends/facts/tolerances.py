@@ -107,7 +107,7 @@ HIGH = Tolerance(
     "cup that floats over its table is not",
 )  # fmt: skip
 DETOUR = Tolerance(
-    10.0,
+    6.0,
     "times the shortest distance",
     "what floats is put where it belongs: a knob on its door, .06 away, not on the floor, 1 below; a chair .3 beside a "
     "table may drop by 1.4",

@@ -193,7 +193,11 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
     if finding.move is not None:
         least = _NEGLIGIBLE_SHARE * max(map(abs, finding.move))
         x, y, z = (component if abs(component) > least else 0.0 for component in finding.move)
-        return ((x, y, z),)
+        if finding.kind != "deep" or not frame.solids.hollow[[finding.body, finding.other]].any():
+            return ((x, y, z),)
+        first: tuple[Vector, ...] = ((x, y, z),)  # of a cup's wall, which may not separate the cup
+    else:
+        first = ()
     low, high = frame.solids.boxes
     i, j = finding.body, finding.other
     moves: list[Vector] = []
@@ -205,7 +209,7 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
         for length in (up,) if axis == 1 else (up, down):  # an object is not moved below the one that it penetrates
             x, y, z = (float(length) if k == axis else 0.0 for k in range(3))
             moves.append((x, y, z))
-    return tuple(sorted(moves, key=lambda move: math.hypot(*move)))
+    return (*first, *sorted(moves, key=lambda move: math.hypot(*move)))
 
 
 # --- relations after an edit ----------------------------------------------------------------------------------------
@@ -218,7 +222,10 @@ def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArra
     """
     moved = _moved(before, after, motion)
     return not moved.any() or not (
-        _is_torn(before, after, moved) or _is_parted(before, after, moved) or _loses_support(before, after)
+        _is_torn(before, after, moved)
+        or _is_deformed(before, motion, moved)
+        or _is_parted(before, after, moved)
+        or _loses_support(before, after)
     )
 
 
@@ -249,6 +256,18 @@ def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> boo
     return not all(is_attached.values())
 
 
+def _is_deformed(before: CheckedFrame, motion: FloatArray, moved: BoolArray) -> bool:
+    """Return whether parts of a body that holds as it is move apart: a pot without its knob, out of a cup's way."""
+    facts = before.facts
+    of_solids = motion.reshape(-1, 2, 3)[before.solids.row]
+    return any(
+        verdict.holds
+        and bool(moved[rows].any())
+        and bool((np.ptp(of_solids[rows], axis=0) > _MOTION_TOLERANCE * before.solids.size).any())
+        for rows, verdict in zip(facts.bodies.members, facts.verdicts, strict=True)
+    )
+
+
 def _loses_support(before: CheckedFrame, after: CheckedFrame) -> bool:
     """Return whether gravity would move a body that held before."""
     then, now = before.facts, after.facts
@@ -259,19 +278,25 @@ def _loses_support(before: CheckedFrame, after: CheckedFrame) -> bool:
 
 
 def _is_parted(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:
-    """Return whether a body that stood on another, and was in its place, touches it no more."""
+    """Return whether a body that was in its place touches none of those it stood on, or one less beside it."""
     facts = before.facts
     body, verdicts = facts.bodies.body, facts.verdicts
     touching = set(map(tuple, body[after.facts.contacts.pairs].tolist()))
-    parted = False
+    stood, stands = set[int](), set[int]()
     for link in facts.statics.links:
         if link.row < 0 or not moved[facts.contacts.pairs[link.row]].any():
             continue
         holds = verdicts[link.body].holds and verdicts[link.other].holds
         pair = (link.body, link.other)
-        shallow = link.depth <= 4.0 * before.solids.touch  # deeper overlaps may be what is repaired
-        parted |= holds and shallow and pair not in touching and pair[::-1] not in touching
-    return parted
+        is_meant = holds and link.depth <= 4.0 * before.solids.touch  # deeper overlaps may be what is repaired
+        touches = pair in touching or pair[::-1] in touching
+        if abs(float(link.normal[1])) > 0.5:
+            upper = link.body if link.normal[1] > 0.0 else link.other
+            stood |= {upper} if is_meant else set()
+            stands |= {upper} if touches else set()
+        elif is_meant and not touches:
+            return True
+    return not stood <= stands
 
 
 def _is_deeper(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:

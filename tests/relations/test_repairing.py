@@ -297,3 +297,37 @@ def test_every_frame_of_a_film_is_repaired() -> None:
     assert len(found.before) == 1
     assert found.left == ()
     assert "(if (= i 3) .3 .3)" in found.text
+
+
+def test_what_moves_in_few_frames_of_a_film_stays() -> None:
+    program = """(bind "b" (lambda () (transform (call "cube") (translate [0 .5 0]))))
+(bind "floor" (lambda () (transform (call "cube" :scale [6 .1 6]) (translate [0 -.05 0]))))
+(bind "film" (lambda () (frames (for/list ((i 6))
+  (union (call "floor") (transform (call "b") (translate (vector 0 (if (> i 3) .6 0) 0))))))))
+(scene "film")"""
+    result = repaired(Session(), Source("film.scene", program), (), geometry=True)
+    assert (result.text, result.left) == (program, ())
+
+
+TEA = """
+(define (at e x y z) (transform e (translate [x y z])))
+(bind "board" (lambda () (at (call "cube" :scale [1.6 .1 1]) 0 .05 0)))
+(bind "tray" (lambda () (at (call "cube" :scale [.6 .03 .4]) 0 .015 0)))
+(bind "pot" (lambda () (union (call "cylinder" :radius .08 :p0 [0 0 0] :p1 [0 .2 0]) (at (call "sphere" :radius .03) 0 .21 0))))
+(bind "cup" (lambda () (lathe [[0 0] [.04 0] [.04 .09] [.035 .09] [.035 .01] [0 .01]])))
+(bind "tea" (lambda () (union (call "board") PARTS)))
+(scene "tea")
+"""
+
+
+def test_a_pot_that_is_sunk_through_its_tray_stands_on_it() -> None:
+    text = TEA.replace("PARTS", '(at (call "tray") 0 .1 0) (at (call "pot") 0 .095 0)')
+    assert '(at (call "pot") 0 .13 0)' in repaired(Session(), Source("tea.scene", text), (), geometry=True).text
+
+
+def test_a_pot_is_not_torn_to_make_room() -> None:
+    text = TEA.replace("PARTS", '(at (call "pot") 0 .1 0) (at (call "cup") .09 .1 0)')
+    result = repaired(Session(), Source("tea.scene", text), (), geometry=True)
+    assert (
+        '(call "cylinder" :radius .08 :p0 [0 0 0] :p1 [0 .2 0]) (at (call "sphere" :radius .03) 0 .21 0)' in result.text
+    )
