@@ -91,6 +91,14 @@ def read_regular(path: Path | str, max_bytes: int | None = None) -> bytes:
         return file.read() if max_bytes is None else file.read(max_bytes)
 
 
+def read_program(path: Path, max_bytes: int) -> str:
+    """Return the text of a regular file in UTF-8; raises SceneError("encoding"), and OSError as ``read_regular``."""
+    try:
+        return read_regular(path, max_bytes).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SceneError("encoding", f"`{path}` is not valid UTF-8 at byte {error.start}") from error
+
+
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
     """Hold an exclusive lock on ``folder``, so that concurrent read-modify-write cycles lose no changes.

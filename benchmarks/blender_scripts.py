@@ -44,29 +44,11 @@ def reference(scripts: Sequence[Path], table: Path, python: str) -> dict[str, An
     return {path.name: known[path.name] for path in scripts}
 
 
-_SIDES = [
-    "l",
-    "r",
-    "left",
-    "right",
-    "fl",
-    "fr",
-    "bl",
-    "br",
-    "rl",
-    "rr",
-    "tl",
-    "tr",
-    "front",
-    "back",
-    "rear",
-    "top",
-    "bottom",
-    "upper",
-    "lower",
-    "inner",
-    "outer",
-]
+# Written apart from the list of the converter, which this measures.
+_SIDES = frozenset((
+    "l", "r", "left", "right", "fl", "fr", "bl", "br", "rl", "rr", "tl", "tr",
+    "front", "back", "rear", "top", "bottom", "upper", "lower", "inner", "outer",
+))  # fmt: skip
 
 
 def key_of(name: str) -> str:

@@ -689,7 +689,7 @@ class BmeshOperators:
         return {"geom": [*place.values(), *made]}
 
     def triangulate(self, bm: EditMesh, faces: Any = (), **_: Any) -> Any:
-        """Keep faces as they are, whose triangles have the same shape."""
+        """Keep the faces: their triangles have the same shape."""
         return {"faces": [*faces], "edges": []}
 
 

@@ -31,7 +31,7 @@ from scenelang.backends.blender.shapes import (
     upright,
     vector,
 )
-from scenelang.backends.files import read_regular
+from scenelang.backends.files import read_program
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.formatter import format_text
@@ -51,12 +51,7 @@ _STEPS = 24
 
 def imported(path: Path) -> tuple[str, list[Diagnostic]]:
     """Convert a file; returns the program and warnings. Raises SceneError with the place in the file."""
-    data = read_regular(path, _MAX_SIZE * 4)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise SceneError("encoding", f"`{path}` is not valid UTF-8 at byte {error.start}") from error
-    return converted(Source(str(path), text), path.stem)
+    return converted(Source(str(path), read_program(path, _MAX_SIZE * 4)), path.stem)
 
 
 def converted(source: Source, word: str = "scene") -> tuple[str, list[Diagnostic]]:
@@ -456,43 +451,16 @@ PRIMITIVES = frozenset(
 )
 
 
-_SIDES = frozenset(
-    [
-        "l",
-        "r",
-        "left",
-        "right",
-        "fl",
-        "fr",
-        "bl",
-        "br",
-        "rl",
-        "rr",
-        "tl",
-        "tr",
-        "front",
-        "back",
-        "rear",
-        "top",
-        "bottom",
-        "upper",
-        "lower",
-        "inner",
-        "outer",
-        "north",
-        "south",
-        "east",
-        "west",
-        "n",
-        "s",
-        "e",
-        "w",
-    ]
-)
+# Words of a name that tell equal objects apart.
+_SIDES = frozenset((
+    "l", "r", "left", "right", "fl", "fr", "bl", "br", "rl", "rr", "tl", "tr",
+    "front", "back", "rear", "top", "bottom", "upper", "lower", "inner", "outer", "north", "south", "east",
+    "west", "n", "s", "e", "w",
+))  # fmt: skip
 
 
 def _stem(name: str) -> list[str]:
-    """Return the words of a name that say what a thing is, without numbers and sides."""
+    """Return the words of a name without numbers and sides."""
     words = re.sub(r"\d+", " ", spaced(name)).split()
     return [word for word in words if word not in _SIDES and len(word) > 1] or words
 

@@ -45,9 +45,7 @@ _MAX_SLACK = 2e-3  # relative to weight, and to weight times size: HiGHS is exac
 _SETTLED_TILT = math.radians(10.0)  # within which a body on a round foot comes to rest without toppling
 _TILT = math.radians(0.5)  # of a test of a round foot: large against rounding, small against a polygon of 64 sides
 _MIN_RISE = -1e-9  # relative to a body's size: a ball neither rises nor falls when it rolls
-_NARROW_REGION = (
-    1e-2  # relative to a body's size: the region in which a ball touches a plane, 1.3e-3 for a bowling ball
-)
+_NARROW_REGION = 1e-2  # relative to a body's size: where a ball touches a plane, 1.3e-3 for a bowling ball
 _NARROW = 1e-3  # relative to a body's size: a narrower foot is an edge or a point
 _STEEP, _LEVEL = 0.95, 1e-3  # vertical components of normals: of a face that clamps, and of two that do not lift
 _SLIVER = 4.0  # squared contact tolerances: a sideways region of this area is the edge of one below
@@ -343,7 +341,7 @@ class Statics:
         flat = supports[:, [0, 2]]
         apart = float(np.linalg.norm(flat - center[[0, 2]], axis=1).min())
         is_above = min(apart, beyond_edge(flat, center[[0, 2]])[0]) <= 2.0 * _NARROW * size
-        upright = self._height(solids, center, None, 0.0)
+        upright = self._height(solids, center, 0.0, 0.0)
         # What is not right above its foot may still come to rest within a small angle, as a fish on its belly, and a
         # bowl of few faces.
         rises = [
@@ -353,11 +351,9 @@ class Statics:
         return max(rises) >= _MIN_RISE * size and self._has_narrow_foot(rows, size)
 
     @staticmethod
-    def _height(solids: PosedForms, center: FloatArray, azimuth: float | None, tilt: float) -> float:
+    def _height(solids: PosedForms, center: FloatArray, azimuth: float, tilt: float) -> float:
         """Return the height of a center above a plane that supports solids, tilted by an angle towards an azimuth."""
-        down = np.array([0.0, -1.0, 0.0])
-        if azimuth is not None:
-            down = np.array([math.sin(tilt) * math.cos(azimuth), -math.cos(tilt), math.sin(tilt) * math.sin(azimuth)])
+        down = np.array([math.sin(tilt) * math.cos(azimuth), -math.cos(tilt), math.sin(tilt) * math.sin(azimuth)])
         points = solids.support(np.broadcast_to(down, (len(solids), 3)))
         return float((points @ down).max() - center @ down)
 

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from scenelang.backends.files import read_regular
+from scenelang.backends.files import read_program
 from scenelang.backends.openscad.arithmetic import Converter, Facts, NameScope, Snippet, constant, string_text
 from scenelang.backends.openscad.definitions import HELPERS
 from scenelang.backends.openscad.geometry import NOTHING, Objects, Shape
@@ -39,12 +39,7 @@ _UPRIGHT = "(rotate (radians -90) [1 0 0])"
 
 def imported(path: Path) -> tuple[str, list[Diagnostic]]:
     """Convert a file; returns the program and warnings. Raises SceneError with the place in the file."""
-    data = read_regular(path, MAX_SIZE * 4)
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise SceneError("encoding", f"`{path}` is not valid UTF-8 at byte {error.start}") from error
-    return converted(text, str(path), path.stem)
+    return converted(read_program(path, MAX_SIZE * 4), str(path), path.stem)
 
 
 def converted(text: str, name: str = "<text>", word: str = "part") -> tuple[str, list[Diagnostic]]:

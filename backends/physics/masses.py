@@ -126,11 +126,13 @@ def united_moments(parts: Sequence[tuple[Entity, Sequence[float]]]) -> Moments:
 def _closed_operands(entity: Entity, pose: Sequence[float]) -> list[Operand]:
     """Return the operands of a posed primitive, its box if it is an open mesh."""
     operands = operands_of(entity, pose)
+    if not operands:
+        return operands  # flat: it has no mass
     try:
         measured(operands)
-    except SceneError:
+    except SceneError as error:
         box = entity_box(entity)
-        if box is None:
+        if error.name != "solid" or box is None:
             raise
         low, high = np.array(box, np.float64).reshape(2, 3)
         size = np.maximum(high - low, _MIN_BOX_SHARE * float((high - low).max()))
@@ -147,15 +149,17 @@ def entity_moments(entity: Entity) -> Moments:
     except SceneError as error:
         if error.name != "solid":
             raise
-    return united_moments(list(_posed_primitives(entity, IDENTITY)))
+    return united_moments(list(_posed_primitives(entity)))
 
 
-def _posed_primitives(entity: Entity, pose: Matrix) -> Iterator[tuple[Entity, Matrix]]:
-    """Yield the primitives of an entity with their poses in its frame."""
-    if entity.is_primitive:
-        yield entity, pose
-    for part in entity.children:
-        yield from _posed_primitives(part.car, compose(pose, part.cdr))
+def _posed_primitives(root: Entity) -> Iterator[tuple[Entity, Matrix]]:
+    """Yield the primitives of an entity with their poses in its frame; trees may be deeper than Python's stack."""
+    stack: list[tuple[Entity, Matrix]] = [(root, IDENTITY)]
+    while stack:
+        entity, pose = stack.pop()
+        if entity.is_primitive:
+            yield entity, pose
+        stack.extend((part.car, compose(pose, part.cdr)) for part in reversed(entity.children))
 
 
 def _moments(measures: Measures) -> Moments:

@@ -193,11 +193,7 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
     if finding.move is not None:
         least = _NEGLIGIBLE_SHARE * max(map(abs, finding.move))
         x, y, z = (component if abs(component) > least else 0.0 for component in finding.move)
-        if finding.kind != "deep" or not frame.solids.hollow[[finding.body, finding.other]].any():
-            return ((x, y, z),)
-        first: tuple[Vector, ...] = ((x, y, z),)  # of a cup's wall, which may not separate the cup
-    else:
-        first = ()
+        return ((x, y, z),)
     low, high = frame.solids.boxes
     i, j = finding.body, finding.other
     moves: list[Vector] = []
@@ -209,7 +205,7 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
         for length in (up,) if axis == 1 else (up, down):  # an object is not moved below the one that it penetrates
             x, y, z = (float(length) if k == axis else 0.0 for k in range(3))
             moves.append((x, y, z))
-    return (*first, *sorted(moves, key=lambda move: math.hypot(*move)))
+    return tuple(sorted(moves, key=lambda move: math.hypot(*move)))
 
 
 # --- relations after an edit ----------------------------------------------------------------------------------------
