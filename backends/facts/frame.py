@@ -24,6 +24,7 @@ from scenelang.backends.facts.tolerances import (
     CAGE_DROP,
     CAGE_OVERLAP,
     CAGE_SIDES,
+    CONTACT_ERROR,
     COURSE,
     GLUED_AREA,
     HIGH,
@@ -398,6 +399,24 @@ class FrameFacts:
             return Verdict(balance.kind, self._why_falling(np.flatnonzero(group == group[body])), balance)
         # It stands only if the doubtful hold is one.
         return Verdict("falls", note) if note else Verdict("supported", "", balance)
+
+    @cached_property
+    def narrow(self) -> BoolArray:
+        """Bodies (B,) that hold with little balance: a simulation, whose contacts give way, may move them."""
+        group, balances, notes, _ = self._held
+        doubtful = np.isin(np.arange(len(self.bodies)), [body for body, note in notes.items() if note])
+        return self.statics.are_narrow(group, balances, doubtful)
+
+    @cached_property
+    def immersed(self) -> BoolArray:
+        """Bodies (B,) that overlap one that light passes: boats and fish in water, which carries them."""
+        opaque, pairs = self.solids.opaque, self.contacts.pairs
+        rows = np.flatnonzero(opaque[pairs[:, 0]] != opaque[pairs[:, 1]])
+        depths, _ = self.contacts.depths(rows)
+        deep = pairs[rows[depths > CONTACT_ERROR * self.contacts.room[rows]]]
+        immersed = np.zeros(len(self.bodies), bool)
+        immersed[self.bodies.body[np.where(opaque[deep[:, 0]], deep[:, 0], deep[:, 1])]] = True
+        return immersed
 
     def _why_falling(self, members: IntArray) -> str:
         """Return why bodies without balance may be meant; empty if nothing says so."""

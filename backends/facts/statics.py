@@ -12,7 +12,7 @@ Contacts only push, except those that ``fastened`` names; bodies that they join 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -31,7 +31,7 @@ from scenelang.backends.facts.contacts import (
 )
 from scenelang.backends.facts.ground import Ground
 from scenelang.backends.facts.linear import least_slack
-from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, PARALLEL
+from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, NARROW, PARALLEL
 from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, hull_of, plane_axes, width_of
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms
@@ -48,6 +48,8 @@ _MIN_RISE = -1e-9  # relative to a body's size: a ball neither rises nor falls w
 _NARROW_REGION = 1e-2  # relative to a body's size: where a ball touches a plane, 1.3e-3 for a bowling ball
 _NARROW = 1e-3  # relative to a body's size: a narrower foot is an edge or a point
 _STEEP, _LEVEL = 0.95, 1e-3  # vertical components of normals: of a face that clamps, and of two that do not lift
+_SIDEWAYS = 0.5  # vertical component of a normal: faces that are steeper than 60 degrees are walls
+_ROUGH = 20.0  # coefficient of friction of a contact that does not slide
 _SLIVER = 4.0  # squared contact tolerances: a sideways region of this area is the edge of one below
 _FLAT = 0.1  # thickness over breadth of a region that is a plane: that of a face is twice the contact tolerance
 
@@ -95,6 +97,25 @@ class Balance:
     kind: str
     beyond: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """Change of a scene under which its forces must balance.
+
+    Attributes
+    ----------
+    shift : (2,)
+        Horizontal shift of all centers of mass, relative to the extents of their groups.
+    grip
+        Factor of all friction; infinite for contacts that do not slide.
+    inset
+        Share by which the region of every contact is smaller.
+    """
+
+    shift: tuple[float, float] = (0.0, 0.0)
+    grip: float = 1.0
+    inset: float = 0.0
 
 
 STANDS = Balance("stands", -math.inf)
@@ -243,6 +264,37 @@ class Statics:
                 known |= self._by_program(group, [rows_of[number] for number in component], component, known)
         return known
 
+    def are_narrow(self, group: IntArray, balances: Mapping[int, Balance], doubtful: BoolArray) -> BoolArray:
+        """Return which bodies (B,) bear no shift of 5 % of their breadth, nor 5 % less friction or smaller contacts.
+
+        Bodies that touch each other and can move are narrow together: each may push the others. So are those that
+        forces hold where the hold of one is ``doubtful`` (B,).
+        """
+        narrow, rows_of = np.zeros(len(self.bodies), bool), members_of(group)
+        held = set(group[self.fixed | self.bodies.floating].tolist())
+        by_forces = set[int]()
+        for number, rows in rows_of.items():
+            if number in held:
+                continue
+            breadth = float((self.bodies.high[rows].max(axis=0) - self.bodies.low[rows].min(axis=0))[[0, 2]].max())
+            hull, is_sure = self._hulls.get(tuple(rows.tolist()), (STANDS, True))
+            narrow[rows] = balances.get(number, STANDS).beyond > -NARROW * breadth
+            if not is_sure and hull is not PIVOTS:
+                by_forces.add(number)
+        for component in self._components(group, held, by_forces):
+            members = [rows_of[number] for number in component]
+            every = np.concatenate(members)
+            narrow[every] |= doubtful[every].any()
+            pivots = np.array([balances.get(number) is PIVOTS for number in component], bool)
+            for trial in [*_trials(NARROW), Trial(grip=1.0 - NARROW), Trial(inset=float(NARROW))]:
+                if narrow[every].all() or len(component) > _MAX_GROUPS:
+                    break
+                slack = self._slack(group, component, members, pivots, trial)
+                narrow[every] |= slack is not None and slack.max() > _MAX_SLACK
+        for component in self._components(group, held, set(group[narrow].tolist()) - held):
+            narrow[np.concatenate([rows_of[number] for number in component])] = True
+        return narrow
+
     def links_of(self, members: Iterable[int], group: IntArray) -> Iterator[tuple[BodyContact, FloatArray]]:
         """Yield the contacts of the members of a group with others, each with the normal towards the member."""
         for body in members:
@@ -326,7 +378,7 @@ class Statics:
     @staticmethod
     def _bears_shift(flat: FloatArray, center: FloatArray, size: FloatArray) -> bool:
         """Return whether a center of mass stays above the hull of points (K, 2) when it is shifted along an axis."""
-        shifts = np.array(_SHIFTS[1:]) * float(BALANCE) * size[[0, 2]]
+        shifts = np.array([trial.shift for trial in _trials(BALANCE)]) * size[[0, 2]]
         return all(beyond_edge(flat, center[[0, 2]] + shift)[0] <= 0.0 for shift in shifts)
 
     def _is_round(self, members: IntArray, supports: FloatArray, center: FloatArray, size: float) -> bool:
@@ -415,8 +467,8 @@ class Statics:
         """Return the balances of connected groups, in their order."""
         pivots = np.array([known.get(number) is PIVOTS for number in component], bool)
         worst = np.zeros(len(component))
-        for shift in _SHIFTS:
-            slack = self._slack(group, component, members, pivots, shift)
+        for trial in (Trial(), *_trials(BALANCE)):
+            slack = self._slack(group, component, members, pivots, trial)
             if slack is None:
                 return [known[number] for number in component]
             worst = np.maximum(worst, slack)
@@ -432,7 +484,7 @@ class Statics:
                 verdicts[number] = Balance(kind, before.beyond, before.shift)
         failing = {number for number, balance in verdicts.items() if balance.kind != "stands"}
         if failing:
-            rough = self._slack(group, component, members, pivots, _SHIFTS[0], rough=True)
+            rough = self._slack(group, component, members, pivots, Trial(grip=math.inf))
             for k, number in enumerate(component):
                 if number in failing and rough is not None and rough[k] <= _MAX_SLACK and worst[k] > 10.0 * _MAX_SLACK:
                     verdicts[number] = Balance("slides", verdicts[number].beyond, verdicts[number].shift)
@@ -440,12 +492,11 @@ class Statics:
 
     def _slack(
         self, group: IntArray, component: Sequence[int], members: Sequence[IntArray], pivots: BoolArray,
-        shift: tuple[float, float], *, rough: bool = False,
+        trial: Trial,
     ) -> FloatArray | None:  # fmt: skip
         """Return the largest slack of each group, relative to its weight and size; None if it cannot be computed.
 
-        ``pivots`` are groups whose moments balance themselves; ``shift`` moves all centers of mass, in shares of the
-        margin; ``rough`` makes every contact rough.
+        ``pivots`` are groups whose moments balance themselves.
         """
         place = {number: k for k, number in enumerate(component)}
         weight = np.array([float(self.bodies.mass[rows].sum()) for rows in members])
@@ -455,11 +506,17 @@ class Statics:
         unit = float(weight.max())
         entries: tuple[list[IntArray], list[IntArray], list[FloatArray]] = ([], [], [])
         columns = 0
-        for link, friction in self._pushing(group, place, members, rough=rough):
-            forces = np.repeat(_cone(link.normal, friction), len(link.points), axis=0)
-            points = np.tile(link.points, (_RAYS, 1))
-            for body, sign in ((link.body, 1.0), (link.other, -1.0)):
-                k = place.get(int(group[body]), -1) if body != PLANE else -1
+        for link, friction in self._pushing(group, place, members, trial.grip):
+            sides = [(place.get(int(group[body]), -1) if body != PLANE else -1) for body in (link.body, link.other)]
+            cone = _cone(link.normal, friction)
+            if min(sides) < 0 and abs(link.normal[1]) < _SIDEWAYS:
+                # A fixed face does not pull down: that would wedge a box on a ledge between it and the wall beside it.
+                sign = 1.0 if sides[0] >= 0 else -1.0
+                cone[:, 1] = sign * np.maximum(sign * cone[:, 1], sign * link.normal[1])
+            forces = np.repeat(cone, len(link.points), axis=0)
+            middle = link.points.mean(axis=0)
+            points = np.tile(middle + (1.0 - trial.inset) * (link.points - middle), (_RAYS, 1))
+            for k, sign in zip(sides, (1.0, -1.0)):
                 if k < 0:
                     continue
                 moments = np.cross(points - center[k], forces) / size[k] * (not pivots[k])
@@ -471,7 +528,7 @@ class Statics:
         load = np.zeros((len(members), 6))
         load[:, 1] = 1.0
         arm = np.zeros((len(members), 3))
-        arm[:, [0, 2]] = np.array(shift) * float(BALANCE) * (high - low)[:, [0, 2]]
+        arm[:, [0, 2]] = np.array(trial.shift) * (high - low)[:, [0, 2]]
         load[:, 3:] = np.cross(arm, [0.0, 1.0, 0.0]) / size[:, None] * ~pivots[:, None]
         if not columns:
             return np.ones(len(members))
@@ -480,7 +537,7 @@ class Statics:
         return None if slack is None else np.asarray(np.abs(slack).reshape(-1, 6).max(axis=1), np.float64)
 
     def _pushing(
-        self, group: IntArray, place: dict[int, int], members: Sequence[IntArray], *, rough: bool
+        self, group: IntArray, place: dict[int, int], members: Sequence[IntArray], grip: float
     ) -> Iterator[tuple[BodyContact, float]]:
         """Yield the contacts of the groups of a component, each once, with its coefficient of friction."""
         clamped = {id(link) for rows in members for link in self._clamping(rows, group)}
@@ -489,12 +546,13 @@ class Statics:
             for link, _ in self.links_of(rows.tolist(), group):
                 if id(link) not in seen:
                     seen.add(id(link))
-                    yield link, 0.0 if id(link) in clamped else 20.0 if rough else self._friction(link)
+                    friction = _ROUGH if math.isinf(grip) else grip * self._friction(link)
+                    yield link, 0.0 if id(link) in clamped else friction
 
     def _clamping(self, members: IntArray, group: IntArray) -> Iterator[BodyContact]:
         """Yield the contacts of a group with opposed parallel faces, sideways: nothing presses them together."""
         links = self.links_of(members.tolist(), group)
-        sideways = [(link, normal) for link, normal in links if -_STEEP < normal[1] < 0.5]
+        sideways = [(link, normal) for link, normal in links if -_STEEP < normal[1] < _SIDEWAYS]
         normals = np.array([normal for _, normal in sideways]).reshape(-1, 3)
         flat = normals[:, [0, 2]] / np.maximum(np.linalg.norm(normals[:, [0, 2]], axis=1, keepdims=True), 1e-300)
         opposed = (flat @ flat.T < -PARALLEL) & (normals[:, None, 1] + normals[None, :, 1] <= _LEVEL)
@@ -516,7 +574,9 @@ def _plane_normal(points: FloatArray, direction: FloatArray) -> FloatArray:
     return np.asarray(axes[2] if axes[2] @ direction >= 0.0 else -axes[2], np.float64)
 
 
-_SHIFTS = ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))
+def _trials(share: float) -> list[Trial]:
+    """Return the four shifts of centers of mass by a share of the extents."""
+    return [Trial((share * x, share * z)) for x, z in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))]
 
 
 def _cone(normal: FloatArray, friction: float) -> FloatArray:

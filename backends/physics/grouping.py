@@ -24,7 +24,6 @@ import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import is_whole, physics_of
 from scenelang.backends.facts.frame import FrameFacts
-from scenelang.backends.facts.tolerances import NARROW
 from scenelang.backends.facts.words import flies
 from scenelang.backends.physics.colliders import (
     Collider,
@@ -120,6 +119,9 @@ class RigidBody:
         Mass in kg, center of mass in scene units, second moments in kg and squared scene units.
     low, high : (3,)
         Corners of its axis-aligned box.
+    verdict
+        How it cannot stay where it is, as the facts of the frame say: "tips", "slides", "falls" or "floating"; empty
+        if it can, or its place may be meant.
     """
 
     words: tuple[str, ...]
@@ -130,6 +132,7 @@ class RigidBody:
     low: FloatArray
     high: FloatArray
     note: str = ""
+    verdict: str = ""
 
     @property
     def name(self) -> str:
@@ -413,12 +416,23 @@ class _Grouping:
         )  # fmt: skip
 
     def _note(self, group: Sequence[int]) -> str:
-        """Return the note of the facts on a body of this group, or "narrow" for little balance; empty for neither."""
-        bodies = {self.body_of[part] for part in group if self.body_of[part] >= 0}
-        verdicts = [(self.facts.verdicts[body], self.facts.bodies.size[body, [0, 2]].max()) for body in sorted(bodies)]
-        note = next((verdict.note for verdict, _ in verdicts if verdict.note), "")
-        narrow = any(verdict.balance.beyond > -NARROW * breadth for verdict, breadth in verdicts if verdict.holds)
-        return note or ("narrow" if narrow else "")
+        """Return the note of the facts on a body of this group, "immersed" or "narrow"; empty if nothing says so."""
+        bodies = self._bodies_of(group)
+        verdicts = [self.facts.verdicts[body] for body in bodies]
+        note = next((verdict.note for verdict in verdicts if verdict.note), "")
+        is_narrow = any(self.facts.narrow[body] and verdict.holds for body, verdict in zip(bodies, verdicts))
+        if not note and self.facts.immersed[bodies].any():
+            return "immersed"
+        return note or ("narrow" if is_narrow else "")
+
+    def _verdict(self, group: Sequence[int]) -> str:
+        """Return the verdict of the facts on a body of this group that does not hold; empty if all hold."""
+        verdicts = [self.facts.verdicts[body] for body in self._bodies_of(group)]
+        return next((verdict.kind for verdict in verdicts if not verdict.holds and not verdict.note), "")
+
+    def _bodies_of(self, group: Sequence[int]) -> list[int]:
+        """Return the bodies of the facts of which parts are members, ascending."""
+        return sorted({self.body_of[part] for part in group} - {-1})
 
     def _flies(self, body: int) -> bool:
         """Return whether a word of a body is that of something that flies."""
@@ -443,7 +457,8 @@ class _Grouping:
         moments = self._moments(node, group)
         if not (np.isfinite(moments.mass) and moments.mass > 0.0):
             raise SceneError("solid", f'the volume of "{self.nodes[node].entity.word}" cannot be computed')
-        return RigidBody(self._words(node), node, tuple(group), fixed, moments, low, high, self._note(group))
+        return RigidBody(self._words(node), node, tuple(group), fixed, moments, low, high, self._note(group),
+                         self._verdict(group))  # fmt: skip
 
     def _common(self, group: Sequence[int]) -> int:
         """Return the lowest node that contains a group; for welded objects, that of the largest part."""

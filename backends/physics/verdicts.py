@@ -64,7 +64,10 @@ class BodyReport:
     place
         Source location of the body, None if unknown.
     note
-        Why its place may be meant, as the facts of the frame say; "narrow" if it has little balance.
+        Why its place may be meant, as the facts of the frame say; "immersed" in what light passes, "narrow" if it has
+        little balance.
+    verdict
+        How it cannot stay by the facts of the frame: "tips", "slides", "falls" or "floating"; empty if it can.
     farthest, turned
         Greatest distance of the center of mass from its start, and greatest rotation in degrees, at any time.
     """
@@ -85,11 +88,12 @@ class BodyReport:
     farthest: float = 0.0
     turned: float = 0.0
     note: str = ""
+    verdict: str = ""
 
     def data(self) -> dict[str, Any]:
         """Return the report as JSON data, without the place."""
         names = ("kind", "mass", "fixed", "size", "moved", "drop", "tilt", "when", "why", "cause", "farthest", "turned",
-                 "note")  # fmt: skip
+                 "note", "verdict")  # fmt: skip
         return {"words": list(self.words), **{name: getattr(self, name) for name in names}, "center": list(self.center)}
 
 
@@ -178,7 +182,7 @@ def _report(bodies: BodySet, motion: Motion, number: int, fastest: float, restin
     return BodyReport(
         body.words, kind, body.moments.mass, body.fixed, body.size, _triple(body.moments.center),
         float(np.linalg.norm(paths[-1, number])), drop, tilt, when, _why(bodies, motion, number, kind), None,
-        bodies.place(body), float(moved.max()), float(turns.max()), body.note,
+        bodies.place(body), float(moved.max()), float(turns.max()), body.note, body.verdict,
     )  # fmt: skip
 
 
@@ -275,7 +279,7 @@ def check_physics(
 
 
 def diagnostics_of(report: PhysicsReport) -> list[Diagnostic]:
-    """Return the warnings of a report, worst first.
+    """Return the warnings of a report, worst first, and notes on what rests though by the facts it cannot.
 
     Only bodies with their own cause are reported; equal ones share a warning.
     """
@@ -288,7 +292,18 @@ def diagnostics_of(report: PhysicsReport) -> list[Diagnostic]:
     if len(order) > _MAX_DIAGNOSTICS:
         rest = sum(len(members) for _, members in order[_MAX_DIAGNOSTICS:])
         shown.append(Diagnostic("body-moves", f"{rest} more bodies move, which are not shown"))
-    return shown
+    resting: dict[tuple[str, tuple[str, ...]], list[BodyReport]] = {}
+    for body in report.bodies:
+        if body.kind == "rests" and body.verdict and not body.fixed:
+            resting.setdefault((body.verdict, body.words), []).append(body)
+    return [*shown, *[_at_rest(kind, alike) for (kind, _), alike in resting.items()][:_MAX_DIAGNOSTICS]]
+
+
+def _at_rest(kind: str, bodies: Sequence[BodyReport]) -> Diagnostic:
+    """Return the note on equal bodies that rest in the simulation, against the facts."""
+    times = f" ({len(bodies)} times)" if len(bodies) > 1 else ""
+    name = '"' + "/".join(bodies[0].words[-3:]) + '"'
+    return Diagnostic("body-note", f"{name} rests{times}, but {_UNSTABLE[kind]}", bodies[0].place)
 
 
 def _diagnostic(report: PhysicsReport, members: Sequence[int]) -> Diagnostic:
@@ -328,6 +343,12 @@ def _root_cause(bodies: Sequence[BodyReport], number: int) -> int | None:
     return cause
 
 
+_UNSTABLE = {
+    "tips": "does not bear a shift of its center of mass by 1 % of its breadth",
+    "slides": "stays only by friction of what presses it by chance",
+    "falls": "nothing balances it",
+    "floating": f"only after falling by less than {MOVES:.0%} of its size",
+}
 _HINTS = {
     "explodes": "move the overlapping parts apart, or make them one body with `:body #t`",
     "falls": "put it on something, join it to what holds it with `:body #t` around both, or give it `:fixed #t`",
