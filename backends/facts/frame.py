@@ -182,8 +182,10 @@ class FrameFacts:
 
     @cached_property
     def grounded(self) -> BoolArray:
-        """Bodies (B,) that contacts connect to the ground, or to a body that attributes hold."""
-        return self.statics.grounded(self.bodies.floating)
+        """Bodies (B,) that contacts connect to the ground, to a body that attributes hold, or to a row that holds."""
+        grounded = self.statics.grounded(self.bodies.floating)
+        rows = self._in_rows(~grounded)  # what lies on the middle planks of a sledge
+        return self.statics.grounded(self.bodies.floating | rows) if rows.any() else grounded
 
     def _in_rows(self, failing: BoolArray) -> BoolArray:
         """Return which failing bodies (B,) are beside or above an equal one that holds: slats, tiles, courses."""
@@ -217,6 +219,10 @@ class FrameFacts:
         notes: dict[int, str] = {}
         group = np.arange(count)
         balances = self.statics.balances(group, self.grounded)
+        unbalanced = np.array([balances.get(body, STANDS).kind != "stands" for body in range(count)], bool)
+        braced = self._in_rows(unbalanced & self.grounded)
+        if braced.any():
+            balances = self.statics.balances(group, self.grounded, braced)
         # What is glued may need its planted posts, and may carry what is mounted on it.
         for holds in (self._joints, self._mounts, self._glued, self._joints, self._mounts):
             for _ in range(_ROUNDS):
@@ -237,7 +243,7 @@ class FrameFacts:
                 pairs += fresh
                 group = clusters(count, [pair for pair in pairs if pair[1] != PLANE])
                 planted |= {body for body, other in fresh if other == PLANE}
-                balances = self.statics.balances(group, self.grounded)
+                balances = self.statics.balances(group, self.grounded, braced)
                 balances |= {int(group[body]): STANDS for body in planted}
         return _Held(group, balances, notes, frozenset(planted))
 

@@ -100,7 +100,7 @@ class Balance:
 
 
 @dataclass(frozen=True, slots=True)
-class Trial:
+class Perturbation:
     """Change of a scene under which its forces must balance.
 
     Attributes
@@ -238,15 +238,18 @@ class Statics:
         standing |= set(label[self.fixed | anchored].tolist())
         return np.array([int(number) in standing for number in label], bool)
 
-    def balances(self, group: IntArray, judged: BoolArray) -> dict[int, Balance]:
+    def balances(self, group: IntArray, judged: BoolArray, braced: BoolArray | None = None) -> dict[int, Balance]:
         """Return the balance of each group of bodies of which ``judged`` (B,) ones are members.
 
         Parameters
         ----------
         group : (B,)
             Equal for bodies that are fastened to each other.
+        braced : (B,)
+            Bodies that hold besides the fixed ones, none by default.
         """
-        held = set(group[self.fixed | self.bodies.floating].tolist())
+        is_held = self.fixed | self.bodies.floating
+        held = set(group[is_held if braced is None else is_held | braced].tolist())
         known: dict[int, Balance] = dict.fromkeys(held, STANDS)
         open_groups: set[int] = set()
         rows_of = members_of(group)
@@ -286,7 +289,7 @@ class Statics:
             every = np.concatenate(members)
             narrow[every] |= doubtful[every].any()
             pivots = np.array([balances.get(number) is PIVOTS for number in component], bool)
-            for trial in [*_trials(NARROW), Trial(grip=1.0 - NARROW), Trial(inset=float(NARROW))]:
+            for trial in [*_shifts_by(NARROW), Perturbation(grip=1.0 - NARROW), Perturbation(inset=float(NARROW))]:
                 if narrow[every].all() or len(component) > _MAX_GROUPS:
                     break
                 slack = self._slack(group, component, members, pivots, trial)
@@ -378,7 +381,7 @@ class Statics:
     @staticmethod
     def _bears_shift(flat: FloatArray, center: FloatArray, size: FloatArray) -> bool:
         """Return whether a center of mass stays above the hull of points (K, 2) when it is shifted along an axis."""
-        shifts = np.array([trial.shift for trial in _trials(BALANCE)]) * size[[0, 2]]
+        shifts = np.array([trial.shift for trial in _shifts_by(BALANCE)]) * size[[0, 2]]
         return all(beyond_edge(flat, center[[0, 2]] + shift)[0] <= 0.0 for shift in shifts)
 
     def _is_round(self, members: IntArray, supports: FloatArray, center: FloatArray, size: float) -> bool:
@@ -467,7 +470,7 @@ class Statics:
         """Return the balances of connected groups, in their order."""
         pivots = np.array([known.get(number) is PIVOTS for number in component], bool)
         worst = np.zeros(len(component))
-        for trial in (Trial(), *_trials(BALANCE)):
+        for trial in (Perturbation(), *_shifts_by(BALANCE)):
             slack = self._slack(group, component, members, pivots, trial)
             if slack is None:
                 return [known[number] for number in component]
@@ -484,7 +487,7 @@ class Statics:
                 verdicts[number] = Balance(kind, before.beyond, before.shift)
         failing = {number for number, balance in verdicts.items() if balance.kind != "stands"}
         if failing:
-            rough = self._slack(group, component, members, pivots, Trial(grip=math.inf))
+            rough = self._slack(group, component, members, pivots, Perturbation(grip=math.inf))
             for k, number in enumerate(component):
                 if number in failing and rough is not None and rough[k] <= _MAX_SLACK and worst[k] > 10.0 * _MAX_SLACK:
                     verdicts[number] = Balance("slides", verdicts[number].beyond, verdicts[number].shift)
@@ -492,7 +495,7 @@ class Statics:
 
     def _slack(
         self, group: IntArray, component: Sequence[int], members: Sequence[IntArray], pivots: BoolArray,
-        trial: Trial,
+        trial: Perturbation,
     ) -> FloatArray | None:  # fmt: skip
         """Return the largest slack of each group, relative to its weight and size; None if it cannot be computed.
 
@@ -574,9 +577,9 @@ def _plane_normal(points: FloatArray, direction: FloatArray) -> FloatArray:
     return np.asarray(axes[2] if axes[2] @ direction >= 0.0 else -axes[2], np.float64)
 
 
-def _trials(share: float) -> list[Trial]:
+def _shifts_by(share: float) -> list[Perturbation]:
     """Return the four shifts of centers of mass by a share of the extents."""
-    return [Trial((share * x, share * z)) for x, z in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))]
+    return [Perturbation((share * x, share * z)) for x, z in ((1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0))]
 
 
 def _cone(normal: FloatArray, friction: float) -> FloatArray:

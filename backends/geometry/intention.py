@@ -49,6 +49,7 @@ LIKELY = Tolerance(0.8, "confidence", "the others leave one place, turn or size"
 DOUBTFUL = Tolerance(0.6, "confidence", "a quarter turn, the end of a row or a place at the edge may be meant: a note")
 
 _MIN_SIBLINGS = 4
+_MIN_EQUAL = 3  # siblings of which one is larger or smaller by a power of ten or 57.3
 _FEW_OF_ONE_SHAPE = 8  # fewer siblings of which one differs in one extent: a digit has up to seven bars, of two shapes
 _MAX_SIBLINGS = 1_000  # of a group that are examined
 _MAX_GROUPS = 400  # of a frame that are examined
@@ -116,6 +117,8 @@ class _Departure:
         How many others.
     is_slip
         Whether its angle on a ring is in degrees rather than radians, or the reverse.
+    together
+        How many depart with it: a whole line of a grid.
     """
 
     member: int
@@ -126,6 +129,7 @@ class _Departure:
     rule: str
     count: int
     is_slip: bool = False
+    together: int = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -264,9 +268,9 @@ def _groups(facts: FrameFacts) -> list[_Group]:
     for members in np.split(order, edges):
         home = int(frame.homes[members[0]]) if len(members) else -1
         key = (int(frame.ancestry.node[home]), int(frame.words[members[0]])) if home >= 0 else (-1, -1)
-        if len(members) >= _MIN_SIBLINGS and key not in groups and len(groups) < _MAX_GROUPS:
+        if len(members) >= _MIN_EQUAL and key not in groups and len(groups) < _MAX_GROUPS:
             shown = [m for m in members[:_MAX_SIBLINGS].tolist() if frame.box(m) is not None]
-            if len(shown) >= _MIN_SIBLINGS:
+            if len(shown) >= _MIN_EQUAL:
                 groups[key] = _Group(frame, home, np.array(shown))
     return list(groups.values())
 
@@ -349,6 +353,9 @@ class _Group:
         """Yield what is unintended among the siblings."""
         if self.spacing <= EXACT * self.size or self.spacing <= 0.0:
             return
+        if len(self) < _MIN_SIBLINGS:
+            yield from self._sized()
+            return
         odd = self._odd_turns()
         turned = next((turn for turn in map(self._turn_of, odd) if turn is not None), None)
         if turned is not None:
@@ -392,7 +399,9 @@ class _Group:
         if best.length and best.member in turned:
             return
         gap = float(np.linalg.norm(self.places - best.place, axis=1).min())
-        if self._is_taken(best) or (self._is_drawn(best) if best.length else gap < NEARBY * best.spacing):
+        if (best.together == 1 and self._is_taken(best)) or (
+            self._is_drawn(best) if best.length else gap < NEARBY * best.spacing
+        ):
             return
         count = best.count
         if not best.length:
@@ -402,7 +411,7 @@ class _Group:
         offset = self.axes @ (self.places[best.member] - best.place)
         is_height = abs(offset[1]) >= 0.9 * float(np.linalg.norm(offset))
         how = f"too {'high' if offset[1] > 0 else 'low'}" if is_height else "from its place"
-        evidence = f'is {best.length:.3g} {how}: {count} of {count + 1} "{self.word}" form {best.rule}'
+        evidence = f'is {best.length:.3g} {how}: {count} of {count + best.together} "{self.word}" form {best.rule}'
         kind = "angle" if best.is_slip else "height" if is_height else "spacing"
         evidence += _SLIP if best.is_slip else ""
         yield self.intention(kind, best.member, evidence, best.confidence, place=best.place)
@@ -410,6 +419,7 @@ class _Group:
     def _departures(self) -> Iterator[_Departure]:
         """Yield what departs from grids, rows and rings."""
         yield from self._from_grid()
+        yield from self._from_lines()
         frames = [_straight(self.places), *_rings(self.places)]
         seen = np.zeros(len(self), bool)
         for chart in frames:
@@ -476,6 +486,31 @@ class _Group:
             member = int(np.argmin(np.linalg.norm(self.places - empty[0], axis=1)))
             yield _Departure(member, empty[0], self.spacing, 0.0, empty[1], "a grid", len(self))
 
+    def _from_lines(self) -> Iterator[_Departure]:
+        """Yield the one line of a full grid that is not midway between its neighbors, where all other lines are."""
+        shape = self.levels.max(axis=0) + 1
+        if (shape > 1).sum() < 2 or not len(self) == int(shape.prod()) == len(np.unique(self.levels, axis=0)):
+            return
+        for axis in np.flatnonzero(shape >= _MIN_SIBLINGS).tolist():
+            lines = np.array([self.places[self.levels[:, axis] == level, axis].mean() for level in range(shape[axis])])
+            strays = []
+            for level in range(1, len(lines) - 1):
+                middle = (lines[level - 1] + lines[level + 1]) / 2.0
+                fit = np.insert(np.delete(lines, level), level, middle)
+                if np.ptp(np.diff(fit)) <= EXACT * abs(fit[1] - fit[0]):
+                    strays.append((level, middle, abs(float(fit[1] - fit[0]))))
+            if len(strays) != 1:
+                continue
+            level, middle, step = strays[0]
+            length = abs(float(lines[level] - middle))
+            if ASTRAY * step <= length <= NEARBY * step:
+                line = np.flatnonzero(self.levels[:, axis] == level)
+                place = self.places[line[0]].copy()
+                place[axis] = middle
+                confidence = LIKELY if len(lines) > _MIN_SIBLINGS else DOUBTFUL
+                rest = len(self) - len(line)
+                yield _Departure(int(line[0]), place, step, length, confidence, "a grid", rest, together=len(line))
+
     def _empty_place(self, members: IntArray) -> tuple[FloatArray, float] | None:
         """Return the only place of a grid that siblings leave empty, and how surely it is meant to be filled."""
         levels = np.stack([np.unique(self.levels[members, k], return_inverse=True)[1] for k in range(3)], axis=1)
@@ -489,6 +524,8 @@ class _Group:
         at_end = ((cell == 0) | (cell == shape - 1)) & (shape > 1)
         even = all(_is_even(self.places[members, k], EXACT * self.spacing) for k in range(3))
         inner = int((shape > 1).sum() - at_end.sum())
+        is_middle = bool((2 * cell == shape - 1).all())  # of merlons around a roof: the rest is symmetric without it
+        inner = 0 if is_middle else inner
         return place, (0.0 if not even or not inner else LIKELY if not at_end.any() else DOUBTFUL)
 
     def _is_taken(self, departure: _Departure) -> bool:
@@ -686,7 +723,11 @@ class _Group:
         ratio = max(factor, 1.0 / factor)
         is_slip = any(abs(ratio / slip - 1.0) < SHIFTED_DIGIT for slip in _SLIPS)
         is_whole = float(np.ptp(np.log(factors[member]))) < EXACT
-        if ratio >= STRANGE_SIZE and not is_whole and count < _FEW_OF_ONE_SHAPE:
+        if count < _MIN_SIBLINGS:
+            if not (is_whole and any(abs(ratio / slip - 1.0) < EXACT for slip in _SLIPS)):
+                return
+            confidence = DOUBTFUL
+        elif ratio >= STRANGE_SIZE and not is_whole and count < _FEW_OF_ONE_SHAPE:
             confidence = DOUBTFUL  # the bars of a digit are of two lengths
         elif ratio >= STRANGE_SIZE:
             confidence = SURE if is_slip else LIKELY

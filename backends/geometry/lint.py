@@ -121,8 +121,10 @@ class CheckedFrame:
         return list(ranked.values())
 
     def _key(self, finding: Finding) -> tuple[object, ...]:
-        """Return a key by which a body has one finding about its place."""
+        """Return a key by which a body has one finding about its place, and one about its size or turn."""
         body = int(self.facts.bodies.body[finding.body])
+        if finding.kind == "outlier" and finding.move is None:
+            return finding.kind, body
         if finding.kind in ("coplanar", "hidden"):
             return finding.kind, finding.body
         return "place", body
@@ -484,13 +486,17 @@ class CheckedFrame:
         if finding.kind in ("twin", "hidden", "coplanar", "outlier") or not len(members):
             return None
         before, identity = self._identities(), self._identity(finding)
+        # One of several loaves that all float is out of their row until the others follow.
+        words = self.words(finding)
+        is_one_of_many = sum(f.kind == finding.kind and self.words(f) == words for f in self.findings) > 1
 
         def helps(facts: FrameFacts) -> bool:
             """Return whether the finding is gone, and none is new."""
             if identity[0] == "falls" and not facts.verdicts[int(facts.bodies.body[finding.body])].holds:
                 return False  # on another that floats, it would be a part of that one's finding
             after = CheckedFrame(facts.root, facts)._identities()
-            return after[identity] < before[identity] and not after - before
+            new = [kind for kind, *_ in after - before if kind != "outlier" or not is_one_of_many]
+            return after[identity] < before[identity] and not new
 
         first = () if finding.move is None else (finding.move,)
         reach = DETOUR * finding.amount if finding.kind == "floating" else math.inf

@@ -15,7 +15,7 @@ Vector = tuple[float, float, float]
 
 MAX_TRIED_SOLIDS = 2_000  # of a frame in which moves are tried: each is a check of the whole frame
 _MAX_CANDIDATES = 6  # moves tried for one finding
-_MAX_LOWEST, _MAX_NEAR = 8, 24  # solids whose fall is computed, and solids below them
+_MAX_FIRST, _MAX_NEAR = 8, 24  # solids whose fall is computed, and solids below them
 _FALL_STEPS = 16  # of a fall, each by the distance that remains
 _CONTACT_GAP = 0.02  # of the contact tolerance: a fall that is this near has ended
 # Weights of a move's length against that of a drop: objects are put down more often than hung on a wall, and more often
@@ -75,29 +75,44 @@ def contact_moves(facts: FrameFacts, members: IntArray) -> Iterator[Vector]:
                 vector = np.zeros(3)
                 vector[axis] = sign * length
                 yield (float(vector[0]), float(vector[1]), float(vector[2]))
-    yield from _exact_drops(facts, members, low, high)
+    drop = max(float(low[1]) - facts.ground.height, 0.0)
+    for axis, sign, reach in ((1, -1.0, drop), *((axis, sign, math.inf) for axis in (0, 2) for sign in (-1.0, 1.0))):
+        length = _way_until_contact(facts, members, (low, high), axis, sign)
+        if room < length < reach:
+            vector = np.zeros(3)
+            vector[axis] = sign * length
+            yield (float(vector[0]), float(vector[1]), float(vector[2]))
 
 
-def _exact_drops(facts: FrameFacts, members: IntArray, low: FloatArray, high: FloatArray) -> Iterator[Vector]:
-    """Yield the fall until the lowest solids meet another: by distances, each of which they can fall at least.
+def _way_until_contact(
+    facts: FrameFacts, members: IntArray, box: tuple[FloatArray, FloatArray], axis: int, sign: float
+) -> float:
+    """Return how far bodies can move along an axis until they meet another, 0 if they meet none.
 
-    The boxes of round and tilted solids meet before they do (conservative advancement; Mirtich, 1996).
+    The boxes of round and tilted solids meet before they do (conservative advancement by their distances, each of which
+    they can move at least; Mirtich, 1996).
     """
-    solids, body = facts.solids, facts.bodies.body
+    solids, body, (low, high) = facts.solids, facts.bodies.body, box
     (under, over), own = solids.boxes, np.flatnonzero(np.isin(body, members))
     others = np.flatnonzero(~np.isin(body, members))
-    near = ((under[others] < high) & (over[others] > low))[:, [0, 2]].all(axis=1) & (under[others, 1] < high[1])
-    lowest = own[np.argsort(under[own, 1])[:_MAX_LOWEST]]
-    pairs = np.stack(np.meshgrid(lowest, others[near][:_MAX_NEAR], indexing="ij"), -1).reshape(-1, 2)
+    across = [k for k in range(3) if k != axis]
+    near = ((under[others] < high) & (over[others] > low))[:, across].all(axis=1)
+    near &= under[others, axis] < high[axis] if sign < 0.0 else over[others, axis] > low[axis]
+    ends = under[own, axis] if sign < 0.0 else -over[own, axis]
+    gaps = low[axis] - over[others, axis] if sign < 0.0 else under[others, axis] - high[axis]
+    nearest = others[near][np.argsort(gaps[near], kind="stable")[:_MAX_NEAR]]
+    pairs = np.stack(np.meshgrid(own[np.argsort(ends)[:_MAX_FIRST]], nearest, indexing="ij"), -1).reshape(-1, 2)
     if not len(pairs):
-        return
-    fallen = 0.0
+        return 0.0
+    limit = float(gaps[near].max()) + 2.0 * float((high - low)[axis])
+    way = 0.0
     for _ in range(_FALL_STEPS):
         posed = solids.pairs(pairs)
-        posed.a.matrices[:, 1, 3] -= fallen
+        posed.a.matrices[:, axis, 3] += sign * way
         gap = float(distances(posed).min())
-        fallen += gap
-        if gap <= _CONTACT_GAP * solids.touch or fallen > float(low[1]) - facts.ground.height:
+        way += gap
+        if gap <= _CONTACT_GAP * solids.touch:
+            return way
+        if way > limit:
             break
-    if solids.touch < fallen < float(low[1]) - facts.ground.height:
-        yield (0.0, -fallen, 0.0)
+    return 0.0

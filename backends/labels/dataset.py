@@ -294,10 +294,10 @@ class ShotMaps:
         if self._tracks is not None:
             yield "tracks", with_tracks(self._picture, *self._tracks)
 
-    def write(self, folder: Path, handles: Sequence[str], annotations: int) -> None:
+    def write(self, folder: Path, handles: Sequence[str], bodies: IntArray, annotations: int) -> None:
         """Write all files to ``folder``; raises SceneError.
 
-        ``handles`` are those of all instances, of which at most ``annotations`` are annotated.
+        ``handles`` and ``bodies`` (M,) are those of all instances, of which at most ``annotations`` are annotated.
         """
         save_picture(self._picture, folder / "color.png")
         for name, drawn in self._drawn():
@@ -306,7 +306,7 @@ class ShotMaps:
             np.savez_compressed(file, **self.arrays)  # type: ignore[arg-type]
         write_exr(self._layers, folder / "maps.exr", frozenset(("normal", "flow")))
         write_json(folder / "camera.json", camera_to_json(self.truth.camera))
-        write_json(folder / "legend.json", _legend(self.truth, handles))
+        write_json(folder / "legend.json", _legend(self.truth, handles, bodies))
         save_picture(_legend_picture(self.truth), folder / "legend.png")
         records = annotations_of(self.truth, self.boxes, handles, annotations)
         write_json(folder / "annotations.json", records)
@@ -398,7 +398,7 @@ def word_numbers(truth: Truth) -> dict[str, int]:
     return {word: i + 1 for i, word in enumerate(sorted({entity.word for entity in truth.ancestry.nodes}))}
 
 
-def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
+def _legend(truth: Truth, handles: Sequence[str], bodies: IntArray) -> dict[str, Any]:
     """Return the legend of the maps' numbers and colors, for visible instances and their ancestors."""
     ancestry = truth.ancestry
     shown = sorted(
@@ -418,6 +418,7 @@ def _legend(truth: Truth, handles: Sequence[str]) -> dict[str, Any]:
                 "depth": int(ancestry.depth[i]),
                 "parent": int(ancestry.parent[i]),
                 "path": list(ancestry.path(i)),
+                "body": int(bodies[i]),
                 "color": instance_color(i),
             }
             for i in shown
@@ -627,7 +628,7 @@ def _write_shot(view: LabelledView, item: DatasetItem, options: MapOptions, prog
     with new_folder(item.folder):
         _mark_incomplete(item.folder)
         with atomic_write_all(item.folder) as target:
-            maps.write(target, handles, options.annotations)
+            maps.write(target, handles, view.bodies(item.frame), options.annotations)
         write_json(item.folder / "shot.json", shot | {"digest": _digest(item, options)})
     if progress is not None:
         progress(1.0)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.facts.frame import FrameFacts
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.rays import NEAR, camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, check_size
@@ -200,6 +201,23 @@ def boxes_of(ancestry: Ancestry, instances: IntArray) -> tuple[FloatArray, Float
     boxes_or_zero = [entity_box(ancestry.entity(int(i))) or (0.0,) * 6 for i in instances]
     boxes = np.array(boxes_or_zero, np.float64).reshape(-1, 6)
     return boxes[:, :3], boxes[:, 3:]
+
+
+def bodies_of_instances(ancestry: Ancestry) -> IntArray:
+    """Return the number of the body (M,) that each instance is, or is a part of; -1 for several bodies or none.
+
+    Bodies are those of the checks and simulations: what a person would lift as one.
+    """
+    facts = FrameFacts(ancestry.entity(0), ancestry=ancestry)
+    bodies = np.full(len(ancestry.node), NOTHING)
+    if len(facts.solids):
+        body = facts.bodies.body
+        first, last = ancestry.ranges(ancestry.primitives[facts.solids.row])
+        changes = np.concatenate([[0], np.cumsum(np.diff(body) != 0)])
+        filled = np.flatnonzero(last >= first)
+        whole = filled[changes[last[filled]] == changes[first[filled]]]
+        bodies[whole] = body[first[whole]]
+    return bodies
 
 
 def into_local(points: FloatArray, poses: FloatArray, which: IntArray) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scenelang.backends.base import require_word
 from scenelang.backends.files import new_folder, write_json
 from scenelang.backends.labels.dataset import ShotMaps, annotations_of, dataset, word_numbers, write_tracks
-from scenelang.backends.labels.ground_truth import Tracks
+from scenelang.backends.labels.ground_truth import Tracks, bodies_of_instances
 from scenelang.backends.labels.views import LabelledView, SceneFacts
 from scenelang.backends.pictures.film import PictureOptions
 from scenelang.backends.pictures.images import ApiScene, Image, shot_of
@@ -148,7 +148,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
             if self.tracks is not None:
                 self._maps.add_tracks(self.tracks, self._frame)
                 write_tracks(target, self.tracks)
-            self._maps.write(target, self._handles, annotations)
+            self._maps.write(target, self._handles, bodies_of_instances(self.truth.ancestry), annotations)
             write_json(target / "coco.json", self.coco(annotations))
         return target
 

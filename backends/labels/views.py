@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress
 from scenelang.backends.labels import ground_truth
-from scenelang.backends.labels.ground_truth import Expanded, Flow, Tracks, Truth, expanded, truth_in
+from scenelang.backends.labels.ground_truth import Expanded, Flow, IntArray, Tracks, Truth, expanded, truth_in
 from scenelang.backends.labels.object_labels import ObjectLabels, objects_of
 from scenelang.backends.pictures.film import Image, Painter, PictureBackend, PictureOptions, painters
 from scenelang.backends.pictures.stage import Shot, still, unit_size
@@ -30,6 +30,7 @@ class SceneFacts:
         self.paths = ground_truth.PathNumbers()
         self._handles: dict[int, list[str]] = {}
         self._expanded: dict[int, Expanded] = {}
+        self._bodies: dict[int, IntArray] = {}
 
     @cached_property
     def unit(self) -> tuple[FloatArray, float]:
@@ -57,6 +58,12 @@ class SceneFacts:
         if frame not in self._handles:
             self._handles = {frame: instance_handles(self.scene, truth.ancestry, self.numbers)}
         return self._handles[frame]
+
+    def bodies(self, truth: Truth, frame: int) -> IntArray:
+        """Return the number of the body of every instance of a frame."""
+        if frame not in self._bodies:
+            self._bodies = {frame: ground_truth.bodies_of_instances(truth.ancestry)}
+        return self._bodies[frame]
 
 
 class LabelledView:
@@ -140,6 +147,10 @@ class LabelledView:
     def handles(self, frame: int) -> list[str]:
         """Return the handle of every instance of a frame."""
         return self.facts.handles(self.truth(frame), frame)
+
+    def bodies(self, frame: int) -> IntArray:
+        """Return the number of the body of every instance of a frame, -1 for several bodies."""
+        return self.facts.bodies(self.truth(frame), frame)
 
     def flow(self, frame: int) -> Flow | None:
         """Return the motion from a frame to the next, None if the next is not among the frames."""

@@ -224,8 +224,8 @@ def _world_in(root: Entity, bodies: BodySet, node: int) -> FloatArray:
 def _with_literal(text: str, bodies: BodySet, number: int, pose: FloatArray) -> tuple[str, FloatArray] | None:
     """Return the text with the offset of a body changed, and the motion (3, 4) of the rounded numbers.
 
-    None if the literal is not certain. Numbers are rounded to the digits that show at the size of the body, which hides
-    how far contacts give way.
+    None if the literal is not certain. Numbers are rounded to the digits that show at the size of the body, and those
+    that change by less than a body at rest moves are kept, which hides how far contacts give way.
     """
     digits = math.ceil(-math.log10(2.0 * _MIN_MOTION * bodies.bodies[number].size))
     node, inside = bodies.bodies[number].node, set(bodies.bodies[number].parts)
@@ -239,7 +239,11 @@ def _with_literal(text: str, bodies: BodySet, number: int, pose: FloatArray) -> 
             if np.allclose([float(x) for x in match.groups()], offset, rtol=1e-9, atol=1e-12)
         ]  # fmt: skip
         if len(matches) == 1:
-            new = [round(float(x), digits) + 0.0 for x in offset + inverse @ pose[:, 3]]
+            motion = inverse @ pose[:, 3]
+            is_still = (
+                np.abs(motion) * np.linalg.norm(parent[:, :3], axis=0) <= _MIN_MOTION * bodies.bodies[number].size
+            )
+            new = [round(float(x), digits) + 0.0 for x in offset + np.where(is_still, 0.0, motion)]
             edit = f"(translate [{' '.join(f'{x:.12g}' for x in new)}])"
             shift = np.column_stack([np.eye(3), parent[:, :3] @ (np.array(new) - offset)])
             return text[: matches[0].start()] + edit + text[matches[0].end() :], shift

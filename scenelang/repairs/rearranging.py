@@ -28,6 +28,8 @@ BoolArray = npt.NDArray[np.bool_]
 # them (`python benchmarks/repairs.py`).
 _DEFORMATION_COST = 4.0
 _UNINVOLVED_COST = 2.0
+_MEANT_DEPTH = 4.0  # contact tolerances: of an overlap that joins two objects
+_MAX_LIFT = 0.5  # of a hollow object's height: one that is deeper in another does not stand on it
 _NEGLIGIBLE_SHARE = 1e-3  # of the longest component of a translation: smaller components are rounding
 _MOTION_TOLERANCE = 1e-6  # relative to the size of the frame: smaller motions are rounding
 _DEPTH_TOLERANCE = 1.0  # contact tolerances by which a penetration may grow
@@ -190,12 +192,15 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
     """Return the translations that separate two solids, the shortest first."""
     if finding.kind not in ("hidden", "coplanar", "deep") or finding.other is None:
         return ()
+    low, high = frame.solids.boxes
+    i, j = finding.body, finding.other
+    above = float(high[j, 1] - low[i, 1])
+    if frame.solids.hollow[[i, j]].any() and 0.0 < above <= _MAX_LIFT * float(high[i, 1] - low[i, 1]):
+        return ((0.0, above, 0.0),)  # the depth of a hollow solid is a mean: a jar is lifted by its wall's whole height
     if finding.move is not None:
         least = _NEGLIGIBLE_SHARE * max(map(abs, finding.move))
         x, y, z = (component if abs(component) > least else 0.0 for component in finding.move)
         return ((x, y, z),)
-    low, high = frame.solids.boxes
-    i, j = finding.body, finding.other
     moves: list[Vector] = []
     for axis in range(3):
         up, down = high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]
@@ -279,12 +284,14 @@ def _is_parted(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> b
     body, verdicts = facts.bodies.body, facts.verdicts
     touching = set(map(tuple, body[after.facts.contacts.pairs].tolist()))
     stood, stands = set[int](), set[int]()
+    # Deeper overlaps may be what is repaired: of two objects in each other, none of their contacts is meant.
+    deep = {(k.body, k.other) for k in facts.statics.links if k.depth > _MEANT_DEPTH * before.solids.touch}
     for link in facts.statics.links:
         if link.row < 0 or not moved[facts.contacts.pairs[link.row]].any():
             continue
         holds = verdicts[link.body].holds and verdicts[link.other].holds
         pair = (link.body, link.other)
-        is_meant = holds and link.depth <= 4.0 * before.solids.touch  # deeper overlaps may be what is repaired
+        is_meant = holds and pair not in deep
         touches = pair in touching or pair[::-1] in touching
         if abs(float(link.normal[1])) > 0.5:
             upper = link.body if link.normal[1] > 0.0 else link.other

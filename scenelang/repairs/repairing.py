@@ -55,6 +55,7 @@ _MAX_FIXED = 3  # findings that get a fix in `check`
 _MAX_LITERALS = 400
 _MAX_PARTS = 60
 _MAX_TESTS = 16  # candidates tested for one finding and kind of edit
+_MAX_PATTERN = 50  # numbers of a list whose pattern is looked for
 _MAX_UNPOSED_VERSIONS = 6  # versions without a pose whose literals are tried
 _MAX_COMPARED = 20_000  # primitives of a part that are compared with the remaining ones
 _MAX_CORRECTIONS = 4  # of a motion that is not linear in the literals (Newton's method with the first derivatives)
@@ -88,6 +89,11 @@ _DUPLICATE_DISTANCE = 0.05
 # An edit may move objects up to four times as far as the findings that it resolves need. On planted faults, repairs
 # move them by 1.16 times the planted displacement in the mean (docs/relations.md).
 _MAX_EXCESS = 4.0
+_PATTERN_REACH = 4.0  # times as far as others may move: a number that completes a pattern
+_ZERO_REACH = 2.0  # times as far as others may move: a coordinate of an object that belongs to an axis
+_MAX_ROUNDING = 2.0  # times the change that a finding needs, by which a rounder number may exceed it
+_EXACT_KINDS = ("floating", "sunk")  # findings whose resolution is a contact: there are no rounder numbers for it
+_BALANCE_KINDS = ("tips", "slides", "falls")  # findings that more room resolves better
 _OVERLAP_KINDS = ("twin", "deep", "hidden", "coplanar")  # findings that removing a duplicate may resolve
 _NO_LITERALS = frozenset({"assert-that", "color", "import", "format", "embedding"})  # forms whose numbers place nothing
 _NO_PLACEMENT = frozenset({"color", "opacity", "min", "max", "segments", "seed", "roughness", "metallic"})  # keywords
@@ -413,13 +419,19 @@ class _Literal:
 class _Candidate:
     """Edits to try, their expected cost, and the indices of the literals that they change.
 
-    ``is_pose`` marks those that leave out a pose.
+    ``is_pose`` marks those that leave out a pose. ``reach`` is a factor of the way that it may move objects: longer
+    for a number that completes a pattern.
     """
 
     edits: tuple[Edit, ...]
     cost: float
     literals: tuple[int, ...] = ()
     is_pose: bool = False
+    reach: float = 1.0
+
+    def further(self, goal: Goal) -> float:
+        """Return how much farther than a goal needs it may move objects, as a further need."""
+        return (self.reach - 1.0) * (goal.need or goal.amount)
 
 
 class _Search:
@@ -497,12 +509,15 @@ class _Search:
         def sound(candidate: _Candidate) -> _Version | None:
             """Return the version of a candidate if it is flawless; others that resolve the goal are spare."""
             version = self._tested(now, goal, candidate)
-            if version is None or _is_sound(now, version):
-                return version
+            if version is None:
+                return None
+            if _is_sound(now, version):
+                return self._tidied(now, goal, candidate) or version
             spare.append(version)
             return None
 
-        for candidates in (self._by_literals, self._by_count, self._by_amount_or_turn, self._by_form):
+        ways = (self._by_pattern, self._by_literals, self._by_count, self._by_amount_or_turn, self._by_form)
+        for candidates in ways:
             better = self.trials.first(cheapest(candidates(now, goal), _key, tried, _MAX_TESTS), sound)
             if better is not None:
                 return better
@@ -518,7 +533,7 @@ class _Search:
         for _ in range(_MAX_CORRECTIONS):
             version = self._applied(now, candidate)
             try:
-                if version is None or _is_better(now, version, goal):
+                if version is None or _is_better(now, version, goal, candidate.further(goal)):
                     return version
                 left = next((other for other in version.goals if other.key == goal.key), None)
             except SceneError:
@@ -577,6 +592,77 @@ class _Search:
         changes.sort(key=lambda edit: edit.span.start)
         edits = (ProgramEdit(e.span.source.position(e.span.start)[0], e.span.text, e.text, "") for e in changes)
         return self.version(edited(now.text, changes), tuple(edits))
+
+    # --- patterns ----------------------------------------------------------------------------------------------
+
+    def _by_pattern(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield changes of the one number of a list without which it is even or symmetric: a slip of the author.
+
+        What no translation to a neighbor helps is tried on the axes of its place: a roof beside its posts.
+        """
+        if goal.declaration is not None or goal.key[0] not in (*_EXACT_KINDS, *_BALANCE_KINDS, "deep"):
+            return
+        source = Source(self.name, now.text)
+        values = {atom.span.start: value for form in walk(*read(source).forms) for atom, value in patterns_of(form)}
+        literals, sizes = literals_of(source), Counter[int]()
+        if not goal.aims:
+            sizes = Counter(literal.group for literal in literals)
+        elif not values:
+            return
+        for literal, motion in zip(literals, self._motions(now)):
+            if motion is None:
+                continue
+            value = values.get(literal.span.start)
+            if value is None and literal.value != 0.0 and sizes[literal.group] > 1:
+                value = 0.0
+            if value is None or not _concerns(goal, motion):
+                continue
+            way = float(np.linalg.norm(motion, axis=1).max()) * abs(value - literal.value)
+            if way <= _PATTERN_REACH * _MAX_EXCESS * (goal.need or goal.amount):
+                edit = Edit(literal.span, _number(value, _MAX_DECIMALS))
+                cost = now.size * len(edit.text) + now.cost(motion * (value - literal.value), goal)  # simple ones first
+                yield _Candidate((edit,), cost, reach=_PATTERN_REACH)
+
+    def _tidied(self, now: _Version, goal: Goal, candidate: _Candidate) -> _Version | None:
+        """Return a version with a simpler number than that of a candidate that resolves a finding, None if none does.
+
+        What hung over an edge is placed well inside, and a coordinate that belongs to an axis of symmetry is 0.
+        """
+        if goal.declaration is not None or not candidate.literals:
+            return None
+        for simpler in self._simpler(now, goal, candidate):
+            version = self._applied(now, simpler) if self.trials.can_go_on else None
+            try:
+                if version is not None and _is_better(now, version, goal, simpler.further(goal)):
+                    return version
+            except SceneError:
+                continue
+        return None
+
+    def _simpler(self, now: _Version, goal: Goal, candidate: _Candidate) -> Iterator[_Candidate]:
+        """Yield candidates with simpler numbers: zeros first, then numbers of fewer digits, farther than needed."""
+        literals = literals_of(Source(self.name, now.text))
+        chosen = [literals[number] for number in candidate.literals]
+        is_exact = goal.key[0] in _EXACT_KINDS
+        vector = [
+            (literal, motion)
+            for literal, motion in zip(literals, self._motions(now))
+            if literal.group == chosen[0].group and motion is not None
+        ]
+        for literal, motion in vector if len(vector) > 1 else ():
+            is_level = float(np.abs(motion[goal.rows, 1]).max()) <= _MIN_DERIVATIVE
+            is_whole = literal.places  # else a part of an object, which is where it is by the object's symmetry
+            if literal.value != 0.0 and (is_level and not is_whole if is_exact else is_whole):
+                yield _Candidate((Edit(literal.span, "0"),), 0.0, reach=_ZERO_REACH if is_exact else 1.0)
+        if goal.key[0] not in _BALANCE_KINDS or len(chosen) != 1:
+            return
+        literal, value = chosen[0], float(candidate.edits[0].text)
+        places = len(literal.span.text.partition(".")[2])
+        for step in (5.0 * 10.0**-places, 10.0**-places):
+            outward = math.ceil if value > literal.value else math.floor
+            rounder = outward(value / step) * step
+            if rounder and abs(rounder - value) <= _MAX_ROUNDING * abs(value - literal.value):
+                yield _Candidate((Edit(literal.span, _number(rounder, _MAX_DECIMALS)),), 0.0)
 
     # --- literals ----------------------------------------------------------------------------------------------
 
@@ -860,8 +946,10 @@ def _is_better(now: _Version, version: _Version, goal: Goal, further: float = 0.
     author,
     so it is met whatever moves.
     """
-    fewer = now.counts - version.counts
-    if fewer[goal.key] <= 0 or version.counts - now.counts or sum(version.counts.values()) >= sum(now.counts.values()):
+    fewer, new = now.counts - version.counts, version.counts - now.counts
+    if further:  # a number that completes a pattern may bring notes about what may be meant
+        new = Counter({key: count for key, count in new.items() if not key[0].endswith(" note")})
+    if fewer[goal.key] <= 0 or new or sum(version.counts.values()) >= sum(now.counts.values()):
         return False
     return goal.declaration is not None or (
         not _too_far(now, version, goal, further) and _holds(now, version, is_sound_motion)
@@ -1037,6 +1125,56 @@ def _placing(datum: Datum) -> Iterator[Datum]:
         if isinstance(child, Atom) and isinstance(child.value, Keyword):
             skip = str(child.value) in _NO_PLACEMENT
         yield child
+
+
+def _concerns(goal: Goal, motion: FloatArray) -> bool:
+    """Return whether a motion (N, 3) moves the objects of a goal; without an aim, level ones only."""
+    if goal.aims:
+        return any(float(np.abs(aim.of(motion)).max()) > _MIN_DERIVATIVE for aim in goal.aims)
+    own = np.abs(motion[goal.rows])
+    return float(own.max()) > _MIN_DERIVATIVE >= float(own[:, 1].max())
+
+
+def patterns_of(form: Datum) -> Iterator[tuple[Atom, float]]:
+    """Yield each number of a list with the value by which it would complete a pattern of all others.
+
+    Patterns are equal steps, and symmetry about 0. Arrays are places and points of profiles, not lists.
+
+    Examples
+    --------
+    >>> [(atom.value, value) for atom, value in patterns_of(read(Source("a", "(-1 0 .4)")).forms[0])]
+    [(-1, -0.4), (0.4, 1.0)]
+    """
+    items = form.items[_head(form) == "list" :] if isinstance(form, ListDatum) else ()
+    atoms = [item for item in items if isinstance(item, Atom) and type(item.value) in (int, float)]
+    if not 2 <= len(atoms) == len(items) <= _MAX_PATTERN:
+        return
+    values = np.array([atom.value for atom in atoms], np.float64)
+    if not np.isfinite(values).all() or _is_regular(values):
+        return
+    for at, atom in enumerate(atoms):
+        for value in dict.fromkeys([*_even_values(values, at), -float(values[-1 - at])]):
+            fixed = values.copy()
+            fixed[at] = value
+            if len(np.unique(fixed)) == len(fixed) and _is_regular(fixed):
+                yield atom, value
+                break
+
+
+def _even_values(values: FloatArray, at: int) -> Iterator[float]:
+    """Yield the number at a position of a list that makes its steps equal; of an end, if three others do."""
+    if 0 < at < len(values) - 1:
+        yield float(values[at - 1] + values[at + 1]) / 2.0
+    elif len(values) > 3:
+        yield float(2.0 * values[1] - values[2] if at == 0 else 2.0 * values[-2] - values[-3])
+
+
+def _is_regular(values: FloatArray) -> bool:
+    """Return whether numbers have equal steps, or are symmetric about 0."""
+    room = 1e-9 * float(np.abs(values).max(initial=0.0))
+    steps = np.diff(values)
+    is_even = len(values) > 2 and float(np.ptp(steps)) <= room and abs(float(steps[0])) > room
+    return is_even or float(np.abs(values + values[::-1]).max()) <= room
 
 
 def unions_of(source: Source) -> list[list[ListDatum]]:

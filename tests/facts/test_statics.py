@@ -762,6 +762,17 @@ HARD: dict[str, tuple[str, dict[str, str]]] = {
         (bind "box" (lambda () (transform (call "cube" :scale .3)
           (@ (translate [-.0859 .8228 0]) (rotate (atan .7) [0 0 1])))))""",
         '(call "ramp" :fixed #t)', '(call "box" :friction .3)'), {"box": "not"}),
+    "a box on a ledge, against the wall": (root("""
+        (bind "wall" (lambda () (union (transform (call "cube" :scale [.3 2 1]) (translate [.56 1 0]))
+          (transform (call "cube" :scale [.14 .1 1]) (translate [.34 1.1 0])))))
+        (bind "box" (lambda () (transform (call "cube" :scale [.82 .54 .5]) (translate [0 1.42 0]))))""",
+        '(call "wall" :fixed #t)', '(call "box" :friction .9)'), {"box": "not"}),
+    "a parcel on the middle planks of a sledge": (root("""
+        (bind "sledge" (lambda () (union
+          (for/union ((z '(-.2 .2))) (transform (call "cube" :scale [1.2 .24 .03]) (translate [0 .12 z])))
+          (for/union ((i (iota 5))) (transform (call "cube" :scale [1.1 .02 .08]) (translate [0 .25 (- (* .1 i) .2)]))))))
+        (bind "parcel" (lambda () (transform (call "cube" :scale .22) (translate [.2 .37 0]))))""",
+        '(call "sledge")', '(call "parcel")'), {"parcel": "held", "*": "none"}),
 }  # fmt: skip
 
 

@@ -13,7 +13,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # behind the tests, whose packages have the names of some benchmarks
 from everyday import findings_of, is_found, is_note
 
-SETS = (BENCHMARKS / "everyday", BENCHMARKS / "everyday" / "second", BENCHMARKS / "everyday" / "third")
+SETS = [BENCHMARKS / "everyday", *(BENCHMARKS / "everyday" / name for name in ("second", "third", "fourth"))]
 FAULTS = [(folder, fault) for folder in SETS for fault in json.loads((folder / "faults" / "faults.json").read_text())]
 SOUND = [
     path
@@ -27,9 +27,14 @@ MISSED = {
     "22_misplaced_duvander.scene",  # a drawer that its case holds, also through its side
     "24_intention_reading_nook.scene",  # an armchair with 30 radians and no siblings: W402 of the checker tells it
     "26_intention_konzertbuehne.scene",  # one of two curtains
+    "15_kegelbahn.scene",  # two of three touching balls of one rack: one body
+    "20_konzertbuehne.scene",  # one of two music stands, with 30 radians: W402 of the checker tells it
+    "26_arrob.scene",  # the upper block of a cantilever that is one word: one body
+    "29_ossit.scene",  # a digit that is 14 % of the spacing from its place
+    "30_yabbo.scene",  # one of two ears
 }
 ALARMED = {  # known false alarms: posts in footings, what stands by a tiny overlap, and by a margin of .5 mm
-    "25_leiterwagen", "50_hux", "51_arax", "53_cadge", "05_canal_lock", "31_vogelscheuche", "33_wippe",
+    "25_leiterwagen", "50_hux", "51_arax", "53_cadge", "05_canal_lock", "31_vogelscheuche", "33_wippe", "15_telescope",
 }  # fmt: skip
 
 

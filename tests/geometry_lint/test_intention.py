@@ -84,6 +84,8 @@ FAULTS = {
         "".join(placed(x, 0.0, z) for x in range(5) for z in range(4) if (x, z) != (2, 1)), "count"),
     "one is ten times as large": (row(5, n3=placed(3.0, 0.0, 0.0, options=":s 10")), "size"),
     "one part is ten times as high": (row(5, n3=placed(3.0, 0.0, 0.0, options=":h 10")), "size"),
+    "one of three is ten times as large": (row(2) + placed(5.0, 0.0, 3.0, options=":s 10"), "size"),
+    "a pair of a grid of pairs": ("".join(placed(x, 0.0, z) for x in (-2.4, -0.8, 0.3, 2.4) for z in (0, 1)), "spacing"),
     "one is off its mirror image": (
         '(call "post")' + "".join(placed(x, 0.0, 0.0) for x in (-4.0, -2.1, -1.2, 1.2, 2.1, 4.5)), "symmetry"),
     "a disc beside its peg": (
@@ -96,6 +98,8 @@ SOUND = {
     "a row": row(8),
     "a row whose end is free": row(5) + placed(7.0, 0.0, 0.0),
     "a gap in the middle": row(9, n4=""),
+    "a free middle": "".join(placed(x, 0.0, z) for x in range(3) for z in range(3) if (x, z) != (1, 1)),
+    "one of three is twelve times as large": row(2) + placed(5.0, 0.0, 3.0, options=":s 12"),
     "a gap in which a post stands": row(9, n6='(transform (call "post") (translate [6 0 0]))'),
     "pushed a little": row(6, n2=placed(2.0, 0.0, 0.08)),
     "turned a little": row(6, n2=placed(2.0, 0.0, 0.0, 0.1)),

@@ -284,6 +284,10 @@ def test_the_command_writes_a_complete_set(tmp_path: Path, capsys: pytest.Captur
     by_instance = {row["id"]: row["word"] for row in legend["instances"]}
     for instance, word in zip(arrays["instance"].ravel(), arrays["semantic"].ravel()):
         assert (instance < 0 and word == 0) or by_instance[instance] == words[word]
+    bodies = {word: {row["body"] for row in legend["instances"] if row["word"] == word} for word in ("leg", "table")}
+    assert len(bodies["table"]) == 1
+    assert bodies["leg"] == bodies["table"] != {-1}  # one object, its parts included
+    assert {row["body"] for row in legend["instances"] if row["word"] == "scene"} == {-1}
     # the camera that was written gives the same picture again
     again = tmp_path / "again"
     assert main(["maps", str(tmp_path / "a.scene"), "-o", str(again), "--camera", str(out / "camera.json")]) == 0
