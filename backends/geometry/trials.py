@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from scenelang.backends.facts.frame import FrameFacts
+from scenelang.backends.facts.tolerances import SUSPENSION_AREA, SUSPENSION_HEIGHT
 from scenelang.backends.surfaces.distance import IntArray, distances
 from scenelang.backends.surfaces.solids import FloatArray
 
@@ -17,6 +18,7 @@ MAX_TRIED_SOLIDS = 2_000  # of a frame in which moves are tried: each is a check
 _MAX_CANDIDATES = 6  # moves tried for one finding
 _MAX_FIRST, _MAX_NEAR = 8, 24  # solids whose fall is computed, and solids below them
 _FALL_STEPS = 16  # of a fall, each by the distance that remains
+_SET_IN = 0.1  # of a body's height, by which it is set into what it does not stand on
 _CONTACT_GAP = 0.02  # of the contact tolerance: a fall that is this near has ended
 # Weights of a move's length against that of a drop: objects are put down more often than hung on a wall, and more often
 # that than from a ceiling. On the 14 floating faults of benchmarks/everyday, these choose the object's own place.
@@ -43,17 +45,27 @@ def helpful_move(
     rows = np.concatenate([facts.bodies.members[int(body)] for body in members])
     ways = contact_moves(facts, members) if math.isfinite(reach) else ()
     every: set[Vector] = {*first, *(move for move in ways if math.dist(move, (0.0, 0.0, 0.0)) <= reach)}
-    candidates = sorted(every, key=_effort)
+    upward = 1.0 if math.isfinite(reach) and _has_narrow_top(facts, rows) else _UPWARD_EFFORT
+    candidates = sorted(every, key=lambda move: _effort(move, upward))
     for move in candidates[:_MAX_CANDIDATES]:
         if helps(facts.moved(rows, move)):
             return move
     return None
 
 
-def _effort(move: Vector) -> float:
-    """Return the length of a translation; what floats more often fell short of a wall than of a ceiling."""
+def _effort(move: Vector, upward: float) -> float:
+    """Return the length of a translation, weighted by what is less likely than a drop."""
     x, y, z = move
-    return math.sqrt(x * x + y * y + z * z) * (_UPWARD_EFFORT if y > 0.0 else 1.0 if y < 0.0 else _SIDEWAYS_EFFORT)
+    return math.sqrt(x * x + y * y + z * z) * (upward if y > 0.0 else 1.0 if y < 0.0 else _SIDEWAYS_EFFORT)
+
+
+def _has_narrow_top(facts: FrameFacts, rows: IntArray) -> bool:
+    """Return whether what reaches the top tenth of solids is narrow: a cord of a lamp, the ropes of a swing."""
+    low, high = (corner[rows] for corner in facts.solids.boxes)
+    top, bottom = float(high[:, 1].max()), float(low[:, 1].min())
+    width = (high.max(axis=0) - low.min(axis=0))[[0, 2]]
+    sides = (high - low)[high[:, 1] > top - SUSPENSION_HEIGHT * (top - bottom)][:, [0, 2]]
+    return float(sides.prod(axis=1).sum()) <= SUSPENSION_AREA * float(width.prod())
 
 
 def contact_moves(facts: FrameFacts, members: IntArray) -> Iterator[Vector]:
@@ -82,6 +94,8 @@ def contact_moves(facts: FrameFacts, members: IntArray) -> Iterator[Vector]:
             vector = np.zeros(3)
             vector[axis] = sign * length
             yield (float(vector[0]), float(vector[1]), float(vector[2]))
+            if axis == 1:  # the head of a snowman lies in its body, since balls do not stand on each other
+                yield (0.0, -length - _SET_IN * float(high[1] - low[1]), 0.0)
 
 
 def _way_until_contact(

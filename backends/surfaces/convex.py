@@ -38,6 +38,7 @@ _TOUCH_OF_BODIES = 0.03  # relative to the diagonal of a large body
 _LARGE_QUANTILE = 0.75
 _BATCH_PAIRS = 20_000  # pairs compared at once, which bounds the memory
 _SIDES = 64  # of the polygons that stand for round surfaces
+_SUNK_SHARE = 0.3  # of what a body has below another's top, inside that one: it is sunk rather than beside it
 _MIN_SHARED = 1e-6  # relative to the smaller volume: surfaces that share less only touch
 _MIN_DETERMINANT = 1e-30  # of a pose: smaller ones have no volume
 
@@ -217,6 +218,10 @@ class Bodies:
             if box is None:
                 continue
             low, high = box[0]
+            sunk = self._sunk(first, second, box[1])
+            if sunk is not None:
+                depth[row], along[row] = sunk
+                continue
             extents = np.maximum(high - low, 0.0)
             axis = int(np.argmin(extents)) if box[1] > 0.0 else 1
             # The mean thickness of the overlap: two gears share a thin layer at many teeth, whose box is large.
@@ -224,6 +229,22 @@ class Bodies:
             side = self._middles[second, axis] - self._middles[first, axis]
             along[row] = np.eye(3)[axis] * (1.0 if side >= 0.0 else -1.0)
         return depth, along
+
+    def _sunk(self, first: int, second: int, shared: float) -> tuple[float, FloatArray] | None:
+        """Return how deep the higher of two bodies is in the lower one, and the direction; None if it is not sunk.
+
+        A jar in a board shares a thin ring with it, but must be lifted by the height of the ring. Of what is below
+        the other's top, much is inside: a spoon that leans in a bowl, and crosses its rim, is not sunk.
+        """
+        (bottom, top), middle = (corner[:, 1] for corner in self.boxes), self._middles[:, 1]
+        upper, lower = (first, second) if middle[first] > middle[second] else (second, first)
+        surface = self.surface(upper)
+        if surface is None or shared <= 0.0 or top[upper] <= top[lower] + self.touch:
+            return None
+        below = surface.trim_by_plane((0.0, -1.0, 0.0), -float(top[lower])).volume()
+        if shared < _SUNK_SHARE * below:
+            return None
+        return float(top[lower] - bottom[upper]), np.array([0.0, 1.0 if upper == second else -1.0, 0.0])
 
     @cached_property
     def _middles(self) -> FloatArray:

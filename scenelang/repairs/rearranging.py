@@ -29,7 +29,6 @@ BoolArray = npt.NDArray[np.bool_]
 _DEFORMATION_COST = 4.0
 _UNINVOLVED_COST = 2.0
 _MEANT_DEPTH = 4.0  # contact tolerances: of an overlap that joins two objects
-_MAX_LIFT = 0.5  # of a hollow object's height: one that is deeper in another does not stand on it
 _NEGLIGIBLE_SHARE = 1e-3  # of the longest component of a translation: smaller components are rounding
 _MOTION_TOLERANCE = 1e-6  # relative to the size of the frame: smaller motions are rounding
 _DEPTH_TOLERANCE = 1.0  # contact tolerances by which a penetration may grow
@@ -182,8 +181,8 @@ def _balancing(frame: CheckedFrame, rows: IntArray, shift: Vector, at: int) -> I
 
 
 def _tried(frame: CheckedFrame, finding: Finding) -> Iterator[Vector]:
-    """Yield the translation of the objects of a finding that resolves it in the scene, if there is one."""
-    move = frame.tried_move(finding)
+    """Yield the translation that resolves a finding in the scene, or the way of an outlier to its place."""
+    move = finding.move if finding.kind == "outlier" else frame.tried_move(finding)
     if move is not None:
         yield move
 
@@ -192,15 +191,12 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
     """Return the translations that separate two solids, the shortest first."""
     if finding.kind not in ("hidden", "coplanar", "deep") or finding.other is None:
         return ()
-    low, high = frame.solids.boxes
-    i, j = finding.body, finding.other
-    above = float(high[j, 1] - low[i, 1])
-    if frame.solids.hollow[[i, j]].any() and 0.0 < above <= _MAX_LIFT * float(high[i, 1] - low[i, 1]):
-        return ((0.0, above, 0.0),)  # the depth of a hollow solid is a mean: a jar is lifted by its wall's whole height
     if finding.move is not None:
         least = _NEGLIGIBLE_SHARE * max(map(abs, finding.move))
         x, y, z = (component if abs(component) > least else 0.0 for component in finding.move)
         return ((x, y, z),)
+    low, high = frame.solids.boxes
+    i, j = finding.body, finding.other
     moves: list[Vector] = []
     for axis in range(3):
         up, down = high[j, axis] - low[i, axis], low[j, axis] - high[i, axis]

@@ -947,9 +947,10 @@ def _is_better(now: _Version, version: _Version, goal: Goal, further: float = 0.
     so it is met whatever moves.
     """
     fewer, new = now.counts - version.counts, version.counts - now.counts
-    if further:  # a number that completes a pattern may bring notes about what may be meant
-        new = Counter({key: count for key, count in new.items() if not key[0].endswith(" note")})
-    if fewer[goal.key] <= 0 or new or sum(version.counts.values()) >= sum(now.counts.values()):
+    # A number that completes a pattern may bring notes about what may be meant, and any edit faces in one plane.
+    accepted = " note" if further else "coplanar note"
+    new = Counter({key: count for key, count in new.items() if not key[0].endswith(accepted)})
+    if fewer[goal.key] <= 0 or new:
         return False
     return goal.declaration is not None or (
         not _too_far(now, version, goal, further) and _holds(now, version, is_sound_motion)

@@ -9,7 +9,8 @@ import pytest
 
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
-from scenelang.repairs.repairing import Repair, repaired
+from scenelang.grammar.reader import read
+from scenelang.repairs.repairing import Repair, patterns_of, repaired
 from scenelang.session.declarations import declarations_of
 from scenelang.session.session import Session
 
@@ -149,6 +150,22 @@ SOFA = """
   (transform (call "cube" :scale [1.6 .4 .7]) (translate [0 .2 0]))
   (transform (call "cube" :scale [1.6 .5 .2]) (translate [0 .6 -.25])))))
 """
+BOX = """
+(bind "box" (lambda () (transform (call "cube" :scale [.8 .4 .6]) (translate [0 .2 0]))))
+"""
+MUG = """
+(bind "mug" (lambda () (union
+  (call "cylinder" :radius .05 :p1 [0 .1 0])
+  (transform (call "torus" :radius .03 :tube .006) (@ (translate [.07 .05 .07]) (rotate (/ tau 4) [1 0 0]))))))
+"""
+JAR = """
+(bind "jar" (lambda () (lathe '([0 0] [.07 0] [.07 .2] [.065 .2] [.065 .005] [0 .005]))))
+"""
+LAMP = """
+(bind "ceiling" (lambda () (transform (call "cube" :scale [8 .2 8]) (translate [0 3.1 0]))))
+(bind "lamp" (lambda () (union
+  (call "cylinder" :radius .006 :p0 [0 2 0] :p1 [0 2.7 0]) (call "cone" :radius .2 :p0 [0 1.8 0] :p1 [0 2 0]))))
+"""
 CUP = '(transform (call "cup") (translate [X 1 0]))'
 PLACES = [
     # words, what is in the room, and the edits: what a person would change
@@ -160,6 +177,11 @@ PLACES = [
     (SOFA, '(call "sofa")' + "".join(f'(transform (call "chair") (translate [{x} 0 .1]))' for x in ("-.9", ".9")),
      [("-.9", "-1.05"), (".9", "1.05")]),  # one from each side of it
     (SOFA, '(call "sofa")(transform (call "chair") (translate [.9 0 .1]))', [(".9", "1.05")]),  # not its seat alone
+    (BOX, "(for/union ((x '(-.9 0 .3 1.8))) (transform (call \"box\") (translate [x 0 2])))", [(".3", ".9")]),
+    (BOX, "(for/union ((x '(-.9 .2))) (transform (call \"box\") (translate [(* .6 x) 0 2])))", [(".2", ".9")]),
+    (MUG, TABLE + '(transform (call "mug") (translate [.3 1 0]))', [(".07", "0")]),  # the handle, in its middle plane
+    (JAR, TABLE + '(transform (call "jar") (translate [.3 .92 0]))', [(".92", "1")]),  # by its whole height
+    (LAMP, '(call "ceiling" :fixed #t)(transform (call "lamp") (translate [0 0 0]))', [("0", ".3")]),  # it hangs
     (RACK, '(call "rack")(for*/union ((k (iota 3)) (i (iota 4))) (transform (call "cup") (translate (vector (- (* i .22) '
      ".33) (+ .12 (* k .55)) 0))))", [(".55", ".5")]),  # once for the loop
 ]  # fmt: skip
@@ -331,3 +353,21 @@ def test_a_pot_is_not_torn_to_make_room() -> None:
     assert (
         '(call "cylinder" :radius .08 :p0 [0 0 0] :p1 [0 .2 0]) (at (call "sphere" :radius .03) 0 .21 0)' in result.text
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "fits"),
+    [
+        ("(-1 0 .4)", {-1: -0.4, 0: -0.3, 0.4: 1}),
+        ("(-2 -1.4 0 1 2)", {-1.4: -1, 1: 1.4}),
+        ("(0 1 2 3 4.5)", {4.5: 4}),
+        ("(list 0 .5 1 1.7 2)", {1.7: 1.5}),
+        ("(1 2 3)", {}),
+        ("(-1 1)", {}),
+        ("(0 1 5 2 9)", {}),
+        ("[.03 .11]", {}),  # a point of a profile
+    ],
+)
+def test_numbers_that_break_a_pattern(text: str, fits: dict[float, float]) -> None:
+    found = {atom.value: value for atom, value in patterns_of(read(Source("a", text)).forms[0])}
+    assert found == pytest.approx(fits)
