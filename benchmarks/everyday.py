@@ -1,10 +1,11 @@
 """Recall and precision of `check --geometry` on everyday scenes (docs/facts.md).
 
-    python benchmarks/everyday.py [FOLDER] [--verbose]
+    python benchmarks/everyday.py [FOLDER] [--verbose] [--repair]
 
 FOLDER has ``sound`` scenes and ``faults`` with `faults.json`; by default those of 2026-11-28, which were written by
 people who did not know the rules: 60 sound scenes, and 60 faults planted in others, each with the program that it was
 planted in. A fault is found by a warning that names one of its objects; a fault of intention by a note too.
+``--repair`` compares what ``repair`` makes of the physical faults with those programs instead.
 """
 
 from __future__ import annotations
@@ -16,12 +17,17 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.repairs.repairing import repaired
 from scenelang.session.session import Session
 
 HERE = Path(__file__).parent / "everyday"
+NEAR = 0.05  # of the scene's size: a repair so near to that by hand differs in taste
 
 
 def findings_of(path: Path) -> list[Diagnostic]:
@@ -43,12 +49,47 @@ def is_found(diagnostics: Sequence[Diagnostic], fault: dict[str, object]) -> boo
     return any(re.search(rf'["/]{re.escape(word)}["/]', d.message) for word in objects for d in counted)
 
 
+def places_of(source: Source) -> np.ndarray:
+    """Return the places (N, 3) of the primitives of a program."""
+    return np.asarray(flatten_entity(Session().evaluate(source).require().frames[0]).matrices)[:, :, 3]
+
+
+def repair_of(path: Path) -> str:
+    """Return how the repair of a program compares with that by hand: "equal", "near", "other" or "none"."""
+    source = Source(str(path), path.read_text())
+    result = repaired(Session(), source)
+    if not result.changed:
+        return "none"
+    good = path.with_suffix(".good.scene")
+    own, hand = places_of(Source(str(path), result.text)), places_of(Source(str(good), good.read_text()))
+    if own.shape != hand.shape:
+        return "other"
+    gap, size = float(np.abs(own - hand).max()), float(np.ptp(hand, axis=0).max())
+    return "equal" if gap < 1e-3 * size else "near" if gap < NEAR * size else "other"
+
+
+def print_repairs(folder: Path, verbose: bool) -> None:
+    """Print a line for each fault if ``verbose``, and the sums."""
+    results = Counter[str]()
+    for fault in json.loads((folder / "faults" / "faults.json").read_text()):
+        if fault["kind"] != "intention":
+            result = repair_of(folder / "faults" / fault["file"])
+            results[result] += 1
+            if verbose:
+                print(f"{result:6} {fault['file']}: {fault['what']}")
+    print(", ".join(f"{results[name]} {name}" for name in ("equal", "near", "other", "none")))
+
+
 def main() -> None:
     """Print a table of the kinds of faults, and the false alarms."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=HERE)
     parser.add_argument("--verbose", action="store_true", help="print each miss and each false alarm")
+    parser.add_argument("--repair", action="store_true", help="compare repairs with those by hand")
     options = parser.parse_args()
+    if options.repair:
+        print_repairs(options.folder, options.verbose)
+        return
     caught, total = Counter[str](), Counter[str]()
     for fault in json.loads((options.folder / "faults" / "faults.json").read_text()):
         diagnostics = findings_of(options.folder / "faults" / fault["file"])

@@ -39,7 +39,7 @@ _MAX_SEARCHED_SOLIDS = 1_500
 _READERS = {attribute.name: attribute for attribute in PHYSICS}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class BodySet:
     """The bodies of one frame.
 
@@ -81,7 +81,7 @@ class BodySet:
     def __len__(self) -> int:
         return len(self.members)
 
-    @property
+    @cached_property
     def size(self) -> FloatArray:
         """Extents (B, 3) of their boxes."""
         return self.high - self.low
