@@ -7,15 +7,17 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
-from scenelang.interpreter.transpile.analysis.inference import TypeFacts
+from scenelang.interpreter.transpile.analysis.inference import NUMBERS, STR, TypeFacts
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
+from scenelang.interpreter.transpile.analysis.inlining import with_generators_in_place
 from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, OperatorMethods, has_classes, lowered
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
@@ -31,6 +33,9 @@ from scenelang.interpreter.transpile.writing.code import Code, Finish, Namer, Ou
 from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement
 from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 
 _MAX_ROUNDS = 3
 _MISTAKES = ("python-name", "python-call")  # these errors say more than where the evaluation ends
@@ -95,7 +100,19 @@ def translate(source: Source, with_text: bool = True, finish: Finish | None = No
     translation = _translation(text, analysed, with_text, finish)
     if translation.ok or any(d.is_error for d in text.diagnostics):
         return translation
+    in_place = _with_generators_in_place(text, translation.diagnostics)
+    if in_place is not None:
+        second = _translation(in_place, analyse(in_place), with_text, finish)
+        if second.ok:
+            return replace(second, is_evaluated=True)
     return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text, finish)
+
+
+def _with_generators_in_place(text: PythonText, diagnostics: Sequence[Diagnostic]) -> PythonText | None:
+    """Return the program in which generators are written where they are used, because they are no lists there."""
+    spans = {d.span for d in diagnostics if d.is_error and "generator" in d.message}
+    tree = with_generators_in_place(text.tree, lambda node: text.span(node) in spans) if spans else None
+    return replace(text, tree=tree) if tree is not None else None
 
 
 def with_evaluated_parts(
@@ -130,6 +147,10 @@ def _with_evaluated_parts(
     budget = StepBudget()
     root = analysed.root.name if analysed.root is not None else None
     errors = [d for d in found if d.is_error]
+    if "loops" in ways:  # else a run of the translation has failed
+        with_tables = _with_tables(text, root, errors, budget, with_text, finish)
+        if with_tables is not None:
+            return with_tables
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         more: list[Diagnostic] = []
         for way in ways:
@@ -147,6 +168,33 @@ def _with_evaluated_parts(
             break
         errors += more
     return translation
+
+
+def _with_tables(
+    text: PythonText,
+    root: str | None,
+    errors: Sequence[Diagnostic],
+    budget: StepBudget,
+    with_text: bool,
+    finish: Finish | None,
+) -> Translation | None:
+    """Return the program in which data is computed that the translation does not know how to; None if that fails."""
+    from scenelang.interpreter.transpile.evaluation.tables import tabulated
+
+    known = [d for d in errors if d.span is not None]
+    while root is not None and known:
+        folded = tabulated(text, root, known, budget)
+        if folded is None:
+            return None
+        second = _translation(folded, analyse(folded), with_text, finish)
+        if second.ok:
+            return replace(second, is_evaluated=True)
+        seen = {(each.name, each.span) for each in known}
+        more = [d for d in second.diagnostics if d.is_error and (d.name, d.span) not in seen]
+        if not more:
+            return None
+        known += more
+    return None
 
 
 def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Translation) -> Translation:
@@ -194,7 +242,7 @@ def analyse(text: PythonText) -> Analysed:
     if tree is not text.tree and has_classes(tree):
         dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
         for _ in range(MOST_PASSES):
-            operators = OperatorMethods(partial(_instances, analysed), dispatch)
+            operators = OperatorMethods(partial(_instances, analysed), partial(_is_plain, analysed), dispatch)
             tree = operators.visit(tree)
             if not operators.count:
                 break
@@ -209,6 +257,11 @@ def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
     ):
         return []
     return analysed.facts.type(node).classes
+
+
+def _is_plain(analysed: Analysed, node: ast.expr) -> bool:
+    """Return whether an expression is a number or a text."""
+    return analysed.facts.type(node).only(NUMBERS | STR)
 
 
 def _analysed(text: PythonText) -> Analysed:

@@ -14,7 +14,10 @@ import string
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
+from scenelang.interpreter.transpile.analysis.enumerations import has_enumerations, without_enumerations
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, has_bases, without_bases
+from scenelang.interpreter.transpile.analysis.inlining import has_managers, without_managers
+from scenelang.interpreter.transpile.analysis.patterns import Matches, has_matches
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 
 # Functions of the library in Python, by their modules.
@@ -102,8 +105,11 @@ def lowered(tree: ast.Module) -> ast.Module:
     has_methods = any(isinstance(each, ast.ClassDef) and _is_lowered(each) for each in nodes)
     has_other = "functools.partial" in paths.values() or any(each in paths.values() for each in _SILENT)
     if not used and not has_methods and not has_other and not has_bases(tree):
-        return tree
+        if not has_enumerations(tree) and not has_matches(tree) and not has_managers(tree):
+            return tree
     tree = copy.deepcopy(tree)
+    tree = without_managers(Matches(tree).visit(tree))
+    tree = without_enumerations(tree)
     tree = _Silent(paths).visit(tree)
     _with_fixed_arguments(tree, paths)
     tested = {ast.unparse(each.args[1]) for each in walk_tree(tree) if _is_test_of_class(each)}
@@ -400,8 +406,10 @@ def _without_iterator(method: ast.FunctionDef) -> None:
 class OperatorMethods(ast.NodeTransformer):
     """Replaces operators on instances of the program's classes by calls of their methods; ``count`` says how many."""
 
-    def __init__(self, classes_of: Callable[[ast.expr], list[Any]], dispatch: Dispatch) -> None:
-        self._classes_of, self._dispatch = classes_of, dispatch
+    def __init__(
+        self, classes_of: Callable[[ast.expr], list[Any]], is_plain: Callable[[ast.expr], bool], dispatch: Dispatch
+    ) -> None:
+        self._classes_of, self._is_plain, self._dispatch = classes_of, is_plain, dispatch
         self.count = 0
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
@@ -416,6 +424,9 @@ class OperatorMethods(ast.NodeTransformer):
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         self.generic_visit(node)
+        if node.attr == "value" and self._is_plain(node.value):  # a member of an enumeration that is its value
+            self.count += 1
+            return node.value
         classes = self._classes_of(node.value)
         has_all = len(classes) > 1 and all(node.attr in (*dict(c.fields), *c.constants, *c.properties) for c in classes)
         if not has_all or not isinstance(node.ctx, ast.Load):
@@ -524,5 +535,7 @@ class OperatorMethods(ast.NodeTransformer):
 
 
 def has_classes(tree: ast.Module) -> bool:
-    """Return whether a module has classes, whose instances may be operands."""
-    return any(isinstance(node, ast.ClassDef) for node in tree.body)
+    """Return whether a module has classes, whose instances may be operands, or asks members for their values."""
+    return any(isinstance(node, ast.ClassDef) for node in tree.body) or any(
+        isinstance(node, ast.Attribute) and node.attr == "value" for node in walk_tree(tree)
+    )

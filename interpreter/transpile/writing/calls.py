@@ -10,6 +10,7 @@ from scenelang.grammar.diagnostics import suggest
 from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     DICT,
+    INT,
     LIST,
     POSE,
     RECORD,
@@ -497,7 +498,10 @@ def write_factorial(w: Writer, node: ast.Call) -> Code:
 
 def write_copysign(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x y", "math.copysign")
-    test = form("<", numeric(w, given["y"]), number(0))
+    sign = given["y"]
+    # the angle tells the zeros apart
+    y = numeric(w, sign) if w.type(sign).only(INT) else form("atan", numeric(w, sign), number(-1))
+    test = form("<", y, number(0))
     return form(
         "*",
         form("abs", numeric(w, given["x"])),

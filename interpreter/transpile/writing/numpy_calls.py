@@ -39,6 +39,7 @@ from scenelang.interpreter.transpile.writing.code import (
     quote,
 )
 from scenelang.interpreter.transpile.writing.operators import (
+    as_text,
     container,
     dynamic,
     is_mask,
@@ -728,7 +729,7 @@ def write_str(w: Writer, node: ast.Call) -> Code:
         return w.expr(given["x"])
     if found.only(INT | FLOAT):
         return form("number->string", w.expr(given["x"]))
-    return dynamic(w, "py-str", w.expr(given["x"]))
+    return as_text(w, given["x"])
 
 
 def write_bool(w: Writer, node: ast.Call) -> Code:
@@ -825,7 +826,8 @@ def write_math_pow(w: Writer, node: ast.Call) -> Code:
 
 
 def write_print(w: Writer, node: ast.Call) -> Code:
-    return form("print", *(printable(w, a) for a in node.args if not isinstance(a, ast.Starred)))
+    given = [a for a in node.args if not isinstance(a, ast.Starred)]
+    return form("print", *(w.message(a) if isinstance(a, ast.JoinedStr) else printable(w, a) for a in given))
 
 
 def write_isinstance(w: Writer, node: ast.Call) -> Code:

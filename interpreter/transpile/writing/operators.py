@@ -25,6 +25,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     SHAPE,
     STR,
     STREAM,
+    TUPLE,
     UNKNOWN,
     AbstractType,
     never_equal,
@@ -70,7 +71,7 @@ def interpolated(w: Writer, node: ast.JoinedStr) -> Code:
             is_quoted = part.conversion == ord("r") and w.type(part.value).only(STR)
             field = "{" + (f":{spec}" if spec else "") + "}"
             template += f"'{field}'" if is_quoted else field
-            values.append(printable(w, part.value) if not spec else w.expr(part.value))
+            values.append(as_text(w, part.value) if not spec else w.expr(part.value))
     return _format(template, values)
 
 
@@ -106,7 +107,7 @@ def percent(w: Writer, node: ast.BinOp) -> Code:
         if kind in "di" and not w.type(value).only(INT):
             codes.append(form("truncate", w.expr(value)))
         else:
-            codes.append(printable(w, value) if kind == "s" else w.expr(value))
+            codes.append(as_text(w, value) if kind == "s" else w.expr(value))
     if len(codes) != len(values):
         raise w.error("python-call", f"the format expects {len(codes)} values, got {len(values)}", node)
     return _format(template + _escaped(text[position:]), codes)
@@ -149,7 +150,7 @@ def format_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
                 raise w.error("python-call", f"missing value for the field `{name}` of the format string", func.value)
             name = str(named[name])
         template += "{" + name + (f":{spec}" if spec else "") + "}"
-    return _format(template, [printable(w, value) for value in values])
+    return _format(template, [as_text(w, value) for value in values])
 
 
 # Arithmetic.
@@ -668,6 +669,16 @@ def printable(w: Writer, node: ast.expr) -> Code:
     if not found.kinds or found.only(INT | FLOAT | STR):
         return w.expr(node)
     return dynamic(w, "py-str", w.expr(node))
+
+
+def as_text(w: Writer, node: ast.expr) -> Code:
+    """Return a value that becomes part of a text: a tuple is no list there, and a condition no number."""
+    found = w.type(node)
+    if found.only(BOOL):
+        return form("if", write_test(w, node), LiteralCode("True"), LiteralCode("False"))
+    if found.kinds & (BOOL | TUPLE | SET) and not w.is_telling:
+        raise w.unsupported("a text with a tuple, a set or a condition", node, "write its items")
+    return printable(w, node)
 
 
 def dynamic(w: Writer, operator: str, *arguments: Code) -> Code:
