@@ -7,17 +7,17 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
-from scenelang.interpreter.transpile.analysis.inference import NUMBERS, STR, TypeFacts
+from scenelang.interpreter.transpile.analysis.inference import NONE, RECORD, UNKNOWN, TypeFacts
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch
-from scenelang.interpreter.transpile.analysis.liveness import Liveness
 from scenelang.interpreter.transpile.analysis.inlining import with_generators_in_place
+from scenelang.interpreter.transpile.analysis.liveness import Liveness
 from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, OperatorMethods, has_classes, lowered
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
@@ -56,15 +56,16 @@ class Translation:
         Errors and warnings.
     partial
         If there are errors, the forms with ``(void)`` in place of what was not translated, for further checks.
-    is_evaluated
-        Whether parts of the Python have been evaluated.
+    way
+        How it was made: by translation, from a program with data in place of what computes it, or with functions
+        evaluated.
     """
 
     forms: tuple[Datum, ...]
     text: str
     diagnostics: tuple[Diagnostic, ...]
     partial: tuple[Datum, ...] = ()
-    is_evaluated: bool = False
+    way: Literal["translated", "rewritten", "tabulated", "evaluated"] = "translated"
 
     def with_diagnostics(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
         """Return the translation with the diagnostics of the checker, without a program if one of them is an error."""
@@ -99,12 +100,19 @@ def translate(source: Source, with_text: bool = True, finish: Finish | None = No
     analysed = analyse(text)
     translation = _translation(text, analysed, with_text, finish)
     if translation.ok or any(d.is_error for d in text.diagnostics):
-        return translation
+        return translation if analysed.text.tree is text.tree else replace(translation, way="rewritten")
+    from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
+
     in_place = _with_generators_in_place(text, translation.diagnostics)
     if in_place is not None:
         second = _translation(in_place, analyse(in_place), with_text, finish)
         if second.ok:
-            return replace(second, is_evaluated=True)
+            return replace(second, way="rewritten")
+        if analysed.root is not None:
+            found = [d for d in second.diagnostics if d.is_error]
+            with_tables = _with_tables(in_place, analysed.root.name, found, StepBudget(), with_text, finish)
+            if with_tables is not None:
+                return with_tables
     return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text, finish)
 
 
@@ -124,11 +132,19 @@ def with_evaluated_parts(
 ) -> Translation:
     """Translate again, with the parts evaluated in which the checker, or a run, has found errors.
 
-    Loops are written out: what remains of a loop would fail as the translation has.
+    Those that make no shapes are evaluated to data, unless they have been. Loops are written out otherwise: what
+    remains of a loop would fail as the translation has.
     """
     text = parse_python(source)
     analysed = analyse(text)
     found = [*_translation(text, analysed, False, None).diagnostics, *errors]
+    if translation.way != "tabulated" and analysed.root is not None:
+        from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
+
+        known = [d for d in found if d.is_error]
+        with_tables = _with_tables(text, analysed.root.name, known, StepBudget(), with_text, finish)
+        if with_tables is not None:
+            return with_tables
     return _with_evaluated_parts(text, analysed, translation, found, with_text, finish, ("unrolled", "drawn"))
 
 
@@ -161,7 +177,7 @@ def _with_evaluated_parts(
                 if isinstance(folded, PythonText):
                     second = _translation(folded, analyse(folded), with_text, finish)
                     if second.ok:
-                        return replace(second, is_evaluated=True)
+                        return replace(second, way="evaluated")
                     if way == ways[0] and folded is remaining.text:
                         more += [d for d in second.diagnostics if d.is_error]
         if not more:
@@ -188,7 +204,7 @@ def _with_tables(
             return None
         second = _translation(folded, analyse(folded), with_text, finish)
         if second.ok:
-            return replace(second, is_evaluated=True)
+            return replace(second, way="tabulated")
         seen = {(each.name, each.span) for each in known}
         more = [d for d in second.diagnostics if d.is_error and (d.name, d.span) not in seen]
         if not more:
@@ -242,7 +258,7 @@ def analyse(text: PythonText) -> Analysed:
     if tree is not text.tree and has_classes(tree):
         dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
         for _ in range(MOST_PASSES):
-            operators = OperatorMethods(partial(_instances, analysed), partial(_is_plain, analysed), dispatch)
+            operators = OperatorMethods(partial(_instances, analysed), partial(_kinds, analysed), dispatch)
             tree = operators.visit(tree)
             if not operators.count:
                 break
@@ -256,12 +272,13 @@ def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
         c.variable is analysed.names.variables.get(node) for c in analysed.names.classes.values()
     ):
         return []
-    return analysed.facts.type(node).classes
+    found = analysed.facts.type(node)
+    return found.classes if not found.kinds & ~(RECORD | NONE | UNKNOWN) else []
 
 
-def _is_plain(analysed: Analysed, node: ast.expr) -> bool:
-    """Return whether an expression is a number or a text."""
-    return analysed.facts.type(node).only(NUMBERS | STR)
+def _kinds(analysed: Analysed, node: ast.expr) -> int:
+    """Return the kinds of values that an expression may have."""
+    return analysed.facts.type(node).kinds
 
 
 def _analysed(text: PythonText) -> Analysed:

@@ -262,14 +262,6 @@ class _Uses(ast.NodeTransformer):
             is_member = any(isinstance(each, ast.Name) and each.id in self._constants for each in (left, value))
             if is_member and isinstance(operation, (ast.Is, ast.IsNot)):
                 node.ops[n] = ast.Eq() if isinstance(operation, ast.Is) else ast.NotEq()
-        flags = {
-            each.constant(m) for each in self._found.values() if each.kinds & {"Flag", "IntFlag"} for m in each.members
-        }
-        if len(node.ops) == 1 and isinstance(node.ops[0], (ast.In, ast.NotIn)):
-            if isinstance(node.left, ast.Name) and node.left.id in flags:  # a flag in others
-                both = ast.copy_location(ast.BinOp(node.comparators[0], ast.BitAnd(), node.left), node)
-                node.ops = [ast.Eq() if isinstance(node.ops[0], ast.In) else ast.NotEq()]
-                node.left, node.comparators = both, [copy.deepcopy(node.left)]
         return node
 
 

@@ -208,11 +208,15 @@ class _Generators(_Inlining):
         return node
 
     def visit_For(self, node: ast.For) -> Any:
+        if node.orelse or self._generator(node.iter) is None:
+            self.generic_visit(node)
+            return node
+        counted = self._counted(node)
+        if counted is not None:
+            return [part for each in _placed(counted, node) for part in _listed(self.visit(each))]
         self.generic_visit(node)
         function = self.called(node.iter)
-        if function is None or not _is_generator(function) or node.orelse:
-            return node
-        if not is_endless(function) and not self._is_meant(node.iter):
+        if function is None:
             return node
         assert isinstance(node.iter, ast.Call)
         for way in (self._in_place, self._by_function):
@@ -223,6 +227,57 @@ class _Generators(_Inlining):
             self.count += 1
             return _placed(made, node)
         return node
+
+    def _generator(self, node: ast.expr) -> ast.FunctionDef | None:
+        """Return the generator whose items an expression gives, if loops over it are to be written in place."""
+        function = self.called(node)
+        if function is not None and _is_generator(function):
+            return function if is_endless(function) or self._is_meant(node) else None
+        is_wrapped = isinstance(node, ast.Call) and _name_of(node) in ("enumerate", "islice") and node.args
+        return self._generator(node.args[0]) if is_wrapped and isinstance(node, ast.Call) else None
+
+    def _counted(self, node: ast.For) -> list[ast.stmt] | None:
+        """Return a loop over the first items of a generator, or over its items by number, as one over the generator."""
+        call = node.iter
+        if not isinstance(call, ast.Call) or _name_of(call) not in ("enumerate", "islice"):
+            return None
+        name = self.fresh("number" if _name_of(call) == "enumerate" else "left")
+        stored, loaded = ast.Name(name, ast.Store()), ast.Name(name, ast.Load())
+        if _name_of(call) == "enumerate" and isinstance(node.target, ast.Tuple) and len(node.target.elts) == 2:
+            start = call.args[1] if len(call.args) > 1 else ast.Constant(0)
+            count = ast.Assign([node.target.elts[0]], loaded)
+            step: ast.stmt = ast.Assign([copy.copy(stored)], ast.BinOp(copy.copy(loaded), ast.Add(), ast.Constant(1)))
+            loop = ast.For(node.target.elts[1], call.args[0], [count, step, *node.body], [])
+            return [ast.Assign([stored], start), loop]
+        if _name_of(call) != "islice" or len(call.args) != 2 or any(True for _ in _own(node.body, ast.Continue)):
+            return None
+        step = ast.Assign([copy.copy(stored)], ast.BinOp(copy.copy(loaded), ast.Sub(), ast.Constant(1)))
+        end = ast.If(ast.Compare(copy.copy(loaded), [ast.LtE()], [ast.Constant(0)]), [ast.Break()], [])
+        loop = ast.For(node.target, call.args[0], [*node.body, step, end], [])
+        some = ast.Compare(loaded, [ast.Gt()], [ast.Constant(0)])
+        return [ast.Assign([stored], call.args[1]), ast.If(some, [loop], [])]
+
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        """Write a list of the items of a generator as a loop that appends them."""
+        target, value = node.targets[0], node.value
+        if len(node.targets) > 1 or not isinstance(target, ast.Name):
+            return node
+        if isinstance(value, ast.Call) and _name_of(value) == "list" and len(value.args) == 1:
+            item = self.fresh("item")
+            clause = ast.comprehension(ast.Name(item, ast.Store()), value.args[0], [], 0)
+            value = ast.ListComp(ast.Name(item, ast.Load()), [clause])
+        if not isinstance(value, ast.ListComp) or len(value.generators) > 1:
+            return node
+        clause = value.generators[0]
+        if self._generator(clause.iter) is None:
+            return node
+        append = ast.Attribute(ast.Name(target.id, ast.Load()), "append", ast.Load())
+        body: list[ast.stmt] = [ast.Expr(ast.Call(append, [value.elt], []))]
+        for test in clause.ifs:
+            body = [ast.If(test, body, [])]
+        loop = ast.For(clause.target, clause.iter, body, [])
+        made = _placed([ast.Assign([target], ast.List([], ast.Load())), loop], node)
+        return [made[0], *_listed(self.visit(made[1]))]
 
     def _in_place(self, node: ast.For, call: ast.Call, function: ast.FunctionDef) -> list[ast.stmt]:
         """Return the statements of a generator with the body of the loop in place of its ``yield``."""
@@ -256,7 +311,7 @@ class _Generators(_Inlining):
             raise _Impossible
         visit = self.fresh("visit")
         copied = self._with_visitor(function)
-        inside = {n for n in walk_tree(node)}
+        inside = set(walk_tree(node))
         outside = {n.id for n in walk_tree(scope) if isinstance(n, ast.Name) and n not in inside}
         shared = sorted((_stored_in(node.body) | _stored_in([node.target])) & outside)
         body: list[ast.stmt] = [ast.Nonlocal(shared)] if shared else []
@@ -288,26 +343,32 @@ class _Generators(_Inlining):
         """Return the module with the functions that have been made, without generators that nothing uses."""
         for function, made in self._made:
             tree.body.insert(tree.body.index(function) + 1, made)
-        used = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name)} | {
-            n.attr for n in walk_tree(tree) if isinstance(n, ast.Attribute)
-        }
-        tree.body = [
-            each
-            for each in tree.body
-            if not (
-                isinstance(each, ast.FunctionDef)
-                and _is_generator(each)
-                and not each.decorator_list
-                and each.name not in used
-            )
-        ]
-        for cls in tree.body:
-            if isinstance(cls, ast.ClassDef):
-                kept = [
-                    m for m in cls.body if not (isinstance(m, ast.FunctionDef) and is_endless(m) and m.name not in used)
-                ]
-                cls.body = kept or [ast.copy_location(ast.Pass(), cls)]
+        for owner in (tree, *(each for each in tree.body if isinstance(each, ast.ClassDef))):
+            kept = [each for each in owner.body if not (_is_own_generator(each) and not self._is_used(tree, each))]
+            owner.body = kept or [ast.copy_location(ast.Pass(), owner)]
         return tree
+
+    @staticmethod
+    def _is_used(tree: ast.Module, function: ast.stmt) -> bool:
+        inside = set(walk_tree(function))
+        return any(
+            getattr(n, "id", getattr(n, "attr", None)) == function.name  # type: ignore[attr-defined]
+            for n in walk_tree(tree)
+            if isinstance(n, (ast.Name, ast.Attribute)) and n not in inside
+        )
+
+
+def _is_own_generator(node: ast.stmt) -> bool:
+    is_plain = isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.startswith("__")
+    return is_plain and isinstance(node, ast.FunctionDef) and _is_generator(node)
+
+
+def _name_of(call: ast.Call) -> str:
+    return ast.unparse(call.func).rpartition(".")[2]
+
+
+def _listed(nodes: Any) -> list[Any]:
+    return nodes if isinstance(nodes, list) else [nodes]
 
 
 class _Visits(ast.NodeTransformer):

@@ -375,7 +375,7 @@ def _defaultdict(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
     default = infer.call(args[0], node, [], {}) if args else NOTHING
-    return infer.table(infer.site(node, DICT), NOTHING, default, {}, default)
+    return infer.table(infer.site(node, DICT, "table"), NOTHING, default, {}, default)  # the default has one of its own
 
 
 def _meshgrid(

@@ -17,6 +17,8 @@ import copy
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -54,13 +56,22 @@ _MOST_NODES = 20_000  # of the data of a program
 _MOST_COMPARED = 40  # evaluations of a site after which nothing may have changed
 _MOST_FIELDS = 8  # of an object on which a site depends
 _SHAPE_MAKERS = frozenset(
-    "primitive_call library_call concat_shapes loop transform_shape compute_shape_center compute_shape_min "
-    "compute_shape_max compute_shape_sizes".split()
+    [
+        "primitive_call",
+        "library_call",
+        "concat_shapes",
+        "loop",
+        "transform_shape",
+        "compute_shape_center",
+        "compute_shape_min",
+        "compute_shape_max",
+        "compute_shape_sizes",
+    ]
 )
 _TAKERS = ("list", "tuple", "set", "sum", "sorted", "min", "max", "any", "all", "dict", "enumerate", "zip", "len")
 _SCOPES = (ast.FunctionDef, ast.Lambda)
 _COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
-_ITERATORS = (enumerate, zip, map, filter, reversed, itertools.chain, itertools.islice, itertools.product)
+_VIEWS = (type({}.keys()), type({}.values()), type({}.items()), range)
 _ENTER, _LEAVE, _VALUE = "site of statements", "end of statements", "site"  # no names of Python
 
 
@@ -144,7 +155,8 @@ class _Tabulation:
             failed = [site for site in self._sites if site.failure]
             if not failed:
                 return self._rewritten()
-            for site in failed:
+            causes = [site for site in failed if site.failure != "key"]  # a variable that is no data may vanish
+            for site in causes or failed:
                 if site in self._sites:
                     self._widen(site)
         raise _Failure
@@ -320,7 +332,7 @@ class _Tabulation:
         while isinstance(node, ast.expr) or not isinstance(node, ast.stmt):
             if isinstance(node, ast.expr) and self._is_value(node):
                 if not self._is_shapeless(node):
-                    raise _Failure
+                    raise _Failure(ast.unparse(node))
                 return self._put(_Site([node]))
             node = self._parents[node]
         if isinstance(node, ast.FunctionDef) and isinstance(self._parents[node], (ast.Module, ast.ClassDef)):
@@ -487,7 +499,7 @@ class _Tabulation:
             return
         for site in self._sites:
             if any(_text_of(run.data(value)) != text for value, text in site.made):
-                raise _Failure  # it has changed later
+                site.failure = "value"  # which the program changes later
 
     def _kept_classes(self) -> frozenset[str]:
         tops = (each for each in self._tree.body if isinstance(each, ast.ClassDef))
@@ -631,6 +643,10 @@ class _Run(Folding):
     def __init__(self, text: PythonText, sites: list[_Site], budget: StepBudget, classes: frozenset[str]) -> None:
         super().__init__(text, items_of(text.tree), set(), UnrollPlan(is_off=True), budget)
         self._sites, self._classes = sites, classes
+        self._has_texts = any(
+            isinstance(n, ast.JoinedStr) or (isinstance(n, ast.Name) and n.id in ("str", "repr", "format"))
+            for n in walk_tree(text.tree)
+        )  # in which a fraction is no number
         self._open: list[tuple[_Site, Heap | None, list[Any]]] = []
         self._shape = Residual(ast.Constant(None), "shape", self, primitives=lambda: [self._shape])
         self.evaluator.builtins |= self._stand_ins()
@@ -699,7 +715,7 @@ class _Run(Folding):
         self._enter(number, value, *keys)
         found = self.evaluator.call(value, (), {})
         site = self._sites[number]
-        if isinstance(found, (*_ITERATORS, PythonGenerator)) and site.is_taken:
+        if (_is_iterator(found) or isinstance(found, _VIEWS)) and site.is_taken:
             found = list(itertools.islice(self.evaluator.iterate(found), _MOST_ITEMS))
             if len(found) == _MOST_ITEMS:
                 raise UnsupportedPython("an endless iterator is no data")
@@ -804,6 +820,8 @@ class _Run(Folding):
             raise UnsupportedPython("no data")
         if isinstance(value, (int, float, str, np.ndarray, np.generic, type(None))):
             return node_of(value)
+        if isinstance(value, (Fraction, Decimal)) and not self._has_texts:
+            return node_of(float(value))
         raise UnsupportedPython("no data")
 
     def _member(self, cls: Any, name: Any) -> ast.expr:
