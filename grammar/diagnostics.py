@@ -259,6 +259,9 @@ CODES: dict[str, DiagnosticCode] = {
     "openscad-ignored": DiagnosticCode(
         "W806", "A part of an OpenSCAD program was left out of the conversion, or replaced."
     ),
+    "fixed-parameter": DiagnosticCode(
+        "W808", "A parameter may only have the values for which the Python was evaluated; others are errors."
+    ),
     "blender-ignored": DiagnosticCode("W807", "A part of a Blender script was left out of the scene, or replaced."),
     "print-limit": DiagnosticCode("W501", "The log is full; further output of the program is discarded."),
 }
@@ -900,6 +903,8 @@ _WARNINGS = {
     "`--camera`.",
     "unread-vectors": "Choose a model with the text encoder that the embeddings were learned for: `--model NAME`.",
     "unknown-function": "Register a function of that name, or correct the name.",
+    "fixed-parameter": "Write what computes the data with plain functions, loops and lists, so that it stays in the "
+    "program.",
     "fixed-draws": "Write the decision with plain functions, loops and lists, so that it stays in the program.",
     "ignored-block": "Put the whole program in one code block.",
     "python-ignored": "No action is required; set the random seed with `--seed N`.",

@@ -279,6 +279,53 @@ class _Generators(_Inlining):
         made = _placed([ast.Assign([target], ast.List([], ast.Load())), loop], node)
         return [made[0], *_listed(self.visit(made[1]))]
 
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Write the first items of an endless generator as the call of a function that makes a list of them."""
+        self.generic_visit(node)
+        name, given = _name_of(node), node.args
+        if name == "islice" and len(given) == 2:
+            return self._taken(given[0], given[1]) or node
+        if name == "takewhile" and len(given) == 2:
+            return self._taken(given[1], given[0], is_test=True) or node
+        if name == "zip":
+            sized = [each for each in given if self._generator(each) is None and _is_sized(each)]
+            for n, each in enumerate(given):
+                if sized and self._generator(each) is not None:
+                    size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(sized[0])], [])
+                    given[n] = self._taken(each, ast.copy_location(size, each)) or each
+        return node
+
+    def _taken(self, call: ast.expr, limit: ast.expr, is_test: bool = False) -> ast.expr | None:
+        function = self.called(call)
+        if function is None or function not in self.tree.body or not is_endless(function) or not _is_quiet(function):
+            return None
+        assert isinstance(call, ast.Call)
+        stem = f"{function.name}_{'while' if is_test else 'first'}"
+        made = next((each for _, each in self._made if each.name == stem), None)
+        if made is None:
+            parameters = [each.arg for each in (*function.args.args, *function.args.kwonlyargs)]
+            inner = f"{function.name}({', '.join(f'{each}={each}' for each in parameters)})"
+            test = "if not limit(item):\n            break\n        " if is_test else ""
+            items = inner if is_test else f"islice({inner}, limit)"
+            text = f"def {stem}(limit):\n    items = []\n    for item in {items}:\n        {test}items.append(item)\n    return items"
+            definition = ast.parse(text).body[0]
+            assert isinstance(definition, ast.FunctionDef)
+            definition.args.args += copy.deepcopy(function.args.args)
+            definition.args.defaults = copy.deepcopy(function.args.defaults)
+            definition.args.kwonlyargs = copy.deepcopy(function.args.kwonlyargs)
+            definition.args.kw_defaults = copy.deepcopy(function.args.kw_defaults)
+            for each in walk_tree(definition):
+                if "lineno" in each._attributes:
+                    ast.copy_location(each, function)
+            made = self.visit_FunctionDef(definition)
+            if any(self.called(n) is function for n in walk_tree(made) if isinstance(n, ast.expr)):
+                return None
+            self._made.append((function, made))
+        new = ast.Call(ast.Name(stem, ast.Load()), [limit, *call.args], call.keywords)
+        for each in (new, new.func):
+            ast.copy_location(each, call)
+        return new
+
     def _in_place(self, node: ast.For, call: ast.Call, function: ast.FunctionDef) -> list[ast.stmt]:
         """Return the statements of a generator with the body of the loop in place of its ``yield``."""
         yields = [*_own(function.body, ast.Yield, ast.YieldFrom)]
@@ -361,6 +408,20 @@ class _Generators(_Inlining):
 def _is_own_generator(node: ast.stmt) -> bool:
     is_plain = isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.startswith("__")
     return is_plain and isinstance(node, ast.FunctionDef) and _is_generator(node)
+
+
+def _is_sized(node: ast.expr) -> bool:
+    """Return whether an expression has a length, and may be evaluated twice."""
+    allowed = (ast.Name, ast.Constant, ast.Load, ast.Attribute, ast.List, ast.Tuple)
+    inner = node.args if isinstance(node, ast.Call) and _name_of(node) == "range" else [node]
+    return all(isinstance(n, (*allowed, ast.BinOp, ast.operator)) for each in inner for n in walk_tree(each))
+
+
+def _is_quiet(function: ast.FunctionDef) -> bool:
+    """Return whether it does not matter when a generator takes its items: it calls no method of what it is given."""
+    calls = [n for n in walk_tree(function) if isinstance(n, ast.Call) and isinstance(n.func, ast.Attribute)]
+    own = {n.id for n in walk_tree(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    return all(ast.unparse(n.func).partition(".")[0] in {"math", *own} for n in calls)
 
 
 def _name_of(call: ast.Call) -> str:

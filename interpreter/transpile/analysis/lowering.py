@@ -14,6 +14,7 @@ import string
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
+from scenelang.interpreter.transpile.analysis.decorators import has_decorators, without_decorators
 from scenelang.interpreter.transpile.analysis.enumerations import has_enumerations, without_enumerations
 from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, has_bases, without_bases
@@ -50,6 +51,15 @@ def dropwhile(predicate, items):
     while start < len(rest) and predicate(rest[start]):
         start += 1
     return rest[start:]
+def groupby(items, key=None):
+    groups = []
+    for item in items:
+        name = item if key is None else key(item)
+        if groups and groups[-1][0] == name:
+            groups[-1][1].append(item)
+        else:
+            groups.append((name, [item]))
+    return groups
 def compress(items, selectors):
     return [item for item, is_selected in zip(items, selectors) if is_selected]
 """,
@@ -189,20 +199,9 @@ _BINARY: dict[type[ast.operator], str] = {
 }  # fmt: skip
 _ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
 _METHODS = (
-    *_BINARY.values(),
-    "radd",
-    "rsub",
-    "rmul",
-    "neg",
-    "abs",
-    "getitem",
-    "len",
-    "contains",
-    "iter",
-    "call",
-    "bool",
+    *_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter", "call", "bool",
     *_ORDER,
-)
+)  # fmt: skip
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
 _COUNT = "itertools.count"
@@ -213,6 +212,10 @@ _WRITTEN = (
     "numpy.c_",
     "numpy.ptp",
     "numpy.newaxis",
+    "numpy.ndenumerate",
+    "numpy.argwhere",
+    "numpy.nonzero",
+    "itertools.repeat",
 )  # by `_Library` itself
 _PURE = ("iter", "range", "len", "reversed", "abs", "round", "int", "float")
 _CONSUMERS = ("list", "tuple", "set", "sum", "sorted", "min", "max", "any", "all", "enumerate", "zip")
@@ -230,10 +233,16 @@ def lowered(tree: ast.Module) -> ast.Module:
     has_other = "functools.partial" in paths.values() or any(each in paths.values() for each in _SILENT)
     has_other |= any(_Targets.is_meant(each.target) for each in nodes if isinstance(each, (ast.For, ast.comprehension)))
     if not used and not has_methods and not has_other and not has_bases(tree):
-        if not (has_enumerations(tree) or has_matches(tree) or has_managers(tree) or has_descriptions(tree)):
+        if not (
+            has_enumerations(tree)
+            or has_matches(tree)
+            or has_managers(tree)
+            or has_descriptions(tree)
+            or has_decorators(tree)
+        ):
             return tree
     tree = copy.deepcopy(tree)
-    tree = _Targets().visit(with_plain_classes(tree))
+    tree = _Targets().visit(with_plain_classes(without_decorators(tree)))
     tree = without_managers(Matches(tree).visit(tree))
     tree = without_enumerations(tree)
     tree = _Silent(paths).visit(tree)
@@ -303,6 +312,12 @@ def _method(node: ast.AST) -> tuple[str, int] | None:
     return (node.func.attr, len(node.args)) if is_call else None  # type: ignore[attr-defined]
 
 
+def _is_sized(node: ast.expr) -> bool:
+    """Return whether an expression has a length, and may be evaluated twice."""
+    is_range = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    return _is_repeatable(node) or (is_range and isinstance(node, ast.Call) and all(map(_is_repeatable, node.args)))
+
+
 class _Library(ast.NodeTransformer):
     """Replaces functions of the library by those of the program; ``made`` are the texts of these by name."""
 
@@ -356,8 +371,18 @@ class _Library(ast.NodeTransformer):
         return node
 
     def visit_For(self, node: ast.For) -> Any:
-        """Write a loop over all numbers as one that counts."""
+        """Write a loop over all numbers as one that counts, and one over the indices of an array as nested ones."""
         self.generic_visit(node)
+        clauses = self._indices(node.target, node.iter)
+        if clauses is not None and not node.orelse and not any(isinstance(n, ast.Break) for n in walk_tree(*node.body)):
+            body, before = node.body, self._held(node.iter, clauses, node)
+            for each in clauses[2][::-1]:
+                body = [ast.If(each.ifs[0], body, [])] if each.ifs else body
+                body = [ast.For(each.target, each.iter, body, [])]
+            for each in walk_tree(*body):
+                if "lineno" in each._attributes and not hasattr(each, "lineno"):
+                    ast.copy_location(each, node)
+            return [*before, *body]
         call = node.iter
         if not isinstance(call, ast.Call) or _path(call.func, self._paths) != _COUNT or call.keywords or node.orelse:
             return node
@@ -375,14 +400,92 @@ class _Library(ast.NodeTransformer):
                 ast.copy_location(each, node)
         return made
 
+    def _indices(self, target: ast.expr, items: ast.expr) -> tuple[Any, ...] | None:
+        """Return the array over whose indices a loop goes, its name, and the nested clauses of that loop."""
+        if not isinstance(items, ast.Call) or not items.args or items.keywords:
+            return None
+        path, array = _path(items.func, self._paths), items.args[0]
+        elements = target.elts if isinstance(target, ast.Tuple) else []
+        names, value = elements, None
+        if path == "numpy.ndenumerate" and len(elements) == 2 and isinstance(elements[0], ast.Tuple):
+            names, value = elements[0].elts, elements[1]
+        elif isinstance(items.func, ast.Name) and items.func.id == "zip" and isinstance(array, ast.Starred):
+            inner = array.value
+            if not isinstance(inner, ast.Call) or _path(inner.func, self._paths) != "numpy.nonzero":
+                return None
+            array = inner.args[0]
+        elif path != "numpy.argwhere":
+            return None
+        if not names or not all(isinstance(each, ast.Name) for each in names):
+            return None
+        name = array.id if isinstance(array, ast.Name) else self._new("cells")
+        shape = ast.Attribute(ast.Name(name, ast.Load()), "shape", ast.Load())
+        clauses = []
+        for n, each in enumerate(names):
+            side = ast.Subscript(copy.deepcopy(shape), ast.Constant(n), ast.Load())
+            clauses.append(ast.comprehension(each, ast.Call(ast.Name("range", ast.Load()), [side], []), [], 0))
+        index = ast.Tuple([ast.Name(each.id, ast.Load()) for each in names if isinstance(each, ast.Name)], ast.Load())
+        item = ast.Subscript(ast.Name(name, ast.Load()), index, ast.Load())
+        if value is None:
+            clauses[-1].ifs.append(item)
+        else:
+            clauses.append(ast.comprehension(value, ast.List([item], ast.Load()), [], 0))
+        return array, name, clauses
+
+    def _new(self, name: str) -> str:
+        number = 2
+        made = name
+        while made in self._names:
+            made, number = f"{name}_{number}", number + 1
+        self._names.add(made)
+        return made
+
+    @staticmethod
+    def _held(items: ast.expr, found: tuple[Any, ...], origin: ast.AST) -> list[ast.stmt]:
+        array, name, _ = found
+        if isinstance(array, ast.Name):
+            return []
+        made = ast.Assign([ast.Name(name, ast.Store())], array)
+        for each in walk_tree(made):
+            if "lineno" in each._attributes and not hasattr(each, "lineno"):
+                ast.copy_location(each, origin)
+        return [made]
+
+    def _in_comprehension(self, node: Any) -> Any:
+        self.generic_visit(node)
+        clauses: list[ast.comprehension] = []
+        for each in node.generators:
+            found = self._indices(each.target, each.iter)
+            if found is None or not isinstance(found[0], ast.Name):
+                clauses.append(each)
+                continue
+            found[2][-1].ifs += each.ifs
+            clauses += found[2]
+        node.generators = clauses
+        for clause in clauses:
+            for each in walk_tree(clause):
+                if "lineno" in each._attributes and not hasattr(each, "lineno"):
+                    ast.copy_location(each, node)
+        return node
+
+    visit_ListComp = visit_SetComp = visit_DictComp = visit_GeneratorExp = _in_comprehension
+
     def _counted(self, node: ast.Call) -> ast.expr:
         """Write ``zip(xs, count())`` with as many numbers as there are items."""
-        counts = [isinstance(each, ast.Call) and _path(each.func, self._paths) == _COUNT for each in node.args]
-        other = next((each for each, is_count in zip(node.args, counts) if not is_count), None)
-        if not any(counts) or other is None or not _is_repeatable(other):
+        paths = [_path(each.func, self._paths) if isinstance(each, ast.Call) else None for each in node.args]
+        repeats = [p == "itertools.repeat" and len(e.args) == 1 for p, e in zip(paths, node.args)]  # type: ignore[attr-defined]
+        counts = [p == _COUNT or repeat for p, repeat in zip(paths, repeats)]
+        others = [each for each, is_count in zip(node.args, counts) if not is_count and _is_sized(each)]
+        if not any(counts) or not others:
             return node
+        other = others[0]
         for n, each in enumerate(node.args):
             if counts[n] and isinstance(each, ast.Call) and not each.keywords:
+                if repeats[n]:
+                    size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(other)], [])
+                    items = ast.List([each.args[0]], ast.Load())
+                    node.args[n] = _placed(ast.BinOp(items, ast.Mult(), size), node)
+                    continue
                 start, step = [*each.args, *([ast.Constant(0)] if not each.args else []), ast.Constant(1)][:2]
                 size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(other)], [])
                 index = ast.Name("index", ast.Load())
@@ -651,7 +754,7 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
             if plain == "iter":
                 _without_iterator(each)
         for decorator in each.decorator_list:
-            if ast.unparse(decorator) in _CACHED and len(each.body) == 1 and isinstance(each.body[0], ast.Return):
+            if ast.unparse(decorator) in _CACHED and _is_steady(each):
                 each.decorator_list = [ast.copy_location(ast.Name("property", ast.Load()), decorator)]
             elif ast.unparse(decorator) == "classmethod" and each.args.args and not node.bases:
                 each.decorator_list = [ast.copy_location(ast.Name("staticmethod", ast.Load()), decorator)]
@@ -662,6 +765,22 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
     finish = next((e for e in node.body if isinstance(e, ast.FunctionDef) and e.name == "__post_init__"), None)
     if finish is not None and "__init__" not in own and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
         _write_constructor(node, finish)
+
+
+def _is_steady(method: ast.FunctionDef) -> bool:
+    """Return whether a property gives the same whenever it is asked, as far as its text shows: it draws nothing."""
+    if len(method.body) == 1 and isinstance(method.body[0], ast.Return):
+        return True
+    nodes = walk_tree(*method.body)
+    own = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    for node in nodes:
+        if isinstance(node, (ast.Attribute, ast.Subscript)) and not isinstance(node.ctx, ast.Load):
+            return False
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            owner = node.func.value
+            if not (isinstance(owner, ast.Name) and (owner.id in own or owner.id in ("math", "np", "numpy"))):
+                return False
+    return True
 
 
 def _write_constructor(node: ast.ClassDef, finish: ast.FunctionDef) -> None:
@@ -756,9 +875,26 @@ class OperatorMethods(ast.NodeTransformer):
             return self._call(node, node.right, f"r{method}", [node.left])
         return node
 
+    def visit_Assign(self, node: ast.Assign) -> ast.stmt:
+        """Write ``grid[key] = value`` as the call of a method."""
+        target = node.targets[0]
+        if len(node.targets) == 1 and isinstance(target, ast.Subscript) and self._has(target.value, "setitem"):
+            node.value = self.visit(node.value)
+            owner, key = self.visit(target.value), self.visit(target.slice)
+            return ast.copy_location(ast.Expr(self._call(node.value, owner, "setitem", [key, node.value])), node)
+        self.generic_visit(node)
+        return node
+
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
         self.generic_visit(node)
         method = _BINARY.get(type(node.op), "")
+        target = node.target
+        if isinstance(target, ast.Subscript) and self._has(target.value, "setitem") and _is_repeatable(target.value):
+            if _is_repeatable(target.slice) and self._has(target.value, "getitem"):
+                old = self._call(node.value, target.value, "getitem", [copy.deepcopy(target.slice)])
+                new = ast.copy_location(ast.BinOp(old, node.op, node.value), node.value)
+                call = self._call(node.value, copy.deepcopy(target.value), "setitem", [target.slice, new])
+                return ast.copy_location(ast.Expr(call), node)
         if isinstance(node.target, ast.Name):
             old = ast.copy_location(ast.Name(node.target.id, ast.Load()), node.target)
             if self._has(node.target, method):
@@ -846,6 +982,16 @@ class OperatorMethods(ast.NodeTransformer):
                 made = self._dispatch.call(node, function.value, function.attr, names)
                 self.count += made is not None
                 return made or node
+        if isinstance(function, ast.Name) and function.id == "sum" and len(node.args) == 2 and not node.keywords:
+            if self._has(node.args[1], "add"):
+                self.count += 1
+                made = ast.parse("functools.reduce(lambda total, item: total + item, 0, 0)", mode="eval").body
+                assert isinstance(made, ast.Call)
+                made.args[1:] = node.args
+                for each in walk_tree(made.args[0], made.func):
+                    if "lineno" in each._attributes:
+                        ast.copy_location(each, node)
+                return ast.copy_location(made, node)
         if isinstance(function, ast.Name) and function.id in ("len", "abs") and len(node.args) == 1:
             if self._has(node.args[0], function.id):
                 return self._call(node, node.args[0], function.id, [])

@@ -33,7 +33,7 @@ from scenelang.interpreter.transpile.analysis.python_text import (
 )
 from scenelang.interpreter.transpile.evaluation import NeedsPrimitives, UnsupportedPython
 from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
-from scenelang.interpreter.transpile.evaluation.folding import Folding, items_of
+from scenelang.interpreter.transpile.evaluation.folding import Folding, defaults_of, fixed_parameter, items_of
 from scenelang.interpreter.transpile.evaluation.loops import Heap, UnrollPlan
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
@@ -54,6 +54,8 @@ _MOST_ROWS = 400  # of a table
 _MOST_ITEMS = 5_000  # of an iterator
 _MOST_NODES = 20_000  # of the data of a program
 _MOST_COMPARED = 40  # evaluations of a site after which nothing may have changed
+_MOST_COORDINATES = 4  # of an array on which a site depends
+_POINT = "coordinates"
 _MOST_FIELDS = 8  # of an object on which a site depends
 _SHAPE_MAKERS = frozenset(
     [
@@ -109,6 +111,7 @@ class _Site:
     is_taken: bool = False  # whether its items are all that is used of it
     stored: frozenset[str] = frozenset()
     used: frozenset[str] = frozenset()  # all variables that it reads
+    index: str = ""  # variable that counts the items of a loop, which are no data
 
     @property
     def is_expression(self) -> bool:
@@ -224,6 +227,11 @@ class _Tabulation:
                 self._methods |= {
                     m.name for m in _methods_of(each) if self._has_error(m) and m.name not in self._shaped
                 }
+        self._spread_opaque(frozenset())
+
+    def _spread_opaque(self, names: frozenset[str]) -> None:
+        """Add what has no shapes and uses opaque functions, classes or methods, or variables that are no data."""
+        tops = [each for each in self._tree.body if isinstance(each, (ast.FunctionDef, ast.ClassDef))]
         changed = True
         while changed:
             before = len(self._opaque) + len(self._methods)
@@ -231,11 +239,14 @@ class _Tabulation:
                 if each.name in self._shaped or _is_registered(each):
                     continue
                 if isinstance(each, ast.FunctionDef):
-                    self._opaque |= {each.name} if self._uses_opaque(each) else set()
+                    self._opaque |= {each.name} if self._uses_opaque(names, each) else set()
                 else:
-                    wrong_methods = {m.name for m in _methods_of(each) if self._uses_opaque(m)}
+                    wrong_methods = {m.name for m in _methods_of(each) if self._uses_opaque(names, m)}
                     is_whole = any(name.startswith("__") for name in wrong_methods) or self._uses_opaque(
-                        *each.bases, *each.decorator_list, *(s for s in each.body if not isinstance(s, ast.FunctionDef))
+                        names,
+                        *each.bases,
+                        *each.decorator_list,
+                        *(s for s in each.body if not isinstance(s, ast.FunctionDef)),
                     )
                     self._opaque |= {each.name} if is_whole else set()
                     self._methods |= wrong_methods
@@ -257,9 +268,9 @@ class _Tabulation:
             for d in self._errors
         )  # fmt: skip
 
-    def _uses_opaque(self, *nodes: ast.AST) -> bool:
+    def _uses_opaque(self, names: frozenset[str], *nodes: ast.AST) -> bool:
         return any(
-            (isinstance(n, ast.Name) and n.id in self._opaque)
+            (isinstance(n, ast.Name) and n.id in self._opaque | names)
             or (isinstance(n, ast.Attribute) and n.attr in self._methods)
             for node in nodes for n in _with_meaning(node)
         )  # fmt: skip
@@ -370,6 +381,9 @@ class _Tabulation:
         """Try what is around a site that cannot be written down."""
         if site.is_expression:
             node = site.nodes[0]
+            if site.failure == "value" and not site.index and self._is_iterated(node):
+                self._count(site)
+                return
             self._sites.remove(site)
             self._grow(self._parents[node])
             return
@@ -385,10 +399,45 @@ class _Tabulation:
         else:
             self._grow_statements([block[place - 1], *site.nodes])
 
-    def _hide(self, site: _Site, names: Iterable[str]) -> None:
+    def _is_iterated(self, node: ast.expr) -> bool:
+        """Return whether an expression gives the items of a loop whose variables nothing else assigns."""
+        loop = self._parents[node]
+        if not isinstance(loop, (ast.For, ast.comprehension)) or node is not loop.iter:
+            return False
+        scope = self._scope(node) if isinstance(loop, ast.For) else self._parents[loop]
+        names = {n.id for n in walk_tree(loop.target) if isinstance(n, ast.Name)}
+        stores = [
+            n for n in walk_tree(scope)
+            if isinstance(n, ast.Name) and n.id in names and not isinstance(n.ctx, ast.Load) and self._binding(n) is scope
+        ]  # fmt: skip
+        return len(stores) == len(names) and all(
+            isinstance(n, (ast.Name, ast.Tuple, ast.Store)) for n in walk_tree(loop.target)
+        )
+
+    def _count(self, site: _Site) -> None:
+        """Count the items of a loop instead; what uses them is a site by their numbers."""
+        loop: Any = self._parents[site.nodes[0]]
+        scope = self._scope(loop) if isinstance(loop, ast.For) else self._parents[loop]
+        number = itertools.count(2)
+        site.index = "index"
+        while site.index in self._names:
+            site.index = f"index_{next(number)}"
+        self._names.add(site.index)
+        names = {n.id for n in walk_tree(loop.target) if isinstance(n, ast.Name)}
+        for name in names:
+            self._hidden[scope, name] = site
+        for node in walk_tree(scope):
+            if isinstance(node, ast.Name) and node.id in names and isinstance(node.ctx, ast.Load):
+                if self._binding(node) is scope and self._is_kept(node):
+                    self._add(node)
+
+    def _hide(self, site: _Site, names: Sequence[str]) -> None:
         """Keep variables that hold no data out of the program: whatever uses them is a site."""
         scope = self._scope(site.nodes[0])
         inside = {each for node in site.nodes for each in walk_tree(node)}
+        if isinstance(scope, ast.Module):
+            self._spread_opaque(frozenset(names))
+            self._sites = [each for each in self._sites if self._is_kept(each.nodes[0])]
         for name in names:
             site.hidden.add(name)
             self._hidden[scope, name] = site
@@ -399,6 +448,10 @@ class _Tabulation:
                     self._add(node)
                 elif not isinstance(node.ctx, ast.Load) and self._site_around(node) is None:
                     raise _Failure  # assigned elsewhere, too
+        if isinstance(scope, ast.Module):
+            for node in walk_tree(self._tree):
+                if self._is_touching(node):
+                    self._add(node)
 
     # --- variables ---------------------------------------------------------------------------------------------
 
@@ -445,8 +498,9 @@ class _Tabulation:
             home = self._hidden.get((used[name], name))
             if home is not None and home is not site:
                 self._check_single(home.keys, used[name])
-                pending += [each for each in home.keys if each not in used]
-                used |= {each: used[name] for each in home.keys if each not in used}
+                needed = [*home.keys, *([home.index] if home.index else [])]
+                pending += [each for each in needed if each not in used]
+                used |= {each: used[name] for each in needed if each not in used}
             elif not isinstance(used[name], ast.Module) and not (
                 name in stored and not self._is_stored_outside(name, used[name], inside)
             ):
@@ -513,9 +567,10 @@ class _Tabulation:
             raise _Failure
         memo: dict[int, Any] = {}
         tree = copy.deepcopy(self._tree, memo)
-        made: list[ast.stmt] = []
+        made: list[tuple[ast.AST, list[ast.stmt]]] = []  # by the statements at the top level that need them
         for site in self._sites:
-            self._replace(site, memo, made)
+            made.append((memo[id(self._top_level(site.nodes[0]))], []))
+            self._replace(site, memo, made[-1][1])
         body = [
             each
             for each in tree.body
@@ -525,14 +580,37 @@ class _Tabulation:
             if isinstance(cls, ast.ClassDef) and self._methods:
                 kept = [m for m in cls.body if not (isinstance(m, ast.FunctionDef) and m.name in self._methods)]
                 cls.body = kept or [ast.copy_location(ast.Pass(), cls)]
-        first = max(
-            (n for n, each in enumerate(body) if isinstance(each, (ast.Import, ast.ImportFrom, ast.ClassDef))),
-            default=-1,
-        )
-        tree.body = [*body[: first + 1], *made, *body[first + 1 :]]
+        for top, statements in made:
+            place = next((n for n, each in enumerate(body) if each is top), 0)
+            used = {n.id for n in walk_tree(*statements) if isinstance(n, ast.Name)}
+            if isinstance(top, (ast.FunctionDef, ast.ClassDef)):  # which looks when it is called
+                classes = [n for n, each in enumerate(body) if isinstance(each, ast.ClassDef) and each.name in used]
+                place = max([place, *(n + 1 for n in classes)])
+            body[place:place] = statements
+        tree.body = body
         lines = {n.lineno for n in walk_tree(tree) if hasattr(n, "lineno")}
         comments = [c for c in self._text.comments if c.line in lines or c.line + 1 in lines]
-        return replace(self._text, tree=_without_unused(tree, self._root), comments=comments)
+        diagnostics = [*self._text.diagnostics, *self._warnings()]
+        tree = _without_unused(tree, self._root)
+        return replace(self._text, tree=tree, comments=comments, diagnostics=diagnostics)
+
+    def _top_level(self, node: ast.AST) -> ast.AST:
+        while not isinstance(self._parents[node], ast.Module):
+            node = self._parents[node]
+        return node
+
+    def _warnings(self) -> Iterator[Diagnostic]:
+        """Tell which parameters of words have no other values than those for which the data has been computed."""
+        told: set[tuple[str, str]] = set()
+        for site in self._sites:
+            function = next((n for n in self._around(site.nodes[0]) if isinstance(n, ast.FunctionDef)), None)
+            if function is None or not _is_registered(function) or not site.rows:
+                continue
+            parameters = {each.arg for each in walk_tree(function.args) if isinstance(each, ast.arg)}
+            for key in site.keys:
+                if key in parameters and (function.name, key) not in told:
+                    told.add((function.name, key))
+                    yield fixed_parameter(function.name, key, self._text.span(site.nodes[0]))
 
     def _replace(self, site: _Site, memo: dict[int, Any], made: list[ast.stmt]) -> None:
         first = site.nodes[0]
@@ -547,9 +625,14 @@ class _Tabulation:
             value = self._value(site, made, is_top)
         if site.is_expression:
             copied = memo[id(first)]
-            new = value if value is not None else ast.Constant(None)
+            new = value if value is not None else ast.Constant(0 if site.index else None)
+            parent: Any = memo[id(self._parents[first])]
+            if site.index:
+                new = call_node("range", [new])
+                parent.target = ast.Name(site.index, ast.Store())
+                _locate(parent.target, first)
             _locate(new, first)
-            _substitute(memo[id(self._parents[first])], copied, new)
+            _substitute(parent, copied, new)
             return
         block = _block_of(memo[id(self._parents[first])], memo[id(first)])
         place = next(n for n, each in enumerate(block) if each is memo[id(first)])
@@ -580,32 +663,41 @@ class _Tabulation:
         values = [row[1][0] if len(row[1]) == 1 else ast.Tuple(row[1], ast.Load()) for row in rows]
         parts = [part for name, parts in zip(site.keys, site.parts or []) for part in _key_parts(name, parts)]
         columns = [[row[0][n] for row in rows] for n in range(len(parts))]
-        key_nodes = [_rounded_key(part, column) for part, column in zip(parts, columns)]
-        if not key_nodes:
-            if is_top or _is_small(values[0]):
-                return copy.deepcopy(values[0])
+        indices = {each.index for each in self._sites if each.index}
+        place = next((n for n, part in enumerate(parts) if isinstance(part, ast.Name) and part.id in indices), None)
+        table = _Keys(parts, columns)
+        if not parts and (is_top or _is_small(values[0])):
+            return copy.deepcopy(values[0])
+        lists = _by_index(columns, values, place) if place is not None else None
+        if lists is not None and place is not None:
+            table = _Keys([*parts[:place], *parts[place + 1 :]], lists[0])
+            values = lists[1]
+        if not table.nodes:
             name = self._new_name(site, is_constant=True)
             made.append(_located(ast.Assign([ast.Name(name, ast.Store())], values[0]), site.nodes[0]))
-            return ast.Name(name, ast.Load())
+            found: ast.expr = ast.Name(name, ast.Load())
+        else:
+            found = self._look_up(site, table, values, made)
+        is_item = lists is not None and place is not None
+        return ast.Subscript(found, parts[place], ast.Load()) if is_item and place is not None else found
+
+    def _look_up(self, site: _Site, keys: _Keys, values: list[ast.expr], made: list[ast.stmt]) -> ast.expr:
+        """Return the call of a function that finds data by its keys in a table."""
         name = self._new_name(site, is_constant=False)
         table = f"{name}_data".upper()
-        rounded = [[_rounded(each, column) for each, column in zip(row[0], columns)] for row in rows]
-        keys = [row[0] if len(row) == 1 else ast.Tuple(row, ast.Load()) for row in rounded]
-        parameters = [part.attr if isinstance(part, ast.Attribute) else part.id for part in parts]  # type: ignore[attr-defined]
-        if len(set(parameters)) < len(parameters):
-            parameters = [f"argument_{n}" for n in range(len(parameters))]
-        loaded = [ast.Name(each, ast.Load()) for each in parameters]
+        loaded = [ast.Name(each, ast.Load()) for each in keys.names]
         key: ast.expr = loaded[0] if len(loaded) == 1 else ast.Tuple(list(loaded), ast.Load())
         line = self._text.source.text.count("\n", 0, self._text.span(site.nodes[0]).start) + 1
         message = f"`{name}` (line {line} of the Python) was evaluated for other values only: translate it again"
         error = ast.Raise(call_node("ValueError", [ast.Constant(message)]), None)
         test = ast.Compare(copy.deepcopy(key), [ast.In()], [ast.Name(table, ast.Load())])
         found = ast.Return(ast.Subscript(ast.Name(table, ast.Load()), copy.deepcopy(key), ast.Load()))
-        arguments = ast.arguments([], [ast.arg(each) for each in parameters], None, [], [], None, [])
+        arguments = ast.arguments([], [ast.arg(each) for each in keys.names], None, [], [], None, [])
         function = ast.FunctionDef(name, arguments, [ast.If(test, [found], []), error], [], None)
-        made.append(_located(ast.Assign([ast.Name(table, ast.Store())], ast.Dict(list(keys), values)), site.nodes[0]))
+        data = ast.Dict(list(keys.rows), values)
+        made.append(_located(ast.Assign([ast.Name(table, ast.Store())], data), site.nodes[0]))
         made.append(_located(function, site.nodes[0]))
-        return ast.Call(ast.Name(name, ast.Load()), key_nodes, [])
+        return ast.Call(ast.Name(name, ast.Load()), keys.nodes, [])
 
     def _new_name(self, site: _Site, is_constant: bool) -> str:
         stem = ""
@@ -643,6 +735,7 @@ class _Run(Folding):
     def __init__(self, text: PythonText, sites: list[_Site], budget: StepBudget, classes: frozenset[str]) -> None:
         super().__init__(text, items_of(text.tree), set(), UnrollPlan(is_off=True), budget)
         self._sites, self._classes = sites, classes
+        self._called: dict[str, dict[str, Any]] = {}  # arguments of the first call of each word
         self._has_texts = any(
             isinstance(n, ast.JoinedStr) or (isinstance(n, ast.Name) and n.id in ("str", "repr", "format"))
             for n in walk_tree(text.tree)
@@ -676,11 +769,34 @@ class _Run(Folding):
                 pass
             if heap is None or not heap.is_unchanged():
                 raise UnsupportedPython("the program changes its data")
+            if not any(site.failure for site in self._sites):
+                self._add_defaults(heap)
         except (Exception, NeedsPrimitives) as error:
             self.error = error
 
+    def _add_defaults(self, heap: Heap) -> None:
+        """Evaluate the words of the program for their defaults, too, which the scene may never use."""
+        for name, named in list(self._called.items()):
+            function = self._functions[name][0]
+            defaults = defaults_of(function)
+            before = [(site, dict(site.rows), list(site.made), site.parts) for site in self._sites]
+            try:
+                if defaults and name not in self._animations:
+                    self.evaluator.call(function, (), {k: v for k, v in named.items() if k not in defaults})
+                is_right = heap.is_unchanged() and not any(site.failure for site in self._sites)
+            except (Exception, NeedsPrimitives):
+                is_right = False
+            if not is_right:  # then a call with these is an error
+                self._open.clear()
+                for site, rows, made, parts in before:
+                    site.rows, site.made, site.parts, site.failure = rows, made, parts, ""
+            if not heap.is_unchanged():
+                return
+
     def _call_word(self, func_name: str, /, **named: Any) -> Any:
         name = self._find(func_name)
+        if name is not None:
+            self._called.setdefault(name, named)
         found = self._shape if name is None else self.evaluator.call(self._functions[name][0], (), named)
         return list(found) if type(found) is PythonGenerator else self._shape
 
@@ -715,7 +831,7 @@ class _Run(Folding):
         self._enter(number, value, *keys)
         found = self.evaluator.call(value, (), {})
         site = self._sites[number]
-        if (_is_iterator(found) or isinstance(found, _VIEWS)) and site.is_taken:
+        if site.index or ((_is_iterator(found) or isinstance(found, _VIEWS)) and site.is_taken):
             found = list(itertools.islice(self.evaluator.iterate(found), _MOST_ITEMS))
             if len(found) == _MOST_ITEMS:
                 raise UnsupportedPython("an endless iterator is no data")
@@ -746,7 +862,9 @@ class _Run(Folding):
         parts: list[list[str]] = []
         for value in given:
             fields = value.fields if type(value) is PythonObject and value.cls.name in self._classes else None
-            parts.append([] if fields is None else list(fields))
+            is_point = isinstance(value, np.ndarray) and value.ndim == 1 and value.size <= _MOST_COORDINATES
+            parts.append([_POINT] if is_point else [] if fields is None else list(fields))
+            value = tuple(value.tolist()) if is_point else value
             try:
                 if isinstance(value, (np.ndarray, dict, set)) or (fields is not None and len(fields) > _MOST_FIELDS):
                     raise UnsupportedPython("no key of a table")
@@ -771,6 +889,7 @@ class _Run(Folding):
         for name, output in zip(["value"] if site.is_expression else shown, outputs):
             try:
                 value = output() if site.is_expression else self.evaluator.call(output, (), {})
+                value = len(value) if site.index else value
                 values.append(self.data(value))
                 if not isinstance(value, (int, float, str, tuple, type(None))):
                     site.made.append((value, _text_of(values[-1])))
@@ -915,8 +1034,13 @@ class _Instrumented:
             keys = [_thunk(ast.Name(name, ast.Load())) for name in site.keys]
             if site.is_expression:
                 call = _call(_VALUE, number, [_thunk(copy.copy(first)), *keys])
+                parent: Any = parents[first]
+                if site.index:
+                    call = ast.Call(ast.Name("enumerate", ast.Load()), [call], [])
+                    parent.target = ast.Tuple([ast.Name(site.index, ast.Store()), parent.target], ast.Store())
+                    _locate(parent.target, first)
                 _locate(call, first)
-                _substitute(parents[first], first, call)
+                _substitute(parent, first, call)
                 continue
             block = _block_of(parents[first], first)
             place = next(n for n, each in enumerate(block) if each is first)
@@ -1052,8 +1176,45 @@ def _is_small(node: ast.expr) -> bool:
     return sum(1 for _ in itertools.islice(ast.walk(node), 12)) < 12
 
 
+class _Keys:
+    """Keys of a table: the expressions of the arguments, their names, and the keys of the rows."""
+
+    def __init__(self, parts: list[ast.expr], columns: list[list[ast.expr]]) -> None:
+        self.nodes = [_rounded_key(part, column) for part, column in zip(parts, columns)]
+        self.names = [_name_of_key(part) for part in parts]
+        if len(set(self.names)) < len(self.names):
+            self.names = [f"argument_{n}" for n in range(len(parts))]
+        rounded = [[_rounded(each, column) for each in column] for column in columns]
+        self.rows = [row[0] if len(row) == 1 else ast.Tuple(list(row), ast.Load()) for row in zip(*rounded)]
+
+
+def _by_index(
+    columns: list[list[ast.expr]], values: list[ast.expr], place: int
+) -> tuple[list[list[ast.expr]], list[ast.expr]] | None:
+    """Return rows whose values are lists by an index, the column at a place, if it counts from 0 in each of them."""
+    others = [*columns[:place], *columns[place + 1 :]]
+    found: dict[str, tuple[list[ast.expr], list[ast.expr]]] = {}
+    for n, value in enumerate(values):
+        key = [column[n] for column in others]
+        _, items = found.setdefault(_text_of(*key), (key, []))
+        index = columns[place][n]
+        if not isinstance(index, ast.Constant) or index.value != len(items):
+            return None
+        items.append(value)
+    keys = [key for key, _ in found.values()]
+    rows: list[ast.expr] = [ast.List(items, ast.Load()) for _, items in found.values()]
+    return [[key[n] for key in keys] for n in range(len(others))], rows
+
+
+def _name_of_key(part: Any) -> str:
+    found = part.args[0] if isinstance(part, ast.Call) else part
+    return str(found.attr if isinstance(found, ast.Attribute) else found.id)
+
+
 def _key_parts(name: str, attributes: list[str]) -> list[ast.expr]:
     loaded = ast.Name(name, ast.Load())
+    if attributes == [_POINT]:
+        return [call_node("tuple", [loaded])]
     return [ast.Attribute(copy.copy(loaded), each, ast.Load()) for each in attributes] or [loaded]
 
 
@@ -1077,7 +1238,8 @@ def _rounded_key(part: ast.expr, column: list[ast.expr]) -> ast.expr:
     if not count:
         return call_node("round", [part, ast.Constant(_DIGITS)])
     numbers = all(isinstance(n, (ast.Constant, ast.UnaryOp)) for each in column for n in each.elts)  # type: ignore[attr-defined]
-    items = [ast.Subscript(copy.deepcopy(part), ast.Constant(n), ast.Load()) for n in range(count)]
+    source = part.args[0] if isinstance(part, ast.Call) else part
+    items = [ast.Subscript(copy.deepcopy(source), ast.Constant(n), ast.Load()) for n in range(count)]
     return (
         ast.Tuple([call_node("round", [each, ast.Constant(_DIGITS)]) for each in items], ast.Load())
         if numbers

@@ -283,12 +283,17 @@ def write_np_isclose(w: Writer, node: ast.Call) -> Code:
 
 
 def write_np_diff(w: Writer, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "a", "np.diff")
+    given = arguments_of(w, node, "a axis?", "np.diff")
+    axis = given.get("axis")
+    is_first = axis is not None and isinstance(axis, ast.Constant) and axis.value == 0
+    if not is_first and (axis is not None or is_matrix(w.type(given["a"]))):
+        raise w.unsupported("`np.diff` of what may be a matrix", node, "name the axis 0")
     array = PythonVariable("array", None, is_temporary=True)
-    difference = form(
-        "-", form("slice", VariableRef(array), number(1)), form("slice", VariableRef(array), number(0), number(-1))
+    bounds = [number(1), none()], [number(0), number(-1)]
+    following, before = (form("slice", VariableRef(array), quote(FormCode([*each]))) for each in bounds)
+    return form(
+        "let", FormCode([FormCode([VariableRef(array), write_array(w, given["a"])])]), form("-", following, before)
     )
-    return form("let", FormCode([FormCode([VariableRef(array), write_array(w, given["a"])])]), difference)
 
 
 def write_np_roll(w: Writer, node: ast.Call) -> Code:
