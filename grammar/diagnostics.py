@@ -84,6 +84,9 @@ CODES: dict[str, DiagnosticCode] = {
     "memory": DiagnosticCode("E506", "The program exceeded the memory limit (`--max-memory`)."),
     "time": DiagnosticCode("E507", "The program exceeded the time limit (`--max-seconds`)."),
     "interrupted": DiagnosticCode("E508", "The evaluation was interrupted."),
+    "blocked": DiagnosticCode(
+        "E510", "The evaluation gave no result for far longer than `--max-seconds`, and used no CPU time."
+    ),
     "crash": DiagnosticCode("E509", "The worker process that ran the program exited without a result."),
     # E6xx: scenes
     "parts": DiagnosticCode("E601", "A function returned something other than an entity, a posed entity or a list."),
@@ -776,6 +779,7 @@ _LIMITS = {
     "expand it, or raise `--max-primitives`.",
     "size": "Look for a list, string or number that grows without bound; otherwise raise `--max-size`.",
     "memory": "Keep fewer values in memory at the same time; otherwise raise `--max-memory`.",
+    "blocked": "Try it again on a machine that is less busy; the guard is 10 times `--max-seconds`, plus 60 seconds.",
     "time": "Look for an infinite loop or recursion; otherwise raise `--max-seconds`.",
     "crash": "If the system ran out of memory, lower `--max-memory`; otherwise please report it as a bug.",
     "interrupted": "Run the program again, with smaller numbers or lower limits if it takes too long.",

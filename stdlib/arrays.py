@@ -573,7 +573,8 @@ def cross(rt: Runtime, a: Any, b: Any) -> Any:
     try:
         return from_numpy(np.cross(left, right))
     except ValueError:
-        raise SceneError("value", f"`cross` cannot combine arrays of the shapes {_shape(left)}, {_shape(right)}") from None
+        shapes = f"{_shape(left)}, {_shape(right)}"
+        raise SceneError("value", f"`cross` cannot combine arrays of the shapes {shapes}") from None
 
 
 def _flat(rt: Runtime, name: str, value: Any) -> list[float]:

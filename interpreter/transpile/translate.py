@@ -116,6 +116,12 @@ def translate(source: Source, with_text: bool = True, finish: Finish | None = No
     return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text, finish)
 
 
+def obstacles(source: Source) -> list[Diagnostic]:
+    """Return what keeps a program from being translated without any evaluation."""
+    text = parse_python(source)
+    return [d for d in _translation(text, analyse(text), False, None).diagnostics if d.is_error]
+
+
 def _with_generators_in_place(text: PythonText, diagnostics: Sequence[Diagnostic]) -> PythonText | None:
     """Return the program in which generators are written where they are used, because they are no lists there."""
     spans = {d.span for d in diagnostics if d.is_error and "generator" in d.message}
@@ -195,7 +201,7 @@ def _with_tables(
     finish: Finish | None,
 ) -> Translation | None:
     """Return the program in which data is computed that the translation does not know how to; None if that fails."""
-    from scenelang.interpreter.transpile.evaluation.tables import tabulated
+    from scenelang.interpreter.transpile.evaluation.tabulation import tabulated
 
     known = [d for d in errors if d.span is not None]
     while root is not None and known:

@@ -107,7 +107,7 @@ def _working(
     *,
     with_text: bool,
 ) -> tuple[Translation, Checked] | None:
-    """Return the first of a translation, and of those with more and more of it evaluated, in which no error is found."""
+    """Return the first translation without errors: as it is, with its data evaluated, and with its functions."""
     while translation.ok:
         errors = [d for d in checked.diagnostics if d.is_error]
         if translation.way == "evaluated":

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import copy
 
-from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, parents_of, placed
 
 
 def has_decorators(tree: ast.Module) -> bool:
@@ -51,10 +52,10 @@ def _written(node: ast.FunctionDef, known: dict[str, ast.FunctionDef], taken: se
     if isinstance(result, ast.Name):  # the function itself, which a table holds
         if result.id != parameter or not before:
             return None
-        rename = _Renaming({**values, parameter: ast.Name(node.name, ast.Load())})
+        rename = Substitution({**values, parameter: ast.Name(node.name, ast.Load())})
         statements = [rename.visit(copy.deepcopy(each)) for each in before]
         node.decorator_list = [each for each in node.decorator_list if each is not decorator]
-        return [node, *(_placed(each, node) for each in statements)]
+        return [node, *(placed(each, node) for each in statements)]
     return _around(node, decorator, result, parameter, values, taken) if not before else None
 
 
@@ -141,15 +142,15 @@ def _around(
                 call.args = [ast.Name(each.arg, ast.Load()) for each in (*node.args.posonlyargs, *node.args.args)]
                 call.keywords = [ast.keyword(each.arg, ast.Name(each.arg, ast.Load())) for each in node.args.kwonlyargs]
         made.args = copy.deepcopy(node.args)
-    made = _Renaming({**values, parameter: ast.Name(inner.name, ast.Load())}).visit(made)
+    made = Substitution({**values, parameter: ast.Name(inner.name, ast.Load())}).visit(made)
     docs = node.body[:1] if _is_text(node.body[0]) else []
     made.body = [*copy.deepcopy(docs), *(each for each in made.body if not _is_text(each))]
-    return [_placed(inner, node), _placed(made, node)]
+    return [placed(inner, node), placed(made, node)]
 
 
 def _passes_all(wrapper: ast.FunctionDef, function: str, rest: str, named: str) -> bool:
     """Return whether a function uses all its arguments only to pass them on to another."""
-    parents = {child: node for node in walk_tree(wrapper) for child in child_nodes(node)}
+    parents = parents_of(wrapper)
     for node in walk_tree(wrapper):
         if not isinstance(node, ast.Name) or node.id not in (rest, named, function):
             continue
@@ -166,21 +167,3 @@ def _passes_all(wrapper: ast.FunctionDef, function: str, rest: str, named: str) 
         if ast.unparse(call) != f"{function}(*{rest}, **{named})":
             return False
     return True
-
-
-class _Renaming(ast.NodeTransformer):
-    """Replaces variables by expressions."""
-
-    def __init__(self, known: dict[str, ast.expr]) -> None:
-        self._known = known
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        found = self._known.get(node.id)
-        return node if found is None or not isinstance(node.ctx, ast.Load) else copy.deepcopy(found)
-
-
-def _placed(node: ast.stmt, origin: ast.AST) -> ast.stmt:
-    for each in walk_tree(node):
-        if "lineno" in each._attributes and not hasattr(each, "lineno"):
-            ast.copy_location(each, origin)
-    return node

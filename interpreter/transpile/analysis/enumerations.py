@@ -12,7 +12,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_annotation, parents_of, placed
 
 _BASES = ("Enum", "IntEnum", "StrEnum", "Flag", "IntFlag", "ReprEnum")
 _TAKERS = ("list", "tuple", "sorted", "enumerate", "len", "zip", "set", "reversed", "iter", "cycle", "min", "max")
@@ -54,7 +55,7 @@ def without_enumerations(tree: ast.Module) -> ast.Module:
     found = {each.name: made for each in tree.body if isinstance(each, ast.ClassDef) and (made := _enumeration(each))}
     if not found:
         return tree
-    parents = {child: node for node in walk_tree(tree) for child in child_nodes(node)}
+    parents = parents_of(tree)
     names = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name)}
     used = {n.attr for n in walk_tree(tree) if isinstance(n, ast.Attribute)}
     for name, each in [*found.items()]:
@@ -96,27 +97,20 @@ def _enumeration(node: ast.ClassDef) -> _Enumeration | None:
         target = each.targets[0] if isinstance(each, ast.Assign) and len(each.targets) == 1 else None
         if not isinstance(each, ast.Assign) or not isinstance(target, ast.Name) or target.id.startswith("_"):
             return None
-        value: ast.expr = _Members(found).visit(copy.deepcopy(each.value))
+        value: ast.expr = Substitution(found.members).visit(copy.deepcopy(each.value))
         if isinstance(value, ast.Call) and ast.unparse(value.func).rpartition(".")[2] == "auto":
-            following: object = last + 1 if not kinds & {"Flag", "IntFlag"} else 1 << last.bit_length()
+            following = last + 1 if not kinds & {"Flag", "IntFlag"} else 1 << last.bit_length()
             value = ast.copy_location(ast.Constant(target.id.lower() if "StrEnum" in kinds else following), value)
         if isinstance(value, ast.Constant) and type(value.value) is int:
             last = value.value
         found.members[target.id] = value
+    for each in found.methods:
+        if each.name == "__init__":
+            each.body = [part for statement in each.body for part in _one_by_one(statement)]
     texts = [ast.unparse(each) for each in found.members.values()]
     if any(each.name == "__init__" and not _is_simple(each, found) for each in found.methods):
         return None
     return found if texts and len(set(texts)) == len(texts) else None  # no aliases
-
-
-class _Members(ast.NodeTransformer):
-    """Replaces names of members in the values of others."""
-
-    def __init__(self, found: _Enumeration) -> None:
-        self._found = found
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return copy.deepcopy(self._found.members.get(node.id, node))
 
 
 def _decide(found: _Enumeration, tree: ast.Module, used: set[str]) -> None:
@@ -170,18 +164,9 @@ def _is_understood(node: ast.Name, found: _Enumeration, parents: dict[ast.AST, a
             function == "isinstance" and not found.is_plain
         )
     if isinstance(parent, ast.Subscript) and node is parent.value and isinstance(parent.slice, ast.Constant):
-        return parent.slice.value in found.members or _is_annotated(node, parents)
+        return parent.slice.value in found.members or is_annotation(node, parents)
     is_iterated = isinstance(parent, (ast.For, ast.comprehension)) and node is parent.iter
-    return is_iterated or isinstance(parent, ast.Starred) or _is_annotated(node, parents)
-
-
-def _is_annotated(node: ast.AST, parents: dict[ast.AST, ast.AST]) -> bool:
-    while node in parents:
-        parent = parents[node]
-        if node is getattr(parent, "annotation", None) or node is getattr(parent, "returns", None):
-            return True
-        node = parent
-    return False
+    return is_iterated or isinstance(parent, ast.Starred) or is_annotation(node, parents)
 
 
 def _bind_classes(found: _Enumeration) -> None:
@@ -274,6 +259,7 @@ def _written(found: _Enumeration, uses: _Uses) -> list[ast.stmt]:
         fields = "".join(f"\n    {name}: object" for name in ("name", "value", *_fields_of(init)))
         made = ast.parse(f"@dataclass(frozen=True)\nclass {node.name}:{fields}").body[0]
         assert isinstance(made, ast.ClassDef)
+        placed(made, node, is_new=True)
         made.body += [uses.visit(each) for each in found.methods if each.name != "__init__"]
         body.append(made)
     for name, value in found.members.items():
@@ -292,14 +278,21 @@ def _written(found: _Enumeration, uses: _Uses) -> list[ast.stmt]:
             f"def {found.finder}(value):\n    for each in {found.everything}:\n        if {test}:\n"
             f"            return each\n    raise ValueError(value)"
         ).body
-    for statement in body:
-        for each in walk_tree(statement):
-            if "lineno" in each._attributes and not hasattr(each, "lineno"):
-                ast.copy_location(each, node)
-            elif "lineno" in each._attributes and isinstance(statement, (ast.FunctionDef, ast.ClassDef)):
-                if not any(each is n for m in found.methods for n in walk_tree(m)):
-                    ast.copy_location(each, node)
+    for each in body[len(found.members) + (not found.is_plain) :]:
+        placed(each, node, is_new=True)
+    for each in body:
+        placed(each, node)
     return body
+
+
+def _one_by_one(statement: ast.stmt) -> list[ast.stmt]:
+    """Return ``a, b = c, d`` as two assignments."""
+    target = statement.targets[0] if isinstance(statement, ast.Assign) else None
+    if not isinstance(statement, ast.Assign) or not isinstance(target, ast.Tuple):
+        return [statement]
+    if not isinstance(statement.value, ast.Tuple) or len(statement.value.elts) != len(target.elts):
+        return [statement]
+    return [ast.copy_location(ast.Assign([t], v), statement) for t, v in zip(target.elts, statement.value.elts)]
 
 
 def _is_simple(init: ast.FunctionDef, found: _Enumeration) -> bool:
@@ -327,14 +320,4 @@ def _values_of(init: ast.FunctionDef, value: ast.expr) -> list[ast.expr]:
     parameters = [each.arg for each in init.args.args[1:]]
     given = value.elts if isinstance(value, ast.Tuple) and len(parameters) != 1 else [value]
     known = dict(zip(parameters, given))
-    return [_Arguments(known).visit(copy.deepcopy(each.value)) for each in _assignments(init)]
-
-
-class _Arguments(ast.NodeTransformer):
-    """Replaces parameters by arguments."""
-
-    def __init__(self, known: dict[str, ast.expr]) -> None:
-        self._known = known
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return copy.deepcopy(self._known.get(node.id, node))
+    return [Substitution(known).visit(copy.deepcopy(each.value)) for each in _assignments(init)]

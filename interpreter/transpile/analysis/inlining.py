@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import child_nodes, scope_of, walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_sized, placed
 
 _MANAGERS = ("contextmanager", "contextlib.contextmanager")
 _HARMLESS = ("errstate", "printoptions", "nullcontext")  # managers of the library that change no result
@@ -45,21 +46,6 @@ def without_managers(tree: ast.Module) -> ast.Module:
 
 
 # --- functions ------------------------------------------------------------------------------------------------------
-
-
-class _Names(ast.NodeTransformer):
-    """Replaces variables by expressions, also where they are assigned if these are names."""
-
-    def __init__(self, known: dict[str, ast.expr]) -> None:
-        self._known = known
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        other = self._known.get(node.id)
-        if other is None:
-            return node
-        if isinstance(other, ast.Name):
-            return ast.copy_location(ast.Name(other.id, node.ctx), node)
-        return ast.copy_location(copy.deepcopy(other), node)
 
 
 def _functions_of(tree: ast.Module) -> dict[str, ast.FunctionDef | None]:
@@ -146,16 +132,15 @@ class _Inlining(ast.NodeTransformer):
             known[name] = ast.Name(made, ast.Load())
             before.append(ast.copy_location(ast.Assign([ast.Name(made, ast.Store())], copy.deepcopy(value)), call))
         known |= {name: ast.Name(self.fresh(name), ast.Load()) for name in sorted(local - set(everything))}
-        body = [_Names(known).visit(each) for each in copy.deepcopy(function.body)]
+        body = [Substitution(known).visit(each) for each in copy.deepcopy(function.body)]
         if body and isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant):
             body = body[1:]
         return [*before, *body]
 
 
 def _placed(statements: Sequence[ast.stmt], origin: ast.AST) -> list[ast.stmt]:
-    for each in walk_tree(*statements):
-        if "lineno" in each._attributes and not hasattr(each, "lineno"):
-            ast.copy_location(each, origin)
+    for each in statements:
+        placed(each, origin)
     return [*statements]
 
 
@@ -288,7 +273,7 @@ class _Generators(_Inlining):
         if name == "takewhile" and len(given) == 2:
             return self._taken(given[1], given[0], is_test=True) or node
         if name == "zip":
-            sized = [each for each in given if self._generator(each) is None and _is_sized(each)]
+            sized = [each for each in given if self._generator(each) is None and is_sized(each)]
             for n, each in enumerate(given):
                 if sized and self._generator(each) is not None:
                     size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(sized[0])], [])
@@ -307,16 +292,14 @@ class _Generators(_Inlining):
             inner = f"{function.name}({', '.join(f'{each}={each}' for each in parameters)})"
             test = "if not limit(item):\n            break\n        " if is_test else ""
             items = inner if is_test else f"islice({inner}, limit)"
-            text = f"def {stem}(limit):\n    items = []\n    for item in {items}:\n        {test}items.append(item)\n    return items"
-            definition = ast.parse(text).body[0]
+            loop = f"    for item in {items}:\n        {test}items.append(item)\n"
+            definition = ast.parse(f"def {stem}(limit):\n    items = []\n{loop}    return items").body[0]
             assert isinstance(definition, ast.FunctionDef)
             definition.args.args += copy.deepcopy(function.args.args)
             definition.args.defaults = copy.deepcopy(function.args.defaults)
             definition.args.kwonlyargs = copy.deepcopy(function.args.kwonlyargs)
             definition.args.kw_defaults = copy.deepcopy(function.args.kw_defaults)
-            for each in walk_tree(definition):
-                if "lineno" in each._attributes:
-                    ast.copy_location(each, function)
+            placed(definition, function, is_new=True)
             made = self.visit_FunctionDef(definition)
             if any(self.called(n) is function for n in walk_tree(made) if isinstance(n, ast.expr)):
                 return None
@@ -381,7 +364,7 @@ class _Generators(_Inlining):
         copied = copy.deepcopy(function)
         copied.name = self.fresh(f"{function.name}_each")
         copied.args.args.insert(0, ast.arg("visit"))
-        copied = _Visits(self, function, copied.name).visit(copied)
+        _Visits(self, function, copied.name).visit(copied)
         _placed([copied], function)
         self._made.append((function, copied))
         return copied
@@ -390,7 +373,8 @@ class _Generators(_Inlining):
         """Return the module with the functions that have been made, without generators that nothing uses."""
         for function, made in self._made:
             tree.body.insert(tree.body.index(function) + 1, made)
-        for owner in (tree, *(each for each in tree.body if isinstance(each, ast.ClassDef))):
+        owners: list[Any] = [tree, *(each for each in tree.body if isinstance(each, ast.ClassDef))]
+        for owner in owners:
             kept = [each for each in owner.body if not (_is_own_generator(each) and not self._is_used(tree, each))]
             owner.body = kept or [ast.copy_location(ast.Pass(), owner)]
         return tree
@@ -408,13 +392,6 @@ class _Generators(_Inlining):
 def _is_own_generator(node: ast.stmt) -> bool:
     is_plain = isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.startswith("__")
     return is_plain and isinstance(node, ast.FunctionDef) and _is_generator(node)
-
-
-def _is_sized(node: ast.expr) -> bool:
-    """Return whether an expression has a length, and may be evaluated twice."""
-    allowed = (ast.Name, ast.Constant, ast.Load, ast.Attribute, ast.List, ast.Tuple)
-    inner = node.args if isinstance(node, ast.Call) and _name_of(node) == "range" else [node]
-    return all(isinstance(n, (*allowed, ast.BinOp, ast.operator)) for each in inner for n in walk_tree(each))
 
 
 def _is_quiet(function: ast.FunctionDef) -> bool:

@@ -19,9 +19,10 @@ from scenelang.interpreter.transpile.analysis.enumerations import has_enumeratio
 from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, has_bases, without_bases
 from scenelang.interpreter.transpile.analysis.inlining import has_managers, without_managers
-from scenelang.interpreter.transpile.analysis.patterns import Matches, has_matches
+from scenelang.interpreter.transpile.analysis.matches import Matches, has_matches
 from scenelang.interpreter.transpile.analysis.plain_classes import has_descriptions, with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_repeatable, is_sized, placed
 
 # Functions of the library in Python, by their modules.
 _SOURCES = {
@@ -197,10 +198,11 @@ _BINARY: dict[type[ast.operator], str] = {
     ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
     ast.FloorDiv: "floordiv", ast.BitOr: "or_", ast.BitAnd: "and_", ast.BitXor: "xor",
 }  # fmt: skip
+_TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
 _ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
 _METHODS = (
-    *_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter", "call", "bool",
-    *_ORDER,
+    *_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter", "call",
+    "bool", *_ORDER,
 )  # fmt: skip
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
@@ -265,14 +267,6 @@ def lowered(tree: ast.Module) -> ast.Module:
     return tree
 
 
-def _placed(node: ast.expr, origin: ast.expr) -> ast.expr:
-    """Return an expression whose new parts are where another was."""
-    for each in ast.walk(node):
-        if "lineno" in each._attributes and not hasattr(each, "lineno"):
-            ast.copy_location(each, origin)
-    return node
-
-
 def _at(node: ast.AST, line: int) -> None:
     for name in node._attributes:
         setattr(node, name, line if "lineno" in name else 0)
@@ -312,12 +306,6 @@ def _method(node: ast.AST) -> tuple[str, int] | None:
     return (node.func.attr, len(node.args)) if is_call else None  # type: ignore[attr-defined]
 
 
-def _is_sized(node: ast.expr) -> bool:
-    """Return whether an expression has a length, and may be evaluated twice."""
-    is_range = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
-    return _is_repeatable(node) or (is_range and isinstance(node, ast.Call) and all(map(_is_repeatable, node.args)))
-
-
 class _Library(ast.NodeTransformer):
     """Replaces functions of the library by those of the program; ``made`` are the texts of these by name."""
 
@@ -342,18 +330,18 @@ class _Library(ast.NodeTransformer):
         """Write calls whose arguments decide what they are: the beginning of a fresh iterator, indices of an array."""
         path = _path(node.func, self._paths)
         self.generic_visit(node)
-        source = _OWN_METHODS.get(_method(node))
+        source = _OWN_METHODS.get(_method(node) or ("", 0))
         if source is not None and path is None and isinstance(node.func, ast.Attribute):
             if node.func.attr not in self._functions:
                 name = ast.parse(source).body[0].name  # type: ignore[attr-defined]
                 self.made[name] = source
-                return _placed(ast.Call(ast.Name(name, ast.Load()), [node.func.value, *node.args], []), node)
+                return placed(ast.Call(ast.Name(name, ast.Load()), [node.func.value, *node.args], []), node)
         if path == "numpy.ptp" and node.args:
             ends = [copy.deepcopy(node) for _ in range(2)]
             for end, name in zip(ends, ("max", "min")):
                 assert isinstance(end.func, ast.Attribute)
                 end.func.attr = name
-            return _placed(ast.BinOp(ends[0], ast.Sub(), ends[1]), node) if _is_repeatable(node.args[0]) else node
+            return placed(ast.BinOp(ends[0], ast.Sub(), ends[1]), node) if is_repeatable(node.args[0]) else node
         last = node.args[-1] if node.args else None
         if path == "itertools.takewhile" and isinstance(last, ast.Call) and _path(last.func, self._paths) == _COUNT:
             node.func, node.args = self._function("itertools.counted_while", node), [node.args[0], *last.args]
@@ -363,11 +351,11 @@ class _Library(ast.NodeTransformer):
             return self._counted(node)
         if path == "itertools.islice" and len(node.args) == 2 and isinstance(node.args[0], ast.Call):
             listed = ast.Call(ast.Name("list", ast.Load()), [node.args[0]], [])
-            return _placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
+            return placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
         if path == "numpy.ndindex" and not any(isinstance(each, (ast.Starred, ast.Attribute)) for each in node.args):
             sizes: list[ast.expr] = [ast.Call(ast.Name("range", ast.Load()), [each], []) for each in node.args]
             product = ast.Attribute(ast.Name("itertools", ast.Load()), "product", ast.Load())
-            return _placed(ast.Call(product, sizes, []), node)
+            return placed(ast.Call(product, sizes, []), node)
         return node
 
     def visit_For(self, node: ast.For) -> Any:
@@ -379,9 +367,8 @@ class _Library(ast.NodeTransformer):
             for each in clauses[2][::-1]:
                 body = [ast.If(each.ifs[0], body, [])] if each.ifs else body
                 body = [ast.For(each.target, each.iter, body, [])]
-            for each in walk_tree(*body):
-                if "lineno" in each._attributes and not hasattr(each, "lineno"):
-                    ast.copy_location(each, node)
+            for each in body:
+                placed(each, node)
             return [*before, *body]
         call = node.iter
         if not isinstance(call, ast.Call) or _path(call.func, self._paths) != _COUNT or call.keywords or node.orelse:
@@ -389,15 +376,14 @@ class _Library(ast.NodeTransformer):
         if not isinstance(node.target, ast.Name) or not all(isinstance(each, ast.Constant) for each in call.args):
             return node
         start, step = [*call.args, *([ast.Constant(0)] if not call.args else []), ast.Constant(1)][:2]
-        before = ast.BinOp(start, ast.Sub(), step)
+        first = ast.BinOp(start, ast.Sub(), step)
         target = node.target
         following = ast.BinOp(ast.Name(target.id, ast.Load()), ast.Add(), copy.deepcopy(step))
         advance = ast.Assign([ast.Name(target.id, ast.Store())], following)
         loop = ast.While(ast.Constant(True), [advance, *node.body], [])
-        made = [ast.Assign([target], before), loop]
-        for each in walk_tree(*made):
-            if "lineno" in each._attributes and not hasattr(each, "lineno"):
-                ast.copy_location(each, node)
+        made = [ast.Assign([target], first), loop]
+        for each in made:
+            placed(each, node)
         return made
 
     def _indices(self, target: ast.expr, items: ast.expr) -> tuple[Any, ...] | None:
@@ -446,9 +432,7 @@ class _Library(ast.NodeTransformer):
         if isinstance(array, ast.Name):
             return []
         made = ast.Assign([ast.Name(name, ast.Store())], array)
-        for each in walk_tree(made):
-            if "lineno" in each._attributes and not hasattr(each, "lineno"):
-                ast.copy_location(each, origin)
+        placed(made, origin)
         return [made]
 
     def _in_comprehension(self, node: Any) -> Any:
@@ -463,9 +447,7 @@ class _Library(ast.NodeTransformer):
             clauses += found[2]
         node.generators = clauses
         for clause in clauses:
-            for each in walk_tree(clause):
-                if "lineno" in each._attributes and not hasattr(each, "lineno"):
-                    ast.copy_location(each, node)
+            placed(clause, node)
         return node
 
     visit_ListComp = visit_SetComp = visit_DictComp = visit_GeneratorExp = _in_comprehension
@@ -475,7 +457,7 @@ class _Library(ast.NodeTransformer):
         paths = [_path(each.func, self._paths) if isinstance(each, ast.Call) else None for each in node.args]
         repeats = [p == "itertools.repeat" and len(e.args) == 1 for p, e in zip(paths, node.args)]  # type: ignore[attr-defined]
         counts = [p == _COUNT or repeat for p, repeat in zip(paths, repeats)]
-        others = [each for each, is_count in zip(node.args, counts) if not is_count and _is_sized(each)]
+        others = [each for each, is_count in zip(node.args, counts) if not is_count and is_sized(each)]
         if not any(counts) or not others:
             return node
         other = others[0]
@@ -484,7 +466,7 @@ class _Library(ast.NodeTransformer):
                 if repeats[n]:
                     size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(other)], [])
                     items = ast.List([each.args[0]], ast.Load())
-                    node.args[n] = _placed(ast.BinOp(items, ast.Mult(), size), node)
+                    node.args[n] = placed(ast.BinOp(items, ast.Mult(), size), node)
                     continue
                 start, step = [*each.args, *([ast.Constant(0)] if not each.args else []), ast.Constant(1)][:2]
                 size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(other)], [])
@@ -492,7 +474,7 @@ class _Library(ast.NodeTransformer):
                 number = ast.BinOp(start, ast.Add(), ast.BinOp(index, ast.Mult(), step))
                 indices = ast.Call(ast.Name("range", ast.Load()), [size], [])
                 clause = ast.comprehension(ast.Name("index", ast.Store()), indices, [], 0)
-                node.args[n] = _placed(ast.ListComp(number, [clause]), node)
+                node.args[n] = placed(ast.ListComp(number, [clause]), node)
         return node
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
@@ -501,7 +483,7 @@ class _Library(ast.NodeTransformer):
         self.generic_visit(node)
         if is_call and isinstance(node.value, ast.Attribute):
             function = ast.Attribute(node.value.value, "column_stack", ast.Load())
-            return _placed(ast.Call(function, [node.slice], []), node)
+            return placed(ast.Call(function, [node.slice], []), node)
         return node
 
     def _inner(self, node: ast.Attribute) -> ast.expr:
@@ -549,9 +531,7 @@ class _Targets(ast.NodeTransformer):
             unpack = ast.Assign([node.target], ast.Name(name, ast.Load()))
             node.target = ast.copy_location(ast.Name(name, ast.Store()), node.target)
             node.body.insert(0, ast.copy_location(unpack, node.target))
-            for each in walk_tree(unpack):
-                if "lineno" in each._attributes and not hasattr(each, "lineno"):
-                    ast.copy_location(each, node)
+            placed(unpack, node)
         return node
 
     def _in_comprehension(self, node: Any) -> Any:
@@ -574,24 +554,14 @@ class _Targets(ast.NodeTransformer):
                 if isinstance(each, ast.Name):
                     known[each.id] = ast.Subscript(ast.Name(name, ast.Load()), index, ast.Load())
             clause.target = ast.copy_location(ast.Name(name, ast.Store()), clause.target)
-            renamed = _Renamed(known)
+            renamed = Substitution(known)
             clause.ifs = [renamed.visit(each) for each in clause.ifs]
             for field in ("elt", "key", "value"):
                 if hasattr(node, field):
-                    setattr(node, field, _placed(renamed.visit(getattr(node, field)), node))
+                    setattr(node, field, placed(renamed.visit(getattr(node, field)), node))
         return node
 
     visit_ListComp = visit_SetComp = visit_DictComp = visit_GeneratorExp = _in_comprehension
-
-
-class _Renamed(ast.NodeTransformer):
-    """Replaces variables by expressions."""
-
-    def __init__(self, known: dict[str, ast.expr]) -> None:
-        self._known = known
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return copy.deepcopy(self._known.get(node.id, node))
 
 
 class _Silent(ast.NodeTransformer):
@@ -648,7 +618,7 @@ def _with_fixed_arguments(tree: ast.Module, paths: Mapping[str, str]) -> None:
         uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == target.id and n is not target]
         calls = [n for n in walk_tree(tree) if isinstance(n, ast.Call) and any(n.func is use for use in uses)]
         given_here = [*call.args, *(k.value for k in call.keywords)]
-        is_simple = all(_is_repeatable(each) and _are_constant(each, tree) for each in given_here)
+        is_simple = all(is_repeatable(each) and _are_constant(each, tree) for each in given_here)
         if len(calls) < len(uses) or not calls or not is_simple:
             continue
         for each in calls:
@@ -657,12 +627,6 @@ def _with_fixed_arguments(tree: ast.Module, paths: Mapping[str, str]) -> None:
             given = {k.arg for k in each.keywords}
             each.keywords += [copy.deepcopy(k) for k in call.keywords if k.arg not in given]
         _replace(tree, statement)
-
-
-def _is_repeatable(node: ast.expr) -> bool:
-    """Return whether it does not matter how often an expression is evaluated."""
-    allowed = (ast.Tuple, ast.Constant, ast.Name, ast.Attribute, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)
-    return all(isinstance(each, allowed) for each in walk_tree(node))
 
 
 def _are_constant(node: ast.expr, tree: ast.Module) -> bool:
@@ -689,7 +653,11 @@ def _is_marker(base: ast.expr) -> bool:
 def _is_lowered(node: ast.ClassDef) -> bool:
     return any(map(_is_marker, node.bases)) or any(
         isinstance(each, ast.FunctionDef)
-        and (_dunder(each.name) or each.name == "__post_init__" or _decorators(each) & {"classmethod", *_CACHED})
+        and (
+            _dunder(each.name)
+            or each.name in ("__post_init__", *_TEXTS)
+            or _decorators(each) & {"classmethod", f"{each.name}.setter", *_CACHED}
+        )
         for each in node.body
     )
 
@@ -729,9 +697,7 @@ def _write_order(node: ast.ClassDef) -> None:
     sides = [", ".join(f"{owner}.{name}" for name in fields) for owner in ("self", "other")]
     one, other = sides if len(fields) == 1 else (f"({each})" for each in sides)
     made = ast.parse(f"def lt(self, other):\n    return {one} < {other}").body[0]
-    for each in walk_tree(made):
-        if "lineno" in each._attributes:
-            ast.copy_location(each, node)
+    placed(made, node, is_new=True)
     node.body.append(made)
 
 
@@ -739,8 +705,14 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
     """Make the operator methods of a class plain ones, its class methods static, and write its constructor."""
     if not is_sorted and any("order=True" in ast.unparse(each) for each in node.decorator_list):
         _write_order(node)
+    node.body = [each for each in node.body if getattr(each, "name", "") not in _TEXTS] or [
+        ast.copy_location(ast.Pass(), node)
+    ]
     own = {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
     for each in node.body:
+        setter = each.decorator_list[0] if isinstance(each, ast.FunctionDef) and each.decorator_list else None
+        if isinstance(each, ast.FunctionDef) and setter is not None and ast.unparse(setter) == f"{each.name}.setter":
+            each.name, each.decorator_list = f"set_{each.name}", []
         if isinstance(each, ast.AnnAssign) and each.value is not None and _UNSET.fullmatch(ast.unparse(each.value)):
             each.value = ast.copy_location(ast.Constant(None), each.value)
             each.__dict__["is_unset"] = True
@@ -871,13 +843,17 @@ class OperatorMethods(ast.NodeTransformer):
         method = _BINARY.get(type(node.op), "")
         if self._has(node.left, method):
             return self._call(node, node.left, method, [node.right])
-        if not self._classes_of(node.left) and _is_repeatable(node.left) and self._has(node.right, f"r{method}"):
+        if not self._classes_of(node.left) and is_repeatable(node.left) and self._has(node.right, f"r{method}"):
             return self._call(node, node.right, f"r{method}", [node.left])
         return node
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
-        """Write ``grid[key] = value`` as the call of a method."""
+        """Write ``grid[key] = value``, and the assignment of a property, as the call of a method."""
         target = node.targets[0]
+        setter = f"set_{target.attr}" if isinstance(target, ast.Attribute) else ""
+        if len(node.targets) == 1 and isinstance(target, ast.Attribute) and self._has(target.value, setter):
+            value, owner = self.visit(node.value), self.visit(target.value)
+            return ast.copy_location(ast.Expr(self._call(node.value, owner, setter, [value])), node)
         if len(node.targets) == 1 and isinstance(target, ast.Subscript) and self._has(target.value, "setitem"):
             node.value = self.visit(node.value)
             owner, key = self.visit(target.value), self.visit(target.slice)
@@ -889,10 +865,14 @@ class OperatorMethods(ast.NodeTransformer):
         self.generic_visit(node)
         method = _BINARY.get(type(node.op), "")
         target = node.target
-        if isinstance(target, ast.Subscript) and self._has(target.value, "setitem") and _is_repeatable(target.value):
-            if _is_repeatable(target.slice) and self._has(target.value, "getitem"):
-                old = self._call(node.value, target.value, "getitem", [copy.deepcopy(target.slice)])
-                new = ast.copy_location(ast.BinOp(old, node.op, node.value), node.value)
+        if isinstance(target, ast.Attribute) and self._has(target.value, f"set_{target.attr}"):
+            asked = ast.copy_location(ast.Attribute(copy.deepcopy(target.value), target.attr, ast.Load()), target)
+            new = ast.copy_location(ast.BinOp(asked, node.op, node.value), node.value)
+            return ast.copy_location(ast.Expr(self._call(node.value, target.value, f"set_{target.attr}", [new])), node)
+        if isinstance(target, ast.Subscript) and self._has(target.value, "setitem") and is_repeatable(target.value):
+            if is_repeatable(target.slice) and self._has(target.value, "getitem"):
+                item = self._call(node.value, target.value, "getitem", [copy.deepcopy(target.slice)])
+                new = ast.copy_location(ast.BinOp(item, node.op, node.value), node.value)
                 call = self._call(node.value, copy.deepcopy(target.value), "setitem", [target.slice, new])
                 return ast.copy_location(ast.Expr(call), node)
         if isinstance(node.target, ast.Name):
@@ -927,7 +907,7 @@ class OperatorMethods(ast.NodeTransformer):
             if type(node.ops[0]) is kind and self._has(node.left, name):
                 return self._call(node, node.left, name, [right])
             mirrored = {"lt": ast.Gt, "gt": ast.Lt, "le": ast.GtE, "ge": ast.LtE}[name]
-            if type(node.ops[0]) is mirrored and self._has(node.left, name) and _is_repeatable(node.left):
+            if type(node.ops[0]) is mirrored and self._has(node.left, name) and is_repeatable(node.left):
                 return self._call(node, right, name, [node.left])
         return None
 
@@ -965,7 +945,7 @@ class OperatorMethods(ast.NodeTransformer):
                 made = self._call(node, node.comparators[0], "contains", [node.left])
                 is_in = isinstance(node.ops[0], ast.In)
                 return made if is_in else ast.copy_location(ast.UnaryOp(ast.Not(), made), node)
-            if self._kinds_of(node.comparators[0]) == INT and _is_repeatable(node.left):  # flags, which are numbers
+            if self._kinds_of(node.comparators[0]) == INT and is_repeatable(node.left):  # flags, which are numbers
                 self.count += 1
                 both = ast.copy_location(ast.BinOp(node.comparators[0], ast.BitAnd(), copy.deepcopy(node.left)), node)
                 same = ast.Eq() if isinstance(node.ops[0], ast.In) else ast.NotEq()
@@ -982,6 +962,8 @@ class OperatorMethods(ast.NodeTransformer):
                 made = self._dispatch.call(node, function.value, function.attr, names)
                 self.count += made is not None
                 return made or node
+        if ast.unparse(function) in ("replace", "dataclasses.replace") and len(node.args) == 1:
+            return self._replaced(node) or node
         if isinstance(function, ast.Name) and function.id == "sum" and len(node.args) == 2 and not node.keywords:
             if self._has(node.args[1], "add"):
                 self.count += 1
@@ -1001,6 +983,23 @@ class OperatorMethods(ast.NodeTransformer):
             self.count += 1
             node.func = ast.copy_location(ast.Attribute(function, "call", ast.Load()), function)
         return node
+
+    def _replaced(self, node: ast.Call) -> ast.expr | None:
+        """Return the call of a data class with the fields of an object, some of them changed."""
+        given, classes = node.args[0], self._classes_of(node.args[0])
+        changed = {str(k.arg): k.value for k in node.keywords}
+        if len(classes) != 1 or not classes[0].is_dataclass or not is_repeatable(given):
+            return None
+        if "__init__" in classes[0].methods:
+            return None
+        names = [name for name, _ in classes[0].fields]
+        if not {*changed} <= {*names}:
+            return None
+        self.count += 1
+        values = [changed.get(n) or ast.Attribute(copy.deepcopy(given), n, ast.Load()) for n in names]
+        made = ast.Call(ast.Name(classes[0].name, ast.Load()), [], [ast.keyword(n, v) for n, v in zip(names, values)])
+        placed(made, node)
+        return made
 
     def _items(self, node: ast.expr) -> ast.expr:
         return self._call(node, node, "iter", []) if self._has(node, "iter") else node

@@ -8,7 +8,8 @@ import ast
 import copy
 from collections.abc import Iterable
 
-from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import parents_of
 
 _EXCEPTIONS = (
     "Exception", "ValueError", "TypeError", "KeyError", "IndexError", "RuntimeError", "LookupError", "ArithmeticError",
@@ -184,7 +185,7 @@ def _name_rest_of(tree: ast.Module, function: ast.FunctionDef) -> bool:
     assert rest is not None
     if any("register" in ast.unparse(each) for each in function.decorator_list):
         return False
-    parents = {child: node for node in walk_tree(tree) for child in child_nodes(node)}
+    parents = parents_of(tree)
     owner = parents.get(function)
     name = owner.name if function.name == "__init__" and isinstance(owner, ast.ClassDef) else function.name
     own_uses = [n for n in walk_tree(function) if isinstance(n, ast.Name) and n.id == rest.arg]
@@ -215,7 +216,10 @@ def _name_rest_of(tree: ast.Module, function: ast.FunctionDef) -> bool:
     names = list(dict.fromkeys(each for row in given for each in row))
     defaults: dict[str, ast.expr | None] = {}
     for each in names:
-        default = None if all(each in row for row in given) else _default_of(tree, passing[0], each)
+        called = passing[0].func.id if isinstance(passing[0].func, ast.Name) else ""
+        first = function.args.args[0].arg if function.args.args and isinstance(owner, ast.ClassDef) else None
+        called = owner.name if called == first and isinstance(owner, ast.ClassDef) else called
+        default = None if all(each in row for row in given) else _default_of(tree, called, each)
         if default is None and not all(each in row for row in given):
             return False
         defaults[each] = default
@@ -232,9 +236,8 @@ def _name_rest_of(tree: ast.Module, function: ast.FunctionDef) -> bool:
     return True
 
 
-def _default_of(tree: ast.Module, call: ast.Call, name: str) -> ast.expr | None:
-    """Return the constant default of a parameter, or of a field, of what a call calls."""
-    called = call.func.id if isinstance(call.func, ast.Name) else ""
+def _default_of(tree: ast.Module, called: str, name: str) -> ast.expr | None:
+    """Return the constant default of a parameter, or of a field, of a function or class."""
     for each in tree.body:
         if isinstance(each, ast.ClassDef) and each.name == called:
             for field in each.body:
@@ -268,7 +271,7 @@ class _Namespaces:
 
     def __init__(self, tree: ast.Module) -> None:
         self._tree = tree
-        self._parents = {child: node for node in walk_tree(tree) for child in child_nodes(node)}
+        self._parents = parents_of(tree)
 
     def write(self) -> None:
         """Write them, in place."""

@@ -706,8 +706,8 @@ def as_text(w: Writer, node: ast.expr) -> Code:
     found = w.type(node)
     if found.only(BOOL):
         return form("if", write_test(w, node), LiteralCode("True"), LiteralCode("False"))
-    if found.kinds & (BOOL | TUPLE | SET) and not w.is_telling:
-        raise w.unsupported("a text with a tuple, a set or a condition", node, "write its items")
+    if found.kinds & (BOOL | TUPLE | SET | RECORD) and not w.is_telling:
+        raise w.unsupported("a text with a tuple, a set, an object or a condition", node, "write its items")
     return printable(w, node)
 
 

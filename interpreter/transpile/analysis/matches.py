@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, placed
 
 _PLAIN = ("int", "float", "str", "bool")  # classes whose only pattern is the value itself
 
@@ -52,15 +53,14 @@ class Matches(ast.NodeTransformer):
                 branches = self._branch(subject, case, branches)
         except _Unsupported:
             return node
-        for each in walk_tree(*branches):
-            if "lineno" in each._attributes and not hasattr(each, "lineno"):
-                ast.copy_location(each, node)
+        for each in branches:
+            placed(each, node)
         return [*before, *branches]
 
     def _branch(self, subject: ast.expr, case: ast.match_case, other: list[ast.stmt]) -> list[ast.stmt]:
         tests, bound = self._pattern(subject, case.pattern)
         if case.guard is not None:
-            tests.append(_Bound(bound).visit(copy.deepcopy(case.guard)))
+            tests.append(Substitution(bound).visit(copy.deepcopy(case.guard)))
         stores = [
             ast.Assign([ast.Name(name, ast.Store())], value)
             for name, value in bound.items()
@@ -134,6 +134,8 @@ class Matches(ast.NodeTransformer):
         tests: list[ast.expr] = [ast.Call(ast.Name("isinstance", ast.Load()), [subject, pattern.cls], [])]
         if name in _PLAIN and len(pattern.patterns) == 1 and not pattern.kwd_attrs:
             return self._parts(tests, [(pattern.patterns[0], subject)])
+        if name in _PLAIN and not pattern.patterns and not pattern.kwd_attrs:
+            return tests, {}
         fields = self._fields.get(name)
         if fields is None or len(fields) < len(pattern.patterns):
             if pattern.patterns or fields is None:
@@ -164,13 +166,3 @@ def _fresh(node: Any) -> Any:
         return node
     made = type(node)(**{name: _fresh(value) for name, value in ast.iter_fields(node)})
     return ast.copy_location(made, node)
-
-
-class _Bound(ast.NodeTransformer):
-    """Replaces variables of a pattern in its guard, which is tested before they are assigned."""
-
-    def __init__(self, bound: dict[str, ast.expr]) -> None:
-        self._bound = bound
-
-    def visit_Name(self, node: ast.Name) -> ast.expr:
-        return copy.deepcopy(self._bound.get(node.id, node))

@@ -31,6 +31,7 @@ from scenelang.interpreter.transpile.analysis.python_text import (
     variable_of,
     walk_tree,
 )
+from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, parents_of, placed
 from scenelang.interpreter.transpile.evaluation import NeedsPrimitives, UnsupportedPython
 from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 from scenelang.interpreter.transpile.evaluation.folding import Folding, defaults_of, fixed_parameter, items_of
@@ -51,7 +52,7 @@ from scenelang.interpreter.transpile.evaluation.residue import Residual, call_no
 
 _MOST_ROUNDS = 30  # evaluations with other sites
 _MOST_ROWS = 400  # of a table
-_MOST_ITEMS = 5_000  # of an iterator
+_MOST_ITEMS = 1_000  # of an iterator
 _MOST_NODES = 20_000  # of the data of a program
 _MOST_COMPARED = 40  # evaluations of a site after which nothing may have changed
 _MOST_COORDINATES = 4  # of an array on which a site depends
@@ -73,7 +74,7 @@ _SHAPE_MAKERS = frozenset(
 _TAKERS = ("list", "tuple", "set", "sum", "sorted", "min", "max", "any", "all", "dict", "enumerate", "zip", "len")
 _SCOPES = (ast.FunctionDef, ast.Lambda)
 _COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
-_VIEWS = (type({}.keys()), type({}.values()), type({}.items()), range)
+_VIEWS: tuple[type, ...] = (type({}.keys()), type({}.values()), type({}.items()), range)
 _ENTER, _LEAVE, _VALUE = "site of statements", "end of statements", "site"  # no names of Python
 
 
@@ -119,7 +120,7 @@ class _Site:
 
 
 def tabulated(text: PythonText, root: str, errors: Sequence[Diagnostic], budget: StepBudget) -> PythonText | None:
-    """Return a program in which what has errors is replaced by the data that it computes; None if that is impossible."""
+    """Return a program with data in place of what has errors and computes it; None if that is impossible."""
     try:
         return _Tabulation(text, root, errors, budget).result()
     except _Failure:
@@ -133,7 +134,7 @@ class _Tabulation:
         self._text, self._root, self._budget = text, root, budget
         self._errors = errors
         self._tree = text.tree
-        self._parents = {child: node for node in walk_tree(self._tree) for child in child_nodes(node)}
+        self._parents = parents_of(self._tree)
         self._shaped = self._shape_makers()
         self._variables: dict[ast.AST, set[str]] = {}  # that hold shapes, by scope
         self._opaque: set[str] = set()  # functions and classes that exist only while the program is translated
@@ -295,7 +296,7 @@ class _Tabulation:
             is_opaque = node.id in self._opaque and not is_local
             is_hidden = isinstance(node.ctx, ast.Load) and (self._binding(node), node.id) in self._hidden
             if (is_opaque or is_hidden) and self._is_kept(node):
-                return not self._is_annotation(node)
+                return not is_annotation(node, self._parents)
         if isinstance(node, ast.Attribute) and node.attr in self._methods:
             return self._is_kept(node)
         if not isinstance(node, (ast.expr, ast.stmt)) or isinstance(node, (ast.ClassDef, ast.Import, ast.ImportFrom)):
@@ -303,15 +304,7 @@ class _Tabulation:
         span = self._text.span(node)
         if not any(d.span is not None and d.span.start == span.start and d.span.end == span.end for d in self._errors):
             return False
-        return self._is_kept(node) and not self._is_annotation(node)
-
-    def _is_annotation(self, node: ast.AST) -> bool:
-        while node in self._parents:
-            parent = self._parents[node]
-            if node is getattr(parent, "annotation", None) or node is getattr(parent, "returns", None):
-                return True
-            node = parent
-        return False
+        return self._is_kept(node) and not is_annotation(node, self._parents)
 
     # --- sites -------------------------------------------------------------------------------------------------
 
@@ -406,10 +399,8 @@ class _Tabulation:
             return False
         scope = self._scope(node) if isinstance(loop, ast.For) else self._parents[loop]
         names = {n.id for n in walk_tree(loop.target) if isinstance(n, ast.Name)}
-        stores = [
-            n for n in walk_tree(scope)
-            if isinstance(n, ast.Name) and n.id in names and not isinstance(n.ctx, ast.Load) and self._binding(n) is scope
-        ]  # fmt: skip
+        uses = [n for n in walk_tree(scope) if isinstance(n, ast.Name) and n.id in names and self._binding(n) is scope]
+        stores = [n for n in uses if not isinstance(n.ctx, ast.Load)]
         return len(stores) == len(names) and all(
             isinstance(n, (ast.Name, ast.Tuple, ast.Store)) for n in walk_tree(loop.target)
         )
@@ -492,7 +483,7 @@ class _Tabulation:
                 stored.add(node.name)
         site.used = frozenset(used)
         keys: list[str] = []
-        pending = [name for name in sorted(used)]
+        pending = sorted(used)
         while pending:
             name = pending.pop(0)
             home = self._hidden.get((used[name], name))
@@ -630,8 +621,8 @@ class _Tabulation:
             if site.index:
                 new = call_node("range", [new])
                 parent.target = ast.Name(site.index, ast.Store())
-                _locate(parent.target, first)
-            _locate(new, first)
+                placed(parent.target, first)
+            placed(new, first)
             _substitute(parent, copied, new)
             return
         block = _block_of(memo[id(self._parents[first])], memo[id(first)])
@@ -649,7 +640,7 @@ class _Tabulation:
         if not new_statements and len(block) == len(site.nodes):
             new_statements = [ast.Pass()]
         for each in new_statements:
-            _locate(each, first)
+            placed(each, first)
         block[place : place + len(site.nodes)] = new_statements
 
     def _around(self, node: ast.AST) -> Iterator[ast.AST]:
@@ -674,7 +665,7 @@ class _Tabulation:
             values = lists[1]
         if not table.nodes:
             name = self._new_name(site, is_constant=True)
-            made.append(_located(ast.Assign([ast.Name(name, ast.Store())], values[0]), site.nodes[0]))
+            made.append(placed(ast.Assign([ast.Name(name, ast.Store())], values[0]), site.nodes[0], is_new=True))
             found: ast.expr = ast.Name(name, ast.Load())
         else:
             found = self._look_up(site, table, values, made)
@@ -695,8 +686,8 @@ class _Tabulation:
         arguments = ast.arguments([], [ast.arg(each) for each in keys.names], None, [], [], None, [])
         function = ast.FunctionDef(name, arguments, [ast.If(test, [found], []), error], [], None)
         data = ast.Dict(list(keys.rows), values)
-        made.append(_located(ast.Assign([ast.Name(table, ast.Store())], data), site.nodes[0]))
-        made.append(_located(function, site.nodes[0]))
+        made.append(placed(ast.Assign([ast.Name(table, ast.Store())], data), site.nodes[0], is_new=True))
+        made.append(placed(function, site.nodes[0], is_new=True))
         return ast.Call(ast.Name(name, ast.Load()), keys.nodes, [])
 
     def _new_name(self, site: _Site, is_constant: bool) -> str:
@@ -1028,7 +1019,7 @@ class _Instrumented:
         """Return the program with the calls."""
         memo: dict[int, Any] = {}
         copied = copy.deepcopy(tree, memo)
-        parents = {child: node for node in walk_tree(copied) for child in child_nodes(node)}
+        parents = parents_of(copied)
         for number, site in enumerate(self._sites):
             first = memo[id(site.nodes[0])]
             keys = [_thunk(ast.Name(name, ast.Load())) for name in site.keys]
@@ -1038,8 +1029,8 @@ class _Instrumented:
                 if site.index:
                     call = ast.Call(ast.Name("enumerate", ast.Load()), [call], [])
                     parent.target = ast.Tuple([ast.Name(site.index, ast.Store()), parent.target], ast.Store())
-                    _locate(parent.target, first)
-                _locate(call, first)
+                    placed(parent.target, first)
+                placed(call, first)
                 _substitute(parent, first, call)
                 continue
             block = _block_of(parents[first], first)
@@ -1048,8 +1039,8 @@ class _Instrumented:
             outputs = [_thunk(ast.Name(name, ast.Load())) for name in shown]
             before = ast.Expr(_call(_ENTER, number, [_thunk(ast.Constant(None)), *keys]))
             after = ast.Expr(_call(_LEAVE, number, outputs))
-            _locate(before, first)
-            _locate(after, first)
+            placed(before, first)
+            placed(after, first)
             block[place : place + len(site.nodes)] = [before, *block[place : place + len(site.nodes)], after]
         return copied
 
@@ -1063,20 +1054,6 @@ def _call(name: str, number: int, arguments: Sequence[ast.expr]) -> ast.Call:
 
 
 # --- syntax --------------------------------------------------------------------------------------------------------
-
-
-def _locate(node: Any, origin: Any) -> None:
-    """Give nodes that have no place that of another."""
-    for each in ast.walk(node):
-        if "lineno" in each._attributes and not hasattr(each, "lineno"):
-            ast.copy_location(each, origin)
-
-
-def _located(node: Any, origin: Any) -> Any:
-    for each in ast.walk(node):
-        if "lineno" in each._attributes:
-            ast.copy_location(each, origin)
-    return node
 
 
 def _substitute(parent: ast.AST, old: ast.AST, new: ast.AST) -> None:
@@ -1135,8 +1112,9 @@ def _value_in(node: ast.AST) -> ast.AST | None:
         return node.iter
     if isinstance(node, ast.Call):
         return ast.Tuple([*node.args, *(k.value for k in node.keywords)], ast.Load())
-    has_value = isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.NamedExpr))
-    return node if isinstance(node, ast.FunctionDef) else node.value if has_value else None
+    if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.NamedExpr)):
+        return node.value
+    return node if isinstance(node, ast.FunctionDef) else None
 
 
 def _is_taken(node: ast.expr, parent: ast.AST) -> bool:
@@ -1207,7 +1185,7 @@ def _by_index(
 
 
 def _name_of_key(part: Any) -> str:
-    found = part.args[0] if isinstance(part, ast.Call) else part
+    found: Any = part.args[0] if isinstance(part, ast.Call) else part
     return str(found.attr if isinstance(found, ast.Attribute) else found.id)
 
 
