@@ -1162,7 +1162,7 @@ class _Keys:
         self.names = [_name_of_key(part) for part in parts]
         if len(set(self.names)) < len(self.names):
             self.names = [f"argument_{n}" for n in range(len(parts))]
-        rounded = [[_rounded(each, column) for each in column] for column in columns]
+        rounded = [_rounded(column) if any(map(_is_computed, column)) else column for column in columns]
         self.rows = [row[0] if len(row) == 1 else ast.Tuple(list(row), ast.Load()) for row in zip(*rounded)]
 
 
@@ -1225,8 +1225,8 @@ def _rounded_key(part: ast.expr, column: list[ast.expr]) -> ast.expr:
     )
 
 
-def _rounded(node: ast.expr, column: list[ast.expr]) -> ast.expr:
-    return _Rounded().visit(copy.deepcopy(node)) if any(map(_is_computed, column)) else node
+def _rounded(column: list[ast.expr]) -> list[ast.expr]:
+    return [_Rounded().visit(copy.deepcopy(each)) for each in column]
 
 
 class _Rounded(ast.NodeTransformer):
