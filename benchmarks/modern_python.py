@@ -10,7 +10,8 @@ A line for each program tells
 
 - *equal*, *different* or *refused*, with the first difference or error;
 - *evaluated* where a function that makes shapes was evaluated, and its loops and arguments are not those of the Python;
-- the datums of the program, against the tokens of the Python; the seconds of CPU.
+- the datums of the program, against the tokens of the Python; the seconds of CPU;
+- what does not translate first, with its line, where data or functions are evaluated.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from transpile.reference_model import flatten
 from scenelang.grammar.datum import Source, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.reader import read
+from scenelang.interpreter.transpile.translate import obstacles
 from scenelang.session.session import Session
 
 _LAYOUT = (
@@ -51,12 +53,14 @@ class Outcome:
     verdict: str
     detail: str = ""
     is_evaluated: bool = False
+    obstacle: str = ""
     length: float = 0.0
     seconds: float = 0.0
 
     def line(self) -> str:
         flag = "evaluated" if self.is_evaluated else ""
-        return f"{self.name:36} {self.verdict:9} {flag:9} {self.length:6.2f} {self.seconds:6.2f}  {self.detail}"
+        told = " | ".join(filter(None, (self.detail, self.obstacle)))
+        return f"{self.name:36} {self.verdict:9} {flag:9} {self.length:6.2f} {self.seconds:6.2f}  {told}"
 
 
 def outcome(path: Path, texts: Path | None = None) -> Outcome:
@@ -77,7 +81,8 @@ def outcome(path: Path, texts: Path | None = None) -> Outcome:
     )  # fmt: skip
     verdict = "different" if difference else "equal"
     length = datums_in(translation.text) / tokens_in(code)
-    return Outcome(path.stem, verdict, difference or "", NOTE in translation.text, length, seconds)
+    obstacle = _first(tuple(obstacles(Source(str(path), code))))
+    return Outcome(path.stem, verdict, difference or "", NOTE in translation.text, obstacle, length, seconds)
 
 
 def _expected(code: str) -> object:
@@ -86,7 +91,9 @@ def _expected(code: str) -> object:
 
 
 def _first(diagnostics: tuple[Diagnostic, ...]) -> str:
-    problem = next(d for d in diagnostics if d.is_error)
+    problem = next((d for d in diagnostics if d.is_error), None)
+    if problem is None:
+        return ""
     line = problem.span.source.text.count("\n", 0, problem.span.start) + 1 if problem.span is not None else 0
     return f"{line}: {problem.message}"
 
@@ -173,6 +180,8 @@ def main() -> int:
         print(found[-1].line(), flush=True)
     equal = [each for each in found if each.verdict == "equal"]
     lengths = sorted(each.length for each in equal)
+    for obstacle, number in Counter(each.obstacle.partition(": ")[2] for each in found).most_common():
+        print(f"{number:4} {obstacle or 'nothing'}")
     print(
         f"{len(found)} programs: {len(equal)} equal, {sum(e.verdict == 'refused' for e in found)} refused, "
         f"{sum(e.verdict == 'different' for e in found)} different; {sum(e.is_evaluated for e in equal)} evaluated; "

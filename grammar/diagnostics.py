@@ -84,6 +84,9 @@ CODES: dict[str, DiagnosticCode] = {
     "memory": DiagnosticCode("E506", "The program exceeded the memory limit (`--max-memory`)."),
     "time": DiagnosticCode("E507", "The program exceeded the time limit (`--max-seconds`)."),
     "interrupted": DiagnosticCode("E508", "The evaluation was interrupted."),
+    "blocked": DiagnosticCode(
+        "E510", "The evaluation gave no result for far longer than `--max-seconds`, and used no CPU time."
+    ),
     "crash": DiagnosticCode("E509", "The worker process that ran the program exited without a result."),
     # E6xx: scenes
     "parts": DiagnosticCode("E601", "A function returned something other than an entity, a posed entity or a list."),
@@ -258,6 +261,9 @@ CODES: dict[str, DiagnosticCode] = {
     ),
     "openscad-ignored": DiagnosticCode(
         "W806", "A part of an OpenSCAD program was left out of the conversion, or replaced."
+    ),
+    "fixed-parameter": DiagnosticCode(
+        "W808", "A parameter may only have the values for which the Python was evaluated; others are errors."
     ),
     "blender-ignored": DiagnosticCode("W807", "A part of a Blender script was left out of the scene, or replaced."),
     "print-limit": DiagnosticCode("W501", "The log is full; further output of the program is discarded."),
@@ -773,6 +779,7 @@ _LIMITS = {
     "expand it, or raise `--max-primitives`.",
     "size": "Look for a list, string or number that grows without bound; otherwise raise `--max-size`.",
     "memory": "Keep fewer values in memory at the same time; otherwise raise `--max-memory`.",
+    "blocked": "Try it again on a machine that is less busy; the guard is 10 times `--max-seconds`, plus 60 seconds.",
     "time": "Look for an infinite loop or recursion; otherwise raise `--max-seconds`.",
     "crash": "If the system ran out of memory, lower `--max-memory`; otherwise please report it as a bug.",
     "interrupted": "Run the program again, with smaller numbers or lower limits if it takes too long.",
@@ -900,6 +907,8 @@ _WARNINGS = {
     "`--camera`.",
     "unread-vectors": "Choose a model with the text encoder that the embeddings were learned for: `--model NAME`.",
     "unknown-function": "Register a function of that name, or correct the name.",
+    "fixed-parameter": "Write what computes the data with plain functions, loops and lists, so that it stays in the "
+    "program.",
     "fixed-draws": "Write the decision with plain functions, loops and lists, so that it stays in the program.",
     "ignored-block": "Put the whole program in one code block.",
     "python-ignored": "No action is required; set the random seed with `--seed N`.",

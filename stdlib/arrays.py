@@ -225,6 +225,20 @@ def _join(rt: Runtime, name: str, join: Callable[..., Any], arrays: list[Numpy],
         raise SceneError("value", f"`{name}` cannot join arrays of the shapes {shapes} along axis {axis}") from None
 
 
+@registry.define("expand-dims", "array::ArrayLike axis::Integer ...", "Array",
+                 "Return the array with sides of length 1 inserted at the places of the result that `axis` names.",
+                 ("(array-shape (expand-dims [1 2 3] 1))", "(3 1)"))  # fmt: skip
+def expand_dims(rt: Runtime, array: Any, *axes: int) -> Any:
+    data = to_numpy(rt, array, "expand-dims")
+    sides = data.ndim + len(axes)
+    if sides > _MAX_DIMENSIONS:
+        raise SceneError("value", f"`expand-dims` supports at most {_MAX_DIMENSIONS} dimensions, got {sides}")
+    if any(not -sides <= axis < sides for axis in axes) or len({axis % sides for axis in axes}) < len(axes):
+        raise SceneError("value", f"`expand-dims` expects different axes of {sides}, got {show(make_list(axes), 60)}")
+    rt.charge(data.size >> 5)
+    return from_numpy(np.expand_dims(data, axes))
+
+
 # --- reductions ------------------------------------------------------------------------------------------------
 
 _CONTAINERS = (Pair, type(NIL), MutableList)
@@ -541,14 +555,26 @@ def dot(rt: Runtime, a: Any, b: Any) -> Any:
     return _numpy_product(rt, "dot", np.dot, to_numpy(rt, a, "dot"), to_numpy(rt, b, "dot"))
 
 
-@registry.define("cross", "a::Vector b::Vector", "Vector",
-                 "Return the cross product, perpendicular to both vectors by the right-hand rule.",
+@registry.define("cross", "a::ArrayLike b::ArrayLike", "Array",
+                 "Return the cross product, perpendicular to both vectors by the right-hand rule; of arrays that of "
+                 "each row.",
                  ("(cross [1 0 0] [0 1 0])", "[0 0 1]"))  # fmt: skip
-def cross(rt: Runtime, a: Vector, b: Vector) -> Any:
-    if len(a) != 3 or len(b) != 3:
-        raise SceneError("value", f"`cross` expects two vectors of length 3, got lengths {len(a)} and {len(b)}")
-    (ax, ay, az), (bx, by, bz) = a, b
-    return from_numpy(to_numpy(rt, Vector((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))))
+def cross(rt: Runtime, a: Any, b: Any) -> Any:
+    if type(a) is Vector and type(b) is Vector:
+        if len(a) != 3 or len(b) != 3:
+            raise SceneError("value", f"`cross` expects two vectors of length 3, got lengths {len(a)} and {len(b)}")
+        (ax, ay, az), (bx, by, bz) = a, b
+        return from_numpy(to_numpy(rt, Vector((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))))
+    left, right = to_numpy(rt, a, "cross"), to_numpy(rt, b, "cross")
+    for data, name in ((left, "a"), (right, "b")):
+        if data.ndim == 0 or data.shape[-1] != 3:
+            raise SceneError("type", f"`cross` expects vectors of length 3 for `{name}`, got the shape {_shape(data)}")
+    rt.charge((left.size + right.size) >> 4)
+    try:
+        return from_numpy(np.cross(left, right))
+    except ValueError:
+        shapes = f"{_shape(left)}, {_shape(right)}"
+        raise SceneError("value", f"`cross` cannot combine arrays of the shapes {shapes}") from None
 
 
 def _flat(rt: Runtime, name: str, value: Any) -> list[float]:

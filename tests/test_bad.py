@@ -26,6 +26,7 @@ CASES = sorted(p for p in BAD.iterdir() if p.suffix in (".scene", ".py") or (p /
 # Codes that no program shows by itself, with the test that does, or the reason.
 ELSEWHERE = {
     "E508": "an interruption comes from outside: tests/test_cli.py",
+    "E510": "an evaluation is blocked from outside: tests/sandbox",
     "E509": "no program ends its process: tests/sandbox",
     "E707": "weights are no program: tests/clip",
     "E708": "a simulation is needed: tests/physics",

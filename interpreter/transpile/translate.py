@@ -7,14 +7,16 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING, Literal
 
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
-from scenelang.interpreter.transpile.analysis.inference import TypeFacts
+from scenelang.interpreter.transpile.analysis.inference import NONE, RECORD, UNKNOWN, TypeFacts
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch
+from scenelang.interpreter.transpile.analysis.inlining import with_generators_in_place
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
 from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, OperatorMethods, has_classes, lowered
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
@@ -31,6 +33,9 @@ from scenelang.interpreter.transpile.writing.code import Code, Finish, Namer, Ou
 from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement
 from scenelang.interpreter.transpile.writing.writer import Analysed, Writer
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 
 _MAX_ROUNDS = 3
 _MISTAKES = ("python-name", "python-call")  # these errors say more than where the evaluation ends
@@ -51,15 +56,16 @@ class Translation:
         Errors and warnings.
     partial
         If there are errors, the forms with ``(void)`` in place of what was not translated, for further checks.
-    is_evaluated
-        Whether parts of the Python have been evaluated.
+    way
+        How it was made: by translation, from a program with data in place of what computes it, or with functions
+        evaluated.
     """
 
     forms: tuple[Datum, ...]
     text: str
     diagnostics: tuple[Diagnostic, ...]
     partial: tuple[Datum, ...] = ()
-    is_evaluated: bool = False
+    way: Literal["translated", "rewritten", "tabulated", "evaluated"] = "translated"
 
     def with_diagnostics(self, diagnostics: tuple[Diagnostic, ...]) -> Translation:
         """Return the translation with the diagnostics of the checker, without a program if one of them is an error."""
@@ -94,8 +100,33 @@ def translate(source: Source, with_text: bool = True, finish: Finish | None = No
     analysed = analyse(text)
     translation = _translation(text, analysed, with_text, finish)
     if translation.ok or any(d.is_error for d in text.diagnostics):
-        return translation
+        return translation if analysed.text.tree is text.tree else replace(translation, way="rewritten")
+    from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
+
+    in_place = _with_generators_in_place(text, translation.diagnostics)
+    if in_place is not None:
+        second = _translation(in_place, analyse(in_place), with_text, finish)
+        if second.ok:
+            return replace(second, way="rewritten")
+        if analysed.root is not None:
+            found = [d for d in second.diagnostics if d.is_error]
+            with_tables = _with_tables(in_place, analysed.root.name, found, StepBudget(), with_text, finish)
+            if with_tables is not None:
+                return with_tables
     return _with_evaluated_parts(text, analysed, translation, translation.diagnostics, with_text, finish)
+
+
+def obstacles(source: Source) -> list[Diagnostic]:
+    """Return what keeps a program from being translated without any evaluation."""
+    text = parse_python(source)
+    return [d for d in _translation(text, analyse(text), False, None).diagnostics if d.is_error]
+
+
+def _with_generators_in_place(text: PythonText, diagnostics: Sequence[Diagnostic]) -> PythonText | None:
+    """Return the program in which generators are written where they are used, because they are no lists there."""
+    spans = {d.span for d in diagnostics if d.is_error and "generator" in d.message}
+    tree = with_generators_in_place(text.tree, lambda node: text.span(node) in spans) if spans else None
+    return replace(text, tree=tree) if tree is not None else None
 
 
 def with_evaluated_parts(
@@ -107,11 +138,19 @@ def with_evaluated_parts(
 ) -> Translation:
     """Translate again, with the parts evaluated in which the checker, or a run, has found errors.
 
-    Loops are written out: what remains of a loop would fail as the translation has.
+    Those that make no shapes are evaluated to data, unless they have been. Loops are written out otherwise: what
+    remains of a loop would fail as the translation has.
     """
     text = parse_python(source)
     analysed = analyse(text)
     found = [*_translation(text, analysed, False, None).diagnostics, *errors]
+    if translation.way != "tabulated" and analysed.root is not None:
+        from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
+
+        known = [d for d in found if d.is_error]
+        with_tables = _with_tables(text, analysed.root.name, known, StepBudget(), with_text, finish)
+        if with_tables is not None:
+            return with_tables
     return _with_evaluated_parts(text, analysed, translation, found, with_text, finish, ("unrolled", "drawn"))
 
 
@@ -130,6 +169,10 @@ def _with_evaluated_parts(
     budget = StepBudget()
     root = analysed.root.name if analysed.root is not None else None
     errors = [d for d in found if d.is_error]
+    if "loops" in ways:  # else a run of the translation has failed
+        with_tables = _with_tables(text, root, errors, budget, with_text, finish)
+        if with_tables is not None:
+            return with_tables
     for _ in range(_MAX_ROUNDS):  # what remains may have errors in other parts
         more: list[Diagnostic] = []
         for way in ways:
@@ -140,13 +183,40 @@ def _with_evaluated_parts(
                 if isinstance(folded, PythonText):
                     second = _translation(folded, analyse(folded), with_text, finish)
                     if second.ok:
-                        return replace(second, is_evaluated=True)
+                        return replace(second, way="evaluated")
                     if way == ways[0] and folded is remaining.text:
                         more += [d for d in second.diagnostics if d.is_error]
         if not more:
             break
         errors += more
     return translation
+
+
+def _with_tables(
+    text: PythonText,
+    root: str | None,
+    errors: Sequence[Diagnostic],
+    budget: StepBudget,
+    with_text: bool,
+    finish: Finish | None,
+) -> Translation | None:
+    """Return the program in which data is computed that the translation does not know how to; None if that fails."""
+    from scenelang.interpreter.transpile.evaluation.tabulation import tabulated
+
+    known = [d for d in errors if d.span is not None]
+    while root is not None and known:
+        folded = tabulated(text, root, known, budget)
+        if folded is None:
+            return None
+        second = _translation(folded, analyse(folded), with_text, finish)
+        if second.ok:
+            return replace(second, way="tabulated")
+        seen = {(each.name, each.span) for each in known}
+        more = [d for d in second.diagnostics if d.is_error and (d.name, d.span) not in seen]
+        if not more:
+            return None
+        known += more
+    return None
 
 
 def _refused(folded: Diagnostic, found: Sequence[Diagnostic], translation: Translation) -> Translation:
@@ -194,7 +264,7 @@ def analyse(text: PythonText) -> Analysed:
     if tree is not text.tree and has_classes(tree):
         dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
         for _ in range(MOST_PASSES):
-            operators = OperatorMethods(partial(_instances, analysed), dispatch)
+            operators = OperatorMethods(partial(_instances, analysed), partial(_kinds, analysed), dispatch)
             tree = operators.visit(tree)
             if not operators.count:
                 break
@@ -208,7 +278,13 @@ def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
         c.variable is analysed.names.variables.get(node) for c in analysed.names.classes.values()
     ):
         return []
-    return analysed.facts.type(node).classes
+    found = analysed.facts.type(node)
+    return found.classes if not found.kinds & ~(RECORD | NONE | UNKNOWN) else []
+
+
+def _kinds(analysed: Analysed, node: ast.expr) -> int:
+    """Return the kinds of values that an expression may have."""
+    return analysed.facts.type(node).kinds
 
 
 def _analysed(text: PythonText) -> Analysed:

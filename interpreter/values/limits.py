@@ -128,7 +128,7 @@ def wall_guard(seconds: float) -> float:
 def blocked_error(seconds: float, used: float) -> LimitError:
     """Return the error for exceeding the wall-clock guard of a limit of ``seconds``, with ``used`` CPU seconds."""
     return LimitError(
-        "time",
+        "blocked",
         f"no result after {wall_guard(seconds):g} seconds, in which {used:.1f} seconds of CPU time were used: the "
         "evaluation sleeps or is blocked, or the machine is overloaded",
         hint="the guard is 10 times --max-seconds, plus 60 seconds",

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import CODES, Diagnostic
@@ -93,16 +94,33 @@ def _translated(
     """
     translation = translate(source, with_text, finish)
     checked = _check(session, source, translation)
-    errors = [d for d in checked.diagnostics if d.is_error]
-    if not errors and with_text and (translation.changes_data or translation.is_evaluated):
-        errors = _trial_error(session, source, checked)
-    if errors and translation.ok:
-        evaluated = with_evaluated_parts(source, translation, errors, with_text, finish)
-        if evaluated.ok and evaluated is not translation:
-            checked_again = _check(session, source, evaluated)
-            if checked_again.ok:
-                return evaluated, checked_again
-    return translation, checked
+    made = _working(session, source, finish, translation, checked, with_text=with_text)
+    return made or (translation, checked)
+
+
+def _working(
+    session: Session,
+    source: Source,
+    finish: Finish | None,
+    translation: Translation,
+    checked: Checked,
+    *,
+    with_text: bool,
+) -> tuple[Translation, Checked] | None:
+    """Return the first translation without errors: as it is, with its data evaluated, and with its functions."""
+    while translation.ok:
+        errors = [d for d in checked.diagnostics if d.is_error]
+        if translation.way == "evaluated":
+            return None if errors else (translation, checked)
+        if not errors and with_text and (translation.changes_data or translation.way != "translated"):
+            errors = _trial_error(session, source, checked)
+        if not errors:
+            return translation, checked
+        other = with_evaluated_parts(source, translation, errors, with_text, finish)
+        if other is translation:
+            break
+        translation, checked = other, _check(session, source, other)
+    return None
 
 
 def _check(session: Session, source: Source, translation: Translation) -> Checked:
@@ -139,23 +157,22 @@ def _evaluated_in_part(session: Session, source: Source, problem: Diagnostic) ->
     if place is None or session.options.seed:
         return None
     error = replace(problem, span=place)
-    translation = run_with_room(
-        lambda: with_evaluated_parts(source, translate(source, False), [error], False),
-        EXPANSION_DEPTH,
-        folders=session.folders(source),
-    )
-    exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
-    if exception is not None:
-        if exception.span is not None and exception.span.overlaps(place):  # whose place is more exact
-            exception = replace(in_python(problem), message=exception.message, hint=None)
-        return Evaluated(None, None, (exception,))
-    if not translation.ok:
-        return None
-    checked = run_with_room(
-        lambda: _check(session, source, translation), EXPANSION_DEPTH, folders=session.folders(source)
-    )
-    result = session.evaluate_checked(source, checked)
-    return result if result.scene is not None else None
+    room = partial(run_with_room, depth=EXPANSION_DEPTH, folders=session.folders(source))
+    translation = room(partial(translate, source, False))
+    for _ in range(2):  # with its data evaluated, and with its functions
+        translation = room(partial(with_evaluated_parts, source, translation, [error], False))
+        exception = next((d for d in translation.diagnostics if d.name == "python-exception"), None)
+        if exception is not None:
+            if exception.span is not None and exception.span.overlaps(place):  # whose place is more exact
+                exception = replace(in_python(problem), message=exception.message, hint=None)
+            return Evaluated(None, None, (exception,))
+        if not translation.ok:
+            return None
+        checked = room(partial(_check, session, source, translation))
+        result = session.evaluate_checked(source, checked)
+        if result.scene is not None:
+            return result
+    return None
 
 
 def _mistake_of(result: Evaluated) -> Diagnostic | None:

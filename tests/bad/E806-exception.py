@@ -1,15 +1,10 @@
-from enum import Enum
+from fractions import Fraction
 
 
-class Size(Enum):
-    SMALL = 0
-    LARGE = 4
-
-
-def ratio(size: Size) -> float:
-    return 1 / size.value
+def ratio(size: int) -> Fraction:
+    return 1 / Fraction(size, 4)
 
 
 @register()
 def scene() -> Shape:
-    return primitive_call('cube', shape_kwargs={'scale': [1, *(ratio(size) for size in Size)]})
+    return primitive_call('cube', shape_kwargs={'scale': [1, *(float(ratio(size)) for size in (0, 8))]})

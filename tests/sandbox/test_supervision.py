@@ -105,7 +105,7 @@ def test_only_programs_without_procedural_macros_are_checked_without_a_monitor(
 
 ALONE = {  # what the check does, the limits of the clocks, and what is said
     "CPU time": ("while True: pass", {"GRACE": -59.5}, "E507", "limit of 60 seconds of CPU time", 1),
-    "wall clock": ("time.sleep(3600)", {"wall_guard": "lambda seconds: .5"}, "E507", "sleeps or is blocked", 1),
+    "wall clock": ("time.sleep(3600)", {"wall_guard": "lambda seconds: .5"}, "E510", "sleeps or is blocked", 1),
     "Ctrl-C": ("print('checking', flush=True); time.sleep(3600)", {}, "interrupted", "interrupted", 130),
 }
 
@@ -146,7 +146,7 @@ def test_what_sleeps_is_ended_by_the_wall_clock(tmp_path: Path) -> None:
     )
     assert done.returncode == 1, done.stderr
     (problem,) = json.loads(done.stderr)
-    assert problem["code"] == "E507"
+    assert problem["code"] == "E510"
     assert "sleeps or is blocked" in problem["message"]
     assert problem["place"]["line"] in (1, 2)
 

@@ -38,8 +38,16 @@ class Leg:
 
 LEGS = [Leg(0, 1), Leg(1, 1.5), Leg(2.5, 2)]
 
+class Part:  # a class with a hook that makes shapes is evaluated, and with it what uses it
+    def __init_subclass__(cls):
+        pass
+
+class Block(Part):
+    def shape(self):
+        return primitive_call("cube")
+
 def cube(x, y=0.0):
-    return transform_shape(primitive_call("cube"), translation_matrix((x, y, Kind.LOW.value - 1)))
+    return transform_shape(Block().shape(), translation_matrix((x, y, Kind.LOW.value - 1)))
 
 @register()
 def scene() -> Shape:

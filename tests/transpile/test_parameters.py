@@ -10,7 +10,7 @@ from transpile.cases import first_difference, flattened, told
 from transpile.reference_model import flatten
 
 SESSION = Session()
-# A class with a hook is evaluated, and with it what uses it.
+# A class with a hook that makes shapes is evaluated, and with it what uses it.
 HEAD = """from helper import *
 from fractions import Fraction
 import math
@@ -21,9 +21,11 @@ class Part:
 class Beam(Part):
     def __init__(self, size):
         self.size = size
+    def shape(self):
+        return primitive_call('cube', shape_kwargs={'scale': (self.size, self.size, 1)})
 
 def bar(x, y, size):
-    return transform_shape(primitive_call('cube', shape_kwargs={'scale': (size, size, 1)}), translation_matrix((x, y, 0)))
+    return transform_shape(Beam(size).shape(), translation_matrix((x, y, 0)))
 
 @register()
 """

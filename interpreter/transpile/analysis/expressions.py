@@ -589,6 +589,8 @@ def _pose_item(state: InferenceState, node: ast.AST, index: ast.expr) -> Abstrac
 
 def _array_item(state: InferenceState, node: ast.AST, site: Site, index: ast.expr, key: AbstractType) -> AbstractType:
     if isinstance(index, ast.Tuple):
+        if any(isinstance(axis, ast.Constant) and axis.value is None for axis in index.elts):
+            return state.container(node, ARRAY, AbstractType(ARRAY))
         if has_slice(index):
             is_matrix = sum(isinstance(axis, ast.Slice) for axis in index.elts) > 1
             return state.container(node, ARRAY, AbstractType(ARRAY) if is_matrix else T_FLOAT)

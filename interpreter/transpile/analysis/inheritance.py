@@ -20,13 +20,15 @@ def without_bases(tree: ast.Module) -> None:
     for node in tree.body:
         if not isinstance(node, ast.ClassDef):
             continue
-        base = node.bases[0] if len(node.bases) == 1 and not node.keywords else None
-        if isinstance(base, ast.Name) and base.id in known and _fits(node, known[base.id]):
-            _inherit(node, known[base.id])
+        bases = [each.id for each in node.bases if isinstance(each, ast.Name) and each.id in known]
+        is_known = len(bases) == len(node.bases) and not node.keywords
+        if is_known and all(_fits(node, known[each]) for each in bases) and not (len(bases) > 1 and _asks_super(node)):
+            for base in bases:  # the first one that has a member gives it
+                _inherit(node, known[base])
+                for name, others in heirs.items():
+                    if (name == base or base in others) and node.name not in others:
+                        others.append(node.name)
             node.bases = []
-            for name, others in heirs.items():
-                if name == base.id or base.id in others:
-                    others.append(node.name)
         if not node.bases and not node.keywords:
             known[node.name] = node
             heirs[node.name] = []
@@ -37,6 +39,10 @@ def without_bases(tree: ast.Module) -> None:
     for call in walk_tree(tree):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "isinstance":
             call.args[1:] = [_with_heirs(each, heirs) for each in call.args[1:]]
+
+
+def _asks_super(node: ast.ClassDef) -> bool:
+    return any(isinstance(n, ast.Name) and n.id == "super" for n in walk_tree(node))
 
 
 def has_bases(tree: ast.Module) -> bool:

@@ -375,7 +375,7 @@ def _defaultdict(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
     default = infer.call(args[0], node, [], {}) if args else NOTHING
-    return infer.table(infer.site(node, DICT), NOTHING, default, {}, default)
+    return infer.table(infer.site(node, DICT, "table"), NOTHING, default, {}, default)  # the default has one of its own
 
 
 def _meshgrid(
@@ -493,7 +493,7 @@ RESULTS: dict[str, AbstractType | Result] = {
     "numpy.ones_like": _elementwise, "numpy.copy": _make_array, "numpy.float_": T_FLOAT,
     "numpy.full_like": _elementwise, "numpy.linspace": _vector, "numpy.arange": _arange, "numpy.logspace": _vector,
     "numpy.geomspace": _vector, "numpy.eye": _matrix, "numpy.identity": _matrix, "numpy.dot": _dot,
-    "numpy.cross": _vector,
+    "numpy.cross": _elementwise,
     "numpy.matmul": _matrix, "numpy.outer": _matrix, "numpy.inner": T_FLOAT, "numpy.vdot": T_FLOAT,
     "numpy.linalg.norm": _np_sum, "numpy.linalg.inv": _first, "numpy.linalg.det": T_FLOAT,
     "numpy.linalg.solve": _vector,

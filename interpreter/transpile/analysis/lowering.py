@@ -14,8 +14,15 @@ import string
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
+from scenelang.interpreter.transpile.analysis.decorators import has_decorators, without_decorators
+from scenelang.interpreter.transpile.analysis.enumerations import has_enumerations, without_enumerations
+from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, has_bases, without_bases
+from scenelang.interpreter.transpile.analysis.inlining import has_managers, without_managers
+from scenelang.interpreter.transpile.analysis.matches import Matches, has_matches
+from scenelang.interpreter.transpile.analysis.plain_classes import has_descriptions, with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_repeatable, is_sized, placed
 
 # Functions of the library in Python, by their modules.
 _SOURCES = {
@@ -25,6 +32,37 @@ def pairwise(items):
     return list(zip(rest, rest[1:]))
 def starmap(function, rows):
     return [function(*row) for row in rows]
+def takewhile(predicate, items):
+    taken = []
+    for item in items:
+        if not predicate(item):
+            break
+        taken.append(item)
+    return taken
+def counted_while(predicate, start=0, step=1):
+    taken = []
+    item = start
+    while predicate(item):
+        taken.append(item)
+        item = item + step
+    return taken
+def dropwhile(predicate, items):
+    rest = list(items)
+    start = 0
+    while start < len(rest) and predicate(rest[start]):
+        start += 1
+    return rest[start:]
+def groupby(items, key=None):
+    groups = []
+    for item in items:
+        name = item if key is None else key(item)
+        if groups and groups[-1][0] == name:
+            groups[-1][1].append(item)
+        else:
+            groups.append((name, [item]))
+    return groups
+def compress(items, selectors):
+    return [item for item, is_selected in zip(items, selectors) if is_selected]
 """,
     "operator": """
 def itemgetter(index):
@@ -62,7 +100,44 @@ def bisect_right(items, x):
             low = middle + 1
     return low
 """,
+    "heapq": """
+def heappush(heap, item):
+    place = len(heap)
+    heap.append(item)
+    while place > 0 and item < heap[(place - 1) // 2]:
+        heap[place] = heap[(place - 1) // 2]
+        place = (place - 1) // 2
+    heap[place] = item
+def heappop(heap):
+    last = heap.pop()
+    if len(heap) == 0:
+        return last
+    first = heap[0]
+    place = 0
+    child = 1
+    while child < len(heap):
+        if child + 1 < len(heap) and not heap[child] < heap[child + 1]:
+            child += 1
+        heap[place] = heap[child]
+        place = child
+        child = 2 * place + 1
+    while place > 0 and last < heap[(place - 1) // 2]:
+        heap[place] = heap[(place - 1) // 2]
+        place = (place - 1) // 2
+    heap[place] = last
+    return first
+def nsmallest(n, items):
+    return sorted(items)[:n]
+def nlargest(n, items):
+    return sorted(items, reverse=True)[:n]
+""",
     "statistics": """
+def pvariance(values):
+    middle = sum(values) / len(values)
+    return sum((value - middle) ** 2 for value in values) / len(values)
+def pstdev(values):
+    middle = sum(values) / len(values)
+    return math.sqrt(sum((value - middle) ** 2 for value in values) / len(values))
 def fmean(values):
     return sum(values) / len(values)
 def mean(values):
@@ -79,16 +154,71 @@ _LIBRARY = {
     for function in ast.parse(source).body
     if isinstance(function, ast.FunctionDef)
 }
+_LIBRARY["collections.Counter"] = """
+def Counter(items=()):
+    counts = collections.defaultdict(int)
+    if isinstance(items, dict):
+        for item, number in dict(items).items():
+            counts[item] += number
+    else:
+        for item in items:
+            counts[item] += 1
+    return counts
+"""
+_COUNTING = ("update", "subtract", "elements", "total")  # methods of counters that dictionaries do not have, or others
+# Methods that only texts and counters have, by their names and numbers of arguments.
+_OWN_METHODS = {
+    ("partition", 1): """
+def partition(text, separator):
+    place = text.find(separator)
+    if place < 0:
+        return (text, "", "")
+    return (text[:place], separator, text[place + len(separator):])
+""",
+    ("rpartition", 1): """
+def rpartition(text, separator):
+    place = text.rfind(separator)
+    if place < 0:
+        return ("", "", text)
+    return (text[:place], separator, text[place + len(separator):])
+""",
+    ("most_common", 0): """
+def most_common(counts):
+    return sorted(counts.items(), key=lambda pair: -pair[1])
+""",
+    ("most_common", 1): """
+def most_common_few(counts, n):
+    return sorted(counts.items(), key=lambda pair: -pair[1])[:n]
+""",
+}
 _LIBRARY["bisect.bisect"] = _LIBRARY["bisect.bisect_right"].replace("bisect_right", "bisect")
 _SILENT = ("logging", "warnings")  # modules whose functions only tell people something
 
 _BINARY: dict[type[ast.operator], str] = {
     ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
-    ast.FloorDiv: "floordiv",
+    ast.FloorDiv: "floordiv", ast.BitOr: "or_", ast.BitAnd: "and_", ast.BitXor: "xor",
 }  # fmt: skip
-_METHODS = (*_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "len", "contains", "iter", "call")
+_TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
+_ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
+_METHODS = (
+    *_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter", "call",
+    "bool", *_ORDER,
+)  # fmt: skip
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
+_COUNT = "itertools.count"
+_WRITTEN = (
+    _COUNT,
+    "itertools.islice",
+    "numpy.ndindex",
+    "numpy.c_",
+    "numpy.ptp",
+    "numpy.newaxis",
+    "numpy.ndenumerate",
+    "numpy.argwhere",
+    "numpy.nonzero",
+    "itertools.repeat",
+)  # by `_Library` itself
 _PURE = ("iter", "range", "len", "reversed", "abs", "round", "int", "float")
 _CONSUMERS = ("list", "tuple", "set", "sum", "sorted", "min", "max", "any", "all", "enumerate", "zip")
 MOST_PASSES = 6  # each finds the types of what the one before has made
@@ -98,12 +228,25 @@ def lowered(tree: ast.Module) -> ast.Module:
     """Return a module without constructs that the translation does not know; the same one if it has none."""
     paths = _imported(tree)
     nodes = walk_tree(tree)
-    used = any(_path(each, paths) in (*_LIBRARY, *_CONSTANTS, "itertools.islice", "numpy.ndindex") for each in nodes)
+    used = any(
+        _path(each, paths) in (*_LIBRARY, *_CONSTANTS, *_WRITTEN) or _method(each) in _OWN_METHODS for each in nodes
+    )
     has_methods = any(isinstance(each, ast.ClassDef) and _is_lowered(each) for each in nodes)
     has_other = "functools.partial" in paths.values() or any(each in paths.values() for each in _SILENT)
+    has_other |= any(_Targets.is_meant(each.target) for each in nodes if isinstance(each, (ast.For, ast.comprehension)))
     if not used and not has_methods and not has_other and not has_bases(tree):
-        return tree
+        if not (
+            has_enumerations(tree)
+            or has_matches(tree)
+            or has_managers(tree)
+            or has_descriptions(tree)
+            or has_decorators(tree)
+        ):
+            return tree
     tree = copy.deepcopy(tree)
+    tree = _Targets().visit(with_plain_classes(without_decorators(tree)))
+    tree = without_managers(Matches(tree).visit(tree))
+    tree = without_enumerations(tree)
     tree = _Silent(paths).visit(tree)
     _with_fixed_arguments(tree, paths)
     tested = {ast.unparse(each.args[1]) for each in walk_tree(tree) if _is_test_of_class(each)}
@@ -112,23 +255,16 @@ def lowered(tree: ast.Module) -> ast.Module:
         is_tested = cls.name in tested and any("Protocol" in ast.unparse(base) for base in cls.bases)
         cls.bases = [base for base in cls.bases if is_tested or not _is_marker(base)]
     without_bases(tree)
+    is_sorted = any(map(_orders, walk_tree(tree)))
     for cls in classes:
-        _lower_class(cls)
-    names = _Library(paths, {each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
+        _lower_class(cls, is_sorted)
+    names = _Library(paths, tree)
     tree = names.visit(tree)
     made = [each for text in names.made.values() for each in ast.parse(text).body]
     for node in walk_tree(*made):
         _at(node, 1)
     tree.body[_first_statement(tree) : 0] = made
     return tree
-
-
-def _placed(node: ast.expr, origin: ast.expr) -> ast.expr:
-    """Return an expression whose new parts are where another was."""
-    for each in ast.walk(node):
-        if "lineno" in each._attributes and not hasattr(each, "lineno"):
-            ast.copy_location(each, origin)
-    return node
 
 
 def _at(node: ast.AST, line: int) -> None:
@@ -164,30 +300,190 @@ def _path(node: ast.AST, paths: Mapping[str, str]) -> str | None:
     return None
 
 
+def _method(node: ast.AST) -> tuple[str, int] | None:
+    """Return the name of the method that a call calls, and the number of its arguments."""
+    is_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and not node.keywords
+    return (node.func.attr, len(node.args)) if is_call else None  # type: ignore[attr-defined]
+
+
 class _Library(ast.NodeTransformer):
     """Replaces functions of the library by those of the program; ``made`` are the texts of these by name."""
 
-    def __init__(self, paths: Mapping[str, str], names: set[str]) -> None:
-        self._paths, self._names = paths, names
+    def __init__(self, paths: Mapping[str, str], tree: ast.Module) -> None:
+        nodes = walk_tree(tree)
+        self._paths = paths
+        self._names = {each.id for each in nodes if isinstance(each, ast.Name)}
+        self._functions = {each.name for each in nodes if isinstance(each, ast.FunctionDef)}
+        counts = any(isinstance(each, ast.Attribute) and each.attr in _COUNTING for each in nodes)
+        self._other = {"collections.Counter"} if counts else set()
         self.made: dict[str, str] = {}
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         return self._replaced(node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        if _path(node, self._paths) == "numpy.newaxis":
+            return ast.copy_location(ast.Constant(None), node)
         return self._replaced(node) if _path(node, self._paths) in (*_LIBRARY, *_CONSTANTS) else self._inner(node)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """Write calls whose arguments decide what they are: the beginning of a fresh iterator, indices of an array."""
         path = _path(node.func, self._paths)
         self.generic_visit(node)
+        source = _OWN_METHODS.get(_method(node) or ("", 0))
+        if source is not None and path is None and isinstance(node.func, ast.Attribute):
+            if node.func.attr not in self._functions:
+                name = ast.parse(source).body[0].name  # type: ignore[attr-defined]
+                self.made[name] = source
+                return placed(ast.Call(ast.Name(name, ast.Load()), [node.func.value, *node.args], []), node)
+        if path == "numpy.ptp" and node.args:
+            ends = [copy.deepcopy(node) for _ in range(2)]
+            for end, name in zip(ends, ("max", "min")):
+                assert isinstance(end.func, ast.Attribute)
+                end.func.attr = name
+            return placed(ast.BinOp(ends[0], ast.Sub(), ends[1]), node) if is_repeatable(node.args[0]) else node
+        last = node.args[-1] if node.args else None
+        if path == "itertools.takewhile" and isinstance(last, ast.Call) and _path(last.func, self._paths) == _COUNT:
+            node.func, node.args = self._function("itertools.counted_while", node), [node.args[0], *last.args]
+            node.keywords = last.keywords
+            return node
+        if isinstance(node.func, ast.Name) and node.func.id == "zip":
+            return self._counted(node)
         if path == "itertools.islice" and len(node.args) == 2 and isinstance(node.args[0], ast.Call):
             listed = ast.Call(ast.Name("list", ast.Load()), [node.args[0]], [])
-            return _placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
+            return placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
         if path == "numpy.ndindex" and not any(isinstance(each, (ast.Starred, ast.Attribute)) for each in node.args):
             sizes: list[ast.expr] = [ast.Call(ast.Name("range", ast.Load()), [each], []) for each in node.args]
             product = ast.Attribute(ast.Name("itertools", ast.Load()), "product", ast.Load())
-            return _placed(ast.Call(product, sizes, []), node)
+            return placed(ast.Call(product, sizes, []), node)
+        return node
+
+    def visit_For(self, node: ast.For) -> Any:
+        """Write a loop over all numbers as one that counts, and one over the indices of an array as nested ones."""
+        self.generic_visit(node)
+        clauses = self._indices(node.target, node.iter)
+        if clauses is not None and not node.orelse and not any(isinstance(n, ast.Break) for n in walk_tree(*node.body)):
+            body, before = node.body, self._held(node.iter, clauses, node)
+            for each in clauses[2][::-1]:
+                body = [ast.If(each.ifs[0], body, [])] if each.ifs else body
+                body = [ast.For(each.target, each.iter, body, [])]
+            for each in body:
+                placed(each, node)
+            return [*before, *body]
+        call = node.iter
+        if not isinstance(call, ast.Call) or _path(call.func, self._paths) != _COUNT or call.keywords or node.orelse:
+            return node
+        if not isinstance(node.target, ast.Name) or not all(isinstance(each, ast.Constant) for each in call.args):
+            return node
+        start, step = [*call.args, *([ast.Constant(0)] if not call.args else []), ast.Constant(1)][:2]
+        first = ast.BinOp(start, ast.Sub(), step)
+        target = node.target
+        following = ast.BinOp(ast.Name(target.id, ast.Load()), ast.Add(), copy.deepcopy(step))
+        advance = ast.Assign([ast.Name(target.id, ast.Store())], following)
+        loop = ast.While(ast.Constant(True), [advance, *node.body], [])
+        made = [ast.Assign([target], first), loop]
+        for each in made:
+            placed(each, node)
+        return made
+
+    def _indices(self, target: ast.expr, items: ast.expr) -> tuple[Any, ...] | None:
+        """Return the array over whose indices a loop goes, its name, and the nested clauses of that loop."""
+        if not isinstance(items, ast.Call) or not items.args or items.keywords:
+            return None
+        path, array = _path(items.func, self._paths), items.args[0]
+        elements = target.elts if isinstance(target, ast.Tuple) else []
+        names, value = elements, None
+        if path == "numpy.ndenumerate" and len(elements) == 2 and isinstance(elements[0], ast.Tuple):
+            names, value = elements[0].elts, elements[1]
+        elif isinstance(items.func, ast.Name) and items.func.id == "zip" and isinstance(array, ast.Starred):
+            inner = array.value
+            if not isinstance(inner, ast.Call) or _path(inner.func, self._paths) != "numpy.nonzero":
+                return None
+            array = inner.args[0]
+        elif path != "numpy.argwhere":
+            return None
+        if not names or not all(isinstance(each, ast.Name) for each in names):
+            return None
+        name = array.id if isinstance(array, ast.Name) else self._new("cells")
+        shape = ast.Attribute(ast.Name(name, ast.Load()), "shape", ast.Load())
+        clauses = []
+        for n, each in enumerate(names):
+            side = ast.Subscript(copy.deepcopy(shape), ast.Constant(n), ast.Load())
+            clauses.append(ast.comprehension(each, ast.Call(ast.Name("range", ast.Load()), [side], []), [], 0))
+        index = ast.Tuple([ast.Name(each.id, ast.Load()) for each in names if isinstance(each, ast.Name)], ast.Load())
+        item = ast.Subscript(ast.Name(name, ast.Load()), index, ast.Load())
+        if value is None:
+            clauses[-1].ifs.append(item)
+        else:
+            clauses.append(ast.comprehension(value, ast.List([item], ast.Load()), [], 0))
+        return array, name, clauses
+
+    def _new(self, name: str) -> str:
+        number = 2
+        made = name
+        while made in self._names:
+            made, number = f"{name}_{number}", number + 1
+        self._names.add(made)
+        return made
+
+    @staticmethod
+    def _held(items: ast.expr, found: tuple[Any, ...], origin: ast.AST) -> list[ast.stmt]:
+        array, name, _ = found
+        if isinstance(array, ast.Name):
+            return []
+        made = ast.Assign([ast.Name(name, ast.Store())], array)
+        placed(made, origin)
+        return [made]
+
+    def _in_comprehension(self, node: Any) -> Any:
+        self.generic_visit(node)
+        clauses: list[ast.comprehension] = []
+        for each in node.generators:
+            found = self._indices(each.target, each.iter)
+            if found is None or not isinstance(found[0], ast.Name):
+                clauses.append(each)
+                continue
+            found[2][-1].ifs += each.ifs
+            clauses += found[2]
+        node.generators = clauses
+        for clause in clauses:
+            placed(clause, node)
+        return node
+
+    visit_ListComp = visit_SetComp = visit_DictComp = visit_GeneratorExp = _in_comprehension
+
+    def _counted(self, node: ast.Call) -> ast.expr:
+        """Write ``zip(xs, count())`` with as many numbers as there are items."""
+        paths = [_path(each.func, self._paths) if isinstance(each, ast.Call) else None for each in node.args]
+        repeats = [p == "itertools.repeat" and len(e.args) == 1 for p, e in zip(paths, node.args)]  # type: ignore[attr-defined]
+        counts = [p == _COUNT or repeat for p, repeat in zip(paths, repeats)]
+        others = [each for each, is_count in zip(node.args, counts) if not is_count and is_sized(each)]
+        if not any(counts) or not others:
+            return node
+        other = others[0]
+        for n, each in enumerate(node.args):
+            if counts[n] and isinstance(each, ast.Call) and not each.keywords:
+                if repeats[n]:
+                    size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(other)], [])
+                    items = ast.List([each.args[0]], ast.Load())
+                    node.args[n] = placed(ast.BinOp(items, ast.Mult(), size), node)
+                    continue
+                start, step = [*each.args, *([ast.Constant(0)] if not each.args else []), ast.Constant(1)][:2]
+                size = ast.Call(ast.Name("len", ast.Load()), [copy.deepcopy(other)], [])
+                index = ast.Name("index", ast.Load())
+                number = ast.BinOp(start, ast.Add(), ast.BinOp(index, ast.Mult(), step))
+                indices = ast.Call(ast.Name("range", ast.Load()), [size], [])
+                clause = ast.comprehension(ast.Name("index", ast.Store()), indices, [], 0)
+                node.args[n] = placed(ast.ListComp(number, [clause]), node)
+        return node
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        """Write ``np.c_[a, b]`` as the call that it is."""
+        is_call = _path(node.value, self._paths) == "numpy.c_" and isinstance(node.slice, ast.Tuple)
+        self.generic_visit(node)
+        if is_call and isinstance(node.value, ast.Attribute):
+            function = ast.Attribute(node.value.value, "column_stack", ast.Load())
+            return placed(ast.Call(function, [node.slice], []), node)
         return node
 
     def _inner(self, node: ast.Attribute) -> ast.expr:
@@ -195,20 +491,77 @@ class _Library(ast.NodeTransformer):
         return node
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
-        node.names = [each for each in node.names if f"{node.module}.{each.name}" not in _LIBRARY]
+        given = {each.name: f"{node.module}.{each.name}" for each in node.names}
+        node.names = [n for n in node.names if given[n.name] not in _LIBRARY or given[n.name] in self._other]
         return node if node.names else None
 
     def _replaced(self, node: ast.Name | ast.Attribute) -> ast.expr:
         path = _path(node, self._paths)
         if path in _CONSTANTS:
             return ast.copy_location(ast.Constant(_CONSTANTS[path]), node)
-        if path not in _LIBRARY:
+        if path not in _LIBRARY or path in self._other:
             return node
+        return self._function(path, node)
+
+    def _function(self, path: str, node: ast.expr) -> ast.expr:
+        """Return the name of a function in Python of the library."""
         own = path.rpartition(".")[2]
         is_taken = own in self._names and self._paths.get(own) != path
         name = f"{own}_of_library" if is_taken else own
         self.made[name] = _LIBRARY[path].replace(f"def {own}(", f"def {name}(", 1)
         return ast.copy_location(ast.Name(name, ast.Load()), node)
+
+
+class _Targets(ast.NodeTransformer):
+    """Writes targets of loops with a starred name before the last one by indices; ``count`` says how many."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    @staticmethod
+    def is_meant(target: ast.expr) -> bool:
+        """Return whether a target is one of these."""
+        return isinstance(target, ast.Tuple) and any(isinstance(each, ast.Starred) for each in target.elts[:-1])
+
+    def visit_For(self, node: ast.For) -> ast.stmt:
+        self.generic_visit(node)
+        if self.is_meant(node.target):
+            self.count += 1
+            name = f"items_{self.count}"
+            unpack = ast.Assign([node.target], ast.Name(name, ast.Load()))
+            node.target = ast.copy_location(ast.Name(name, ast.Store()), node.target)
+            node.body.insert(0, ast.copy_location(unpack, node.target))
+            placed(unpack, node)
+        return node
+
+    def _in_comprehension(self, node: Any) -> Any:
+        self.generic_visit(node)
+        for clause in node.generators:
+            if not self.is_meant(clause.target):
+                continue
+            self.count += 1
+            name, elements = f"items_{self.count}", clause.target.elts
+            star = next(n for n, each in enumerate(elements) if isinstance(each, ast.Starred))
+            known: dict[str, ast.expr] = {}
+            for n, each in enumerate(elements):
+                end = n - len(elements) + 1
+                index: ast.expr | ast.Slice = (
+                    ast.Constant(n) if n < star else ast.UnaryOp(ast.USub(), ast.Constant(1 - end))
+                )
+                if n == star:
+                    each = each.value
+                    index = ast.Slice(ast.Constant(n), ast.UnaryOp(ast.USub(), ast.Constant(-end)), None)
+                if isinstance(each, ast.Name):
+                    known[each.id] = ast.Subscript(ast.Name(name, ast.Load()), index, ast.Load())
+            clause.target = ast.copy_location(ast.Name(name, ast.Store()), clause.target)
+            renamed = Substitution(known)
+            clause.ifs = [renamed.visit(each) for each in clause.ifs]
+            for field in ("elt", "key", "value"):
+                if hasattr(node, field):
+                    setattr(node, field, placed(renamed.visit(getattr(node, field)), node))
+        return node
+
+    visit_ListComp = visit_SetComp = visit_DictComp = visit_GeneratorExp = _in_comprehension
 
 
 class _Silent(ast.NodeTransformer):
@@ -265,7 +618,7 @@ def _with_fixed_arguments(tree: ast.Module, paths: Mapping[str, str]) -> None:
         uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == target.id and n is not target]
         calls = [n for n in walk_tree(tree) if isinstance(n, ast.Call) and any(n.func is use for use in uses)]
         given_here = [*call.args, *(k.value for k in call.keywords)]
-        is_simple = all(_is_repeatable(each) and _are_constant(each, tree) for each in given_here)
+        is_simple = all(is_repeatable(each) and _are_constant(each, tree) for each in given_here)
         if len(calls) < len(uses) or not calls or not is_simple:
             continue
         for each in calls:
@@ -274,12 +627,6 @@ def _with_fixed_arguments(tree: ast.Module, paths: Mapping[str, str]) -> None:
             given = {k.arg for k in each.keywords}
             each.keywords += [copy.deepcopy(k) for k in call.keywords if k.arg not in given]
         _replace(tree, statement)
-
-
-def _is_repeatable(node: ast.expr) -> bool:
-    """Return whether it does not matter how often an expression is evaluated."""
-    allowed = (ast.Tuple, ast.Constant, ast.Name, ast.Attribute, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)
-    return all(isinstance(each, allowed) for each in walk_tree(node))
 
 
 def _are_constant(node: ast.expr, tree: ast.Module) -> bool:
@@ -306,7 +653,11 @@ def _is_marker(base: ast.expr) -> bool:
 def _is_lowered(node: ast.ClassDef) -> bool:
     return any(map(_is_marker, node.bases)) or any(
         isinstance(each, ast.FunctionDef)
-        and (_dunder(each.name) or each.name == "__post_init__" or _decorators(each) & {"classmethod", *_CACHED})
+        and (
+            _dunder(each.name)
+            or each.name in ("__post_init__", *_TEXTS)
+            or _decorators(each) & {"classmethod", f"{each.name}.setter", *_CACHED}
+        )
         for each in node.body
     )
 
@@ -321,7 +672,9 @@ def _decorators(node: ast.FunctionDef) -> set[str]:
 
 def _dunder(name: str) -> str | None:
     inner = name.removeprefix("__").removesuffix("__")
-    return inner if name == f"__{inner}__" and inner in _METHODS else None
+    is_special = name == f"__{inner}__"
+    plain = f"{inner}_" if inner in ("or", "and") else inner
+    return plain if is_special and plain in _METHODS else None
 
 
 def _is_test_of_class(node: ast.AST) -> TypeGuard[ast.Call]:
@@ -329,22 +682,51 @@ def _is_test_of_class(node: ast.AST) -> TypeGuard[ast.Call]:
     return is_call and isinstance(node, ast.Call) and len(node.args) == 2
 
 
-def _lower_class(node: ast.ClassDef) -> None:
+def _orders(node: ast.AST) -> bool:
+    """Return whether a call compares items of which it is not known what they are."""
+    name = ast.unparse(node.func).rpartition(".")[2] if isinstance(node, ast.Call) else ""
+    return name in ("sorted", "sort", "min", "max") and not any(k.arg == "key" for k in node.keywords)  # type: ignore[attr-defined]
+
+
+def _write_order(node: ast.ClassDef) -> None:
+    """Write the comparison of a data class that has an order: that of its fields."""
+    fields = [
+        each.target.id for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
+        and "compare=False" not in ast.unparse(each.value or ast.Constant(None))
+    ]  # fmt: skip
+    sides = [", ".join(f"{owner}.{name}" for name in fields) for owner in ("self", "other")]
+    one, other = sides if len(fields) == 1 else (f"({each})" for each in sides)
+    made = ast.parse(f"def lt(self, other):\n    return {one} < {other}").body[0]
+    placed(made, node, is_new=True)
+    node.body.append(made)
+
+
+def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
     """Make the operator methods of a class plain ones, its class methods static, and write its constructor."""
+    if not is_sorted and any("order=True" in ast.unparse(each) for each in node.decorator_list):
+        _write_order(node)
+    node.body = [each for each in node.body if getattr(each, "name", "") not in _TEXTS] or [
+        ast.copy_location(ast.Pass(), node)
+    ]
     own = {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
     for each in node.body:
+        setter = each.decorator_list[0] if isinstance(each, ast.FunctionDef) and each.decorator_list else None
+        if isinstance(each, ast.FunctionDef) and setter is not None and ast.unparse(setter) == f"{each.name}.setter":
+            each.name, each.decorator_list = f"set_{each.name}", []
         if isinstance(each, ast.AnnAssign) and each.value is not None and _UNSET.fullmatch(ast.unparse(each.value)):
             each.value = ast.copy_location(ast.Constant(None), each.value)
             each.__dict__["is_unset"] = True
         if not isinstance(each, ast.FunctionDef):
             continue
         plain = _dunder(each.name)
+        if plain in _ORDER and is_sorted:
+            continue  # which they decide, too
         if plain is not None and plain not in own and (plain != "iter" or _is_quiet(each)):
             each.name = plain
             if plain == "iter":
                 _without_iterator(each)
         for decorator in each.decorator_list:
-            if ast.unparse(decorator) in _CACHED and len(each.body) == 1 and isinstance(each.body[0], ast.Return):
+            if ast.unparse(decorator) in _CACHED and _is_steady(each):
                 each.decorator_list = [ast.copy_location(ast.Name("property", ast.Load()), decorator)]
             elif ast.unparse(decorator) == "classmethod" and each.args.args and not node.bases:
                 each.decorator_list = [ast.copy_location(ast.Name("staticmethod", ast.Load()), decorator)]
@@ -355,6 +737,22 @@ def _lower_class(node: ast.ClassDef) -> None:
     finish = next((e for e in node.body if isinstance(e, ast.FunctionDef) and e.name == "__post_init__"), None)
     if finish is not None and "__init__" not in own and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
         _write_constructor(node, finish)
+
+
+def _is_steady(method: ast.FunctionDef) -> bool:
+    """Return whether a property gives the same whenever it is asked, as far as its text shows: it draws nothing."""
+    if len(method.body) == 1 and isinstance(method.body[0], ast.Return):
+        return True
+    nodes = walk_tree(*method.body)
+    own = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    for node in nodes:
+        if isinstance(node, (ast.Attribute, ast.Subscript)) and not isinstance(node.ctx, ast.Load):
+            return False
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            owner = node.func.value
+            if not (isinstance(owner, ast.Name) and (owner.id in own or owner.id in ("math", "np", "numpy"))):
+                return False
+    return True
 
 
 def _write_constructor(node: ast.ClassDef, finish: ast.FunctionDef) -> None:
@@ -400,8 +798,10 @@ def _without_iterator(method: ast.FunctionDef) -> None:
 class OperatorMethods(ast.NodeTransformer):
     """Replaces operators on instances of the program's classes by calls of their methods; ``count`` says how many."""
 
-    def __init__(self, classes_of: Callable[[ast.expr], list[Any]], dispatch: Dispatch) -> None:
-        self._classes_of, self._dispatch = classes_of, dispatch
+    def __init__(
+        self, classes_of: Callable[[ast.expr], list[Any]], kinds_of: Callable[[ast.expr], int], dispatch: Dispatch
+    ) -> None:
+        self._classes_of, self._kinds_of, self._dispatch = classes_of, kinds_of, dispatch
         self.count = 0
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
@@ -416,6 +816,12 @@ class OperatorMethods(ast.NodeTransformer):
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         self.generic_visit(node)
+        kinds = self._kinds_of(node.value)
+        if (
+            node.attr == "value" and kinds and not kinds & ~(NUMBERS | STR)
+        ):  # a member of an enumeration that is its value
+            self.count += 1
+            return node.value
         classes = self._classes_of(node.value)
         has_all = len(classes) > 1 and all(node.attr in (*dict(c.fields), *c.constants, *c.properties) for c in classes)
         if not has_all or not isinstance(node.ctx, ast.Load):
@@ -437,13 +843,38 @@ class OperatorMethods(ast.NodeTransformer):
         method = _BINARY.get(type(node.op), "")
         if self._has(node.left, method):
             return self._call(node, node.left, method, [node.right])
-        if not self._classes_of(node.left) and _is_repeatable(node.left) and self._has(node.right, f"r{method}"):
+        if not self._classes_of(node.left) and is_repeatable(node.left) and self._has(node.right, f"r{method}"):
             return self._call(node, node.right, f"r{method}", [node.left])
+        return node
+
+    def visit_Assign(self, node: ast.Assign) -> ast.stmt:
+        """Write ``grid[key] = value``, and the assignment of a property, as the call of a method."""
+        target = node.targets[0]
+        setter = f"set_{target.attr}" if isinstance(target, ast.Attribute) else ""
+        if len(node.targets) == 1 and isinstance(target, ast.Attribute) and self._has(target.value, setter):
+            value, owner = self.visit(node.value), self.visit(target.value)
+            return ast.copy_location(ast.Expr(self._call(node.value, owner, setter, [value])), node)
+        if len(node.targets) == 1 and isinstance(target, ast.Subscript) and self._has(target.value, "setitem"):
+            node.value = self.visit(node.value)
+            owner, key = self.visit(target.value), self.visit(target.slice)
+            return ast.copy_location(ast.Expr(self._call(node.value, owner, "setitem", [key, node.value])), node)
+        self.generic_visit(node)
         return node
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
         self.generic_visit(node)
         method = _BINARY.get(type(node.op), "")
+        target = node.target
+        if isinstance(target, ast.Attribute) and self._has(target.value, f"set_{target.attr}"):
+            asked = ast.copy_location(ast.Attribute(copy.deepcopy(target.value), target.attr, ast.Load()), target)
+            new = ast.copy_location(ast.BinOp(asked, node.op, node.value), node.value)
+            return ast.copy_location(ast.Expr(self._call(node.value, target.value, f"set_{target.attr}", [new])), node)
+        if isinstance(target, ast.Subscript) and self._has(target.value, "setitem") and is_repeatable(target.value):
+            if is_repeatable(target.slice) and self._has(target.value, "getitem"):
+                item = self._call(node.value, target.value, "getitem", [copy.deepcopy(target.slice)])
+                new = ast.copy_location(ast.BinOp(item, node.op, node.value), node.value)
+                call = self._call(node.value, copy.deepcopy(target.value), "setitem", [target.slice, new])
+                return ast.copy_location(ast.Expr(call), node)
         if isinstance(node.target, ast.Name):
             old = ast.copy_location(ast.Name(node.target.id, ast.Load()), node.target)
             if self._has(node.target, method):
@@ -455,6 +886,8 @@ class OperatorMethods(ast.NodeTransformer):
         self.generic_visit(node)
         if isinstance(node.op, ast.USub) and self._has(node.operand, "neg"):
             return self._call(node, node.operand, "neg", [])
+        if isinstance(node.op, ast.Not):
+            node.operand = self._truth(node.operand)
         return node
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
@@ -467,13 +900,56 @@ class OperatorMethods(ast.NodeTransformer):
             return self._call(node, node.value, "getitem", [node.slice])
         return node
 
+    def _ordered(self, node: ast.Compare) -> ast.expr | None:
+        """Return a comparison of objects by a method of theirs."""
+        right = node.comparators[0]
+        for name, kind in _ORDER.items():
+            if type(node.ops[0]) is kind and self._has(node.left, name):
+                return self._call(node, node.left, name, [right])
+            mirrored = {"lt": ast.Gt, "gt": ast.Lt, "le": ast.GtE, "ge": ast.LtE}[name]
+            if type(node.ops[0]) is mirrored and self._has(node.left, name) and is_repeatable(node.left):
+                return self._call(node, right, name, [node.left])
+        return None
+
+    def _truth(self, node: ast.expr) -> ast.expr:
+        """Return a test of an object by its ``__bool__``, or else by its length."""
+        if self._has(node, "bool"):
+            return self._call(node, node, "bool", [])
+        if self._has(node, "len"):
+            size = self._call(node, node, "len", [])
+            zero = ast.copy_location(ast.Constant(0), node)
+            return ast.copy_location(ast.Compare(size, [ast.Gt()], [zero]), node)
+        return node
+
+    def visit_If(self, node: ast.If) -> ast.stmt:
+        self.generic_visit(node)
+        node.test = self._truth(node.test)
+        return node
+
+    def visit_While(self, node: ast.While) -> ast.stmt:
+        self.generic_visit(node)
+        node.test = self._truth(node.test)
+        return node
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        self.generic_visit(node)
+        node.test = self._truth(node.test)
+        return node
+
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
         self.generic_visit(node)
+        if len(node.ops) == 1 and type(node.ops[0]) in _ORDER.values():
+            return self._ordered(node) or node
         if len(node.ops) == 1 and isinstance(node.ops[0], (ast.In, ast.NotIn)):
             if self._has(node.comparators[0], "contains"):
                 made = self._call(node, node.comparators[0], "contains", [node.left])
                 is_in = isinstance(node.ops[0], ast.In)
                 return made if is_in else ast.copy_location(ast.UnaryOp(ast.Not(), made), node)
+            if self._kinds_of(node.comparators[0]) == INT and is_repeatable(node.left):  # flags, which are numbers
+                self.count += 1
+                both = ast.copy_location(ast.BinOp(node.comparators[0], ast.BitAnd(), copy.deepcopy(node.left)), node)
+                same = ast.Eq() if isinstance(node.ops[0], ast.In) else ast.NotEq()
+                return ast.copy_location(ast.Compare(both, [same], [node.left]), node)
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
@@ -486,6 +962,18 @@ class OperatorMethods(ast.NodeTransformer):
                 made = self._dispatch.call(node, function.value, function.attr, names)
                 self.count += made is not None
                 return made or node
+        if ast.unparse(function) in ("replace", "dataclasses.replace") and len(node.args) == 1:
+            return self._replaced(node) or node
+        if isinstance(function, ast.Name) and function.id == "sum" and len(node.args) == 2 and not node.keywords:
+            if self._has(node.args[1], "add"):
+                self.count += 1
+                made = ast.parse("functools.reduce(lambda total, item: total + item, 0, 0)", mode="eval").body
+                assert isinstance(made, ast.Call)
+                made.args[1:] = node.args
+                for each in walk_tree(made.args[0], made.func):
+                    if "lineno" in each._attributes:
+                        ast.copy_location(each, node)
+                return ast.copy_location(made, node)
         if isinstance(function, ast.Name) and function.id in ("len", "abs") and len(node.args) == 1:
             if self._has(node.args[0], function.id):
                 return self._call(node, node.args[0], function.id, [])
@@ -495,6 +983,23 @@ class OperatorMethods(ast.NodeTransformer):
             self.count += 1
             node.func = ast.copy_location(ast.Attribute(function, "call", ast.Load()), function)
         return node
+
+    def _replaced(self, node: ast.Call) -> ast.expr | None:
+        """Return the call of a data class with the fields of an object, some of them changed."""
+        given, classes = node.args[0], self._classes_of(node.args[0])
+        changed = {str(k.arg): k.value for k in node.keywords}
+        if len(classes) != 1 or not classes[0].is_dataclass or not is_repeatable(given):
+            return None
+        if "__init__" in classes[0].methods:
+            return None
+        names = [name for name, _ in classes[0].fields]
+        if not {*changed} <= {*names}:
+            return None
+        self.count += 1
+        values = [changed.get(n) or ast.Attribute(copy.deepcopy(given), n, ast.Load()) for n in names]
+        made = ast.Call(ast.Name(classes[0].name, ast.Load()), [], [ast.keyword(n, v) for n, v in zip(names, values)])
+        placed(made, node)
+        return made
 
     def _items(self, node: ast.expr) -> ast.expr:
         return self._call(node, node, "iter", []) if self._has(node, "iter") else node
@@ -524,5 +1029,8 @@ class OperatorMethods(ast.NodeTransformer):
 
 
 def has_classes(tree: ast.Module) -> bool:
-    """Return whether a module has classes, whose instances may be operands."""
-    return any(isinstance(node, ast.ClassDef) for node in tree.body)
+    """Return whether a module has classes, whose instances may be operands, or asks members for their values."""
+    return any(isinstance(node, ast.ClassDef) for node in tree.body) or any(
+        (isinstance(node, ast.Attribute) and node.attr == "value") or isinstance(node, ast.In)
+        for node in walk_tree(tree)
+    )

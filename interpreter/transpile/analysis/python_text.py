@@ -377,7 +377,7 @@ def _parse(text: PythonText) -> None:
                 if problem is not None:
                     text.diagnostics.append(problem)
                     return
-                text.tree = _with_named_tuples(_with_separate_lists(_Matches().visit(tree)))
+                text.tree = _with_named_tuples(_with_separate_lists(tree))
                 symtable.symtable(
                     code, "<python>", "exec"
                 )  # reports scope errors that the parser does not detect; executes nothing
@@ -436,48 +436,6 @@ def _with_separate_lists(tree: ast.Module) -> ast.Module:
             if isinstance(block, list) and any(isinstance(s, ast.Assign) for s in block):
                 setattr(node, name, [part for statement in block for part in _separated(statement)])
     return tree
-
-
-class _Matches(ast.NodeTransformer):
-    """Converts ``match`` over constants to ``if`` and ``elif``; other patterns are unsupported."""
-
-    def visit_Match(self, node: ast.Match) -> ast.stmt:
-        self.generic_visit(node)
-        if not isinstance(node.subject, ast.Name):
-            return node
-        branches: list[ast.stmt] = []
-        for case in reversed(node.cases):
-            if _is_wildcard(case.pattern) and case.guard is None:
-                branches = case.body
-                continue
-            test = _case_test(node.subject, case.pattern)
-            if test is None:
-                return node
-            if case.guard is not None:
-                test = ast.copy_location(ast.BoolOp(ast.And(), [test, case.guard]), test)
-            branches = [ast.copy_location(ast.If(test, case.body, branches), case.pattern)]
-        if len(branches) == 1 and isinstance(branches[0], ast.If):
-            return ast.copy_location(branches[0], node)
-        return node
-
-
-def _is_wildcard(pattern: ast.pattern) -> bool:
-    return isinstance(pattern, ast.MatchAs) and pattern.pattern is None and pattern.name is None
-
-
-def _case_test(subject: ast.Name, pattern: ast.pattern) -> ast.expr | None:
-    if isinstance(pattern, ast.MatchOr):
-        tests = [_case_test(subject, p) for p in pattern.patterns]
-        known = [test for test in tests if test is not None]
-        return ast.copy_location(ast.BoolOp(ast.Or(), known), pattern) if len(known) == len(tests) else None
-    if isinstance(pattern, ast.MatchValue):
-        value: ast.expr = pattern.value
-    elif isinstance(pattern, ast.MatchSingleton):
-        value = ast.copy_location(ast.Constant(pattern.value), pattern)
-    else:
-        return None
-    name = ast.copy_location(ast.Name(subject.id, ast.Load()), pattern)
-    return ast.copy_location(ast.Compare(name, [ast.Eq()], [value]), pattern)
 
 
 def _with_named_tuples(tree: ast.Module) -> ast.Module:

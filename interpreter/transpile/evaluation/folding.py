@@ -223,13 +223,17 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
         if folding.error is None:
             rewritten = _rewritten(text, items, reached - evaluated, folding.found, folding.printed)
             originals = _with_originals(text, items, start, wrong, evaluated, folding) if way == "loops" else None
-            return Remaining(rewritten, originals)
+            return Remaining(_warned(rewritten, folding), _warned(originals, folding))
         if not folding.draws:
             return Remaining(_problem(text, folding, folding.error))
     folding = _evaluated(text, items, reached, str(root), plan, budget, True)
     if folding.error is not None:
         return Remaining(_problem(text, folding, folding.error))
     return Remaining(_with_fixed_draws(text, items, reached, folding, str(root)))
+
+
+def _warned(text: PythonText | None, folding: Folding) -> PythonText | None:
+    return replace(text, diagnostics=[*text.diagnostics, *folding.warnings]) if text is not None else None
 
 
 def _with_originals(
@@ -456,6 +460,7 @@ class Folding:
         self._defaults: dict[str, dict[str, ast.expr]] = {}  # of parameters, by function
         self._shown: dict[str, set[str]] = {}  # parameters that calls pass, by function
         self._variants: dict[str, dict[Any, list[Variant]]] = {}
+        self.warnings: list[Diagnostic] = []
         self.printed: list[ast.stmt] = []  # by the statements at the top level
         self._opaque: set[str] = set()  # functions whose callers pass other things than they do in Python
         self._is_pure = False  # whether the root has changed nothing outside of it
@@ -896,6 +901,8 @@ class Folding:
         same = {key for key in tests_of[0] if all(each.get(key) == tests_of[0][key] for each in tests_of)}
         same = {key for key in same if key not in shown and f"{name}.{key}" in self._objects}
         passed -= same  # objects that no call names
+        tested = {key for tests in tests_of for key in tests} & set(given) - same
+        self.warnings += [fixed_parameter(name, key, self._text.span(node)) for key in sorted(tested)]
         names = [each for each in given if each in passed] + sorted(passed - set(given))
         has_states = any(len(variants) > 1 for variants in found.values())
         if has_states and _STATE in names:
@@ -955,6 +962,13 @@ class _Brought(ast.NodeTransformer):
         inner = copy.deepcopy(home.values[node.id].node)
         self._foreign |= {each.id for each in ast.walk(inner) if isinstance(each, ast.Name) and each.id in home.values}
         return self.visit(inner)  # type: ignore[no-any-return]
+
+
+def fixed_parameter(function: str, parameter: str, span: Span) -> Diagnostic:
+    """Return the warning that a parameter of a word has no other values than those of the evaluation."""
+    message = f"`{parameter}` of `{function}` has only the values for which this was evaluated; others are errors"
+    hint = "write this with plain functions, loops and lists, so that it stays in the program"
+    return Diagnostic("fixed-parameter", message, Span(span.source, span.start, span.start + 1), hint)
 
 
 def defaults_of(function: Any) -> dict[str, Any]:

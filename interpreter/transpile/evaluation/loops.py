@@ -875,10 +875,14 @@ def _items(value: Any) -> list[Any] | None:
         return [value.steps]
     if isinstance(value, (Iterator, *_STREAMS)):
         return []  # nobody may advance it
-    is_plain = type(value).__name__ in ("Fraction", "Pattern", "mappingproxy", "ellipsis", "NotImplementedType")
+    is_plain = type(value).__name__ in _UNCHANGING
     return [] if is_plain or isinstance(value, Exception) else None
 
 
+_UNCHANGING = (
+    "Fraction", "Decimal", "Pattern", "Match", "date", "datetime", "time", "timedelta", "mappingproxy", "ellipsis",
+    "NotImplementedType",
+)  # fmt: skip
 _OWN = (PythonFunction, PythonObject, PythonClass, BoundMethod, Native, Frame, list, dict, set, deque)
 
 

@@ -10,6 +10,7 @@ from scenelang.grammar.diagnostics import suggest
 from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     DICT,
+    INT,
     LIST,
     POSE,
     RECORD,
@@ -38,10 +39,13 @@ from scenelang.interpreter.transpile.writing.numpy_calls import (
     CallWriter,
     draw,
     elementwise_call,
+    is_vector,
     keyword_of,
     numeric_call,
+    only_positional,
     plain_arguments,
     sort_options,
+    with_kept_axis,
     write_arange,
     write_argsort,
     write_bool,
@@ -70,6 +74,7 @@ from scenelang.interpreter.transpile.writing.numpy_calls import (
     write_np_clip,
     write_np_columns,
     write_np_copy,
+    write_np_diag,
     write_np_diff,
     write_np_eye,
     write_np_flip,
@@ -110,6 +115,7 @@ from scenelang.interpreter.transpile.writing.numpy_calls import (
 from scenelang.interpreter.transpile.writing.operators import (
     after_effects,
     format_method,
+    is_mask,
     never_contains,
     numeric,
     write_array,
@@ -359,9 +365,20 @@ def _remove(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
 
 def _array_reduction(head: str) -> MethodWriter:
     def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
-        given = arguments_of(w, node, "axis?", func.attr)
+        given = arguments_of(w, node, "axis? keepdims?", func.attr)
         options = [Key("axis"), w.expr(given["axis"])] if "axis" in given else []
-        return form(head, w.expr(func.value), *options)
+        return with_kept_axis(w, form(head, w.expr(func.value), *options), given)
+
+    return write
+
+
+def _array_test(head: str) -> MethodWriter:
+    def write(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
+        only_positional(w, node)
+        call = ast.copy_location(ast.Call(node.func, [func.value], []), node)
+        if node.args or not (is_mask(w.type(func.value)) or is_vector(w.type(func.value))):
+            raise w.unsupported(f"`.{func.attr}` of this array", node)
+        return write_np_bool(head)(w, call)
 
     return write
 
@@ -423,7 +440,7 @@ _ARRAY_METHODS: dict[str, MethodWriter] = {
     "astype": _astype, "item": _same, "copy": _array_copy, "dot": _dot, "reshape": _reshape,
     "flatten": _simple("flatten"),
     "ravel": _simple("flatten"), "transpose": _simple("transpose"), "round": _simple("round", "decimals?"),
-    "clip": _array_clip,
+    "clip": _array_clip, "any": _array_test("/or"), "all": _array_test("/and"),
 }  # fmt: skip
 _LIST_METHODS: dict[str, MethodWriter] = {
     "append": _simple("push!", "x"), "extend": _extend, "insert": _simple("insert!", "index x"), "pop": _pop,
@@ -497,7 +514,10 @@ def write_factorial(w: Writer, node: ast.Call) -> Code:
 
 def write_copysign(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "x y", "math.copysign")
-    test = form("<", numeric(w, given["y"]), number(0))
+    sign = given["y"]
+    # the angle tells the zeros apart
+    y = numeric(w, sign) if w.type(sign).only(INT) else form("atan", numeric(w, sign), number(-1))
+    test = form("<", y, number(0))
     return form(
         "*",
         form("abs", numeric(w, given["x"])),
@@ -706,7 +726,7 @@ CALLS: dict[str, CallWriter] = {
     "numpy.min": write_reduction("min"), "numpy.amax": write_reduction("max"), "numpy.amin": write_reduction("min"),
     "numpy.prod": write_reduction("product"), "numpy.average": write_reduction("mean"), "numpy.float64": write_np_float,
     "numpy.float32": write_np_float, "numpy.int32": write_int, "numpy.int64": write_int, "numpy.eye": write_np_eye,
-    "numpy.identity": write_np_eye,
+    "numpy.identity": write_np_eye, "numpy.diag": write_np_diag,
     "numpy.copy": write_np_copy, "numpy.any": write_np_bool("/or"), "numpy.all": write_np_bool("/and"),
     "numpy.sort": write_np_sort,
     "numpy.flip": write_np_flip, "numpy.reshape": write_np_reshape, "numpy.outer": write_np_outer,

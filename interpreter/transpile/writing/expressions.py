@@ -15,7 +15,7 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
 from scenelang.grammar.python_helpers import HELPERS
-from scenelang.interpreter.transpile.analysis.inference import ARRAY, POSE, RECORD, SHAPE
+from scenelang.interpreter.transpile.analysis.inference import ARRAY, POSE, RECORD, SET, SHAPE, STR
 from scenelang.interpreter.transpile.analysis.known import RESULTS
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
@@ -238,7 +238,10 @@ def _joined(w: Writer, elements: list[ast.expr]) -> Code:
         if isinstance(element, ast.Starred):
             close()
             is_shape |= bool(w.type(element.value).kinds & SHAPE)
-            pieces.append(w.comment_item(write_iterable(w, element.value), element))
+            found = w.type(element.value)
+            items = write_iterable(w, element.value)
+            items = form("->list", items) if found.kinds & (STR | SET) else items
+            pieces.append(w.comment_item(items, element))
         else:
             run.append(element)
     close()

@@ -35,10 +35,12 @@ from scenelang.interpreter.transpile.writing.code import (
     form,
     is_form,
     lambda_list,
+    none,
     number,
     quote,
 )
 from scenelang.interpreter.transpile.writing.operators import (
+    as_text,
     container,
     dynamic,
     is_mask,
@@ -128,20 +130,30 @@ def write_arange(w: Writer, node: ast.Call) -> Code:
 
 def write_reduction(head: str) -> CallWriter:
     def write(w: Writer, node: ast.Call) -> Code:
-        given = arguments_of(w, node, "a axis?", f"np.{head}")
+        given = arguments_of(w, node, "a axis? keepdims?", f"np.{head}")
         source = given["a"]
         code = write_array(w, source) if w.type(source).kinds & ARRAY else write_iterable(w, source)
         options = [Key("axis"), w.expr(given["axis"])] if "axis" in given else []
-        return form(head, code, *options)
+        return with_kept_axis(w, form(head, code, *options), given)
 
     return write
 
 
+def with_kept_axis(w: Writer, code: Code, given: dict[str, ast.expr]) -> Code:
+    """Return a reduction along an axis that stays, with one item, where ``keepdims`` says so."""
+    kept, axis = given.get("keepdims"), given.get("axis")
+    if kept is None or (isinstance(kept, ast.Constant) and kept.value is False):
+        return code
+    if axis is None or not isinstance(kept, ast.Constant):
+        raise w.unsupported("`keepdims` without an axis", kept)
+    return form("expand-dims", code, w.expr(axis))
+
+
 def write_np_norm(w: Writer, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "x axis?", "np.linalg.norm")
+    given = arguments_of(w, node, "x axis? keepdims?", "np.linalg.norm")
     if "axis" in given:
         square = form("square", write_array(w, given["x"]))
-        return form("sqrt", form("sum", square, Key("axis"), w.expr(given["axis"])))
+        return with_kept_axis(w, form("sqrt", form("sum", square, Key("axis"), w.expr(given["axis"]))), given)
     inner = given["x"]
     if isinstance(inner, ast.BinOp) and isinstance(inner.op, ast.Sub) and w.type(inner).only(ARRAY):
         if not isinstance(inner.left, ast.BinOp):
@@ -173,6 +185,13 @@ def is_matrix(found: AbstractType) -> bool:
     return found.only(ARRAY | SEQUENCES) and bool(found.sites) and all(
         site.element.only(ARRAY | SEQUENCES) for site in found.sites
     )  # fmt: skip
+
+
+def is_vector(found: AbstractType) -> bool:
+    """Return whether a value is known to be one-dimensional."""
+    return (
+        found.only(ARRAY | SEQUENCES) and bool(found.sites) and all(site.element.only(NUMBERS) for site in found.sites)
+    )
 
 
 def write_np_rows(w: Writer, node: ast.Call) -> Code:
@@ -243,6 +262,16 @@ def write_np_eye(w: Writer, node: ast.Call) -> Code:
     return form("mutable-array", code) if w.is_mutated(node) else code
 
 
+def write_np_diag(w: Writer, node: ast.Call) -> Code:
+    """Return the code of ``np.diag`` of a vector, whose items are those of a diagonal."""
+    source = arguments_of(w, node, "v", "np.diag")["v"]
+    if not is_vector(w.type(source)):
+        raise w.unsupported("`np.diag` of what may be a matrix", node)
+    items = PythonVariable("items", None, is_temporary=True)
+    bindings = FormCode([FormCode([VariableRef(items), write_array(w, source)])])
+    return form("let", bindings, form("*", form("eye", form("length", VariableRef(items))), VariableRef(items)))
+
+
 def write_np_isclose(w: Writer, node: ast.Call) -> Code:
     given = arguments_of(w, node, "a b rtol? atol?", "np.isclose")
     difference = form("abs", form("-", write_array(w, given["a"]), write_array(w, given["b"])))
@@ -254,26 +283,37 @@ def write_np_isclose(w: Writer, node: ast.Call) -> Code:
 
 
 def write_np_diff(w: Writer, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "a", "np.diff")
+    given = arguments_of(w, node, "a axis?", "np.diff")
+    axis = given.get("axis")
+    is_first = axis is not None and isinstance(axis, ast.Constant) and axis.value == 0
+    if not is_first and (axis is not None or is_matrix(w.type(given["a"]))):
+        raise w.unsupported("`np.diff` of what may be a matrix", node, "name the axis 0")
     array = PythonVariable("array", None, is_temporary=True)
-    difference = form(
-        "-", form("slice", VariableRef(array), number(1)), form("slice", VariableRef(array), number(0), number(-1))
+    bounds = [number(1), none()], [number(0), number(-1)]
+    following, before = (form("slice", VariableRef(array), quote(FormCode([*each]))) for each in bounds)
+    return form(
+        "let", FormCode([FormCode([VariableRef(array), write_array(w, given["a"])])]), form("-", following, before)
     )
-    return form("let", FormCode([FormCode([VariableRef(array), write_array(w, given["a"])])]), difference)
 
 
 def write_np_roll(w: Writer, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "a shift", "np.roll")
+    given = arguments_of(w, node, "a shift axis?", "np.roll")
+    axis = given.get("axis")
+    is_first = axis is not None and isinstance(axis, ast.Constant) and axis.value == 0
+    if (
+        not is_first
+        and not w.type(given["a"]).only(SEQUENCES)
+        and (axis is not None or not is_vector(w.type(given["a"])))
+    ):
+        raise w.unsupported("`np.roll` of what may be a matrix", node, "name the axis 0")
     array, shift = PythonVariable("array", None, is_temporary=True), PythonVariable("shift", None, is_temporary=True)
     length = form("length", VariableRef(array))
     bindings = FormCode([
         FormCode([VariableRef(array), write_array(w, given["a"])]),
         FormCode([VariableRef(shift), form("-", length, form("%", w.expr(given["shift"]), length))]),
     ])  # fmt: skip
-    parts = (
-        form("slice", VariableRef(array), VariableRef(shift)),
-        form("slice", VariableRef(array), number(0), VariableRef(shift)),
-    )
+    bounds = [VariableRef(shift), none()], [number(0), VariableRef(shift)]
+    parts = [form("slice", VariableRef(array), form("list", *each)) for each in bounds]  # rows, or items
     return form("let*", bindings, form("concatenate", *parts))
 
 
@@ -728,7 +768,7 @@ def write_str(w: Writer, node: ast.Call) -> Code:
         return w.expr(given["x"])
     if found.only(INT | FLOAT):
         return form("number->string", w.expr(given["x"]))
-    return dynamic(w, "py-str", w.expr(given["x"]))
+    return as_text(w, given["x"])
 
 
 def write_bool(w: Writer, node: ast.Call) -> Code:
@@ -803,7 +843,7 @@ def write_dict(w: Writer, node: ast.Call) -> Code:
     if len(tables) == 1:
         return (
             tables[0]
-            if isinstance(tables[0], FormCode) and w.type(node.args[0]).kinds & ~DICT
+            if node.args and isinstance(tables[0], FormCode) and w.type(node.args[0]).kinds & ~DICT
             else form("mutable", tables[0])
         )
     return form("table-merge", *tables)
@@ -825,7 +865,8 @@ def write_math_pow(w: Writer, node: ast.Call) -> Code:
 
 
 def write_print(w: Writer, node: ast.Call) -> Code:
-    return form("print", *(printable(w, a) for a in node.args if not isinstance(a, ast.Starred)))
+    given = [a for a in node.args if not isinstance(a, ast.Starred)]
+    return form("print", *(w.message(a) if isinstance(a, ast.JoinedStr) else printable(w, a) for a in given))
 
 
 def write_isinstance(w: Writer, node: ast.Call) -> Code:

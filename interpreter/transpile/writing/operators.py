@@ -25,10 +25,12 @@ from scenelang.interpreter.transpile.analysis.inference import (
     SHAPE,
     STR,
     STREAM,
+    TUPLE,
     UNKNOWN,
     AbstractType,
     never_equal,
 )
+from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable, is_none
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,
@@ -56,22 +58,29 @@ def interpolated(w: Writer, node: ast.JoinedStr) -> Code:
     """Return the code of an f-string."""
     template = ""
     values: list[Code] = []
+    widths: list[Code] = []  # computed parts of specifications, at the places of _COMPUTED
     for part in node.values:
         if isinstance(part, ast.Constant):
             template += _escaped(str(part.value))
         elif isinstance(part, ast.FormattedValue):
             spec = ""
-            if part.format_spec is not None:
-                if not isinstance(part.format_spec, ast.JoinedStr) or not all(
-                    isinstance(p, ast.Constant) for p in part.format_spec.values
-                ):
-                    raise w.unsupported("a computed format specification", part)
-                spec = "".join(str(p.value) for p in part.format_spec.values if isinstance(p, ast.Constant))
+            for p in part.format_spec.values if isinstance(part.format_spec, ast.JoinedStr) else ():
+                spec += str(p.value) if isinstance(p, ast.Constant) else _COMPUTED
+                if isinstance(p, ast.FormattedValue):
+                    if p.format_spec is not None or p.conversion != -1 or not w.type(p.value).only(INT | STR):
+                        raise w.unsupported("a computed format specification", part)
+                    widths.append(w.expr(p.value))
             is_quoted = part.conversion == ord("r") and w.type(part.value).only(STR)
             field = "{" + (f":{spec}" if spec else "") + "}"
             template += f"'{field}'" if is_quoted else field
-            values.append(printable(w, part.value) if not spec else w.expr(part.value))
+            values.append(as_text(w, part.value) if not spec else w.expr(part.value))
+    if widths:
+        inner = LiteralCode(_escaped(template).replace(_COMPUTED, "{}"))
+        return form("format", form("format", inner, *widths), *values)
     return _format(template, values)
+
+
+_COMPUTED = "\0"
 
 
 def _format(template: str, values: list[Code]) -> Code:
@@ -106,7 +115,7 @@ def percent(w: Writer, node: ast.BinOp) -> Code:
         if kind in "di" and not w.type(value).only(INT):
             codes.append(form("truncate", w.expr(value)))
         else:
-            codes.append(printable(w, value) if kind == "s" else w.expr(value))
+            codes.append(as_text(w, value) if kind == "s" else w.expr(value))
     if len(codes) != len(values):
         raise w.error("python-call", f"the format expects {len(codes)} values, got {len(values)}", node)
     return _format(template + _escaped(text[position:]), codes)
@@ -149,7 +158,7 @@ def format_method(w: Writer, node: ast.Call, func: ast.Attribute) -> Code:
                 raise w.error("python-call", f"missing value for the field `{name}` of the format string", func.value)
             name = str(named[name])
         template += "{" + name + (f":{spec}" if spec else "") + "}"
-    return _format(template, [printable(w, value) for value in values])
+    return _format(template, [as_text(w, value) for value in values])
 
 
 # Arithmetic.
@@ -577,16 +586,38 @@ def _is_minus_one(node: ast.UnaryOp) -> bool:
 
 def _many(w: Writer, node: ast.Subscript, index: ast.Tuple) -> Code:
     """Return the code of ``array[i, j]`` or ``array[:, 0]``."""
+    if any(isinstance(e, ast.Constant) and e.value is None for e in index.elts):
+        return _with_new_axes(w, node, index)
     head = "slice" if any(isinstance(e, ast.Slice) for e in index.elts) else "ref"
     return form(head, w.expr(node.value), *axes(w, index.elts))
+
+
+def _with_new_axes(w: Writer, node: ast.Subscript, index: ast.Tuple) -> Code:
+    """Return the code of ``array[:, None]``: all items, with sides of length 1 between the others."""
+    places = [n for n, e in enumerate(index.elts) if isinstance(e, ast.Constant) and e.value is None]
+    rest = [n for n, e in enumerate(index.elts) if isinstance(e, ast.Constant) and e.value is ...]
+    is_whole = all(
+        not isinstance(e, ast.Slice) or (e.lower is None and e.upper is None and e.step is None) for e in index.elts
+    )
+    is_plain = all(isinstance(e, (ast.Slice, ast.Constant)) for e in index.elts)
+    if not is_whole or not is_plain or len(places) + len(rest) + _count(index, ast.Slice) < len(index.elts):
+        raise w.unsupported("a new axis of a part of an array", node, "take the part first")
+    if len(rest) > 1:
+        raise w.error("python-call", "an index contains `...` only once", node)
+    numbers = [n - len(index.elts) if rest and n > rest[0] else n for n in places]
+    return form("expand-dims", w.expr(node.value), *map(number, numbers))
+
+
+def _count(index: ast.Tuple, kind: type) -> int:
+    return sum(isinstance(each, kind) for each in index.elts)
 
 
 def axes(w: Writer, elements: Sequence[ast.expr]) -> list[Code]:
     """Return for each axis an index, ``:all`` or (start end)."""
     codes: list[Code] = []
     for element in elements:
-        if isinstance(element, ast.Constant) and element.value in (None, ...):
-            raise w.unsupported("a new axis of an array", element, "use `.reshape(...)`")
+        if isinstance(element, ast.Constant) and element.value is ...:
+            raise w.unsupported("`...` in an index", element, "write a `:` for each axis")
         if not isinstance(element, ast.Slice):
             codes.append(numeric(w, element))
         elif element.lower is None and element.upper is None and element.step is None:
@@ -670,6 +701,16 @@ def printable(w: Writer, node: ast.expr) -> Code:
     return dynamic(w, "py-str", w.expr(node))
 
 
+def as_text(w: Writer, node: ast.expr) -> Code:
+    """Return a value that becomes part of a text: a tuple is no list there, and a condition no number."""
+    found = w.type(node)
+    if found.only(BOOL):
+        return form("if", write_test(w, node), LiteralCode("True"), LiteralCode("False"))
+    if found.kinds & (BOOL | TUPLE | SET | RECORD) and not w.is_telling:
+        raise w.unsupported("a text with a tuple, a set, an object or a condition", node, "write its items")
+    return printable(w, node)
+
+
 def dynamic(w: Writer, operator: str, *arguments: Code) -> Code:
     """Return a call of a dynamic operator, for operands whose types inference does not determine."""
     w.imports.add("std/python.scene")
@@ -724,6 +765,8 @@ def write_iterable(w: Writer, node: ast.expr) -> Code:
     found = w.type(node)
     if found.kinds & SHAPE:
         return form("primitives", w.expr(node), span=w.span(node))
+    if _is_endless(w, node):
+        raise w.unsupported("an endless iterator here", node)
     if found.kinds & UNKNOWN and not isinstance(node, ast.Call):
         return dynamic(w, "py-iter", w.expr(node))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "keys":
@@ -817,14 +860,55 @@ def loop_clauses(w: Writer, target: ast.expr, iterable: ast.expr, parallel: bool
 
 def parallel_sources(w: Writer, sources: Sequence[ast.expr]) -> list[Code]:
     """Return the sequences of a ``zip``; ``cycle(xs)`` is repeated to the length of the first other sequence."""
-    is_cycle = [isinstance(s, ast.Call) and w.paths.of(s.func) == "itertools.cycle" for s in sources]
+    is_cycle = [_cycles(w, source) for source in sources]
     other = next((s for s, cycles in zip(sources, is_cycle) if not cycles), None)
     codes: list[Code] = []
     for source, cycles in zip(sources, is_cycle):
-        if cycles and other is not None and isinstance(source, ast.Call) and len(source.args) == 1:
+        if cycles and other is not None:
             if w.effect(other).has_effect:
                 raise w.unsupported("`cycle` zipped with a sequence that has side effects", source)
-            codes.append(form("repeat", write_iterable(w, source.args[0]), form("length", write_iterable(w, other))))
+            items = w.expr(source) if isinstance(source, ast.Name) else write_iterable(w, source.args[0])  # type: ignore[attr-defined]
+            codes.append(form("repeat", items, form("length", write_iterable(w, other))))
         else:
             codes.append(write_iterable(w, source))
     return codes
+
+
+def _cycles(w: Writer, source: ast.expr) -> bool:
+    """Return whether an iterator repeats its items without end, from the first one on: one that nothing else uses."""
+    if isinstance(source, ast.Call):
+        return w.paths.of(source.func) == "itertools.cycle" and len(source.args) == 1
+    if not isinstance(source, ast.Name) or not _is_endless(w, source):
+        return False
+    variable = w.variable(source)
+    if variable is None or len(w.reads_of(variable)) != 1:
+        return False
+    for node in walk_tree(w.text.tree):
+        block = getattr(node, "body", None)
+        if isinstance(block, list) and any(_assigns(w, each, variable) for each in block):
+            return any(_takes_once(each, source) for each in block)
+    return False
+
+
+def _takes_once(statement: ast.AST, node: ast.expr) -> bool:
+    """Return whether a statement evaluates an expression in it at most once."""
+    if statement is node:
+        return True
+    if isinstance(statement, (ast.While, ast.FunctionDef, ast.Lambda, ast.ClassDef)):
+        return False
+    if isinstance(statement, ast.For):
+        return _takes_once(statement.iter, node)
+    if isinstance(statement, (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
+        return _takes_once(statement.generators[0].iter, node)
+    return any(_takes_once(each, node) for each in child_nodes(statement))
+
+
+def _assigns(w: Writer, node: ast.stmt, variable: PythonVariable) -> bool:
+    return isinstance(node, ast.Assign) and w.variable(node.targets[0]) is variable
+
+
+def _is_endless(w: Writer, node: ast.expr) -> bool:
+    return any(
+        isinstance(site.node, ast.Call) and w.paths.of(site.node.func) == "itertools.cycle"
+        for site in w.type(node).sites
+    )

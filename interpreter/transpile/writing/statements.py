@@ -209,7 +209,7 @@ def _assert(w: Writer, node: ast.Assert, block: Block, note: Code) -> None:
 def _raise(w: Writer, node: ast.Raise, block: Block, note: Code) -> None:
     message: Code = LiteralCode("error")
     if isinstance(node.exc, ast.Call) and node.exc.args:
-        message = w.expr(node.exc.args[0])
+        message = w.message(node.exc.args[0])
     elif isinstance(node.exc, ast.Name):
         message = LiteralCode(node.exc.id)
     block.add_effect(form("error", message, span=w.span(node)), Effect(changes=True), note, exits=True)

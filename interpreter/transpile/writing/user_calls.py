@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
@@ -228,7 +228,9 @@ def _spread(w: Writer, node: ast.Call, function: Code, parameters: list[PythonPa
         count = _positional_count(w, node)
         plain = plain if count is None else plain[:count]
         rest = next((p for p in parameters if p.kind == "rest"), None)
-        function, given, tables = by_position(function, plain, given, tables, rest), [], []
+        optional = [p for p in plain if count is None and p.default is not None and isinstance(p.default, ast.Constant)]
+        defaults = {p: w.expr(p.default) for p in optional if p.default is not None}
+        function, given, tables = by_position(function, plain, given, tables, rest, defaults), [], []
     for argument in node.args:
         if isinstance(argument, ast.Starred):
             lists.append(write_iterable(w, argument.value))
@@ -255,11 +257,12 @@ def _positional_count(w: Writer, node: ast.Call) -> int | None:
 
 def by_position(
     function: Code, parameters: list[PythonParameter], given: Sequence[Code] = (), tables: Sequence[Code] = (),
-    rest: PythonParameter | None = None,
+    rest: PythonParameter | None = None, defaults: Mapping[PythonParameter, Code] | None = None,
 ) -> Code:  # fmt: skip
     """Return ``(lambda (a b) (f :a a :b b))``, which takes keyword parameters of ``function`` by position.
 
-    ``given`` and ``tables`` are further keyword arguments, ``rest`` takes the remaining positional ones.
+    ``given`` and ``tables`` are further keyword arguments, ``rest`` takes the remaining positional ones; those with
+    ``defaults`` may be missing.
     """
     variables = [PythonVariable(p.variable.name, None, is_temporary=True) for p in parameters]
     items: list[Code] = []
@@ -273,9 +276,12 @@ def by_position(
     if lists:
         tail = lists[0] if len(lists) == 1 else form("append", *lists)
         call = form("apply", function, *items, *given, tail)
-    signature = FormCode(
-        [VariableRef(v) for v in variables], None, VariableRef(remaining) if remaining is not None else None
-    )
+    optional = defaults or {}
+    names: list[Code] = [
+        FormCode([VariableRef(v), optional[p]]) if p in optional else VariableRef(v)
+        for p, v in zip(parameters, variables)
+    ]
+    signature = FormCode(names, None, VariableRef(remaining) if remaining is not None else None)
     return FormCode([Name("lambda"), signature, call])
 
 

@@ -234,6 +234,7 @@ class Writer:
         self.records = Records()
         self.diagnostics: list[Diagnostic] = []
         self.imports: set[str] = set()
+        self.is_telling = False  # whether only people read what is written: a message
         self.unions: set[PythonVariable] = set()
         self.late_variables: dict[PythonVariable, PythonVariable] = {}
         self.defaults: dict[ast.expr, PythonVariable] = {}
@@ -242,6 +243,14 @@ class Writer:
     def expr(self, node: ast.expr) -> Code:
         """Return the code of an expression."""
         return self._write_expression(self, node)
+
+    def message(self, node: ast.expr) -> Code:
+        """Return the code of a text that the program does not compute with."""
+        self.is_telling = True
+        try:
+            return self.expr(node)
+        finally:
+            self.is_telling = False
 
     def statement(self, node: ast.stmt, block: Block) -> None:
         """Append the code of a statement to a block."""

@@ -1,0 +1,62 @@
+"""What all that rewrites the syntax tree of Python needs: places, substitutions, and what may be repeated."""
+
+from __future__ import annotations
+
+import ast
+import copy
+from collections.abc import Mapping
+from typing import TypeVar
+
+from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
+
+Node = TypeVar("Node", bound=ast.AST)
+
+
+def placed(node: Node, origin: ast.AST, is_new: bool = False) -> Node:
+    """Return a node whose parts without a place are where another is; all of them if it is new."""
+    for each in walk_tree(node):
+        if "lineno" in each._attributes and (is_new or not hasattr(each, "lineno")):
+            ast.copy_location(each, origin)
+    return node
+
+
+def parents_of(tree: ast.AST) -> dict[ast.AST, ast.AST]:
+    """Return the parent of each node."""
+    return {child: node for node in walk_tree(tree) for child in child_nodes(node)}
+
+
+class Substitution(ast.NodeTransformer):
+    """Replaces variables by expressions; one that is assigned keeps its name unless the expression is a name."""
+
+    def __init__(self, known: Mapping[str, ast.expr]) -> None:
+        self._known = known
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        other = self._known.get(node.id)
+        if isinstance(other, ast.Name):
+            return ast.copy_location(ast.Name(other.id, node.ctx), node)
+        if other is None or not isinstance(node.ctx, ast.Load):
+            return node
+        return copy.deepcopy(other)
+
+
+def is_repeatable(node: ast.expr) -> bool:
+    """Return whether it does not matter how often an expression is evaluated."""
+    plain = (ast.Tuple, ast.List, ast.Constant, ast.Name, ast.Attribute, ast.Load)
+    return all(isinstance(n, (*plain, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop)) for n in walk_tree(node))
+
+
+def is_sized(node: ast.expr) -> bool:
+    """Return whether an expression has a length, and may be evaluated twice."""
+    is_range = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    return is_repeatable(node) or (is_range and isinstance(node, ast.Call) and all(map(is_repeatable, node.args)))
+
+
+def is_annotation(node: ast.AST, parents: Mapping[ast.AST, ast.AST]) -> bool:
+    """Return whether a node is part of an annotation."""
+    while node in parents:
+        parent = parents[node]
+        if node is getattr(parent, "annotation", None) or node is getattr(parent, "returns", None):
+            return True
+        node = parent
+    return False
