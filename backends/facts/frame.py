@@ -442,7 +442,10 @@ class FrameFacts:
         return "heavy foot" if self.statics.stands_on_heavy_foot(members, self._held.group) else ""
 
     def _is_anchored(self, members: IntArray) -> bool:
-        """Return whether a group stands by upright posts that are narrow for its height: a flag, a sign, a lamp."""
+        """Return whether a group stands by upright posts that are narrow for its height: a flag, a sign, a street lamp.
+
+        A broad foot that lies on the ground is not set into it.
+        """
         low, high = self.solids.boxes
         rows = np.concatenate([self.bodies.members[int(body)] for body in members])
         feet = rows[low[rows, 1] <= low[rows, 1].min() + self.solids.touch]
@@ -451,8 +454,10 @@ class FrameFacts:
             return False
         axes = self.solids.solids.matrices[feet, :, 1]
         upright = bool((np.abs(axes[:, 1]) >= 0.999 * np.linalg.norm(axes, axis=1)).all())
-        height = float(high[rows, 1].max() - low[rows, 1].min())
-        return upright and height >= SLIM * float((high[feet].max(axis=0) - low[feet].min(axis=0))[[0, 2]].max())
+        height, sides = float(high[rows, 1].max() - low[rows, 1].min()), (high - low)[feet]
+        are_posts = bool((sides[:, 1] >= sides[:, [0, 2]].max(axis=1)).all())
+        breadth = float((high[feet].max(axis=0) - low[feet].min(axis=0))[[0, 2]].max())
+        return upright and are_posts and height >= SLIM * breadth
 
     @staticmethod
     def _stands_on(link: BodyContact, members: IntArray) -> bool:

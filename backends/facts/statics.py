@@ -283,7 +283,9 @@ class Statics:
                 continue
             breadth = float((self.bodies.high[rows].max(axis=0) - self.bodies.low[rows].min(axis=0))[[0, 2]].max())
             hull, is_sure = self._hulls.get(tuple(rows.tolist()), (STANDS, True))
-            narrow[rows] = balances.get(number, STANDS).beyond > -NARROW * breadth
+            solids = np.concatenate([self.bodies.members[int(body)] for body in rows])
+            may_roll = hull.beyond > -math.inf and self._has_narrow_foot(solids, breadth)  # a ball in its bowl
+            narrow[rows] = may_roll or balances.get(number, STANDS).beyond > -NARROW * breadth
             if not is_sure and hull is not PIVOTS:
                 by_forces.add(number)
         for component in self._components(group, held, by_forces):

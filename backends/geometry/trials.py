@@ -9,6 +9,7 @@ import numpy as np
 
 from scenelang.backends.facts.frame import FrameFacts
 from scenelang.backends.facts.tolerances import SUSPENSION_AREA, SUSPENSION_HEIGHT
+from scenelang.backends.surfaces.convex import Bodies
 from scenelang.backends.surfaces.distance import IntArray, distances
 from scenelang.backends.surfaces.solids import FloatArray
 
@@ -18,6 +19,7 @@ MAX_TRIED_SOLIDS = 2_000  # of a frame in which moves are tried: each is a check
 _MAX_CANDIDATES = 6  # moves tried for one finding
 _MAX_FIRST, _MAX_NEAR = 8, 24  # solids whose fall is computed, and solids below them
 _FALL_STEPS = 16  # of a fall, each by the distance that remains
+_LEVEL_TOUCHES = 4.0  # contact tolerances between the bottom of a body and a top at its height
 _SET_IN = 0.1  # of a body's height, by which it is set into what it does not stand on
 _CONTACT_GAP = 0.02  # of the contact tolerance: a fall that is this near has ended
 # Weights of a move's length against that of a drop: objects are put down more often than hung on a wall, and more often
@@ -87,6 +89,7 @@ def contact_moves(facts: FrameFacts, members: IntArray) -> Iterator[Vector]:
                 vector = np.zeros(3)
                 vector[axis] = sign * length
                 yield (float(vector[0]), float(vector[1]), float(vector[2]))
+    yield from _onto_tops(solids, others, low, high)
     drop = max(float(low[1]) - facts.ground.height, 0.0)
     for axis, sign, reach in ((1, -1.0, drop), *((axis, sign, math.inf) for axis in (0, 2) for sign in (-1.0, 1.0))):
         length = _way_until_contact(facts, members, (low, high), axis, sign)
@@ -96,6 +99,20 @@ def contact_moves(facts: FrameFacts, members: IntArray) -> Iterator[Vector]:
             yield (float(vector[0]), float(vector[1]), float(vector[2]))
             if axis == 1:  # the head of a snowman lies in its body, since balls do not stand on each other
                 yield (0.0, -length - _SET_IN * float(high[1] - low[1]), 0.0)
+
+
+def _onto_tops(solids: Bodies, others: IntArray, low: FloatArray, high: FloatArray) -> Iterator[Vector]:
+    """Yield the level ways onto what ends at the height of the bottom of bodies: a cup that missed its table."""
+    under, over = (corners[others] for corners in solids.boxes)
+    tops = np.flatnonzero(np.abs(over[:, 1] - low[1]) <= _LEVEL_TOUCHES * solids.touch)
+    half, middle = (high - low) / 2.0, (high + low) / 2.0
+    room = np.maximum((over - under)[tops] / 2.0 - half, 0.0)  # of a smaller top, its middle
+    center = ((over + under) / 2.0)[tops]
+    ways = np.clip(middle, center - room, center + room) - middle
+    lengths = np.hypot(ways[:, 0], ways[:, 2])
+    for k in np.argsort(lengths, kind="stable")[:2].tolist():
+        if lengths[k] > solids.touch:
+            yield (float(ways[k, 0]), 0.0, float(ways[k, 2]))
 
 
 def _way_until_contact(

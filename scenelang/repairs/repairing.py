@@ -91,6 +91,7 @@ _DUPLICATE_DISTANCE = 0.05
 _MAX_EXCESS = 4.0
 _PATTERN_REACH = 4.0  # times as far as others may move: a number that completes a pattern
 _ZERO_REACH = 2.0  # times as far as others may move: a coordinate of an object that belongs to an axis
+_MIN_EXTENT_LEFT = 0.3  # of a primitive's longest extent: a cone that is to hang higher is not made flat
 _MAX_ROUNDING = 2.0  # times the change that a finding needs, by which a rounder number may exceed it
 _EXACT_KINDS = ("floating", "sunk")  # findings whose resolution is a contact: there are no rounder numbers for it
 _BALANCE_KINDS = ("tips", "slides", "falls")  # findings that more room resolves better
@@ -950,11 +951,19 @@ def _is_better(now: _Version, version: _Version, goal: Goal, further: float = 0.
     # A number that completes a pattern may bring notes about what may be meant, and any edit faces in one plane.
     accepted = " note" if further else "coplanar note"
     new = Counter({key: count for key, count in new.items() if not key[0].endswith(accepted)})
-    if fewer[goal.key] <= 0 or new:
+    if fewer[goal.key] <= 0 or new or _is_collapsed(now, version):
         return False
     return goal.declaration is not None or (
         not _too_far(now, version, goal, further) and _holds(now, version, is_sound_motion)
     )
+
+
+def _is_collapsed(now: _Version, version: _Version) -> bool:
+    """Return whether a primitive loses nearly all of an extent: a cone whose ends become one point."""
+    if version.corners.shape != now.corners.shape:
+        return False
+    before, after = (np.abs(np.diff(v.corners.reshape(-1, 2, 3), axis=1)).max(axis=2) for v in (now, version))
+    return bool((after < _MIN_EXTENT_LEFT * before).any())
 
 
 def _is_sound(now: _Version, version: _Version) -> bool:

@@ -767,6 +767,12 @@ HARD: dict[str, tuple[str, dict[str, str]]] = {
           (transform (call "cube" :scale [.14 .1 1]) (translate [.34 1.1 0])))))
         (bind "box" (lambda () (transform (call "cube" :scale [.82 .54 .5]) (translate [0 1.42 0]))))""",
         '(call "wall" :fixed #t)', '(call "box" :friction .9)'), {"box": "not"}),
+    "a lamp whose shade is beside its flat foot": (root(FLOOR + """
+        (bind "lamp" (lambda () (union (call "cylinder" :radius .2 :p1 [0 .03 0])
+          (call "cylinder" :radius .015 :p0 [0 .03 0] :p1 [0 1.4 0])
+          (call "cylinder" :radius .015 :p0 [0 1.4 0] :p1 [.7 1.5 0])
+          (call "cylinder" :radius .15 :p0 [.7 1.4 0] :p1 [.7 1.65 0]))))""",
+        '(call "floor")', '(call "lamp")'), {"lamp": "tips", "*": "unstable"}),
     "a parcel on the middle planks of a sledge": (root("""
         (bind "sledge" (lambda () (union
           (for/union ((z '(-.2 .2))) (transform (call "cube" :scale [1.2 .24 .03]) (translate [0 .12 z])))

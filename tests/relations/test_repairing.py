@@ -182,6 +182,7 @@ PLACES = [
     (MUG, TABLE + '(transform (call "mug") (translate [.3 1 0]))', [(".07", "0")]),  # the handle, in its middle plane
     (JAR, TABLE + '(transform (call "jar") (translate [.3 .92 0]))', [(".92", "1")]),  # by its whole height
     (LAMP, '(call "ceiling" :fixed #t)(transform (call "lamp") (translate [0 0 0]))', [("0", ".3")]),  # it hangs
+    ("", TABLE + '(transform (call "cup") (translate [1.3 1 .1]))', [("1.3", ".9")]),  # onto the table that it missed
     (RACK, '(call "rack")(for*/union ((k (iota 3)) (i (iota 4))) (transform (call "cup") (translate (vector (- (* i .22) '
      ".33) (+ .12 (* k .55)) 0))))", [(".55", ".5")]),  # once for the loop
 ]  # fmt: skip
@@ -371,3 +372,12 @@ def test_a_pot_is_not_torn_to_make_room() -> None:
 def test_numbers_that_break_a_pattern(text: str, fits: dict[float, float]) -> None:
     found = {atom.value: value for atom, value in patterns_of(read(Source("a", text)).forms[0])}
     assert found == pytest.approx(fits)
+
+
+def test_no_shape_is_made_flat() -> None:
+    lamp = LAMP.replace("[0 1.8 0] :p1 [0 2 0]", "[0 1.45 0] :p1 [0 1.75 0]").replace(":p1 [0 2.7 0]", ":p1 [0 3 0]")
+    found = repaired(
+        Session(), Source("room.scene", lamp + ROOM.replace("THINGS", '(call "ceiling" :fixed #t)(call "lamp")'))
+    )
+    assert all(edit.new != "1.75" or edit.old != "1.45" for edit in found.edits)
+    assert "[0 1.75 0] :p1 [0 1.75 0]" not in found.text

@@ -30,6 +30,11 @@ def root(n: int = 4, size: float = 1.0) -> Shape:
 
 # What stands before the root, and the body of the root.
 PROGRAMS = {
+    "first of a cycle": (
+        "",
+        """    colors = islice(itertools.cycle([0.5, 1.0, 1.5]), n)
+    return concat_shapes(*[box(2 * k, 0.0, 0.0, s) for k, s in enumerate(colors)])""",
+    ),
     "repr": (
         """class A:
     def __init__(self, x): self.x = x

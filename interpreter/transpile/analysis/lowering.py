@@ -46,6 +46,9 @@ def counted_while(predicate, start=0, step=1):
         taken.append(item)
         item = item + step
     return taken
+def first_of_cycle(items, count):
+    row = list(items)
+    return [row[i % len(row)] for i in range(count)] if row else []
 def dropwhile(predicate, items):
     rest = list(items)
     start = 0
@@ -350,6 +353,11 @@ class _Library(ast.NodeTransformer):
         if isinstance(node.func, ast.Name) and node.func.id == "zip":
             return self._counted(node)
         if path == "itertools.islice" and len(node.args) == 2 and isinstance(node.args[0], ast.Call):
+            endless = node.args[0]
+            if _path(endless.func, self._paths) == "itertools.cycle" and len(endless.args) == 1:
+                node.func = self._function("itertools.first_of_cycle", node)
+                node.args = [endless.args[0], node.args[1]]
+                return node
             listed = ast.Call(ast.Name("list", ast.Load()), [node.args[0]], [])
             return placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
         if path == "numpy.ndindex" and not any(isinstance(each, (ast.Starred, ast.Attribute)) for each in node.args):

@@ -83,7 +83,7 @@ _METHODS: dict[type, str] = {
     "standard_gamma standard_normal standard_t triangular uniform vonmises wald weibull zipf",
     np.ndarray: "T all any argmax argmin argsort astype clip conj copy cumprod cumsum diagonal dot dtype fill flat "
     "flatten imag item max mean min ndim nonzero prod ravel real repeat reshape round shape size sort squeeze std sum "
-    "swapaxes take tolist trace transpose var",
+    "swapaxes take tobytes tolist trace transpose var",
     np.generic: "all any astype item real imag max mean min round shape size sum tolist ndim dtype T copy",
     BaseException: "args with_traceback add_note value name",
     Template: "safe_substitute substitute template",

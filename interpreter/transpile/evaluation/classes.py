@@ -94,6 +94,7 @@ def define(evaluator: Evaluating, node: ast.ClassDef, frame: Frame) -> PythonCla
     names = {private_name(node.name, name): value for name, value in body.names.items()}
     cls = PythonClass(node.name, body.names if is_enumeration else names, tuple(bases) or (object,), evaluator)
     cls.order = linearized(cls)
+    _inherit_data(cls)
     cls.names.setdefault("__doc__", ast.get_docstring(node))
     for name, value in list(cls.names.items()):
         _own(value, cls)
@@ -116,6 +117,15 @@ def define(evaluator: Evaluating, node: ast.ClassDef, frame: Frame) -> PythonCla
         named = {k.arg: evaluator.eval(k.value, frame) for k in node.keywords if k.arg and k.arg != "metaclass"}
         evaluator.call(hook.function if isinstance(hook, ClassMethod) else hook, (cls,), named)
     return cls
+
+
+def _inherit_data(cls: PythonClass) -> None:
+    """Give a subclass of a dataclass that is none itself the fields that its inherited ``__init__`` takes."""
+    makers = (b for b in cls.order if type(b) is PythonClass and (b.data is not None or "__init__" in b.names))
+    maker = next(makers, None)
+    if maker is not None and "__init__" not in maker.names:
+        cls.data = maker.data
+        cls.options |= {name: maker.options[name] for name in ("frozen", "order", "eq") if name in maker.options}
 
 
 def private_name(cls: str, name: str) -> str:
@@ -426,7 +436,7 @@ def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:
         return Native("join", partial(_joined, value))
     if name in ("repeat", "substitute", "safe_substitute", "translate"):
         return Native(name, partial(enlarged, value, found))
-    if name in ("center", "expandtabs", "ljust", "replace", "rjust", "zfill"):
+    if name in ("center", "expandtabs", "ljust", "replace", "rjust", "zfill") and isinstance(value, (str, bytes)):
         return Native(name, partial(_padded, value, name))
     if isinstance(value, (Random, np.random.Generator, np.random.RandomState)):
         return Native(name, limited_draw(name, found))

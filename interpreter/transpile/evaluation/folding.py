@@ -656,6 +656,8 @@ class Folding:
 
     def _library_call(self, func_name: str, /, **named: Any) -> Residual:
         name = self._find(func_name)
+        if name is None and func_name in self._failed:  # its decorator ended with an error: it is no unknown word
+            raise self._failed[func_name]
         if name is None or (name not in self._evaluated and all(map(_is_literal, named.values()))):
             nodes = {key: node_of(value) for key, value in named.items()}
             return self._ordered(call_node("library_call", [ast.Constant(func_name)], nodes))
