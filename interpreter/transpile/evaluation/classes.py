@@ -467,7 +467,7 @@ def limited_draw(name: str, draw: Callable[..., Any]) -> Callable[..., Any]:
     return limited
 
 
-def _padded(text: str, name: str, *arguments: Any, **named: Any) -> str:
+def _padded(text: str | bytes, name: str, *arguments: Any, **named: Any) -> Any:
     """Call a method whose result may be much longer than the text."""
     size = len(text) + sum(each for each in arguments if isinstance(each, int))
     if name == "replace":
@@ -476,7 +476,7 @@ def _padded(text: str, name: str, *arguments: Any, **named: Any) -> str:
         size = len(text) * max(1, *(each for each in arguments if isinstance(each, int)))
     if size > MAX_ITEMS:
         raise UnsupportedPython(f"this text has more than {MAX_ITEMS:,} characters")
-    return str(getattr(text, name)(*arguments, **named))
+    return getattr(text, name)(*arguments, **named)
 
 
 def _joined(separator: Any, items: Iterable[Any]) -> Any:
