@@ -123,9 +123,8 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     """Return points (K, 3) whose convex hull is the region in which the solids of a contact meet, K at most 8."""
     i, j = contacts.pairs[row].tolist()
     along, depth, room = contacts.along(row), contacts.depth(row), float(contacts.room[row])
-    common_face: FloatArray = rectangles_of(solids, contacts.pairs[row : row + 1], along[None])[0]
     if solids.aligned[i] and solids.aligned[j]:
-        return common_face
+        return _common_face(solids, i, j, along)
     thin = _THICKNESS * room  # of the region: a thicker one would be broader than an edge
     push = 0.0  # of what overlaps: it lies in a hollow of its own shape
     if depth <= room:
@@ -134,7 +133,7 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     if len(points):
         return extreme_points(points, along)
     if any(not solids.exact[k] and (not solids.hollow[k] or solids.surface(k) is None) for k in (i, j)):
-        return common_face  # an open mesh counts as its box
+        return _common_face(solids, i, j, along)  # an open mesh counts as its box
     low, high = solids.boxes
     outermost = solids.solids.take(np.array([i, j])).support(np.stack([along, -along]))
     for k, other, direction, point in ((i, j, along, outermost[0]), (j, i, -along, outermost[1])):
@@ -144,7 +143,12 @@ def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
         vertices = vertices[((vertices >= low[other] - room) & (vertices <= high[other] + room)).all(axis=1)]
         if len(vertices):
             return extreme_points(vertices, along)
-    return common_face
+    return _common_face(solids, i, j, along)
+
+
+def _common_face(solids: Bodies, i: int, j: int, along: FloatArray) -> FloatArray:
+    """Return the corners (4, 3) of the common face of the boxes of two solids."""
+    return np.asarray(rectangles_of(solids, np.array([[i, j]]), along[None])[0], np.float64)
 
 
 def rectangles_of(solids: Bodies, pairs: IntArray, along: FloatArray) -> FloatArray:

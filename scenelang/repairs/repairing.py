@@ -89,6 +89,7 @@ _DUPLICATE_DISTANCE = 0.05
 # An edit may move objects up to four times as far as the findings that it resolves need. On planted faults, repairs
 # move them by 1.16 times the planted displacement in the mean (docs/relations.md).
 _MAX_EXCESS = 4.0
+_ACCEPTED = "coplanar note"  # end of the kinds of findings that any edit may add: faces in one plane may be meant
 _PATTERN_REACH = 4.0  # times as far as others may move: a number that completes a pattern
 _ZERO_REACH = 2.0  # times as far as others may move: a coordinate of an object that belongs to an axis
 _MIN_EXTENT_LEFT = 0.3  # of a primitive's longest extent: a cone that is to hang higher is not made flat
@@ -430,6 +431,11 @@ class _Candidate:
     is_pose: bool = False
     reach: float = 1.0
 
+    @property
+    def accepted(self) -> str:
+        """The end of the kinds of findings that it may add: notes, if it completes a pattern."""
+        return " note" if self.reach > 1.0 else _ACCEPTED
+
     def further(self, goal: Goal) -> float:
         """Return how much farther than a goal needs it may move objects, as a further need."""
         return (self.reach - 1.0) * (goal.need or goal.amount)
@@ -534,7 +540,7 @@ class _Search:
         for _ in range(_MAX_CORRECTIONS):
             version = self._applied(now, candidate)
             try:
-                if version is None or _is_better(now, version, goal, candidate.further(goal)):
+                if version is None or _is_better(now, version, goal, candidate.further(goal), candidate.accepted):
                     return version
                 left = next((other for other in version.goals if other.key == goal.key), None)
             except SceneError:
@@ -634,7 +640,9 @@ class _Search:
         for simpler in self._simpler(now, goal, candidate):
             version = self._applied(now, simpler) if self.trials.can_go_on else None
             try:
-                if version is not None and _is_better(now, version, goal, simpler.further(goal)):
+                if version is None:
+                    continue
+                if _is_better(now, version, goal, simpler.further(goal), simpler.accepted):
                     return version
             except SceneError:
                 continue
@@ -940,16 +948,14 @@ def _too_far(now: _Version, version: _Version, goal: Goal, further: float = 0.0)
     return need > 0.0 and float(motion.max()) > _MAX_EXCESS * need
 
 
-def _is_better(now: _Version, version: _Version, goal: Goal, further: float = 0.0) -> bool:
-    """Return whether a version resolves at least one goal of the key of ``goal`` and adds no finding.
+def _is_better(now: _Version, version: _Version, goal: Goal, further: float = 0.0, accepted: str = _ACCEPTED) -> bool:
+    """Return whether a version resolves at least one goal of the key of ``goal`` and adds no finding but ``accepted``.
 
     For a finding of the lint, objects must also move little and keep their support. A declaration is a wish of the
     author,
     so it is met whatever moves.
     """
     fewer, new = now.counts - version.counts, version.counts - now.counts
-    # A number that completes a pattern may bring notes about what may be meant, and any edit faces in one plane.
-    accepted = " note" if further else "coplanar note"
     new = Counter({key: count for key, count in new.items() if not key[0].endswith(accepted)})
     if fewer[goal.key] <= 0 or new or _is_collapsed(now, version):
         return False
