@@ -19,6 +19,7 @@ import numpy as np
 
 from scenelang.backends.facts.frame import FrameFacts
 from scenelang.backends.facts.tolerances import PARALLEL, Tolerance
+from scenelang.backends.geometry.symmetry import Asymmetry, asymmetries
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.interpreter.scene.bounds import entity_box
@@ -53,6 +54,7 @@ _MIN_EQUAL = 3  # siblings of which one is larger or smaller by a power of ten o
 _FEW_OF_ONE_SHAPE = 8  # fewer siblings of which one differs in one extent: a digit has up to seven bars, of two shapes
 _MAX_SIBLINGS = 1_000  # of a group that are examined
 _MAX_GROUPS = 400  # of a frame that are examined
+_MAX_PARTS = 20_000  # solids of a group that are compared
 _MAX_SUSPECTS = 8  # of a row that are left out in turn
 _MAX_SIDES = 200  # solids of an object whose outline is compared
 _LIFTS = 2  # levels by which objects that are alone in their parents are looked at together
@@ -84,6 +86,8 @@ class Intention:
         Translation in the world that would put it right.
     turn
         Angle about y that would put it right, in radians.
+    counterpart
+        Solids of the one that it is compared with; none where all others are evidence.
     """
 
     kind: str
@@ -93,6 +97,7 @@ class Intention:
     rows: IntArray
     move: Vector | None = None
     turn: float | None = None
+    counterpart: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -164,8 +169,9 @@ def intentions(facts: FrameFacts) -> list[Intention]:
     """
     if not len(facts.solids):
         return []
-    siblings = _groups(facts)
-    every = [intention for group in siblings for intention in group.intentions()]
+    frame = _Frame(facts)
+    every = [intention for group in _groups(frame) for intention in group.intentions()]
+    every += [frame.asymmetric(part) for part in asymmetries(facts)]
     every.sort(key=lambda i: (-i.confidence, _GRAVITY.index(i.kind), i.instance))
     kept: list[Intention] = []
     for intention in every:
@@ -224,6 +230,13 @@ class _Frame:
         low, high = corners[0][rows].min(axis=0), corners[1][rows].max(axis=0)
         return (low + high) / 2.0, (high - low) / 2.0
 
+    def asymmetric(self, part: Asymmetry) -> Intention:
+        """Return the intention about a part that breaks the symmetry of its body."""
+        around = (self.first <= part.rows[0]) & (self.last > part.rows[-1])
+        instance = int(np.flatnonzero(around)[-1])  # the innermost one, since ancestors come first
+        pair = tuple(part.counterpart.tolist())
+        return Intention("symmetry", instance, part.evidence, DOUBTFUL, part.rows, part.move, counterpart=pair)
+
     def single_objects(self, home: int) -> list[int]:
         """Return the first objects of a home that are alone of their kind."""
         if home not in self.singles:
@@ -258,9 +271,8 @@ class _Frame:
         return np.array(of_node, np.int64)[self.ancestry.node]
 
 
-def _groups(facts: FrameFacts) -> list[_Group]:
+def _groups(frame: _Frame) -> list[_Group]:
     """Return the groups of siblings, one of those that share the entity around them."""
-    frame = _Frame(facts)
     visible = np.flatnonzero((frame.last > frame.first) & (frame.ancestry.parent >= 0))
     order = visible[np.lexsort((visible, frame.words[visible], frame.homes[visible]))]
     edges = np.flatnonzero(np.diff(frame.homes[order]) | np.diff(frame.words[order])) + 1
@@ -365,6 +377,7 @@ class _Group:
             yield from displaced or self._mirrored()
             yield from self._loose()
         yield from self._sized()
+        yield from self._built()
 
     def intention(
         self, kind: str, member: int, evidence: str, confidence: float, turn: float | None = None,
@@ -398,6 +411,8 @@ class _Group:
         best = max(chosen, key=lambda d: d.confidence)
         if best.length and best.member in turned:
             return
+        if not best.length and self.is_shape:
+            yield from self._stand_in(best)
         gap = float(np.linalg.norm(self.places - best.place, axis=1).min())
         if (best.together == 1 and self._is_taken(best)) or (
             self._is_drawn(best) if best.length else gap < NEARBY * best.spacing
@@ -415,6 +430,26 @@ class _Group:
         kind = "angle" if best.is_slip else "height" if is_height else "spacing"
         evidence += _SLIP if best.is_slip else ""
         yield self.intention(kind, best.member, evidence, best.confidence, place=best.place)
+
+    def _stand_in(self, empty: _Departure) -> Iterator[Intention]:
+        """Yield the shape of another size that stands in the one place that shapes of equal size leave empty."""
+        frame, first = self.frame, self.frame.ancestry.entity(int(self.members[0]))
+        near = (frame.ancestry.parent == self.home) & (frame.last - frame.first == 1)
+        for instance in np.setdiff1d(np.flatnonzero(near), self.members)[:_MAX_SIBLINGS].tolist():
+            box = frame.box(instance)
+            if frame.ancestry.entity(instance).word != first.word or box is None:
+                continue
+            pose = frame.ancestry.poses[instance]
+            center, sizes = pose[:, :3] @ box[0] + pose[:, 3], box[1] * np.linalg.norm(pose[:, :3], axis=0)
+            offset = np.abs((center - self.zero) @ self.axes - empty.place)
+            ratios = np.maximum(sizes, 1e-300) / np.maximum(self.sizes[0], 1e-300)
+            other = np.abs(np.log(ratios)) > math.log1p(ASTRAY)
+            # One extent differs, and so may the center along it: a picket that is longer stands on the same ground.
+            if other.sum() == 1 and (offset > EXACT * self.spacing).sum() <= 1 and offset.max() < empty.spacing:
+                ratio = float(ratios[other][0])
+                how = f"{max(ratio, 1.0 / ratio):.3g} times as {'large' if ratio > 1.0 else 'small'}"
+                evidence = f'is in one extent {how} as the others: {len(self)} "{self.word}" beside it are equal'
+                yield Intention("size", instance, evidence, DOUBTFUL, frame.rows(instance))
 
     def _departures(self) -> Iterator[_Departure]:
         """Yield what departs from grids, rows and rings."""
@@ -731,13 +766,66 @@ class _Group:
             confidence = DOUBTFUL  # the bars of a digit are of two lengths
         elif ratio >= STRANGE_SIZE:
             confidence = SURE if is_slip else LIKELY
-        elif ratio >= 1.0 + ASTRAY and count >= 6 and self._is_regular(member):
+        elif ratio >= 1.0 + ASTRAY and self._is_regular(member):
             confidence = DOUBTFUL
         else:
             return
         how = f"{ratio:.3g} times as {'large' if factor > 1 else 'small'} as the others"
         evidence = f'is {"" if is_whole else "in one extent "}{how}: {count - 1} of {count} "{self.word}" are equal'
         yield self.intention("size", member, evidence, confidence)
+
+    # --- parts -------------------------------------------------------------------------------------------------------
+
+    def _built(self) -> Iterator[Intention]:
+        """Yield the one sibling that has other parts than all others, or has one of them at another place."""
+        frame, count = self.frame, len(self)
+        parts = frame.last[self.members] - frame.first[self.members]
+        if count < _MIN_SIBLINGS or self.is_shape or parts.max() > _MAX_SIDES or parts.sum() > _MAX_PARTS:
+            return
+        words = [tuple(self._part(int(m), int(row)) for row in frame.rows(int(m))) for m in self.members]
+        usual, frequency = Counter(words).most_common(1)[0]
+        if frequency == count:
+            yield from self._misplaced_parts(int(parts[0]))
+        elif frequency == count - 1:
+            member = next(i for i, these in enumerate(words) if these != usual)
+            differences = Counter(words[member])
+            differences.subtract(Counter(usual))
+            changed = [(word, number) for word, number in differences.items() if number]
+            if len(changed) != 1 or abs(changed[0][1]) > HALF_SEEN * len(usual):
+                return
+            word = changed[0][0]
+            own, others = Counter(words[member])[word], Counter(usual)[word]
+            evidence = f'has {own or "no"} "{word}" where {count - 1} of {count} "{self.word}" have {others or "none"}'
+            yield self.intention("count", member, evidence, DOUBTFUL)
+
+    def _part(self, instance: int, row: int) -> str:
+        """Return the words of a solid below a sibling."""
+        words = self.frame.facts.solids.words(row)
+        return "/".join(words[int(self.frame.ancestry.depth[instance]) + 1 :]) or words[-1]
+
+    def _misplaced_parts(self, parts: int) -> Iterator[Intention]:
+        """Yield the one sibling of which one part is elsewhere, in its own axes, than the same part of all others."""
+        frame, count = self.frame, len(self)
+        rows = frame.first[self.members][:, None] + np.arange(parts)
+        poses = frame.ancestry.poses[self.members]
+        inverses = np.linalg.pinv(poses[:, :, :3])
+        matrices = frame.facts.solids.solids.matrices[rows]
+        centers = np.einsum("nij,nkj->nki", inverses, matrices[:, :, :, 3] - poses[:, None, :, 3])
+        sizes = np.linalg.norm(np.einsum("nij,nkjl->nkil", inverses, matrices[:, :, :, :3]), axis=(2, 3))
+        offsets = np.linalg.norm(centers - np.median(centers, axis=0), axis=2) / np.maximum(sizes, 1e-300)
+        odd = np.flatnonzero((offsets > EXACT).any(axis=1))
+        if len(odd) != 1 or (np.abs(sizes[odd[0]] / np.median(sizes, axis=0) - 1.0) > EXACT).any():
+            return
+        member, away = int(odd[0]), np.flatnonzero(offsets[odd[0]] > EXACT)
+        if len(away) > HALF_SEEN * parts or offsets[member, away].min() < ASTRAY:
+            return
+        part = int(away[0])
+        length = float(offsets[member, part] * sizes[member, part])
+        evidence = (
+            f'has its "{self._part(int(self.members[member]), int(rows[member, part]))}" {length:.3g} from where '
+            f'{count - 1} of {count} "{self.word}" have it'
+        )
+        yield self.intention("loose part", member, evidence, DOUBTFUL)
 
     # --- symmetry ----------------------------------------------------------------------------------------------------
 

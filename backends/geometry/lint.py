@@ -152,8 +152,8 @@ class CheckedFrame:
         """Yield the objects that differ from their siblings."""
         for outlier in intentions(self.facts):
             note = "" if outlier.confidence >= _SURE else "a guess"
-            first = int(outlier.rows[0])
-            yield Finding("outlier", first, None, 0.0, outlier.move, note=note, evidence=outlier.evidence)
+            first, other = int(outlier.rows[0]), next(iter(outlier.counterpart), None)
+            yield Finding("outlier", first, other, 0.0, outlier.move, note=note, evidence=outlier.evidence)
 
     def _least_side(self, i: int) -> float:
         """Return the shortest side of a solid's box."""

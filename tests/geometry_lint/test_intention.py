@@ -22,6 +22,11 @@ WORDS = """
 (bind "disc" (lambda () (call "cylinder" :radius .3 :p0 [-.04 0 0] :p1 [.04 0 0])))
 (bind "leaf" (lambda () (transform (call "cube" :scale [.8 2 .04]) (translate [.4 1 0]))))
 (bind "box" (lambda () (call "cube" :scale [.5 .2 .4])))
+(bind "pawn" (lambda ((:dx 0) (:knob #t)) (union
+  (transform (call "cube" :scale [.4 .2 .4]) (translate [0 .1 0]))
+  (call "cylinder" :radius .1 :p0 [0 .2 0] :p1 [0 .8 0])
+  (transform (call "cube" :scale [.2 .2 .3]) (translate (vector dx .9 0)))
+  (if knob (transform (call "cube" :scale .05) (translate [0 .1 .22])) (union)))))
 """
 
 
@@ -86,6 +91,14 @@ FAULTS = {
     "one part is ten times as high": (row(5, n3=placed(3.0, 0.0, 0.0, options=":h 10")), "size"),
     "one of three is ten times as large": (row(2) + placed(5.0, 0.0, 3.0, options=":s 10"), "size"),
     "a pair of a grid of pairs": ("".join(placed(x, 0.0, z) for x in (-2.4, -0.8, 0.3, 2.4) for z in (0, 1)), "spacing"),
+    "one of four is half as large again": (row(4, n2=placed(2.0, 0.0, 0.0, options=":s 1.5")), "size"),
+    "one bare shape of a row is longer": (
+        "".join(f'(transform (call "cube" :scale [.1 {h} .02]) (translate [{i} {h / 2} 0]))'
+                for i, h in enumerate((1, 1, 1, 1, 1, 1.3, 1, 1, 1))), "size"),
+    "one lacks a part": (
+        "".join(placed(i, 0.0, 0.0, options=":knob #f" * (i == 2), word="pawn") for i in range(5)), "count"),
+    "one has a part elsewhere": (
+        "".join(placed(i, 0.0, 0.0, options=":dx .08" * (i == 3), word="pawn") for i in range(5)), "loose part"),
     "one is off its mirror image": (
         '(call "post")' + "".join(placed(x, 0.0, 0.0) for x in (-4.0, -2.1, -1.2, 1.2, 2.1, 4.5)), "symmetry"),
     "a disc beside its peg": (
@@ -117,6 +130,46 @@ SOUND = {
     "a round thing turned": "".join(placed(i, 0.0, 0.0, 0.7 * (i == 2), word="post") for i in range(0, 18, 2)),
     "one of four elsewhere": row(3) + placed(6.0, 1.0, 4.0),
 }
+
+
+def part(x: float, y: float, z: float, shape: str = '"sphere" :radius .1') -> str:
+    return f"(transform (call {shape}) (translate [{x} {y} {z}]))"
+
+
+HEAD = [part(0.0, 0.5, 0.0, '"cube" :scale [.8 1 .6]'), part(0.0, 1.1, 0.0, '"cube" :scale [.5 .3 .4]')]
+EARS, EYES = [part(x, 1.2, 0.0) for x in (-0.3, 0.3)], [part(x, 0.7, 0.35) for x in (-0.2, 0.2)]
+LOPSIDED = {
+    "an arm turned": [
+        *HEAD, *EYES, *(f'(transform (call "cube" :scale [.3 .1 .1]) (@ (translate [{x} .6 0]) (rotate {angle} [0 0 1])))'
+                        for x, angle in ((-0.5, 0.4), (0.5, 0.4)))],
+    "an ear too low": [*HEAD, *EYES, EARS[0], part(0.3, 1.05, 0.0)],
+    "an eye too small": [*HEAD, *EARS, EYES[0], part(0.2, 0.7, 0.35, '"sphere" :radius .06')],
+    "an arm too thick": [
+        *HEAD, *EYES, part(-0.5, 0.6, 0.0, '"cube" :scale [.3 .1 .1]'), part(0.5, 0.6, 0.0, '"cube" :scale [.3 .1 .2]')],
+    "a hat beside the middle": [
+        *HEAD, *EYES, part(0.04, 1.3, 0.0, '"cube" :scale [.3 .1 .3]')],
+}  # fmt: skip
+ONE_SIDED = {
+    "a face": [*HEAD, *EARS, *EYES],
+    "a handle on one side": [*HEAD, *EYES, part(0.45, 0.5, 0.0)],
+    "a chimney": [*HEAD, *EYES, part(0.15, 1.3, 0.0, '"cube" :scale [.1 .3 .1]')],
+    "parts of all sizes": [
+        *HEAD,
+        *(part(0.1 * i, 0.3 * i, 0.3, f'"sphere" :radius {0.1 + 0.03 * i}') for i in range(5)),
+    ],
+}
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+@pytest.mark.parametrize("name", LOPSIDED)
+def test_a_part_that_breaks_the_symmetry_of_its_body(name: str, turn: float) -> None:
+    _, (asymmetry,) = analyzed(f"(transform (union {' '.join(LOPSIDED[name])}) (rotate {turn} [0 1 0]))")
+    assert asymmetry.kind == "symmetry"
+
+
+@pytest.mark.parametrize("name", ONE_SIDED)
+def test_what_is_on_one_side_on_purpose(name: str) -> None:
+    assert kinds(" ".join(ONE_SIDED[name])) == []
 
 
 @pytest.mark.parametrize("name", FAULTS)
