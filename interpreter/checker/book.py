@@ -7,7 +7,6 @@ infers a form again only when one of them has changed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -296,8 +295,9 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
         diagnostics += [*scene.findings, *(d for _, d in misuses(scene, needs))]
     diagnostics += endless_recursions(results)
     diagnostics += _unbound_root(program, root)
-    if not program.all_words and program.ok and not _is_input(program) and not any(d.is_error for d in diagnostics):
-        diagnostics += chain.from_iterable(map(_unbound_parts, program.facts, results))
+    if program.ok and not _is_input(program) and not any(d.is_error for d in diagnostics):
+        for facts, result in zip(program.facts, results):
+            diagnostics += _unbound_parts(facts, result, root)
     if not is_written:
         diagnostics = [
             d for d in diagnostics if d.is_error or d.name in ("out-of-range", "endless-recursion", "elementwise-poses")
@@ -306,17 +306,23 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     return _with_parameters(diagnostics, functions)
 
 
-def _unbound_parts(facts: FormFacts, result: FormKinds) -> Iterator[Diagnostic]:
-    """Report an entity at the top level of a program that binds no word."""
+def _unbound_parts(facts: FormFacts, result: FormKinds, root: str | None) -> Iterator[Diagnostic]:
+    """Report an entity at the top level of a program, other than a call of its root, which is drawn anyway."""
     form = facts.form
     kind = result.kinds.get(form, ANY)
     is_called = type(form) in (ast.Application, ast.Call, ast.Transform, ast.Union, ast.UnionLoop)
-    if is_called and (kind is ENTITY or kind is PART or kind == PARTS) and form.span.expansion is None:
-        hint = f'bind it to a word: `(bind "scene" (lambda () {form.span.text}))`'
-        if len(form.span.text) > MAX_SHOWN:
-            hint = 'bind it to a word: `(bind "scene" (lambda () ...))`'
-        message = "this entity is not used: a program draws the words that it binds"
-        yield Diagnostic("dropped-value", message, form.span, hint)
+    if not (is_called and (kind is ENTITY or kind is PART or kind == PARTS) and form.span.expansion is None):
+        return
+    called = form.word.value if type(form) is ast.Call and type(form.word) is ast.Constant else None
+    if root is not None and called == root:
+        return
+    if type(called) is str and root is not None and not form.arguments:
+        hint = f"name the word that is drawn: `(scene {form.word.span.text})`"
+    else:
+        is_short = len(form.span.text) <= MAX_SHOWN
+        hint = f'bind it to a word: `(bind "scene" (lambda () {form.span.text if is_short else "..."}))`'
+    drawn = "a program draws the words that it binds" if root is None else f'"{root}" is drawn'
+    yield Diagnostic("dropped-value", f"this entity is not used: {drawn}", form.span, hint)
 
 
 def _scene_word(program: Program) -> str | None:
