@@ -6,7 +6,8 @@
 3. An entity whose solids touch is one body; if at least half of them form one cluster, each cluster is a body. If less
    do, the entity is an arrangement, such as "chess pieces", and treated like the root.
 4. A part that has a word, only rests from above, can be lifted by its height, carries nothing, and is not what joins
-   the rest, is a body of its own: a cup on its table.
+   the rest, is a body of its own: a cup on its table. In both readings, if it only touches its own kind: a book in a
+   pile.
 
 Where a reading is in doubt (4, and shapes that stand directly in an arrangement and touch), ``joined`` tells what
 would be one body in the other reading; what is wrong in one of them only is a note.
@@ -151,10 +152,12 @@ class _Grouping:
     def bodies(self) -> BodySet:
         """Return the bodies in the order of their first solids."""
         parts: list[tuple[int, IntArray, int]] = []  # instance, solids, number of the group in the other reading
-        whole: dict[int, int] = {}  # instances are one body in the other reading
+        whole: dict[tuple[int, bool], int] = {}  # instances are one body in the other reading
         for instance, members, pieces in self._groups():
-            group = whole.setdefault(instance, len(whole))
-            parts += [(at, piece, group) for at, piece in pieces] if pieces else [(instance, members, group)]
+            for at, piece in pieces or [(instance, members)]:
+                is_piled = at != instance and self._is_piled(at, piece)
+                key = (at, True) if is_piled else (instance, False)
+                parts.append((at, piece, whole.setdefault(key, len(whole))))
         parts.sort(key=lambda part: int(part[1][0]))
         return self._measured(parts)
 
@@ -255,6 +258,19 @@ class _Grouping:
         if (up < UPRIGHT).any() or (depth > np.maximum(SHALLOW * height, contacts.room[rows])).any():
             return False
         return self._is_free_above(part, others, height) and len(self._connected(others)) == 1
+
+    def _is_piled(self, instance: int, part: IntArray) -> bool:
+        """Return whether a part only touches siblings of its own word: a book in a pile is no part of it."""
+        ancestry, word = self.ancestry, self.ancestry.entity(instance).word
+        if is_shape(ancestry.entity(instance)):
+            return False
+        others = self.pairs[self._rows_between(part, np.setdiff1d(np.arange(len(self.solids)), part))]
+        others = np.setdiff1d(others, part)
+        siblings = ancestry.at_depth(int(ancestry.depth[instance]))[ancestry.primitives[self.solids.row[others]]]
+        return len(others) > 0 and all(
+            at >= 0 and ancestry.parent[at] == ancestry.parent[instance] and ancestry.entity(at).word == word
+            for at in np.unique(siblings).tolist()
+        )
 
     def _rows_between(self, part: IntArray, others: IntArray) -> IntArray:
         """Return the rows of the contacts between two sets of solids."""

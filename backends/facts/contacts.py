@@ -119,6 +119,15 @@ def are_slim(solids: Bodies, rows: IntArray) -> BoolArray:
     return np.asarray(sides[:, 2] >= SLIM * sides[:, 1], bool)
 
 
+def axes_of(solids: Bodies, rows: IntArray) -> FloatArray:
+    """Return unit vectors (K, 3) along the axes of round solids, across which their sections have two equal sides."""
+    matrices = solids.solids.matrices[rows][:, :, :3]
+    lengths = np.linalg.norm(matrices, axis=1)
+    along = np.argmin(np.abs(np.roll(lengths, -1, axis=1) - np.roll(lengths, -2, axis=1)), axis=1)
+    chosen = np.take_along_axis(matrices, along[:, None, None], axis=2)[:, :, 0]
+    return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True), np.float64)
+
+
 def region_of(solids: Bodies, contacts: Contacts, row: int) -> FloatArray:
     """Return points (K, 3) whose convex hull is the region in which the solids of a contact meet, K at most 8."""
     i, j = contacts.pairs[row].tolist()

@@ -16,10 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet, grouped, is_shape
-from scenelang.backends.facts.contacts import Contacts, are_slim, area_of, own_sides
-from scenelang.backends.facts.ground import Ground, ground_of, walls_of
+from scenelang.backends.facts.contacts import Contacts, are_slim, area_of, axes_of, own_sides
+from scenelang.backends.facts.ground import LOWEST_POINT, Ground, ground_of, walls_of
 from scenelang.backends.facts.statics import PLANE, STANDS, Balance, BodyContact, Statics, members_of
 from scenelang.backends.facts.tolerances import (
+    BRACKET_SPAN,
     BURIED,
     CAGE_DROP,
     CAGE_OVERLAP,
@@ -32,8 +33,10 @@ from scenelang.backends.facts.tolerances import (
     JOINT,
     MOUNT_AREA,
     MOUNT_DEPTH,
+    NEARLY,
     SET_IN,
     SLIM,
+    SMALL_BASE,
     SNOW_COUNT,
     SNOW_SIZE,
     SUSPENSION_AREA,
@@ -282,6 +285,8 @@ class FrameFacts:
     def _is_set_in(self, link: BodyContact, inner: int) -> bool:
         """Return whether a body is set into what is below or above it: deep, or a rod in a hole, or a ball on a rod."""
         pair = self.contacts.pairs[link.row]
+        if self.ground.solids[pair].any() and self._has_slim_foot(inner):
+            return bool(link.depth >= SET_IN * self.bodies.size[inner, 1])
         if self.is_threaded(link.row) and link.depth >= BURIED * float(own_sides(self.solids, pair).min()):
             return True
         rounded = self.solids.solids.that_are("is_rounded")[pair].any()
@@ -360,8 +365,12 @@ class FrameFacts:
                 if area_of(link.points, normal) >= GLUED_AREA * side:
                     yield link, "glued"
         if sideways:
-            heights = np.concatenate([link.points[:, 1] for link in sideways])
-            if np.ptp(heights) >= HINGE_SPAN * (high - low):
+            span = np.ptp(np.concatenate([link.points for link in sideways]), axis=0)
+            breadth = self.bodies.high[members].max(axis=0) - self.bodies.low[members].min(axis=0)
+            breadth[int(np.argmax(np.abs(sideways[0].normal)))] = np.inf
+            is_hung = not any(self._stands_on(link, members) for body in members for link in self.statics.of_body[body])
+            is_broad = is_hung and bool((span[[0, 2]] >= BRACKET_SPAN * breadth[[0, 2]]).any())
+            if is_broad or span[1] >= HINGE_SPAN * (high - low):
                 yield sideways[0], "glued"
 
     def words_of(self, body: int) -> tuple[str, ...]:
@@ -402,9 +411,26 @@ class FrameFacts:
             return Verdict("floating", self._why_floating.get(body, ""))
         balance, note = balances.get(int(group[body]), STANDS), notes.get(body, "")
         if balance.kind != "stands":
-            return Verdict(balance.kind, self._why_falling(np.flatnonzero(group == group[body])), balance)
+            members = np.flatnonzero(group == group[body])
+            why = self._why_falling(members)
+            is_near = balance.kind == "tips" and self._is_on_its_edge(members, balance)
+            return Verdict(balance.kind, why or ("on its edge" if is_near else ""), balance)
         # It stands only if the doubtful hold is one.
         return Verdict("falls", note) if note else Verdict("supported", "", balance)
+
+    def _is_on_its_edge(self, members: IntArray, balance: Balance) -> bool:
+        """Return whether a group with flat feet tips by so little that it may be rounding; what is round would roll."""
+        extent = self.bodies.high[members].max(axis=0) - self.bodies.low[members].min(axis=0)
+        rows = {link.row for body in members for link in self.statics.of_body[int(body)] if link.row >= 0}
+        touching = self.contacts.pairs[sorted(rows)]
+        own = touching[np.isin(self.bodies.body[touching], members)]
+        form = self.solids.solids
+        rolls = form.that_are("is_rounded")[own] | (form.that_are("is_curved")[own] & self._lies(own))
+        return not rolls.any() and 0.0 < balance.beyond <= NEARLY * float(extent[[0, 2]].max())
+
+    def _lies(self, rows: IntArray) -> BoolArray:
+        """Return whether the axes (K,) of round solids are level, so that they may roll."""
+        return np.asarray(np.abs(axes_of(self.solids, rows)[:, 1]) < 1.0 - UPRIGHT, bool)
 
     @cached_property
     def narrow(self) -> BoolArray:
@@ -424,8 +450,24 @@ class FrameFacts:
         immersed[self.bodies.body[np.where(opaque[deep[:, 0]], deep[:, 0], deep[:, 1])]] = True
         return immersed
 
+    @cached_property
+    def is_adrift(self) -> bool:
+        """Whether the scene is one object around the origin without a base, as an aircraft in flight."""
+        low, high = self.solids.boxes
+        if self.ground.reason != LOWEST_POINT or len(np.unique(self.clusters)) > 1:
+            return False
+        lowest, area = (
+            low[:, 1] <= low[:, 1].min() + self.solids.touch,
+            np.prod(np.ptp([low.min(0), high.max(0)], 0)[[0, 2]]),
+        )
+        base = float(np.prod((high - low)[lowest][:, [0, 2]], axis=1).sum())
+        straddles = bool(low[:, 1].min() < -self.solids.touch and high[:, 1].max() > self.solids.touch)
+        return straddles and base < SMALL_BASE * float(area)
+
     def _why_falling(self, members: IntArray) -> str:
         """Return why bodies without balance may be meant; empty if nothing says so."""
+        if self.is_adrift:
+            return "around the origin"
         low, high = self.bodies.low[members].min(axis=0), self.bodies.high[members].max(axis=0)
         if self._is_caged(members, low, high):
             return "in a case"
@@ -492,7 +534,8 @@ class FrameFacts:
             else:
                 continue
             reasons |= dict.fromkeys(members.tolist(), reason)
-        return reasons
+        flying = {keys[body] for body, reason in reasons.items() if reason == "above everything that stands"}
+        return reasons | {body: "as its equals" for body, key in keys.items() if body not in reasons and key in flying}
 
     def _likeness(self, body: int) -> tuple[object, ...]:
         """Return a key that equal bodies share: their primitives and sizes."""

@@ -15,6 +15,7 @@ from scenelang.backends.facts.tolerances import (
     GROUND_FLATNESS,
     GROUND_MARGIN,
     PLANTED,
+    TERRAIN_AREA,
     WALL_SPAN,
     WALL_THICKNESS,
 )
@@ -23,6 +24,9 @@ from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
+
+
+LOWEST_POINT = "the lowest point"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +58,9 @@ def ground_of(solids: Bodies, bodies: BodySet, child: IntArray) -> Ground:
     none = np.zeros(len(solids), bool)
     if not len(solids):
         return Ground(0.0, none, "the scene reaches y = 0")
-    broad = _broad_ground(low, high, child, solids.touch) & solids.opaque & ~solids.hollow & (len(bodies) > 1)
+    broad = _broad_ground(low, high, child, solids.touch) & solids.opaque & (len(bodies) > 1)
+    for i in np.flatnonzero(broad & solids.hollow).tolist():
+        broad[i] = _is_terrain(solids, i)
     if broad.any():
         bottom, top = float(low[broad, 1].min()), float(high[broad, 1].max())
         at_zero = bottom - solids.touch <= 0.0 <= top + solids.touch
@@ -66,7 +72,21 @@ def ground_of(solids: Bodies, bodies: BodySet, child: IntArray) -> Ground:
     planted = len(heights) > 1 and bool((-bottoms[below] <= PLANTED * heights).all())  # posts, with nothing else below
     if (np.abs(bottoms) <= solids.touch).any() or planted:
         return Ground(0.0, none, "the scene reaches y = 0")
-    return Ground(float(bottoms.min()), none, "the lowest point")
+    return Ground(float(bottoms.min()), none, LOWEST_POINT)
+
+
+def _is_terrain(solids: Bodies, i: int) -> bool:
+    """Return whether a solid that is not convex covers the scene and has one surface above any place: no roof."""
+    low, high = solids.boxes
+    footprint = float(np.prod((high - low)[i, [0, 2]]))
+    surface = solids.surface(i)
+    if surface is None or footprint < TERRAIN_AREA * float(np.prod((high.max(axis=0) - low.min(axis=0))[[0, 2]])):
+        return False
+    mesh = surface.to_mesh64()
+    corners = np.asarray(mesh.vert_properties[:, :3])[np.asarray(mesh.tri_verts)][:, :, [0, 2]]
+    sides = corners[:, 1:] - corners[:, :1]
+    areas = (sides[:, 0, 1] * sides[:, 1, 0] - sides[:, 0, 0] * sides[:, 1, 1]) / 2.0  # of faces seen from above
+    return TERRAIN_AREA * footprint <= float(areas[areas > 0.0].sum()) <= footprint / TERRAIN_AREA
 
 
 def _broad_ground(low: FloatArray, high: FloatArray, group: IntArray, touch: float) -> BoolArray:
@@ -85,10 +105,12 @@ def _broad_ground(low: FloatArray, high: FloatArray, group: IntArray, touch: flo
         bottom, top = float(low[rows, 1].min()), float(high[rows, 1].max())
         rest = np.setdiff1d(np.arange(len(low)), rows)
         # Under the rest: at least half of it is above, and nearly none below, such as the legs of a table.
-        above, below = np.count_nonzero(middle[rest] > top), np.count_nonzero(middle[rest] < bottom)
+        own = float(np.prod((high[rows].max(axis=0) - low[rows].min(axis=0))[[0, 2]]))
+        is_terrain = len(rows) == 1 and own >= TERRAIN_AREA * area
+        level = bottom if is_terrain else top  # what stands in a valley is below the hills
+        above, below = np.count_nonzero(middle[rest] > level), np.count_nonzero(middle[rest] < bottom)
         if bottom > touch and (np.abs(low[rest, 1]) <= touch).any():
             continue  # the rest stands on y = 0, as the poles of a stall beside its counter
-        own = float(np.prod((high[rows].max(axis=0) - low[rows].min(axis=0))[[0, 2]]))
         broadest = float(np.prod((high - low)[rest][:, [0, 2]], axis=1).max(initial=0.0))
         if len(rest) and own > GROUND_MARGIN * broadest and 2 * above >= len(rest) and below <= GROUND_BELOW * len(low):
             is_ground[rows] = True

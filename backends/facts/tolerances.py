@@ -58,6 +58,7 @@ GROUND_FLATNESS = Tolerance(
 GROUND_MARGIN = Tolerance(
     1.1, "times the broadest solid on it", "a brick under a brick is an object; floors and plates are broader"
 )
+TERRAIN_AREA = Tolerance(0.9, "of the scene's area", "the ground below all others may have hills and valleys")
 GROUND_BELOW = Tolerance(0.1, "of the solids", "more of them below a broad body are its legs: it is a table")
 WALL_SPAN = Tolerance(
     0.6, "of two extents of the scene", "a panel that closes a scene off stands by construction, not by its weight"
@@ -92,6 +93,18 @@ HINGE_SPAN = Tolerance(
     1.0 / 3.0,
     "of a body's height",
     "two contacts at a side this far apart could be hinges; what falls without is a note",
+)
+
+BRACKET_SPAN = Tolerance(
+    0.5, "of a body's breadth", "contacts at a side this far apart could be screws, a bar or a magnet: a note"
+)
+SMALL_BASE = Tolerance(
+    0.25, "of the scene's area", "an object around the origin whose lowest parts cover less does not stand on them"
+)
+NEARLY = Tolerance(
+    0.03,
+    "of a body's breadth",
+    "a center of mass this little beyond the support is on its edge by rounding: a note",
 )
 
 # --- checks ---

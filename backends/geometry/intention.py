@@ -34,6 +34,7 @@ TURNED = Tolerance(math.radians(10.0), "radians", "less is a chair that somebody
 SAME_TURN = Tolerance(math.radians(1.0), "radians", "turns that a rule computes agree to rounding")
 SAME_SLIP = Tolerance(0.005, "radians", "an angle of three digits, times 57.3")
 VISIBLE = Tolerance(0.01, "of the object's size", "a turn that moves no outline by more is not seen")
+FACING_SPAN = Tolerance(math.radians(60.0), "radians", "what stands on one side of another need not face it")
 HINGED = Tolerance(0.35, "of the object's extent", "what turns about its edge is a door or a lid")
 STRANGE_SIZE = Tolerance(4.0, "times the others' size", "young and old, small and large are within it")
 SHIFTED_DIGIT = Tolerance(0.05, "of the factor", "a factor so close to 10, 100 or 57.3 is a slip")
@@ -336,7 +337,11 @@ class _Group:
         centers, sizes = (np.array([box[i] for box in boxes if box is not None]) for i in range(2))
         self.sizes = sizes * np.linalg.norm(poses[:, :, :3], axis=1)
         world = np.einsum("nij,nj->ni", poses[:, :, :3], centers) + poses[:, :, 3]
-        if np.ptp(self.sizes, axis=0).max() > EXACT * self.sizes.max():  # those of various sizes stand at one level
+        rotations = _rotation(poses[:, :, :3])
+        turned = self._turned_inside() if np.ptp(self.sizes, axis=0).max() > EXACT * self.sizes.max() else None
+        if turned is not None:
+            rotations, world, self.sizes = turned
+        elif np.ptp(self.sizes, axis=0).max() > EXACT * self.sizes.max():  # those of various sizes stand at one level
             low = frame.facts.solids.boxes[0][:, 1]
             world[:, 1] = [low[frame.rows(int(m))].min() for m in members]
         self.up = int(np.argmax(np.abs(self.axes[1]))) if np.abs(self.axes[1]).max() > 0.999 else -1
@@ -344,7 +349,7 @@ class _Group:
         if self.up >= 0:
             self.tilt = _common_direction((world - self.zero) @ self.axes, self.up)
             self.axes = self.axes @ self.tilt
-        self.turns = np.einsum("ji,njk->nik", self.axes, _rotation(poses[:, :, :3]))
+        self.turns = np.einsum("ji,njk->nik", self.axes, rotations)
         self.places = (world - self.zero) @ self.axes
         self.origins = (poses[:, :, 3] - self.zero) @ self.axes
         corners = frame.facts.solids.boxes
@@ -355,6 +360,24 @@ class _Group:
 
     def __len__(self) -> int:
         return len(self.members)
+
+    def _turned_inside(self) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+        """Return rotations (N, 3, 3), centers and sizes (N, 3) of siblings that are equal but for a pose within them.
+
+        A function that turns its parts by a parameter has no pose of its own: those of its solids tell its turn.
+        """
+        frame = self.frame
+        parts = frame.last[self.members] - frame.first[self.members]
+        if len(np.unique(parts)) > 1 or parts.sum() > _MAX_PARTS:
+            return None
+        rows = frame.first[self.members][:, None] + np.arange(parts[0])
+        matrices = frame.facts.solids.solids.matrices[rows]
+        lengths = np.linalg.norm(matrices[:, :, :, :3], axis=2)
+        if np.ptp(lengths, axis=0).max() > EXACT * lengths.max():
+            return None
+        largest = int(np.argmax(lengths[0].prod(axis=1)))
+        sizes = np.broadcast_to(2.0 * lengths[0, largest], (len(self.members), 3))
+        return _rotation(matrices[:, largest, :, :3]), matrices[:, :, :, 3].mean(axis=1), np.asarray(sizes)
 
     @cached_property
     def spacing(self) -> float:
@@ -409,12 +432,12 @@ class _Group:
         if len({d.member for d in chosen if d.confidence >= max(c.confidence for c in chosen)}) != 1:
             return
         best = max(chosen, key=lambda d: d.confidence)
-        if best.length and best.member in turned:
+        if best.length and best.member in turned and not best.is_slip:
             return
         if not best.length and self.is_shape:
             yield from self._stand_in(best)
         gap = float(np.linalg.norm(self.places - best.place, axis=1).min())
-        if (best.together == 1 and self._is_taken(best)) or (
+        if (best.together == 1 and not best.is_slip and self._is_taken(best)) or (
             self._is_drawn(best) if best.length else gap < NEARBY * best.spacing
         ):
             return
@@ -630,7 +653,7 @@ class _Group:
         if count >= 6:
             yield "alternate", still, None
         for chart in [*_rings(self.places), *self._around_others()]:
-            if chart.surrounds:
+            if chart.surrounds and chart.span >= FACING_SPAN:
                 yield "face", chart.unturned(), chart
         steps = np.einsum("nij,nkj->nik", self.turns[1:], self.turns[:-1])
         for step in (steps[0], steps[-1], steps[count // 2 - 1]) if count >= 6 else ():
@@ -685,12 +708,19 @@ class _Group:
         quarters = 2.0 * angle / math.pi
         if odd.rule == "are parallel" and abs(quarters - round(quarters)) < SAME_TURN and not is_slip:
             confidence = DOUBTFUL
+        if not is_slip and self._is_moved(member):
+            confidence = DOUBTFUL  # it was moved as well: somebody pulled the chair back and turned it
         rule = self._name_of(odd.chart) if odd.chart else odd.rule
         evidence = f'is turned by {math.degrees(angle):.3g} degrees: {count - 1} of {count} "{self.word}" {rule}'
         if is_slip:
             evidence += _SLIP
         turn = angle * float(np.sign(axis[1])) if is_upright else None
         return self.intention("angle" if is_slip else "turn", member, evidence, confidence, turn=turn)
+
+    def _is_moved(self, member: int) -> bool:
+        """Return whether a sibling alone is out of all rows along an axis in which each other one shares its row."""
+        counts = np.stack([np.bincount(self.levels[:, k])[self.levels[:, k]] for k in range(3)], axis=1)
+        return bool(((counts[member] == 1) & ((counts == 1).sum(axis=0) == 1)).any())
 
     def _is_hinged(self, member: int, missing: FloatArray) -> bool:
         """Return whether a sibling was turned about its edge, as a door is."""
@@ -976,6 +1006,12 @@ class _Chart:
         """Whether no point is at the center, where it would face nothing."""
         return float(self.coordinates[:, 1].min()) > 1e-6 * self.radius
 
+    @property
+    def span(self) -> float:
+        """Largest angle between directions to points of a ring, in radians."""
+        angles = self.coordinates[:64, 0] / self.radius
+        return float(np.abs(np.angle(np.exp(1j * (angles[:, None] - angles[None])))).max())
+
     def point(self, coordinates: FloatArray) -> FloatArray:
         """Return the point (3,) with given coordinates."""
         if self.center is None:
@@ -1151,7 +1187,7 @@ def _gap(chart: _Chart, members: IntArray, series: _Series) -> _Departure | None
 
 def _missed(chart: _Chart, series: _Series, member: int, count: int) -> _Departure | None:
     """Return how far a member is from the only place of a series that is left for it; None if that says nothing."""
-    if len(series.empty) > 1 or (series.is_closed and not series.empty) or count < (4 if chart.radius else 3):
+    if len(series.empty) > 1 or (series.is_closed and not series.empty) or count < 3:
         return None
     spacing = float(np.linalg.norm(series.step))
     numbers = series.empty or (-1, series.last + 1)
@@ -1161,20 +1197,20 @@ def _missed(chart: _Chart, series: _Series, member: int, count: int) -> _Departu
     best = int(np.argmin(np.linalg.norm(offsets, axis=1)))
     along, length = abs(float(offsets[best, 0])), float(np.linalg.norm(offsets[best]))
     sole = int((np.abs(offsets[best]) > EXACT * spacing).sum()) == 1
-    on_ring = series.is_closed and sole and along > EXACT * spacing
-    if length < ASTRAY * spacing or (length > NEARBY * spacing and not on_ring):
-        return None
-    if series.empty:
-        confidence = SURE if sole else DOUBTFUL
-        enough = count >= 4
-    else:
-        confidence = LIKELY if along <= EXACT * spacing else DOUBTFUL
-        enough = count >= (3 if sole and along <= EXACT * spacing else 5)
     place = series.base + numbers[best] * series.step
     is_slip = False
     if chart.radius and sole and member:  # angles are counted from the first sibling
         expected, actual = (at[0] - chart.coordinates[0, 0] for at in (place, chart.coordinates[member]))
         is_slip = _is_slip(expected / chart.radius, actual / chart.radius)
+    on_ring = series.is_closed and sole and along > EXACT * spacing
+    if length < ASTRAY * spacing or (length > NEARBY * spacing and not on_ring):
+        return None
+    if series.empty:
+        confidence = SURE if sole else DOUBTFUL
+        enough = count >= 4 or is_slip
+    else:
+        confidence = LIKELY if along <= EXACT * spacing else DOUBTFUL
+        enough = count >= ((4 if chart.radius else 3) if sole and along <= EXACT * spacing else 5)
     departure = _Departure(member, chart.point(place), spacing, length, confidence, chart.rule, count, is_slip)
     return departure if enough else None
 

@@ -15,13 +15,14 @@ from functools import cached_property
 import numpy as np
 
 from scenelang.backends.facts.bodies import is_shape
-from scenelang.backends.facts.contacts import are_slim
+from scenelang.backends.facts.contacts import are_slim, axes_of
 from scenelang.backends.facts.frame import FrameFacts, Verdict
 from scenelang.backends.facts.statics import PLANE
 from scenelang.backends.facts.tolerances import (
     CONTACT_ERROR,
     COPLANAR_AREA,
     DETOUR,
+    PARALLEL,
     PLANTED,
     SEAM,
     SHALLOW,
@@ -117,7 +118,10 @@ class CheckedFrame:
         every = [self._softened(finding) for finding in self._every()]
         ranked: dict[tuple[object, ...], Finding] = {}
         for finding in sorted(every, key=_gravity):
-            ranked.setdefault(self._key(finding), finding)
+            # The mirror image of what is sunk is not out of place itself.
+            other = finding.other if finding.kind == "outlier" else None
+            if other is None or ("place", int(self.facts.bodies.body[other])) not in ranked:
+                ranked.setdefault(self._key(finding), finding)
         return list(ranked.values())
 
     def _key(self, finding: Finding) -> tuple[object, ...]:
@@ -178,7 +182,7 @@ class CheckedFrame:
     def _overlaps(self, hidden: dict[int, int], twins: set[frozenset[int]]) -> Iterator[Finding]:
         """Yield bodies that are sunk into what they stand on, and pairs of bodies that are in each other."""
         facts, deepest = self.facts, dict[tuple[int, int], Finding]()
-        group = facts.fastened
+        group, bearings = facts.fastened, self._bearings()
         for link in facts.statics.links:
             pair = frozenset((link.body, link.other))
             if link.depth <= 0.0 or pair in twins:
@@ -192,11 +196,28 @@ class CheckedFrame:
                 finding = self._overlap(link.row, joined=bool(group[link.body] == group[link.other]))
             if finding is None:
                 continue
+            if finding.kind == "deep" and pair in bearings:
+                finding = replace(finding, note=finding.note or "a rod")
             other = -1 if finding.other is None else int(facts.bodies.body[finding.other])
             key = (int(facts.bodies.body[finding.body]), other)
             if key not in deepest or _gravity(finding) < _gravity(deepest[key]):
                 deepest[key] = finding
         yield from deepest.values()
+
+    def _bearings(self) -> set[frozenset[int]]:
+        """Return the pairs of bodies with round parts on one axis: an axle crosses the spokes of its wheel too."""
+        facts, pairs = self.facts, self.facts.contacts.pairs
+        round_ones = self.solids.solids.that_are("is_curved")
+        rows = [k.row for k in facts.statics.links if k.row >= 0 and k.depth > 0.0 and round_ones[pairs[k.row]].all()]
+        return {frozenset(facts.bodies.body[pairs[row]].tolist()) for row in rows if self._are_coaxial(*pairs[row])}
+
+    def _are_coaxial(self, i: int, j: int) -> bool:
+        """Return whether the axes of two round solids lie on one line."""
+        first, second = axes_of(self.solids, np.array([i, j]))
+        low, high = self.solids.boxes
+        offset = (low + high)[j] / 2.0 - (low + high)[i] / 2.0
+        apart = float(np.linalg.norm(offset - (offset @ first) * first))
+        return abs(float(first @ second)) >= PARALLEL and apart <= self.solids.touch
 
     def _are_one(self, body: int, other: int) -> bool:
         """Return whether two bodies are one in the other reading, or parts of one that attributes hold in the air."""
@@ -240,6 +261,10 @@ class CheckedFrame:
         sign = 1.0 if subject == j else -1.0
         x, y, z = (sign * depth * along).tolist()
         note = "" if self.solids.opaque[[i, j]].all() else "in something that light passes"
+        if self.facts.is_adrift:
+            note = note or "around the origin"
+        if self.solids.glowing[[i, j]].all():
+            note = note or "both glow"
         if self._is_round(i) and self._is_round(j):
             note = note or "both are round"
         if facts.is_threaded(row) and (
@@ -755,6 +780,7 @@ _MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {
     "coplanar": ("coincident-faces", _coplanar),
 }
 _NOTES = {
+    "as its equals": "its equals above everything that stands fly",
     "one of many": "it is one of many small ones, which may fly",
     "above everything that stands": "it is above everything that stands, and may fly",
     "in a case": "it is enclosed, and may only have clearance",
@@ -762,6 +788,7 @@ _NOTES = {
     "joined": "it is held if the shapes that touch are one object",
     "glued": "it is held if it is fastened to what it touches",
     "anchored": "it stands if it is anchored in the ground",
+    "on its edge": "that little is rounding, or glue",
     "heavy foot": "it stands if its foot is much heavier than the rest",
     "it is round": "it has no flat base, and may be half buried",
     "part of one body": "it is inside one object, where it only costs",
@@ -769,6 +796,8 @@ _NOTES = {
     "it hangs": "something else carries it",
     "its foot is slim": "its foot is slim, and may be planted",
     "both are round": "both are round, and may be soft",
+    "around the origin": "the object is built around the origin, so nothing says what joins its parts",
+    "both glow": "they may be flames or light",
     "in something that light passes": "it may be in water or air",
     "a rod": "it may be a rod in its bearing",
     "a seam": "it may be built into it",

@@ -23,10 +23,11 @@ ASIDE = Tolerance(0.1, "of the part's extent", "a part that misses its place by 
 NEAR_MIDDLE = Tolerance(0.25, "of the part's extent", "what is farther from the middle is on one side on purpose")
 NEAR_IMAGE = Tolerance(1.5, "of the part's extent", "what is farther from the mirror image is another part")
 OTHER_SIZE = Tolerance(1.15, "times the size", "less is not seen")
-MOST_FIT = Tolerance(0.6, "of the solids of a body", "if fewer fit a plane, the body has no symmetry")
+MOST_FIT = Tolerance(0.5, "of the solids of a body", "if fewer fit a plane, the body has no symmetry")
 
 _MIN_SOLIDS = 4
-_MAX_SOLIDS = 80  # of a body that is examined: the comparison is quadratic
+_MIN_UNITS = 3
+_MAX_SOLIDS = 200  # of an object that is examined: the comparison is quadratic
 _MAX_COMPARISONS = 400_000  # pairs of solids in all
 _MAX_PLANES = 3  # of an axis that are examined, the most frequent first
 
@@ -62,28 +63,48 @@ class Asymmetry:
 
 
 def asymmetries(facts: FrameFacts) -> Iterator[Asymmetry]:
-    """Yield the one part of each object that breaks the mirror symmetry of its other parts.
+    """Yield the one part of each object, or part of an object, that breaks the mirror symmetry of its other parts.
 
-    An object is what one reading joins to one body. Of equal objects, instances of one entity, one is examined.
+    An object is what one reading joins to one body. Of equal ones, instances of one entity, one is examined.
     """
-    ancestry, bodies, seen, left = facts.ancestry, facts.bodies, set[tuple[int, int]](), _MAX_COMPARISONS
+    ancestry, seen, left = facts.ancestry, set[tuple[int, int]](), _MAX_COMPARISONS
     first, last = ancestry.ranges(ancestry.primitives[facts.solids.row])
-    joined = bodies.joined[bodies.body]
-    order = np.argsort(joined, kind="stable")
-    for rows in np.split(order, np.flatnonzero(np.diff(joined[order])) + 1):
-        if not _MIN_SOLIDS <= len(rows) <= _MAX_SOLIDS or facts.ground.solids[rows].any():
-            continue
-        instance = int(np.flatnonzero((first <= rows.min()) & (last >= rows.max()))[-1])  # ancestors come first
+    for instance, rows in _objects(facts, first, last + 1):
         key = (int(ancestry.node[instance]), int(rows[0] - first[instance]))
         left -= len(rows) ** 2
-        if key in seen or left < 0:
+        if key in seen or left < 0 or facts.ground.solids[rows].any():
             continue
         seen.add(key)
+        units = _units(facts, instance, rows)
         for axes in _axes(facts, ancestry.poses[instance], rows):
-            part = next(_Outlines(facts, axes, rows).asymmetries(), None)
+            outlines = _Outlines(facts, axes, rows)
+            part = next(outlines.asymmetries(), None) or outlines.off_axis(units)
             if part is not None:
                 yield part
                 break
+
+
+def _objects(facts: FrameFacts, first: IntArray, end: IntArray) -> Iterator[tuple[int, IntArray]]:
+    """Yield instances with the solids of objects, and of their parts that have several solids: a head on its body."""
+    bodies, entities = facts.bodies, facts.ancestry
+    joined = bodies.joined[bodies.body]
+    order = np.argsort(joined, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(joined[order])) + 1):
+        around = np.flatnonzero((first <= rows.min()) & (end > rows.max()))  # ancestors come first
+        if _MIN_UNITS <= len(rows) <= _MAX_SOLIDS:
+            yield int(around[-1]), rows
+        inside = (first >= rows.min()) & (end <= rows.max() + 1) & (end - first >= _MIN_UNITS)
+        for instance in np.flatnonzero(inside & (end - first <= _MAX_SOLIDS)).tolist():
+            own = np.arange(first[instance], end[instance])
+            if len(own) < len(rows) and not entities.entity(instance).is_primitive and np.isin(own, rows).all():
+                yield instance, own
+
+
+def _units(facts: FrameFacts, instance: int, rows: IntArray) -> IntArray:
+    """Return the child (N,) of an instance that each solid is in."""
+    ancestry = facts.ancestry
+    depth = int(ancestry.depth[instance]) + 1
+    return np.asarray(ancestry.at_depth(depth)[ancestry.primitives[facts.solids.row[rows]]], np.int64)
 
 
 def _axes(facts: FrameFacts, pose: FloatArray, rows: IntArray) -> Iterator[FloatArray]:
@@ -120,25 +141,65 @@ class _Outlines:
         self.reach = np.stack([solids.support(np.tile(d, (len(rows), 1))) @ d for d in directions], axis=1)
         under, over = (np.stack([self.reach[:, side[end]] for side in _SIDES], axis=1) for end in (0, 1))
         self.centers, self.sizes = (over - under) / 2.0, over + under
-        self.forms = solids.forms
+        self.names = np.array([solids.kinds[form].name for form in solids.forms.tolist()])
         self.own_sizes = np.sort(np.linalg.norm(solids.matrices[:, :, :3], axis=1), axis=1)
         self.touch = SAME * self.sizes.max(axis=1)
 
     def asymmetries(self) -> Iterator[Asymmetry]:
-        """Yield the first part that breaks a symmetry."""
-        for axis in range(3):
-            if abs(self.axes[1, axis]) > 0.9:  # few things are symmetric from top to bottom
-                continue
-            for plane in self._planes(axis):
+        """Yield the parts that break a symmetry that most solids have."""
+        for axis in self._level_axes():
+            for plane in self._planes(axis) if len(self.rows) >= _MIN_SOLIDS else ():
                 fitting, paired = self._fit(axis, plane, np.arange(len(self.rows)))
                 strays = np.flatnonzero(~fitting)
                 if len(strays) and fitting.sum() >= max(MOST_FIT * len(fitting), _MIN_SOLIDS - 1):
-                    part = self._aside(axis, plane, strays) or (
-                        self._unlike(axis, plane, strays) if paired.any() else None
-                    )
+                    part = self._aside(axis, plane, strays)
+                    if part is None and paired.any():
+                        part = self._unlike(axis, plane, self._two_sided(axis, plane, strays))
                     if part is not None:
                         yield part
                         return
+
+    def off_axis(self, units: IntArray) -> Asymmetry | None:
+        """Return the one of at least three units (N,) that is a little beside the vertical axis of all others."""
+        numbers, unit = np.unique(units, return_inverse=True)
+        members = [np.flatnonzero(unit.reshape(-1) == k) for k in range(len(numbers))]
+        axes = list(self._level_axes())
+        if len(members) < _MIN_UNITS or len(axes) != 2:
+            return None
+        extents = np.array([self._extent(rows) for rows in members])
+        middles = np.array([(self.centers[rows] - self.sizes[rows] / 2.0).min(axis=0) for rows in members])
+        offsets = middles + extents / 2.0
+        offsets = offsets - np.median(offsets, axis=0)
+        away = np.abs(offsets) > SAME * extents.max(axis=1, keepdims=True)
+        for axis, other in (axes, axes[::-1]):
+            odd = np.flatnonzero(away[:, axis])
+            if len(odd) == 1 and not away[:, other].any():
+                rows, offset, extent = members[odd[0]], float(offsets[odd[0], axis]), float(extents[odd[0], axis])
+                if ASIDE * extent <= abs(offset) <= NEAR_MIDDLE * extent:
+                    evidence = f"is {abs(offset):.3g} beside the axis that the other {len(members) - 1} parts share"
+                    move = self._move(-offset * np.eye(3)[axis])
+                    return Asymmetry(self.rows[rows], self.rows[:0], evidence, move)
+        return None
+
+    def _level_axes(self) -> Iterator[int]:
+        """Yield the axes that are not vertical: few things are symmetric from top to bottom."""
+        yield from (axis for axis in range(3) if abs(self.axes[1, axis]) <= 0.9)
+
+    def _two_sided(self, axis: int, plane: float, strays: IntArray) -> IntArray:
+        """Return the stray solids that have a counterpart on the other side: handles and doors have none."""
+        left, right = (
+            strays[side] for side in (self.centers[strays, axis] < plane, self.centers[strays, axis] >= plane)
+        )
+        if not len(left) or not len(right):
+            return strays[:0]
+        mirrored = self.centers[left].copy()
+        mirrored[:, axis] = 2.0 * plane - mirrored[:, axis]
+        far = np.linalg.norm(mirrored[:, None] - self.centers[right][None], axis=2)
+        far[self.names[left][:, None] != self.names[right][None]] = np.inf
+        pairs = [(i, int(np.argmin(far[i]))) for i in range(len(left)) if np.isfinite(far[i]).any()]
+        pairs = [(i, j) for i, j in pairs if int(np.argmin(far[:, j])) == i]
+        pairs = [(i, j) for i, j in pairs if far[i, j] <= NEAR_IMAGE * float(self.sizes[[left[i], right[j]]].max())]
+        return np.array([*(left[i] for i, _ in pairs), *(right[j] for _, j in pairs)], np.int64)
 
     def _planes(self, axis: int) -> list[float]:
         """Return the coordinates of planes midway between most solids of equal outline, or through their centers."""
@@ -157,7 +218,7 @@ class _Outlines:
     def _fit(self, axis: int, plane: float, which: IntArray) -> tuple[np.ndarray, np.ndarray]:
         """Return which solids have a mirror image among them, and which have one that is another solid."""
         gaps = np.abs(self._image(axis, plane, which)[:, None] - self.reach[which][None]).max(axis=2)
-        same = (gaps <= self.touch[which][:, None]) & (self.forms[which][:, None] == self.forms[which][None])
+        same = (gaps <= self.touch[which][:, None]) & (self.names[which][:, None] == self.names[which][None])
         return same.any(axis=1), same.any(axis=1) & ~np.diagonal(same)
 
     def _extent(self, which: IntArray) -> FloatArray:
@@ -179,15 +240,16 @@ class _Outlines:
 
     def _unlike(self, axis: int, plane: float, strays: IntArray) -> Asymmetry | None:
         """Return the part that is not at the place, or of the size, of the mirror image of another."""
-        sides = self.centers[strays, axis] < plane
-        first, second = strays[sides], strays[~sides]
-        if len(first) != len(second) or (self.forms[first] != self.forms[second]).any():
+        if not len(strays):
             return None
+        first, second = np.split(strays, 2)
         image = self._image(axis, plane, first)
         mirrored = self.centers[first].copy()
         mirrored[:, axis] = 2.0 * plane - mirrored[:, axis]
         offsets = self.centers[second] - mirrored
         rest, extent = len(self.rows) - len(strays), float(self._extent(second).max())
+        if np.linalg.norm(offsets - offsets[0], axis=1).max() > extent:
+            return None  # several parts differ
         fit = f"the other {rest} shapes are symmetric"
         length = float(np.linalg.norm(offsets[0]))
         moved = image + offsets @ _DIRECTIONS.T - self.reach[second]
@@ -210,7 +272,10 @@ class _Outlines:
         ratios = np.maximum(self.own_sizes[second], 1e-300) / np.maximum(self.own_sizes[first], 1e-300)
         ratio = float(ratios.flat[np.argmax(np.abs(np.log(ratios)))])
         if max(ratio, 1.0 / ratio) < OTHER_SIZE:
-            return None
+            if np.abs(moved).max() < ASIDE * extent:
+                return None
+            evidence = f"has another shape or turn than the mirror image of its counterpart: {fit}"
+            return Asymmetry(self.rows[second], self.rows[first], evidence, None)
         how = f"{max(ratio, 1.0 / ratio):.3g} times as {'large' if ratio > 1.0 else 'small'} as its counterpart"
         return Asymmetry(self.rows[second], self.rows[first], f"is {how} on the other side: {fit}", None)
 

@@ -57,6 +57,8 @@ class Bodies:
         Words from the root to parents of primitives, and the index (N,) of that of each body.
     opaque
         Whether a body (N,) hides what is behind it.
+    glowing
+        Whether it emits light.
     colors
         Linear sRGB (N, 3).
     plain
@@ -75,6 +77,7 @@ class Bodies:
     paths: tuple[tuple[str, ...], ...]
     path: IntArray
     opaque: npt.NDArray[np.bool_]
+    glowing: npt.NDArray[np.bool_]
     colors: FloatArray
     plain: frozenset[str]
     exact: npt.NDArray[np.bool_]
@@ -203,8 +206,7 @@ class Bodies:
         """Return the penetration depths (M,) of touching pairs (M, 2), and the directions (M, 3) that separate them.
 
         The direction is that in which the second body of a pair leaves the first. A body that touches the inside of a
-        hollow
-        one, as a spoon does a mug, has depth 0 and rests on it: the direction is up.
+        hollow one, as a spoon does a mug, has depth 0 and rests on it: the direction is up.
         """
         batches = [pairs[i : i + _BATCH_PAIRS] for i in range(0, len(pairs), _BATCH_PAIRS)]
         results = [depths(self.pairs(batch), self.touch) for batch in batches]
@@ -226,9 +228,23 @@ class Bodies:
             axis = int(np.argmin(extents)) if box[1] > 0.0 else 1
             # The mean thickness of the overlap: two gears share a thin layer at many teeth, whose box is large.
             depth[row] = box[1] / float(np.delete(extents, axis).prod()) if box[1] > 0.0 else 0.0
-            side = self._middles[second, axis] - self._middles[first, axis]
-            along[row] = np.eye(3)[axis] * (1.0 if side >= 0.0 else -1.0)
+            along[row] = np.eye(3)[axis] * self._side(first, second, axis, (low + high) / 2.0)
         return depth, along
+
+    def _side(self, first: int, second: int, axis: int, shared: FloatArray) -> float:
+        """Return the sign of the direction along an axis in which the second of two bodies leaves the first.
+
+        The smaller one leaves to the side of what they share, whose middle is given, on which most of it is: that of
+        the whole of the larger one says nothing of a ball in a valley.
+        """
+        (low, high), middles = self.boxes, self._middles
+        smaller, sign = (
+            (second, 1.0) if np.prod((high - low)[second]) <= np.prod((high - low)[first]) else (first, -1.0)
+        )
+        offset = float(middles[smaller, axis] - shared[axis])
+        if abs(offset) <= self.touch:
+            offset, sign = float(middles[second, axis] - middles[first, axis]), 1.0
+        return sign if offset >= 0.0 else -sign
 
     def _sunk(self, first: int, second: int, shared: float) -> tuple[float, FloatArray] | None:
         """Return how deep the higher of two bodies is in the lower one, and the direction; None if it is not sunk.
@@ -306,6 +322,7 @@ def bodies_of(root: Entity) -> Bodies:
         frame.paths,
         np.asarray(frame.path_index)[chosen],
         np.array([look.opacity >= 1.0 for look in looks], bool)[index],
+        np.array([any(look.emission) for look in looks], bool)[index],
         np.array([look.color for look in looks], np.float64).reshape(-1, 3)[index],
         _plain_words(root),
         np.array([_is_exact(entity) for entity in frame.primitives], bool)[index],

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Span, dataclass, field, replace
+from scenelang.grammar.datum import Source, Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.interpreter.checker.common import (
     A_PART,
@@ -92,9 +92,9 @@ class _View:
         return number
 
 
-def _is_input(program: Program) -> bool:
-    """Return whether a program is an input of the REPL, which later inputs continue."""
-    return program.main.name.startswith("<repl")
+def _is_input(source: Source) -> bool:
+    """Return whether a text is an input of the REPL, which later inputs continue."""
+    return source.name.startswith("<repl")
 
 
 class _Version:
@@ -109,7 +109,7 @@ class _Version:
         # `Variable.assigned` remains set after the form with `set!` is removed, so the forms decide; a variable of the
         # REPL may be changed by a later input.
         self._assigned = frozenset(variable for facts in self.facts for variable in facts.assigned)
-        self._is_open = _is_input(program)
+        self._is_open = _is_input(program.main)
         backwards = reversed([*enumerate(self.facts)])
         self._first = {variable: index for index, facts in backwards for variable in facts.defined}
         self.groups = [0] * len(self.facts)
@@ -295,7 +295,7 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
         diagnostics += [*scene.findings, *(d for _, d in misuses(scene, needs))]
     diagnostics += endless_recursions(results)
     diagnostics += _unbound_root(program, root)
-    if program.ok and not _is_input(program) and not any(d.is_error for d in diagnostics):
+    if program.ok and not any(d.is_error for d in diagnostics):
         for facts, result in zip(program.facts, results):
             diagnostics += _unbound_parts(facts, result, root)
     if not is_written:
@@ -311,7 +311,9 @@ def _unbound_parts(facts: FormFacts, result: FormKinds, root: str | None) -> Ite
     form = facts.form
     kind = result.kinds.get(form, ANY)
     is_called = type(form) in (ast.Application, ast.Call, ast.Transform, ast.Union, ast.UnionLoop)
-    if not (is_called and (kind is ENTITY or kind is PART or kind == PARTS) and form.span.expansion is None):
+    if _is_input(form.span.source) or not (
+        is_called and (kind is ENTITY or kind is PART or kind == PARTS) and form.span.expansion is None
+    ):
         return
     called = form.word.value if type(form) is ast.Call and type(form.word) is ast.Constant else None
     if root is not None and called == root:

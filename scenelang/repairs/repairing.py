@@ -89,7 +89,8 @@ _DUPLICATE_DISTANCE = 0.05
 # An edit may move objects up to four times as far as the findings that it resolves need. On planted faults, repairs
 # move them by 1.16 times the planted displacement in the mean (docs/relations.md).
 _MAX_EXCESS = 4.0
-_ACCEPTED = "coplanar note"  # end of the kinds of findings that any edit may add: faces in one plane may be meant
+# Ends of the kinds of findings that any edit may add: faces in one plane, and a guess about symmetry, may be meant.
+_ACCEPTED = ("coplanar note", "outlier note")
 _PATTERN_REACH = 4.0  # times as far as others may move: a number that completes a pattern
 _ZERO_REACH = 2.0  # times as far as others may move: a coordinate of an object that belongs to an axis
 _MIN_EXTENT_LEFT = 0.3  # of a primitive's longest extent: a cone that is to hang higher is not made flat
@@ -432,9 +433,9 @@ class _Candidate:
     reach: float = 1.0
 
     @property
-    def accepted(self) -> str:
-        """The end of the kinds of findings that it may add: notes, if it completes a pattern."""
-        return " note" if self.reach > 1.0 else _ACCEPTED
+    def accepted(self) -> tuple[str, ...]:
+        """The ends of the kinds of findings that it may add: notes, if it completes a pattern."""
+        return (" note",) if self.reach > 1.0 else _ACCEPTED
 
     def further(self, goal: Goal) -> float:
         """Return how much farther than a goal needs it may move objects, as a further need."""
@@ -948,12 +949,13 @@ def _too_far(now: _Version, version: _Version, goal: Goal, further: float = 0.0)
     return need > 0.0 and float(motion.max()) > _MAX_EXCESS * need
 
 
-def _is_better(now: _Version, version: _Version, goal: Goal, further: float = 0.0, accepted: str = _ACCEPTED) -> bool:
+def _is_better(
+    now: _Version, version: _Version, goal: Goal, further: float = 0.0, accepted: tuple[str, ...] = _ACCEPTED
+) -> bool:
     """Return whether a version resolves at least one goal of the key of ``goal`` and adds no finding but ``accepted``.
 
     For a finding of the lint, objects must also move little and keep their support. A declaration is a wish of the
-    author,
-    so it is met whatever moves.
+    author, so it is met whatever moves.
     """
     fewer, new = now.counts - version.counts, version.counts - now.counts
     new = Counter({key: count for key, count in new.items() if not key[0].endswith(accepted)})

@@ -731,10 +731,29 @@ HARD: dict[str, tuple[str, dict[str, str]]] = {
         {"cone-0": "tips", "*": "unstable"}),
     "a ball on a flat floor": (root(FLOOR + '(bind "ball" (lambda () (transform (call "sphere" :radius .3) (translate [0 .3 0]))))',
         '(call "floor")', '(call "ball")'), {"ball": "supported", "*": "none"}),
+    "a ball in a valley": (root("""
+        (bind "hills" (lambda () (extrude (polygon [[-3 -1] [3 -1] [3 1.5] [1 0] [-1 0] [-3 1.5]]) 6 :center #t)))
+        (bind "ball" (lambda () (transform (call "sphere" :radius .3) (translate [0 .28 0]))))""",
+        '(call "hills")', '(call "ball")'), {"ball": "supported", "hills": "fixed", "*": "none"}),
+    "a shovel in the snow": (root(FLOOR + """
+        (bind "shovel" (lambda () (union (transform (call "cube" :scale [.28 .4 .02]) (translate [0 .1 0]))
+          (call "cylinder" :radius .022 :p0 [0 .26 0] :p1 [0 1.25 0]))))""",
+        '(call "floor")', '(transform (call "shovel") (rotate .08 [1 0 0]))'), {"shovel": "supported", "*": "none"}),
+    "a knife at a bar": (root("""
+        (bind "wall" (lambda () (transform (call "cube" :scale [2 2 .1]) (translate [0 1 -.05]))))
+        (bind "bar" (lambda () (transform (call "cube" :scale [.6 .05 .018]) (translate [0 1.4 .009]))))
+        (bind "knife" (lambda () (union (transform (call "cube" :scale [.05 .24 .002]) (translate [0 1.4 .019]))
+          (transform (call "cube" :scale [.026 .13 .016]) (translate [0 1.22 .019])))))""",
+        '(call "wall" :fixed #t)', '(call "bar")', '(call "knife")'), {"knife": "falls", "*": "unstable-note"}),
+    "a book at the edge of a pile": (root(FLOOR + """
+        (bind "book" (lambda () (transform (call "cube" :scale [.2 .03 .15]) (translate [0 .015 0]))))
+        (bind "pile" (lambda () (for/union ((i (iota 4))) (transform (call "book")
+          (translate (vector (if (= i 3) .12 0) (* .03 i) 0))))))""",
+        '(call "floor")', '(call "pile")'), {"*": "unstable"}),
     "a ball on a slope": (root("""
         (bind "slope" (lambda () (extrude (list [0 0] [2 0] [2 .4]) 1 :center #t)))
         (bind "ball" (lambda () (transform (call "sphere" :radius .2) (translate [.96078 .39612 0]))))""",
-        '(call "slope")', '(call "ball")'), {"ball": "not", "slope": "supported"}),
+        '(call "slope")', '(call "ball")'), {"ball": "not", "slope": "fixed"}),
     "an arch": (stones(keystone=True), {**{f"thing-{k}": "supported" for k in range(7)}, "*": "none"}),
     "an arch without its keystone": (stones(keystone=False), {"thing-2": "not", "thing-3": "not"}),
     "a block that is clamped": (root("""

@@ -21,6 +21,8 @@ WORDS = """
 (bind "peg" (lambda () (call "cylinder" :radius .05 :p0 [-.2 0 0] :p1 [.2 0 0])))
 (bind "disc" (lambda () (call "cylinder" :radius .3 :p0 [-.04 0 0] :p1 [.04 0 0])))
 (bind "leaf" (lambda () (transform (call "cube" :scale [.8 2 .04]) (translate [.4 1 0]))))
+(bind "blade" (lambda (:turn)
+  (transform (call "cube" :scale [.1 .8 .03]) (@ (rotate (- turn) [0 0 1]) (translate [0 1 0])))))
 (bind "box" (lambda () (call "cube" :scale [.5 .2 .4])))
 (bind "pawn" (lambda ((:dx 0) (:knob #t)) (union
   (transform (call "cube" :scale [.4 .2 .4]) (translate [0 .1 0]))
@@ -66,6 +68,10 @@ FAULTS = {
         "".join(placed(i, 0.0, 0.0, math.pi * (i % 2 if i != 5 else 0)) for i in range(9)), "turn"),
     "degrees for radians": (
         "".join(placed(i, 0.0, 0.0, 30.0 if i == 2 else math.radians(30.0)) for i in range(5)), "angle"),
+    "an angle in degrees within the siblings": (
+        "".join(f'(call "blade" :turn {a})' for a in (0, 90, math.pi, 1.5 * math.pi)), "angle"),
+    "one mark of a dial": (
+        "".join(f'(call "blade" :turn {120 if i == 4 else math.radians(30 * i)!r})' for i in range(12)), "angle"),
     "one is out of line": (row(6, n2=placed(2.0, 0.0, 0.4)), "spacing"),
     "one is out of its spacing": (row(8, n5=placed(5.4, 0.0, 0.0)), "spacing"),
     "one of two mirrored rows": (
