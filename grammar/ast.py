@@ -100,7 +100,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lambda:
-    """Function. ``usage`` is its signature for messages."""
+    """Function. ``usage`` is its signature for error messages."""
 
     name: str
     parameters: tuple[Parameter, ...]

@@ -489,7 +489,7 @@ class _Brackets:
         return self._open(kind, token)
 
     def _open(self, kind: str, token: _Token) -> _ReadProblem | None:
-        """Process a token that is no closing bracket; nesting that is too deep is a problem."""
+        """Process a token that is not a closing bracket; nesting that is too deep is a problem."""
         depth = 0
         if kind in _OPEN_ENDED:
             self.prefixes += 1

@@ -212,7 +212,7 @@ def apply(rt: Runtime, f: Any, *arguments: Any) -> Any:
 registry = Registry("control")
 
 _MAX_TEXTS = 100  # of an error: its message and its irritants
-_MAX_IRRITANT_CHARACTERS = 200
+_MAX_IRRITANT_CHARACTERS = 200  # of each irritant
 _MAX_MESSAGE_CHARACTERS = 1000  # of a message that is not a string
 # Errors that the program itself raises: reads of the values in their messages were recorded when they were raised.
 _USER_ERRORS = ("user", "assert")

@@ -580,7 +580,20 @@ def _is_range(value: Any) -> bool:
 
 
 def axis_selection(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> tuple[Axis, ...]:
-    """Return the numpy index of a selection: for each axis an index, ``:all``, or a list ``(start end step)``."""
+    """Return the numpy index of a selection from an array of ``shape``.
+
+    Parameters
+    ----------
+    keys
+        For each axis an index, ``:all``, or a list ``(start end step)``.
+    name
+        Builtin that error messages name.
+
+    Raises
+    ------
+    SceneError
+        If a key is malformed or outside its axis.
+    """
     if len(keys) > len(shape):
         message = f"too many indices for `{name}`: the array is {len(shape)}-dimensional, got {len(keys)}"
         raise SceneError("index", message)
@@ -755,8 +768,11 @@ def _merge(rt: Runtime, left: list[Any], right: list[Any], less: Any) -> list[An
     return out + left[i:] + right[j:]
 
 
-def plain_kind(value: Any) -> Any:
-    """Return the template for a sorted or shuffled ``value``: arrays of numbers stay arrays, others become lists."""
+def rebuild_template(value: Any) -> Any:
+    """Return a value of the type that the sorted or shuffled items of ``value`` have, as ``original`` of ``rebuild``.
+
+    It is ``value`` itself for a one-dimensional array, and the empty list for all other sequences.
+    """
     if type(value) is Vector or (type(value) is MutableArray and value.data.ndim == 1):
         return value
     return NIL
@@ -772,7 +788,7 @@ def plain_kind(value: Any) -> Any:
 )
 def sort(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, reverse: bool = False) -> Any:
     ordered = sorted_items(rt, list(iterate(rt, xs, "sort")), less, key, reverse)
-    return rebuild(rt, plain_kind(xs), ordered)
+    return rebuild(rt, rebuild_template(xs), ordered)
 
 
 def _extreme(rt: Runtime, name: str, xs: Any, key: Any, *, largest: bool) -> Any:

@@ -118,7 +118,7 @@ class _Version:
         self.functions, self._bound, self._any_word = _word_functions(program)
 
     def may_be_bound(self, word: str) -> bool:
-        """Return whether the program may bind a word."""
+        """Return whether a ``bind`` of the program has this word, or has a computed one, which may be any word."""
         return self._any_word or word in self._bound
 
     def is_assigned(self, variable: Variable) -> bool:

@@ -21,7 +21,7 @@ from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
 from scenelang.interpreter.checker import calls, scene_forms
 from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
-from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
+from scenelang.interpreter.compile.analyze import called_builtin, pattern_variables, walk
 from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAY,
@@ -248,7 +248,10 @@ class KindInference:
         expected: str | None = None,
         found: str | None = None,
     ) -> None:
-        """Add a warning, which does not change the kind of the expression."""
+        """Add a warning, which does not change the kind of the expression.
+
+        The parameters are those of ``report``.
+        """
         self.result.findings.append(Diagnostic(name, message, span, hint, fixes=fixes, expected=expected, found=found))
 
     @contextmanager
@@ -291,7 +294,10 @@ class KindInference:
         return variable.assigned and (not variable.is_global or self.world.is_assigned(variable))
 
     def bind(self, target: Any, kind: Kind, span: Span) -> None:
-        """Bind a variable or destructuring pattern to a value of a kind."""
+        """Record the kind of a value for the variable that it is bound to; pass its items to a destructuring pattern.
+
+        ``target`` is a variable, a pattern or None, ``span`` the location of the definition.
+        """
         if isinstance(target, Variable):
             self.env[target] = kind
         elif isinstance(target, tuple):
@@ -346,7 +352,17 @@ class KindInference:
     # --- functions ---------------------------------------------------------------------------------------------
 
     def function(self, node: ast.Lambda, entity_word: bool = False, arguments: Sequence[Kind] | None = None) -> Kind:
-        """Infer the body of a function once, and return the kind of the function."""
+        """Infer the body of a function once, and return the kind of the function.
+
+        Parameters
+        ----------
+        node
+            The function.
+        entity_word
+            Whether it is the function of a word, whose positional parameters are an embedding and a list of embeddings.
+        arguments
+            Kinds of the arguments, if the function is called once, here; None if it may run later.
+        """
         caller, reached, exits, may_escape = self.caller, self.is_reached, self.exits, self.may_escape
         self.caller, self.is_reached, self.may_escape = node, True, False
         pending, runs_now = self.pending, self.runs_now
@@ -415,7 +431,7 @@ class KindInference:
         types
             Accepted types of the registry; empty if only ``rejects`` or ``fails`` decide.
         expected
-            Required value, for messages.
+            Required value, for error messages.
         error
             Name of the diagnostic.
         count
@@ -727,13 +743,13 @@ def _infer_arguments(inference: KindInference, node: ast.Application, function: 
 
     A ``lambda`` that is passed to a library function which calls it has parameters of the kinds that it is called with.
     """
-    indices = _given_indices(function)
-    if indices is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
+    infer_callback = _callback_kinds_of(function)
+    if infer_callback is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
         return inference.infer_all(node.arguments)
     lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
     inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
     kinds = inference.result.kinds
-    callback_kinds = indices(node, kinds)
+    callback_kinds = infer_callback(node, kinds)
     for argument in lambdas:
         is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
         kind = inference.function(argument, arguments=callback_kinds if is_callback else None)
@@ -741,15 +757,21 @@ def _infer_arguments(inference: KindInference, node: ast.Application, function: 
     return [kinds[argument] for argument in node.arguments]
 
 
-def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
-    """Return the function that computes the kinds of a callback's arguments, for library functions that call it
-    immediately, else None."""
+def _callback_kinds_of(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
+    """Return how to infer the kinds of the arguments that a library function passes to its callback.
+
+    The result takes the call and the kinds of its other arguments, by node. It is None for functions of the program and
+    for library functions that do not call the callback before they return.
+    """
     code = function.code
     if isinstance(code, Builtin):
-        return _GIVEN.get(code.name)
-    if isinstance(code, ast.Lambda) and code.name in calls.INDICES and all(map(calls.is_of_library, code.parameters)):
-        return lambda node, kinds: [INTEGER] * calls.INDICES[code.name]
-    return None
+        return _CALLBACK_KINDS.get(code.name)
+    if not isinstance(code, ast.Lambda) or code.name not in calls.INDICES:
+        return None
+    # A function of the program may have the same name as one of these combinators, which pass indices of copies.
+    if not all(map(calls.is_library_parameter, code.parameters)):
+        return None
+    return lambda node, kinds: [INTEGER] * calls.INDICES[code.name]
 
 
 def _items_given(node: ast.Application, kinds: Any) -> list[Kind]:
@@ -767,7 +789,7 @@ def _left_given(node: ast.Application, kinds: Any) -> list[Kind]:
     return [ANY, *(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:])]
 
 
-_GIVEN: dict[str, Callable[[Any, Any], list[Kind]]] = {
+_CALLBACK_KINDS: dict[str, Callable[[Any, Any], list[Kind]]] = {
     **dict.fromkeys(("map", "for-each", "append-map", "filter-map", "any", "every"), _items_given),
     **dict.fromkeys(("filter", "remove", "partition", "find", "list-index"), _items_given),
     "fold": _folded_given, "fold-left": _left_given, "fold-right": _folded_given,

@@ -184,7 +184,7 @@ def _attributes_of(node: ast.Call) -> Iterator[tuple[ast.Constant, Any]]:
 
 
 def _listed(primitive: str) -> str:
-    """Return the attributes of a primitive, for messages."""
+    """Return the attributes of a primitive, for error messages."""
     return ", ".join(f"`:{name}`" for name in geometry_attributes(primitive) or ())
 
 

@@ -38,7 +38,7 @@ _PLAIN_TYPES = frozenset(("Embedding", "List[Embedding]", "Integer", "Float", "N
 
 
 class FileExpander(Expander):
-    """Expander of one file that uses names of the whole program for suggestions."""
+    """Expander of one file that suggests names of the whole program for misspelled ones."""
 
     def __init__(self, file: SourceFile, run_macro: RunMacro) -> None:
         super().__init__(run_macro)
@@ -53,7 +53,7 @@ class FileExpander(Expander):
         self.declared.clear()
 
     def known_names(self) -> Iterable[str]:
-        """Return the predefined names, for suggestions."""
+        """Return the names of builtins, constants and the prelude, which a misspelled name is compared with."""
         state = self._file.state
         return state.prelude.names() if state is not None else ()
 
@@ -809,7 +809,10 @@ class Prelude:
 
 @lru_cache(maxsize=4)
 def prelude_of(library: Library) -> Prelude:
-    """Return the (cached) prelude of a library."""
+    """Return the prelude of a library: the definitions in the language that every program can use.
+
+    It is the same object for the same library, so that its files are expanded once per process.
+    """
     return Prelude(library)
 
 

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls, generated, intrinsics
-from scenelang.interpreter.compile.analyse import (
+from scenelang.interpreter.compile.analyze import (
     FrameLayout,
     Loop,
     LoopKinds,
@@ -148,13 +148,18 @@ class FunctionWriter(Text):
                 stack.extend(children(node))
 
     def is_embedded(self, node: Any) -> bool:
-        """Return whether a form has no translation, so that it is called as a closure."""
+        """Return whether a form has no translation to Python, so that the generated code calls it as a closure.
+
+        Destructuring patterns and loops whose turns have frames of their own, because closures capture their variables,
+        have none.
+        """
         if type(node) is ast.Define:
-            return isinstance(node.target, tuple)
+            return isinstance(node.target, tuple)  # a pattern
         if type(node) is ast.For:
-            targets = [a.target for a in node.accumulators] + [t for c in node.clauses for t in c.targets]
-            is_plain = node.kind in _FOR_KINDS and not any(isinstance(target, tuple) for target in targets)
-            return self.compiler.region(node).has_frame or not is_plain
+            targets = [accumulator.target for accumulator in node.accumulators]
+            targets += [target for clause in node.clauses for target in clause.targets]
+            has_pattern = any(isinstance(target, tuple) for target in targets)
+            return self.compiler.region(node).has_frame or node.kind not in _FOR_KINDS or has_pattern
         if type(node) is ast.While:
             return self.compiler.region(node).has_frame
         return isinstance(node, _EMBEDDED)
@@ -174,8 +179,25 @@ class FunctionWriter(Text):
     # --- whole functions -----------------------------------------------------------------------------------------
 
     def function(self, node: ast.Lambda, code: ClosureCode) -> Callable[..., Any]:
-        """Write and compile a function; return ``g(env, *arguments)``, or ``g(frame)`` if its parameters are not all
-        plain."""
+        """Write and compile a function.
+
+        Parameters
+        ----------
+        node
+            The function.
+        code
+            Its compiled closure.
+
+        Returns
+        -------
+        callable
+            ``g(env, *arguments)``, or ``g(frame)`` if its parameters are not all plain.
+
+        Raises
+        ------
+        Unsupported
+            If no code can be generated.
+        """
         is_plain = code.arity >= 0  # arguments are parameters of the generated function, not slots of a frame
         if code.arity > _MAX_ARITY:
             raise Unsupported
@@ -254,7 +276,10 @@ class FunctionWriter(Text):
         return self._compiled()
 
     def preload(self, root: Any) -> None:
-        """Read the constant variables of the enclosing code from the frame."""
+        """Copy variables of the enclosing code, which the loop ``root`` refers to and nothing changes, to local ones.
+
+        Reading a local variable of Python is faster than a slot of the frame in every turn.
+        """
         bound = {v for node in walk(root) if type(node) is ast.Define for v in pattern_variables(node.target)}
         for node in walk(root):
             target = node.target if type(node) is ast.Reference else None
@@ -521,7 +546,10 @@ class FunctionWriter(Text):
         return self.finish(dest, self.value(node))
 
     def finish(self, dest: Dest, code: CodeText) -> Kind:
-        """Send a value to its destination, and leave the loops that end with it."""
+        """Write the end of an expression: send its value ``code`` to ``dest``, and leave the loops that end with it.
+
+        Returns the kind of the value.
+        """
         kind = self.kind_of(code)
         if dest.loops and not (code.atomic and code.pure):
             code = self.temporary(code)

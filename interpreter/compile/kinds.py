@@ -149,7 +149,7 @@ def without_bits(kind: Kind) -> Kind:
 
 
 def join(a: Kind, b: Kind) -> Kind:
-    """Return the least kind that contains both."""
+    """Return the smallest kind that contains all values of the kinds ``a`` and ``b``."""
     if a is b or b is NEVER:
         return a
     if a is NEVER:

@@ -12,7 +12,7 @@ from scenelang.grammar.ast import parse_core
 from scenelang.grammar.datum import Datum, Span, dataclass
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.checker.program import Prelude, Program, prelude_of
-from scenelang.interpreter.compile.analyse import pattern_variables, strings_in, walk
+from scenelang.interpreter.compile.analyze import pattern_variables, strings_in, walk
 from scenelang.interpreter.compile.compile import compile_forms
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Variable
@@ -562,7 +562,7 @@ def is_plain(value: Any) -> bool:
 
 
 def is_same(old: Any, new: Any) -> bool:
-    """Return whether two plain values are indistinguishable; 0.0 and -0.0 are not."""
+    """Return whether two plain values are indistinguishable to a program; 0.0 and -0.0 are not."""
     while type(old) is type(new) is Pair:
         if not is_same(old.car, new.car):
             return False

@@ -56,7 +56,10 @@ class TemplateKeyword(Keyword):
 
 
 def base_name(symbol: Symbol) -> str:
-    """Return the name of a symbol as the user wrote it."""
+    """Return the name of a symbol as the user wrote it.
+
+    A symbol that a macro has inserted is an alias, or an alias of an alias, of the one in the template.
+    """
     while isinstance(symbol, Alias):
         symbol = symbol.base
     return str(symbol)
@@ -172,7 +175,7 @@ class Scope:
         return None
 
     def names(self) -> Iterator[str]:
-        """Iterate over all names bound in this and the enclosing scopes, for suggestions."""
+        """Iterate over all names bound in this and the enclosing scopes, which a misspelled name is compared with."""
         scope: Scope | None = self
         while scope is not None:
             for symbol in scope.bindings:

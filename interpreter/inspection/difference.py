@@ -332,12 +332,12 @@ def _features(frame: ComparedFrame, kinds: dict[str, int], looks: dict[str, int]
 
 
 def _intern(names: Sequence[str], numbers: dict[str, int]) -> Ints:
-    """Map names to integers; new names are added to ``known``."""
+    """Map names to integers; new names are added to ``numbers``."""
     return np.array([numbers.setdefault(name, len(numbers)) for name in names], np.int64)
 
 
 def _points(frame: ComparedFrame, points: Sequence[Point]) -> Floats:
-    """Return for each row the point of its solid, (N, 3)."""
+    """Return for each of the N primitives the point (3,) of its solid; ``points`` has one for each solid."""
     of_rows: Floats = np.array(points, np.float64).reshape(-1, 3)[frame.index]
     return of_rows
 
@@ -366,7 +366,7 @@ def _moments(frame: ComparedFrame, has_axis: Bools) -> Floats:
 
 
 # Index tuples of the 15 independent components of a symmetric fourth-order tensor in three dimensions.
-_QUARTICS = [(i, j, k, m) for i in range(3) for j in range(i, 3) for k in range(j, 3) for m in range(k, 3)]
+_TENSOR_INDICES = [(i, j, k, m) for i in range(3) for j in range(i, 3) for k in range(j, 3) for m in range(k, 3)]
 
 
 def _orientations(frame: ComparedFrame) -> tuple[Floats, Floats]:
@@ -376,15 +376,16 @@ def _orientations(frame: ComparedFrame) -> tuple[Floats, Floats]:
     permutation and sign of the edges. For primitives without known symmetry, it is the edge vectors themselves. Both
     are multiplied by the extent.
     """
-    edges = frame.matrices[:, :, :3] * _points(frame, [s.size for s in frame.solids])[:, None, :]
+    size = _points(frame, [solid.size for solid in frame.solids])  # (N, 3), along the local axes
+    edges = frame.matrices[:, :, :3] * size[:, None, :]  # (N, 3, 3); each column is an edge vector in world space
     length = np.sqrt((edges**2).sum(axis=(1, 2)))[:, None]
     unit = edges / np.where(length > 0, length, 1.0)[:, :, None]
-    is_cube = np.array([s.symmetry.edges for s in frame.solids], np.bool_)[frame.index]
-    is_whole = np.array([s.symmetry.unknown for s in frame.solids], np.bool_)[frame.index]
-    orientation = np.zeros((len(frame), len(_QUARTICS)))
-    for column, (i, j, k, m) in enumerate(_QUARTICS):
+    is_cube = np.array([solid.symmetry.edges for solid in frame.solids], np.bool_)[frame.index]
+    is_asymmetric = np.array([solid.symmetry.unknown for solid in frame.solids], np.bool_)[frame.index]
+    orientation = np.zeros((len(frame), len(_TENSOR_INDICES)))
+    for column, (i, j, k, m) in enumerate(_TENSOR_INDICES):
         orientation[:, column] = (unit[:, i] * unit[:, j] * unit[:, k] * unit[:, m]).sum(axis=1) * is_cube
-    orientation[is_whole, :9] = unit[is_whole].reshape(-1, 9)
+    orientation[is_asymmetric, :9] = unit[is_asymmetric].reshape(-1, 9)
     return orientation * length, length[:, 0]
 
 
@@ -435,7 +436,7 @@ class _Rule:
 
     def columns(self, rows: _Features) -> list[Floats]:
         """Return the compared features in units of their tolerances."""
-        step = max(self.tolerance, 1e-12)
+        step = max(self.tolerance, 1e-12)  # not 0, for a division
         columns = [rows.kind[:, None].astype(np.float64), rows.lengths / step, rows.moments / (_MOMENT_FACTOR * step)]
         columns.append(rows.orientation / (_ORIENTATION_FACTOR * step))
         if self.colored:

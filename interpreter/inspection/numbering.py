@@ -187,7 +187,10 @@ class Numbering:
             before += self.unhandled[id(part.car)]
 
     def handle(self, entity: Entity, before: int) -> str:
-        """Return the handle of an instance: that of its embedding, or its automatic number."""
+        """Return the handle of an instance: that of its embedding, or its automatic number.
+
+        ``before`` is the number of automatic numbers before it in the order of the tree.
+        """
         return entity.embedding.handle or f"z{self.number(before + 1)}"
 
     def path(self, number: int) -> Path | None:
@@ -272,6 +275,10 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
 
     Parameters
     ----------
+    scene
+        The scene.
+    ancestry
+        Instances of the frame.
     numbers
         The ``frame_numbers`` of a scene with several frames, None for a static scene.
     """
@@ -293,7 +300,15 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
 def some_handles(
     scene: Scene, ancestry: Ancestry, rows: Sequence[int], numbers: Mapping[Path, int] | None = None
 ) -> dict[int, str]:
-    """Return the handles of some instances of one frame, as ``instance_handles`` gives those of all, by instance."""
+    """Return the handles of some instances of one frame, by row of ``ancestry``.
+
+    Parameters
+    ----------
+    rows
+        Instances, as rows of ``ancestry``.
+    numbers
+        As for ``instance_handles``, which returns the handles of all instances.
+    """
     if numbers is not None:
         declared = {i: ancestry.entity(i).embedding.handle for i in rows}
         return {i: handle or f"z{numbers[ancestry.path(i)]}" for i, handle in declared.items()}

@@ -238,8 +238,21 @@ def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], 
 def bind_entity(runtime: Runtime, closure: Closure, word: str, z: Embedding, rest: Any) -> Frame:
     """Return the frame of a call of an entity function (docs/language.md, "Entities and embeddings").
 
-    Its positional arguments are the embedding z and the list gamma of its descendants' embeddings; the attributes of z
-    are passed by keyword.
+    Parameters
+    ----------
+    closure
+        Entity function.
+    word
+        Word that it is bound to, for error messages.
+    z
+        Embedding of the entity: the first positional argument; its attributes are passed by keyword.
+    rest
+        List of the embeddings of its descendants (gamma): the second positional argument.
+
+    Raises
+    ------
+    SceneError
+        "arity" if the function requires more arguments, and the errors of its keywords.
     """
     code = closure.code
     if code.required > 2:
@@ -340,7 +353,10 @@ def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Sce
 
 
 def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Any:
-    """Convert ``value`` to the type of a parameter; raise ``SceneError`` if it has the wrong type."""
+    """Convert the argument ``value`` of a builtin to the type of its parameter.
+
+    Raises SceneError("type") if it does not fit.
+    """
     try:
         return parameter.type.checker(runtime)(value)
     except Mismatch:
@@ -499,12 +515,17 @@ def _list_iterator(value: Any) -> Iterator[Any]:
 def _iterate_unmodified(collection: Any, members: list[Any]) -> Iterator[Any]:
     """Iterate over ``members`` of a table or set; raise ``SceneError`` if its size changes, as Python does."""
     size = len(collection.entries)
-    for member in members:
+
+    def check_size() -> None:
+        """Raise if an item was added or removed since the iteration began."""
         if len(collection.entries) != size:
             raise SceneError("changed", "a table or set was modified during iteration", "iterate over a copy")
+
+    for member in members:
+        check_size()
         yield member
-    if members and len(collection.entries) != size:
-        raise SceneError("changed", "a table or set was modified during iteration", "iterate over a copy")
+    if members:  # the last turn, too
+        check_size()
 
 
 def items_of(rt: Runtime, value: Any) -> list[Any]:

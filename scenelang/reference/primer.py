@@ -234,23 +234,31 @@ _SENTENCE = re.compile(r"(?<=[.!?])\s+")
 
 
 def stated_task(text: str) -> str | None:
-    """Return the task of a program: the line `; task: ...` of its leading comment, else the comment's first sentence
-    without the full stop; None without a leading comment."""
-    lines: list[str] = []
-    for line in text.lstrip("\ufeff").splitlines():
-        stripped = line.strip()
-        if stripped.startswith(";"):
-            lines.append(stripped.lstrip(";").strip())
-        elif stripped or lines:
-            break
+    """Return the task that the leading comment of a program states, or None without such a comment.
+
+    It is the line `; task: ...` if there is one, else the first sentence of the comment without its full stop.
+    """
+    lines = _leading_comment(text)
     for line in lines:
         task = _TASK.match(line)
         if task is not None:
             return task[1].strip()
-    paragraph: list[str] = []
+    paragraph: list[str] = []  # the first one; its sentences may go over several lines
     for line in lines:
         if not line and paragraph:
             break
         paragraph += [line] if line else []
     first = _SENTENCE.split(" ".join(paragraph), maxsplit=1)[0].rstrip(".").strip()
     return first or None
+
+
+def _leading_comment(text: str) -> list[str]:
+    """Return the lines of the comment before the first form, up to a blank line, without their semicolons."""
+    lines: list[str] = []
+    for line in text.lstrip("\ufeff").splitlines():  # without the byte order mark that some editors write
+        stripped = line.strip()
+        if stripped.startswith(";"):
+            lines.append(stripped.lstrip(";").strip())
+        elif stripped or lines:
+            break
+    return lines

@@ -165,7 +165,7 @@ def link() -> Link | None:
 
 
 def noting() -> Callable[[Span], None] | None:
-    """Return what tells the monitor a position, or None without one."""
+    """Return the function that reports a position in the text to the monitor, or None without a monitor."""
     watched = link()
     return None if watched is None else watched.at
 
@@ -254,8 +254,7 @@ def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> 
     """Run ``work`` in a child and return its exit code.
 
     In the child this returns the result of ``work``, with which the caller must exit. ``report`` displays why the child
-    was
-    killed.
+    was killed.
     """
     status = Status()
     sys.stdout.flush()
@@ -459,7 +458,11 @@ def excess_of_memory(limit: int, chain: Chain) -> Diagnostic:
 
 
 def crash(number: int, chain: Chain = ()) -> Diagnostic:
-    """Return the diagnostic of a process that crashed."""
+    """Return the diagnostic of a process that crashed.
+
+    ``number`` is the signal that killed it, 0 if it exited; ``chain`` the calls that it was evaluating, if they are
+    known.
+    """
     try:
         how = f"killed by {signal.Signals(number).name}" if number else "ended unexpectedly"
     except ValueError:

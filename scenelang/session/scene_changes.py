@@ -169,8 +169,7 @@ def paired_by_path(comparison: Changes) -> Changes:
     """Combine removed and added primitives of the same path, in order, into one change.
 
     It is an object whose size, or both position and look, changed; the comparison matches only primitives that have one
-    of
-    these in common.
+    of these in common.
     """
     left: dict[tuple[int, str, str], list[Change]] = {}
     for change in comparison.changes:

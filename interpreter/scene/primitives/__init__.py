@@ -221,7 +221,10 @@ def _from_package(word: str) -> type[Primitive]:
 
 
 def clear_package_cache() -> None:
-    """Discover packages again, for tests and after installing one in a running process."""
+    """Forget the primitives of other packages, so that their next use looks for installed packages again.
+
+    This is for tests, and for a process in which a package was installed.
+    """
     loading.forget()
     _from_package.cache_clear()
 
