@@ -82,7 +82,7 @@ class Looks:
 
 
 def looks_of(rows: Iterable[Look]) -> Looks:
-    """Return ``rows`` as columns."""
+    """Return materials as the columns of a table: an array for each property, with a row for each material."""
     rows = tuple(rows)
     count = len(rows)
     return Looks(
@@ -93,7 +93,7 @@ def looks_of(rows: Iterable[Look]) -> Looks:
         np.array([look.is_matte for look in rows], bool),
         np.array([look.gloss for look in rows], np.float64),
         np.array([look.metallic for look in rows], np.float64),
-        np.array([look.ior or GLASS for look in rows], np.float64),
+        np.array([look.ior or GLASS for look in rows], np.float64),  # renderers need one for every glossy surface
     )
 
 

@@ -203,8 +203,7 @@ class Bodies:
         """Return the penetration depths (M,) of touching pairs (M, 2), and the directions (M, 3) that separate them.
 
         The direction is that in which the second body of a pair leaves the first. A body that touches the inside of a
-        hollow
-        one, as a spoon does a mug, has depth 0 and rests on it: the direction is up.
+        hollow one, as a spoon does a mug, has depth 0 and rests on it: the direction is up.
         """
         batches = [pairs[i : i + _BATCH_PAIRS] for i in range(0, len(pairs), _BATCH_PAIRS)]
         results = [depths(self.pairs(batch), self.touch) for batch in batches]
@@ -343,9 +342,11 @@ def _plain_words(root: Entity) -> frozenset[str]:
 
 
 def _placed(entity: Entity) -> Placed | None:
-    """Return the canonical form of a primitive in its frame, the bounding box for a mesh.
+    """Return the convex form that replaces a primitive, under its pose in the primitive's frame, or None.
 
-    None for blocks, which replace earlier ones at the same place and so cannot overlap, and for invisible primitives.
+    It is the canonical form if the primitive has one; otherwise, as for a mesh, its bounding box. None for primitives
+    that are invisible or have no extent, and for blocks, which replace earlier ones at the same place and so cannot
+    overlap.
     """
     shape = entity.shape
     if shape is None or not shape.has_geometry or shape.is_block:
@@ -354,7 +355,7 @@ def _placed(entity: Entity) -> Placed | None:
     if placed is not None or (shape.is_solid and shape.is_flat):
         return placed
     low, high = np.array(shape.box_under(IDENTITY)).reshape(2, 3)
-    if not shape.is_file and not (high > low).any():
+    if not shape.is_file and not (high > low).any():  # a single point, without a surface
         return None
     x, y, z = (high - low).tolist()
     rows = np.array(placed_block((x, y, z)).rows).reshape(3, 4)

@@ -118,7 +118,15 @@ class Copies:
 
     @staticmethod
     def of(vertices: FloatArray, faces: IntArray, matrices: FloatArray) -> Copies:
-        """Return the copies of a mesh under poses (N, 3, 4)."""
+        """Return the copies of a mesh.
+
+        Parameters
+        ----------
+        vertices, faces : (V, 3), (F, 3)
+            The mesh.
+        matrices : (N, 3, 4)
+            Poses of the copies.
+        """
         if not len(vertices):
             none = np.zeros(len(matrices))
             return Copies(np.zeros((len(matrices), 3)), none, none)
@@ -179,8 +187,7 @@ def _growth_of(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the squared Frobenius norms (N,) of linear maps (N, 3, 3), and lower bounds (N,) of their scales.
 
     The squares of the two largest singular values sum to at least twice their product, so the determinant divided by
-    half
-    the squared norm is at most the smallest one.
+    half the squared norm is at most the smallest one.
     """
     squares = np.einsum("nij,nij->n", linear, linear)
     return squares, np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)
