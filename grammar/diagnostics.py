@@ -299,7 +299,14 @@ class Edit:
 class Fix:
     """Code fix for a diagnostic (a "code action" in LSP).
 
-    A ``safe`` fix preserves the behavior of correct programs, so it may be applied automatically.
+    Attributes
+    ----------
+    title
+        What the fix does, in the imperative.
+    edits
+        Replacements of text.
+    safe
+        Whether it preserves the behavior of correct programs, so that it may be applied automatically.
     """
 
     title: str
@@ -322,8 +329,18 @@ class Diagnostic:
 
     Attributes
     ----------
+    name
+        Name of the diagnostic in ``CODES``.
+    message, hint
+        What is wrong, and what to do.
+    span
+        Location in the text, if it is known.
+    notes
+        Additional remarks with their locations.
     chain
         Call stack, innermost call first, as pairs of a word or function name and the location of the call.
+    fixes
+        Edits that correct the mistake; the first one is the most probable.
     expected, found
         What was expected and what was found, for programs that read diagnostics.
     signature
@@ -380,8 +397,16 @@ def _cut(text: str, longest: int) -> str:
 class SceneError(Exception):
     """Error in a user's program, the exception form of a diagnostic.
 
-    Builtins raise it without a span; the call that invoked them adds its own. ``subject`` is the entity or the mesh
-    that the error is about, where a picture of it helps.
+    Builtins raise it without a span; the call that invoked them adds its own.
+
+    Attributes
+    ----------
+    name, message, hint, span, notes, chain, fixes, near, expected, found, signature
+        As in ``Diagnostic``.
+    value
+        Value that the program raised.
+    subject
+        Entity or mesh that the error is about, where a picture of it helps.
     """
 
     name: str

@@ -322,7 +322,19 @@ class Completeness(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ReadResult:
-    """Result of reading a text. ``forms`` is empty if the brackets do not match."""
+    """Result of reading a text.
+
+    Attributes
+    ----------
+    source
+        The text.
+    forms
+        Its top-level forms; empty if the brackets do not match.
+    diagnostics
+        Errors of the syntax.
+    completeness
+        Whether the text is complete, could be continued, or is wrong.
+    """
 
     source: Source
     forms: tuple[Datum, ...]

@@ -203,7 +203,10 @@ def _shape_text(shape: Sequence[int]) -> str:
 
 
 def common_shape(rt: Runtime, name: str, *arrays: Numpy) -> tuple[int, ...]:
-    """Return the shape of an elementwise result; shapes that cannot be broadcast are an error."""
+    """Return the shape of the result of an elementwise operation on arrays.
+
+    Raises SceneError, which names the builtin ``name``, for shapes that cannot be broadcast.
+    """
     try:
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
     except ValueError:
@@ -488,7 +491,7 @@ def cannot_change(name: str, value: Any, expected: str) -> SceneError:
 
 
 def reorder(rt: Runtime, name: str, xs: Any, order: Any) -> None:
-    """Replace the items of a mutable list or array by ``order(items)``."""
+    """Replace the items of a mutable list or array by ``order(items)``; ``name`` is the builtin that errors name."""
     if type(xs) is MutableList:
         members = order(items(rt, xs, name))
         rt.write(xs)

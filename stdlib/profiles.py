@@ -185,9 +185,16 @@ def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
 
 
 def filled(rt: Runtime, name: str, value: Any, fill: Any) -> tuple[Contours, str]:
-    """Return a profile as contours, and the rule that fills it, ``:nonzero`` by default.
+    """Return a profile as contours, and the rule that fills it.
 
-    A contour that crosses itself is a warning unless the program names the rule.
+    Parameters
+    ----------
+    name
+        Builtin that error messages name.
+    value
+        The profile.
+    fill
+        ``:nonzero`` or ``:even-odd``; None means ``:nonzero``, with a warning if a contour crosses itself.
     """
     contours = profile_of(rt, name, value)
     if fill is not None:

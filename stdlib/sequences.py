@@ -254,7 +254,7 @@ def contains(rt: Runtime, xs: Any, x: Any) -> bool:
 
 
 def position_of(rt: Runtime, xs: Any, x: Any, name: str) -> int | None:
-    """Return the first index of ``x`` in a sequence, or None."""
+    """Return the first index of ``x`` in a sequence, or None; ``name`` is the builtin that errors name."""
     if type(xs) is str:
         rt.charge(len(xs) >> 5)
         position = xs.find(x) if type(x) is str else -1
@@ -420,7 +420,10 @@ def _name_of(key: Any, kind: str) -> str:
 
 
 def missing_key(owner: str, key: Any, keys: Iterable[Any]) -> SceneError:
-    """Return the error for a key that a table, record or embedding does not have."""
+    """Return the error for a key that a table, record or embedding does not have.
+
+    ``owner`` is its type, for the message; the hint has a similar one of its ``keys``.
+    """
     known = list(islice(keys, _MAX_SUGGESTED))
     hint = None
     if isinstance(key, str):
@@ -675,7 +678,10 @@ _BLOCK_ITEMS = 1 << 16  # that are sorted between two checks of the limits
 
 
 def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
-    """Return Python data with the order of ``value`` in the language; recursive, with a bounded depth."""
+    """Return Python data that have the order of ``value`` in the language.
+
+    ``depth`` is the nesting of the value itself, which is limited because the function is recursive.
+    """
     kind = type(value)
     if kind is int or kind is float or kind is str or kind is bool:
         return value
@@ -707,7 +713,22 @@ def no_order(members: list[Any]) -> SceneError:
 
 
 def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: bool) -> list[Any]:
-    """Return ``members`` in order; the sort is stable, also in reverse."""
+    """Return ``members`` in ascending order; the sort is stable, also in reverse.
+
+    Parameters
+    ----------
+    less
+        Function of the program that replaces ``<``, or None.
+    key
+        Function of the program that returns the value to compare by, or None for the item itself.
+    reverse
+        Whether the order is descending.
+
+    Raises
+    ------
+    SceneError
+        If items cannot be compared.
+    """
     if less is not None:
         keyed = [(member, member if key is None else rt.call1(key, member)) for member in members]
         if reverse:

@@ -127,9 +127,9 @@ class Bodies:
         return np.asarray(straight & blocks & ~self.hollow, bool)
 
     def common_points(self, i: int, j: int, shift: FloatArray) -> FloatArray:
-        """Return the corners (K, 3) of what a body shares with another that is moved by ``shift``.
+        """Return the corners (K, 3) of the intersection of two bodies, of which body ``j`` is moved by ``shift`` (3,).
 
-        There are none if they do not meet, or a surface is unknown.
+        There are none if they do not meet, or if a surface is unknown.
         """
         a, b = self.surface(i), self.surface(j)
         if a is None or b is None:
@@ -452,7 +452,7 @@ def _beyond(corners: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
 
 
 def width_of(points: FloatArray) -> float:
-    """Return the least width of the convex hull of points (K, 2)."""
+    """Return the smallest width of the convex hull of points (K, 2), over all directions."""
     corners = hull_of(points)
     if len(corners) < 3:
         return 0.0

@@ -83,10 +83,10 @@ def own_offset(vertices: FloatArray, faces: IntArray) -> FloatArray | None:
 
 
 def common_offset(points: FloatArray, size: float) -> FloatArray | None:
-    """Return the center (3,) of some places if float32 would shift objects there visibly, else None.
+    """Return the center (3,) of some points if float32 would shift objects at them visibly, else None.
 
-    Places are those of copies, or of one object over time. They shift visibly if they are much farther from the origin
-    than from each other and than the objects' ``size``.
+    The points are the positions of copies, or of one object over time. Objects shift visibly if the points are much
+    farther from the origin than from each other and than the objects' ``size``.
     """
     low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
     far = float(np.abs(points).max(initial=0.0))
@@ -175,7 +175,11 @@ class Copies:
         )
 
     def fit(self, error: float, rows: IntArray | None = None, offset: FloatArray | None = None) -> BoolArray:
-        """Return which copies keep their volumes, with coordinates relative to an offset, under a rounding error."""
+        """Return the mask of copies that keep their volumes when their coordinates are rounded.
+
+        ``error`` is the relative rounding error, ``rows`` are the copies that are tested (by default all), and
+        ``offset`` (3,) is the point to which the coordinates are relative.
+        """
         chosen = slice(None) if rows is None else rows
         centers = self.centers[chosen] - (0.0 if offset is None else offset)
         far = np.abs(centers).max(axis=1, initial=0.0) + self.radii[chosen]

@@ -524,7 +524,15 @@ _REJECTED: dict[str, tuple[int, frozenset[str], str]] = {
 def need_of_argument(
     inference: KindInference, builtin: Builtin, index: int, parameter: BuiltinParameter, argument: Any
 ) -> None:
-    """Record the type that a builtin requires of an argument of unknown kind."""
+    """Record the type that a builtin requires of an argument of unknown kind.
+
+    Parameters
+    ----------
+    index, parameter
+        Number of the argument among the positional ones, and the parameter that takes it.
+    argument
+        Expression that is passed.
+    """
     type_: Type = parameter.type
     place = f"passed to `{builtin.name}`"
     if index in TRIPLES.get(builtin.name, ()) and builtin.name != "scale":

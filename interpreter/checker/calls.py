@@ -226,7 +226,7 @@ def _may_be_keyword(node: Any) -> bool:
 
 
 def item_given(kind: Kind) -> Kind:
-    """Return the kind of the items of a sequence that a library function passes to a callback."""
+    """Return the kind of the items of a sequence that a library function passes to a callback; ANY if unknown."""
     item = item_of(kind) if kind.tag in ("List", "Vector", "String") else ANY
     return ANY if item is NEVER else item
 
@@ -289,8 +289,10 @@ def _by_position(node: ast.Application, parameters: Sequence[BuiltinParameter]) 
 
 
 def _fits(parameter: BuiltinParameter, argument: Any, kind: Kind) -> bool:
-    """Return whether an argument may have the type of a parameter; a literal Float is an Integer only if it is
-    whole."""
+    """Return whether an argument may have the type of a parameter.
+
+    A literal Float may be an Integer only if it is whole.
+    """
     name = parameter.type.name
     if name == "Integer" and type(argument) is ast.Constant and type(argument.value) is float:
         return argument.value.is_integer()

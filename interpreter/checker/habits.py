@@ -147,8 +147,10 @@ def _covers(outer: Habit, inner: Habit) -> bool:
 
 
 def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
-    """Return whether a construct is the cause of an error: the error lies in it, at its rest, or in the form around
-    it."""
+    """Return whether a construct of another language is the cause of an error.
+
+    The error is then in it, in the text that it leaves over, or in the form around it.
+    """
     span = diagnostic.span
     assert span is not None
     knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)

@@ -95,7 +95,21 @@ class World(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordCode:
-    """Procedure of a record type: ``role`` is new, test, get or set; ``fields`` are those without a default first."""
+    """Procedure of a record type.
+
+    Attributes
+    ----------
+    name, record
+        Names of the procedure and of the record type.
+    role
+        What it does: "new", "test", "get" or "set".
+    fields
+        Fields in the order of the constructor's parameters, those without a default first.
+    required
+        Fields without a default.
+    types
+        Types of the fields.
+    """
 
     name: str
     record: str
@@ -109,8 +123,20 @@ class RecordCode:
 class Need:
     """Use of a parameter in the body of its function that every call of the function reaches.
 
-    ``types`` are the types that it accepts, any of them, and ``error`` is the name of the diagnostic of a run that
-    fails; ``passed`` is the parameter of another function to which the value is passed unchanged.
+    Attributes
+    ----------
+    place
+        Description of the use in messages, such as "called here".
+    span
+        Location of the use.
+    types
+        Types that it accepts, any of them.
+    expected
+        Description of these types.
+    error
+        Name of the diagnostic of a run that fails.
+    passed
+        Parameter of another function to which the value is passed unchanged.
     """
 
     place: str
@@ -126,7 +152,23 @@ class Need:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Passed:
-    """Argument of a known kind for a parameter without a type."""
+    """Argument of a known kind for a parameter without a type.
+
+    Attributes
+    ----------
+    parameter
+        The parameter.
+    owner, usage
+        Name and parameter list of its function, for messages.
+    argument, kind
+        Expression that is passed, and its kind.
+    call
+        The call.
+    is_certain
+        Whether the call is certainly evaluated.
+    number
+        Value of the argument, if it is a number that is known.
+    """
 
     parameter: Variable
     owner: str
@@ -320,7 +362,7 @@ class KindInference:
         return result if math.isfinite(result) else None
 
     def count_of(self, node: Any) -> int | None:
-        """Return how often a loop over the value of an expression turns, if that is certain and small."""
+        """Return the number of turns of a loop over the value of an expression, if that is certain and small."""
         kind = self.result.kinds[node]
         if kind.tag in ("List", "Vector"):
             return length_of(kind)
@@ -454,7 +496,17 @@ class KindInference:
                 self.need(item, place, ("Number",), "a number")
 
     def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
-        """Record an argument for a parameter without a type."""
+        """Record the argument of a call for a parameter without a type.
+
+        Parameters
+        ----------
+        parameter
+            The parameter.
+        owner, usage
+            Name and parameter list of its function, for messages.
+        argument
+            Expression that is passed.
+        """
         target, kind = parameter.target, self.result.kinds[argument]
         if not isinstance(target, Variable) or target.assigned or self.is_guarded:
             return
@@ -508,7 +560,15 @@ class KindInference:
     # --- parts -------------------------------------------------------------------------------------------------
 
     def check_parts(self, node: Any, kind: Kind, place: str) -> None:
-        """Report a value that cannot be parts of an entity."""
+        """Report a value that cannot be parts of an entity.
+
+        Parameters
+        ----------
+        node, kind
+            Expression, and its kind.
+        place
+            Form that expects parts, at the start of the message.
+        """
         if kind is ANY:
             self.need(node, f"a part of {place}", ("Parts",), "an entity", "parts")
         self.check_certain_parts(node, kind, place)

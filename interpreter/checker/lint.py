@@ -48,10 +48,8 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
 
     Raises
     ------
-    SceneError("no-root")
-        If the program binds no word.
-    SceneError("word")
-        If the operand of ``scene`` is not a string.
+    SceneError
+        "no-root" if the program binds no word, "word" if the operand of ``scene`` is not a string.
     """
     if program.scene is not None:
         word = program.scene.word
@@ -384,8 +382,11 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
 
 
 def _without_details(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Remove details of a larger mistake: an unused variable or a constant test in a body without a value, and the
-    undefined index of a loop whose body lacks its ``lambda``."""
+    """Remove the diagnostics that are details of a larger mistake.
+
+    These are an unused variable or a constant test in a body without a value, and the undefined index of a loop whose
+    body lacks its ``lambda``.
+    """
     empty = [
         d.span
         for d in diagnostics
@@ -469,8 +470,10 @@ def _once_for_each_word(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
 
 def _misspelled_parameters(diagnostics: list[Diagnostic], program: Program) -> list[Diagnostic]:
-    """Report a keyword parameter with a misspelled name at its declaration, if its function reads another name and its
-    callers pass that."""
+    """Replace findings about calls by one at the declaration of a keyword parameter whose name is misspelled there.
+
+    This is so if the function reads another name, and its callers pass that one.
+    """
     calls = [d for d in diagnostics if d.found is not None and d.found.startswith(":") and len(d.near) == 1]
     for call in {(d.found, d.near[0]): d for d in calls}.values():
         passed, spelled = str(call.found)[1:], call.near[0][1:]
@@ -523,8 +526,10 @@ def _inside_function(diagnostic: Diagnostic, function: ast.Lambda) -> bool:
 
 
 def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
-    """Return whether a diagnostic is about the name that is read instead of the parameter, or says that the parameter
-    is unused."""
+    """Return whether a diagnostic is a consequence of a misspelled parameter.
+
+    It is about the name that is read instead, or says that the parameter is unused.
+    """
     assert diagnostic.span is not None
     if diagnostic.name == "unused":
         return f"`{spelled}`" in diagnostic.message

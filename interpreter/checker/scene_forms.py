@@ -1,4 +1,7 @@
-"""Checks of the scene forms: ``bind``, ``call``, ``transform``, ``union`` and ``union-loop``."""
+"""Checks of the scene forms: ``bind``, ``call``, ``transform``, ``union`` and ``union-loop``.
+
+The functions report mistakes to ``inference``. ``node`` is an expression and ``kind`` the kind of its value.
+"""
 
 from __future__ import annotations
 
@@ -165,8 +168,10 @@ def _called_fix(node: ast.Call, name: str) -> tuple[Fix, ...]:
 
 
 def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:
-    """Report ``(call "cube" scale 2)``, where the name of an attribute lacks its colon; None if this is not the
-    case."""
+    """Report ``(call "cube" scale 2)``, where the name of an attribute lacks its colon.
+
+    Returns None if this is not the case.
+    """
     if type(argument) is not ast.Reference or type(node.word) is not ast.Constant:
         return None
     if argument.span.expansion is not None:

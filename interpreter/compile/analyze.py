@@ -38,7 +38,10 @@ if TYPE_CHECKING:
 
 
 class Region:
-    """Body of a function or loop. ``has_frame`` is set if its variables need a separate frame."""
+    """Body of a function (``is_function``) or loop, within the region ``parent``.
+
+    ``has_frame`` is set if its variables need a separate frame.
+    """
 
     __slots__ = ("has_frame", "is_function", "parent")
 
@@ -50,7 +53,17 @@ class Region:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loop:
-    """Named ``let`` or ``do`` whose function is only called in tail position of its own body."""
+    """Named ``let`` or ``do`` whose function is only called in tail position of its own body.
+
+    Attributes
+    ----------
+    variable
+        Name of the loop.
+    function
+        Its variables and body.
+    start
+        Call with the initial values.
+    """
 
     variable: Variable
     function: ast.Lambda
@@ -230,8 +243,10 @@ class _Analyzer:
         self.visit(node.body, inner)
 
     def _for(self, node: ast.For, region: Region) -> None:
-        """Visit a ``for`` form. The first sequence is evaluated outside the loop's region unless accumulators precede
-        it."""
+        """Visit a ``for`` form.
+
+        The first sequence is evaluated outside the loop's region unless accumulators precede it.
+        """
         for accumulator in node.accumulators:
             self.visit(accumulator.value, region)
         inner = self._region(node, region, is_function=False)

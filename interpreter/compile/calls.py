@@ -73,7 +73,10 @@ class GlobalHead:
 
 
 def locate(error: SceneError, function: Any, span: Span) -> None:
-    """Set the span of an error to that of the failing call, or add the call to its call stack."""
+    """Add the location of a call to an error that occurred in it.
+
+    An error without a location gets that of the call; to others, the call is added as the next one of the call stack.
+    """
     if error.span is None:
         error.span = span
     elif type(function) is Closure and function.code.name not in _UNNAMED:
@@ -250,7 +253,17 @@ def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> 
 
 
 def apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
-    """Perform a call in tail position without a fast path; ``span`` locates its errors."""
+    """Perform a call in tail position that has no fast path.
+
+    Parameters
+    ----------
+    function, values
+        Evaluated function and arguments.
+    head
+        Compiled head, for the name in errors.
+    span
+        Location of the call.
+    """
     try:
         if type(function) is Closure:
             frame = bind_arguments(rt, function, values)
@@ -445,6 +458,7 @@ def counted_loop(
     left = hot
 
     def cold(frame: Frame, done: int) -> Any:
+        """Continue as closures, after ``done`` turns that are not charged, if no code can be generated."""
         rest = range(done + 1, _BLOCK + 1)
         while True:
             for count in rest:
@@ -455,9 +469,10 @@ def counted_loop(
             spend(_BLOCK)
             rest = block
 
-    continued: Callable[[Frame, int], Any] | None = None
+    continued: Callable[[Frame, int], Any] | None = None  # the generated loop, or `cold`
 
     def run(frame: Frame) -> Any:
+        """Run the loop: as closures for its first turns, which may be spread over several runs."""
         nonlocal left, continued
         values = [start(frame) for start in starts]
         for bind, value in zip(binders, values):
@@ -468,11 +483,11 @@ def counted_loop(
         for count in range(1, warm + 1):
             result = body(frame)
             if result is not mark:
-                left = min(left, warm - count)
+                left = min(left, warm - count)  # an inner run of the same loop may have counted down further
                 charge(count)
                 return result
         left = 0
-        if continued is None:
+        if continued is None:  # unless an inner run has generated it
             continued = generate() or cold
         return continued(frame, warm)
 
@@ -902,8 +917,10 @@ def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str
 
 
 def _attribute_call(rt: Runtime, word: Node, attributes: tuple[tuple[str, Node], ...], span: Span) -> Node:
-    """Compile a call with attributes ``:name value`` only. Tables are copied and frozen, so that the call can be
-    shared; mutable lists and arrays are not, so it cannot."""
+    """Compile a call with attributes ``:name value`` only.
+
+    Tables are copied and frozen, so that the call can be shared; mutable lists and arrays are not, so it cannot.
+    """
     written = frozenset(name for name, _ in attributes)
 
     def call(frame: Frame) -> Any:
@@ -941,7 +958,10 @@ def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span
 
 
 def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
-    """Convert ``value`` to parts and append them to ``out``; entities and posed entities have a fast path."""
+    """Convert ``value`` to parts and append them to ``out``; entities and posed entities have a fast path.
+
+    Raises SceneError at ``span`` if the value is not parts.
+    """
     if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
         out.append(value)
     elif type(value) is Entity:
@@ -980,8 +1000,10 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
 
 
 def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Node:
-    """Return a node that joins the parts that a function returns for 0 to count - 1; a plain closure is called without
-    ``rt.apply``."""
+    """Return a node that joins the parts that a function returns for 0 to count - 1.
+
+    A closure with one plain parameter is called directly, without ``rt.apply``.
+    """
     tick = rt.tick
 
     def loop(frame: Frame) -> Any:

@@ -51,9 +51,16 @@ from scenelang.interpreter.values.values import Pair, make_list
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopPlan:
-    """Compiled loop: the marker that its body returns to continue with the next iteration, and its variables.
+    """Compiled loop, as calls that continue it need it.
 
-    ``own_frame`` is set if each iteration has a separate frame.
+    Attributes
+    ----------
+    mark
+        Marker that the body returns to continue with the next iteration.
+    layout, slots
+        Layout of the frame that has the loop's variables, and their slots in it.
+    own_frame
+        Whether each iteration has a separate frame.
     """
 
     mark: Any
@@ -86,9 +93,14 @@ def compile_forms(rt: Runtime, globals_: dict[Variable, Cell], forms: Sequence[A
 
 
 class Compiler:
-    """Compiler for a single run: compiled nodes refer to the runtime and the cells of global variables."""
+    """Compiler for a single run: compiled nodes refer to the runtime and the cells of global variables.
+
+    The methods take a node of the core AST and the context in which its value is used. They return a closure that takes
+    the frame and returns the value.
+    """
 
     def __init__(self, rt: Runtime, globals_: dict[Variable, Cell], analysis: Analysis) -> None:
+        """Create a compiler of forms that ``analysis`` describes; ``globals_`` are the cells that exist already."""
         self.rt = rt
         self.globals = globals_
         self.analysis = analysis
@@ -325,8 +337,11 @@ class Compiler:
         return self._choice(node.test, then, otherwise, context)
 
     def _choice(self, condition: Any, then: Node, otherwise: Node, context: Context) -> Node:
-        """Compile a test and its branches. A comparison of a variable with a number, and predicates, which always
-        return a boolean, have fast paths; ``not`` exchanges the branches."""
+        """Compile a test and its branches.
+
+        A comparison of a variable with a number, and predicates, which always return a boolean, have fast paths;
+        ``not`` exchanges the branches.
+        """
         name, operands = self._intrinsic_use(condition)
         if name == "not" and len(operands) == 1:
             return self._choice(operands[0], otherwise, then, context)
@@ -395,8 +410,10 @@ class Compiler:
         return any_of if tests else last
 
     def body(self, node: ast.Body, context: Context) -> Node:
-        """Compile a body; local variables get their slots before the definitions are compiled, so that functions can
-        refer to later ones."""
+        """Compile a body.
+
+        Local variables get their slots before the definitions are compiled, so that functions can refer to later ones.
+        """
         loop = self.analysis.loops.get(id(node))
         if loop is not None:
             return self._loop(loop, context)
@@ -435,8 +452,10 @@ class Compiler:
         return [prepare]
 
     def _loop(self, loop: Loop, context: Context) -> Node:
-        """Compile a named ``let`` in tail position to a Python loop; it becomes generated code after ``rt.hot``
-        turns."""
+        """Compile a named ``let`` in tail position to a Python loop.
+
+        After ``rt.hot`` turns, generated code continues it.
+        """
         function = loop.function
         region = self.analysis.regions[id(function)]
         layout = FrameLayout(context.layout) if region.has_frame else context.layout
@@ -514,8 +533,10 @@ class Compiler:
         return run
 
     def guard(self, node: ast.Guard, context: Context) -> Node:
-        """Compile ``guard``. Errors of limits pass, and a caught error is charged, because its message takes time to
-        build."""
+        """Compile ``guard``.
+
+        Limit errors are not caught. A caught error is charged, because its message takes time to build.
+        """
         body = self.compile(node.body, context.inner)
         bind = self.binder(node.target, context.layout, node.span)
         handler = self.compile(node.handler, context)
@@ -646,8 +667,10 @@ class Compiler:
         return calls.builtin_call(self.rt, builtin, arguments, node.span)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application, context: Context) -> Node | None:
-        """Compile a call of a builtin with a fast path, or return None; more than two operands are nested to the
-        left."""
+        """Compile a call of a builtin with a fast path; None if it has none for these operands.
+
+        More than two operands are nested to the left.
+        """
         operands = node.arguments
         if len(operands) == 1 and name in intrinsics.UNARY:
             slow_one = calls.slow_call(self.rt, builtin, node.span)

@@ -91,9 +91,16 @@ class LoopCode:
 
 @dataclass(frozen=True, slots=True)
 class Dest:
-    """Destination of a value: a variable, the result of the function, or none.
+    """Destination of a value.
 
-    ``loops`` are the loops that the value ends, the innermost last.
+    Attributes
+    ----------
+    name
+        Local variable to which it is assigned; None if it is not used.
+    returns
+        Whether it is the result of the function.
+    loops
+        Loops that the value ends, the innermost last.
     """
 
     name: str | None = None
@@ -390,8 +397,10 @@ class FunctionWriter(Text):
         return CodeText(name, self.kinds[name])
 
     def operands(self, nodes: Sequence[Any], *, atomic: bool = True) -> list[CodeText]:
-        """Return the values of several nodes, evaluated in order, as names or constants; if not ``atomic``, also as
-        pure expressions."""
+        """Return the values of several nodes, evaluated in order, as names or constants.
+
+        Unless ``atomic`` is set, the values may also be pure expressions.
+        """
         values = []
         for node in nodes:
             code = self.value(node)
@@ -708,10 +717,20 @@ class FunctionWriter(Text):
             self.line(f"{self.slot_text(variable)} = {name}")
 
     def write_loop(self, loop: Loop, dest: Dest, kinds: Sequence[Kind], *, resumed: bool = False) -> Kind:
-        """Write a loop whose parameters have their first values, of the kinds ``kinds``.
+        """Write a loop whose parameters have their first values.
 
-        Turns are charged in blocks: an inner ``for`` counts them without a call for each. If ``resumed``, the closures
-        ran the first ``done`` turns of the first block.
+        Turns are charged in blocks: an inner ``for`` counts them without a call for each.
+
+        Parameters
+        ----------
+        loop
+            The loop.
+        dest
+            Destination of its value.
+        kinds
+            Kinds of the first values.
+        resumed
+            Whether the closures ran the first ``done`` turns of the first block.
         """
         parameters = [p.target for p in loop.function.parameters]
         parameter_kinds = LoopKinds(self.kind_of_variable).loop(loop, kinds)
@@ -807,8 +826,10 @@ class FunctionWriter(Text):
         self.line("break")
 
     def _assign_parameters(self, record: LoopCode, values: Sequence[CodeText]) -> None:
-        """Write the simultaneous assignment of a loop's parameters, and copies in the frame of those that are
-        stored."""
+        """Write the simultaneous assignment of a loop's parameters.
+
+        The frame gets copies of those that closures or embedded code read.
+        """
         targets, texts, slots = [], [], []
         for parameter, value in zip(record.function.parameters, values):
             variable = parameter.target
@@ -952,8 +973,14 @@ class FunctionWriter(Text):
         return self.finish(dest, self.call(node))
 
     def _head(self, node: ast.Application) -> tuple[CodeText | None, str, Any]:
-        """Return the function of a call in three parts: its code if it is evaluated before the arguments, else the
-        constant of a global variable's cell and the closure in it, if known."""
+        """Return the function of a call.
+
+        Returns
+        -------
+        code, cell, known
+            For a global variable that is never assigned: None, the constant of its cell, and the closure in it, if it
+            is known. For any other head: its value, which is evaluated before the arguments, "" and None.
+        """
         head = node.function
         target = head.target if type(head) is ast.Reference else None
         if isinstance(target, Variable) and target.is_global and not target.assigned:

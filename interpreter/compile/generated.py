@@ -131,8 +131,10 @@ def placed(error: BaseException, sites: Mapping[int, Any]) -> BaseException:
 
 
 def _placed_builtin(error: BaseException, site: BuiltinSite, traceback: TracebackType) -> BaseException:
-    """Return the error of a failed builtin; of an argument of the wrong type, the values are read from the local
-    variables."""
+    """Return the error of a failed builtin, with its location.
+
+    For an argument of the wrong type, the values are read from the local variables of the generated function.
+    """
     if isinstance(error, SceneError):
         if error.span is None:
             error.span = site.span
@@ -205,7 +207,10 @@ def bouncer(rt: Runtime) -> Callable[[], Any]:
 
 
 def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]], Any]:
-    """Return a function that performs a call without a fast path; the site of the caller locates its errors."""
+    """Return a function ``call(function, arguments)`` that performs a call without a fast path.
+
+    ``head`` is the head of the call, for the name in errors; the site of the caller locates them.
+    """
     tick = rt.tick
 
     def call(function: Any, values: Sequence[Any]) -> Any:
@@ -226,7 +231,17 @@ def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]],
 
 
 def global_caller(rt: Runtime, cell: Cell, head: Any, span: Span) -> Callable[..., Any]:
-    """Return a function that calls the current value of a global variable, which has changed since code generation."""
+    """Return a function that calls the current value of a global variable.
+
+    Generated code uses it where the variable has another value than when the code was generated.
+
+    Parameters
+    ----------
+    cell
+        Cell of the variable.
+    head, span
+        Head and location of the call, for errors.
+    """
     call = caller(rt, head, span)
     return lambda *values: call(cell.value, values)
 
@@ -279,8 +294,8 @@ def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
     general = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
 
     def make(x: Any, y: Any, z: Any) -> Any:
-        s = type(x)
-        if s is type(y) is type(z) and (s is float or s is int):
+        kind = type(x)
+        if kind is type(y) is type(z) and (kind is float or kind is int):
             return Vector((x, y, z))
         return general((x, y, z))  # type: ignore[arg-type]
 
@@ -298,8 +313,14 @@ class Unsupported(Exception):
 class CodeText:
     """Python expression.
 
-    ``pure`` is set if it cannot fail and its value does not change before its use, ``atomic`` if it is a name or
-    literal.
+    Attributes
+    ----------
+    text, kind
+        Text of the expression, and the kind of its value.
+    pure
+        Whether it cannot fail and its value does not change before its use.
+    atomic
+        Whether it is a name or a literal, which may be written several times.
     """
 
     text: str

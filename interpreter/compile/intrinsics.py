@@ -32,13 +32,13 @@ def add(a: Node, b: Node, slow: Slow) -> Node:
             if kind is float:
                 return x + y
             if kind is int:
-                r = x + y
-                if floor < r < limit:
-                    return r
+                result = x + y
+                if floor < result < limit:
+                    return result
         elif kind in _NUMBERS and type(y) in _NUMBERS:
-            r = _mixed_add(x, y)
-            if r is not None:
-                return r
+            result = _mixed_add(x, y)
+            if result is not None:
+                return result
         return slow(x, y)
 
     return node
@@ -69,9 +69,9 @@ def add_slots(i: int, j: int, slow: Slow) -> Node:
             if kind is float:
                 return x + y
             if kind is int:
-                r = x + y
-                if floor < r < limit:
-                    return r
+                result = x + y
+                if floor < result < limit:
+                    return result
         return slow(x, y)
 
     return node
@@ -102,13 +102,13 @@ def sub(a: Node, b: Node, slow: Slow) -> Node:
             if kind is float:
                 return x - y
             if kind is int:
-                r = x - y
-                if floor < r < limit:
-                    return r
+                result = x - y
+                if floor < result < limit:
+                    return result
         elif kind in _NUMBERS and type(y) in _NUMBERS:
-            r = _mixed_sub(x, y)
-            if r is not None:
-                return r
+            result = _mixed_sub(x, y)
+            if result is not None:
+                return result
         return slow(x, y)
 
     return node
@@ -142,13 +142,13 @@ def mul(a: Node, b: Node, slow: Slow) -> Node:
             if kind is float:
                 return x * y
             if kind is int and floor < x < limit and floor < y < limit:
-                r = x * y
-                if floor < r < limit:
-                    return r
+                result = x * y
+                if floor < result < limit:
+                    return result
         elif kind in _NUMBERS and type(y) in _NUMBERS:
-            r = _mixed_mul(x, y)
-            if r is not None:
-                return r
+            result = _mixed_mul(x, y)
+            if result is not None:
+                return result
         return slow(x, y)
 
     return node

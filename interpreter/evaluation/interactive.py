@@ -80,7 +80,21 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Version:
-    """Analyzed version of the text. Each piece comes with the offset of its source in the whole text."""
+    """Analyzed version of the text of a file.
+
+    Attributes
+    ----------
+    source
+        The whole text.
+    pieces
+        Its top-level forms, each with the offset of its source in the whole text.
+    program
+        Program with its diagnostics.
+    file
+        File with its bindings.
+    offsets
+        The same offsets, by the id of a piece's source.
+    """
 
     source: Source
     pieces: tuple[tuple[int, Piece], ...]
@@ -256,7 +270,7 @@ def fresh(form: TopForm) -> TopForm:
 
 
 def replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
-    """Return whether a new form redefines everything that an old form defined."""
+    """Return whether the form ``new`` redefines everything that ``old`` defined."""
     if new.scene is not None and old.scene is not None:
         return True
     if new.imports or old.imports:
@@ -298,8 +312,10 @@ def _variables(form: TopForm) -> Iterator[Variable]:
 
 
 class _StaleForms(Exception):
-    """Raised when forms of a file must be evaluated again, because a name that they use has another meaning, or is
-    defined twice."""
+    """Raised when forms of a file must be evaluated again.
+
+    A name that they use has another meaning now, or is defined twice.
+    """
 
     def __init__(self, forms: Sequence[TopForm]) -> None:
         super().__init__()
@@ -939,11 +955,10 @@ class TopLevel:
         return old
 
     def _forget(self, old: Sequence[TopForm], *, has_imported: bool = False) -> None:
-        """Remove the definitions of removed forms, unless other forms define the same names, and words of removed
-        imports.
+        """Remove the definitions and words of removed forms and imports, unless other forms define the same ones.
 
-        If files were imported again (``has_imported``), their words are bound again, because another file may bind
-        them now.
+        If files were imported again (``has_imported``), their words are bound again, because another file may bind them
+        now.
         """
         remaining = {name for form in self.forms for name in names_of(form)}
         for form in old:

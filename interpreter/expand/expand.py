@@ -115,7 +115,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pending:
-    """Form of a body that is not expanded yet, because all definitions of the body must be declared first."""
+    """Form of a body that is not expanded yet, because all definitions of the body must be declared first.
+
+    ``finish`` expands it, and ``defines`` is whether it is a definition.
+    """
 
     finish: Callable[[], Datum]
     defines: bool

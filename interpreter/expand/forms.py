@@ -19,7 +19,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """Special form. ``indent`` is the number of operands on the line of the head; None aligns the operands."""
+    """Special form.
+
+    Attributes
+    ----------
+    name, usage, doc
+        Name, syntax and description in one line.
+    indent
+        Number of operands on the line of the head when it is formatted; None aligns the operands.
+    """
 
     name: str
     usage: str

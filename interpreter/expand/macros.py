@@ -542,8 +542,10 @@ class _Instance:
         return alias
 
     def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
-        """Return the expansions of a template under ``depth`` ellipses, one for each item that its variables
-        captured."""
+        """Return the expansions of a template under ``depth`` ellipses.
+
+        There is one for each item that the variables of the template captured.
+        """
         variables = [v for v in _pattern_variables(self.ruleset, item) if isinstance(bound.get(v), list)]
         if not variables:
             message = f"no repeated pattern variable before `{self.ruleset.dots}` in this template"

@@ -103,7 +103,10 @@ class Special:
 
 @dataclass(frozen=True, slots=True)
 class PaperForm:
-    """One of the paper's four macros: a procedure of the prelude whose direct calls become core forms."""
+    """One of the paper's four macros: a procedure of the prelude whose direct calls become core forms.
+
+    ``terminal`` is the head of the core form in ``core.lark``, ``variable`` the procedure.
+    """
 
     terminal: str
     variable: Variable
@@ -118,7 +121,17 @@ class ConstantBinding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Macro:
-    """Macro. ``transform(form, use_scope)`` returns the datum that replaces the macro use."""
+    """Macro.
+
+    Attributes
+    ----------
+    name, span
+        Name, and location of the definition.
+    transform
+        ``transform(form, use_scope)`` returns the datum that replaces a use of the macro.
+    usage
+        Parameter list in error messages.
+    """
 
     name: str
     transform: Callable[[Any, Any], Any]

@@ -167,8 +167,8 @@ class Locator:
 
         Raises
         ------
-        SceneError("value")
-            If the path is malformed, or there is no such instance.
+        SceneError
+            "value" if the path is malformed, or there is no such instance.
         LimitError
             If there are more than 100,000.
         """
@@ -361,7 +361,10 @@ class Locator:
         return instance
 
     def path(self, positions: Sequence[int]) -> str:
-        """Return the path that selects one instance only: all words on the way to it, without that of the root."""
+        """Return the path that selects only the instance at these child positions.
+
+        It has all words on the way to the instance, without that of the root.
+        """
         entity, steps = self.root, list[str]()
         for position in positions:
             child = entity.children[position].car
@@ -375,7 +378,7 @@ class Locator:
 
 
 def primitive_ranges(root: Entity, found: Sequence[Located]) -> list[tuple[int, int]]:
-    """Return for each instance the half-open range of its primitives in the flattened frame."""
+    """Return for each located instance its primitives in the flattened frame, as a half-open range of indices."""
     counts: dict[int, int] = {}
     for entity in descendants(root):
         counts[id(entity)] = int(entity.is_primitive) + sum(counts[id(part.car)] for part in entity.children)
@@ -447,8 +450,8 @@ def part_of(scene: Scene, path: str) -> Scene:
 
 
 def box_of(scene: Scene, text: str | None) -> Box | None:
-    """Return the exact world-space box over all frames of a scene, or of a word or path in it.
+    """Return the exact world-space box over all frames of a scene; None without geometry.
 
-    None if there is no geometry. Raises SceneError for a path that selects nothing.
+    With ``text``, a word or path, only its instances are measured. Raises SceneError for a path that selects nothing.
     """
     return word_box(scene, text) if text is None or is_plain(text) else word_box(part_of(scene, text), None)

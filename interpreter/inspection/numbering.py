@@ -165,12 +165,18 @@ class Numbering:
     unhandled: dict[int, int]
 
     def number(self, rank: int) -> int:
-        """Return the number of the ``rank``-th instance without a handle, counted from 1."""
+        """Return the number of the ``rank``-th instance without a handle, counted from 1.
+
+        Numbers that handles of the scene use, such as ``<z3>``, are skipped.
+        """
         free_before = [k - 1 - i for i, k in enumerate(self.taken)]  # free numbers below each taken one
         return rank + bisect_left(free_before, rank)
 
     def rank(self, number: int) -> int | None:
-        """Return the inverse of ``number``, or None if a handle in the scene uses this number."""
+        """Return the inverse of ``number``: which instance without a handle has this number, counted from 1.
+
+        None if a handle of the scene uses the number.
+        """
         position = bisect_left(self.taken, number)
         if position < len(self.taken) and self.taken[position] == number:
             return None
@@ -336,7 +342,7 @@ def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:
 
 
 def frame_handles(scene: Scene, number: int, frame: FlatFrame) -> Sequence[str]:
-    """Return the handle of every primitive of one frame, in the order of ``frame``."""
+    """Return the handle of every primitive of frame ``number`` of a scene, in the order of ``frame``."""
     if len(scene.frames) > 1:
         return _handles_below(scene.frames[number], frame_numbers(scene))
     return _static_handles(scene, frame)

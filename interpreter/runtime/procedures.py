@@ -80,7 +80,19 @@ class Cell(Mutable):
 
 @dataclass(frozen=True, slots=True)
 class CodeParameter:
-    """Parameter of compiled code. ``kind`` is required, optional, keyword, rest or keys."""
+    """Parameter of compiled code.
+
+    Attributes
+    ----------
+    name, kind
+        Name, and one of required, optional, keyword, rest and keys.
+    slot, in_cell
+        Slot in the frame, and whether it contains a ``Cell`` with the value.
+    type
+        Type that arguments must have, if one is declared.
+    default
+        Compiled default of an optional or keyword parameter.
+    """
 
     name: str
     kind: str
@@ -92,11 +104,29 @@ class CodeParameter:
 
 @dataclass(eq=False, slots=True)
 class ClosureCode:
-    """Compiled ``lambda``. ``arity`` is the number of parameters if all are plain, else -1.
+    """Compiled ``lambda``.
 
-    ``body`` takes a frame; ``entry`` takes the frame of the enclosing function and the values of plain parameters. Both
-    are replaced when the code becomes hot (see ``compile``), so they are read at every call. ``direct`` is then the
-    generated function; ``returns_tail`` says whether it may request a tail call.
+    Attributes
+    ----------
+    name, usage
+        Name and parameter list, for messages.
+    parameters
+        Parameters in order.
+    arity
+        Number of parameters if all are plain, else -1.
+    body, entry
+        ``body`` takes a frame; ``entry`` takes the frame of the enclosing function and the values of plain parameters.
+        Both are replaced when the code becomes hot (see ``compile``), so they are read at every call.
+    direct
+        Generated function, once the code is hot.
+    returns_tail
+        Whether ``direct`` may request a tail call.
+    keyword_names
+        Names of the keyword parameters; None if it takes no keywords.
+    required, positional
+        Number of required parameters, and of required and optional ones.
+    rest
+        Parameter for the remaining arguments, if any.
     """
 
     name: str
@@ -173,7 +203,7 @@ class EscapeSignal(Exception):
 
 
 def arity_error(code: ClosureCode, count: int) -> SceneError:
-    """Return the error for a call of a function with ``count`` positional arguments."""
+    """Return the error for a call of a function with ``count`` positional arguments, which it does not accept."""
     required, positional = code.required, code.positional
     if code.rest is not None:
         expected = f"at least {required}"
@@ -224,7 +254,11 @@ _PHYSICS_NAMES = frozenset(attribute.name for attribute in PHYSICS)
 
 
 def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], word: str | None = None) -> None:
-    """Raise an error for keyword arguments that ``code`` does not accept; every word accepts attributes of physics."""
+    """Raise SceneError for the first of the keywords ``names`` that a function does not accept.
+
+    ``word`` is the word that the function is bound to, None for other functions; every word accepts attributes of
+    physics.
+    """
     accepted = code.keyword_names
     if accepted is None or code.takes_any_keyword:
         return
@@ -330,7 +364,7 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
 
 
 def builtin_arity_error(builtin: Builtin, count: int) -> SceneError:
-    """Return the error for a call of a builtin with ``count`` positional arguments."""
+    """Return the error for a call of a builtin with ``count`` positional arguments, which it does not accept."""
     signature = builtin.signature
     required = len(signature.required)
     maximum = required + len(signature.optional)

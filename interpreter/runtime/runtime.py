@@ -504,7 +504,7 @@ class Runtime:
         return cell
 
     def bind_word(self, word: Any, function: Any, span: Span | None = None) -> None:
-        """Bind a word to an entity function, as ``(bind word function)`` does."""
+        """Bind a word to an entity function, as ``(bind word function)`` at ``span`` does."""
         if type(word) is not str:
             raise SceneError("word", f"`bind` expects a string for the word, got {type_name(word)}")
         if not isinstance(function, Procedure):
@@ -729,7 +729,10 @@ class Runtime:
         return Entity(word, z, children, None, tainted)
 
     def primitive(self, word: str, z: Embedding, span: Span | None = None) -> Entity:
-        """Return the primitive ``word`` with the embedding ``z``, shared with all equal ones."""
+        """Return the primitive ``word`` with the embedding ``z``, called at ``span``; it is shared with all equal ones.
+
+        Raises SceneError if an attribute is invalid.
+        """
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         if key is False:
             return self._new_primitive(word, z, span, tainted=True)

@@ -443,12 +443,15 @@ class BuiltinParameter:
     type: Type
     optional: bool = False
     keyword: bool = False
-    rest: bool = False
+    rest: bool = False  # takes all remaining arguments
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """Parameters of a builtin by kind; ``text`` is the signature as written."""
+    """Parameters of a builtin by kind: required, optional and keyword parameters, and one for the remaining arguments.
+
+    ``text`` is the signature as written.
+    """
 
     text: str
     required: tuple[BuiltinParameter, ...]

@@ -138,7 +138,8 @@ def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
 def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best: float, charge: Charge) -> float:
     """Return the maximum of ``sign * coordinate[axis]`` over ``open_parts``, at least ``best``, by branch and bound.
 
-    The heap orders subtrees by upper bound, and deeper ones first on ties.
+    The heap orders subtrees by upper bound, and deeper ones first on ties. Each entry has the coordinate as a function
+    of a point p in the frame of the subtree: ``(a, b, c) . p + t``.
     """
     heap: list[tuple[float, int, int, Entity, float, float, float, float]] = []
     serial = 0

@@ -84,10 +84,10 @@ def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
 
     Raises
     ------
-    LimitError("primitives")
-        If the frames have more than ``limit`` primitives in total.
-    SceneError("pose")
-        If a world matrix overflows.
+    LimitError
+        "primitives" if the frames have more than ``limit`` primitives in total.
+    SceneError
+        "pose" if a world matrix overflows.
     """
     total = sum(primitive_count(root) for root in scene.frames)
     if total > limit:

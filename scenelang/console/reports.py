@@ -84,7 +84,7 @@ def print_json(data: Any) -> None:
 
 
 def deliver(text: str, output: str | None) -> None:
-    """Write a text to a file atomically, or to standard output."""
+    """Write a text to the file ``output`` atomically, or to standard output if it is None."""
     if output is None:
         sys.stdout.write(text)
     else:

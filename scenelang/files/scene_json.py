@@ -33,8 +33,10 @@ def write_scene(scene: Scene, path: Path | str) -> None:
 
 
 def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
-    """Yield the pieces of the document: one entity per line, children before parents, mesh files relative to
-    ``folder``."""
+    """Yield the pieces of the JSON document of a scene.
+
+    Each entity is on a line of its own, children before parents. Paths of mesh files are relative to ``folder``.
+    """
     head = {"format": FORMAT, "version": VERSION, "word": scene.word, "animated": scene.animated, "axes": _AXES}
     yield json.dumps(head)[:-1] + ',\n"entities": ['
     numbers: dict[int, int] = {}
@@ -103,7 +105,7 @@ JSON = Backend(
 
 
 def holds_scene(path: Path | str) -> bool:
-    """Whether a JSON file starts like the files written here."""
+    """Return whether a JSON file starts like those that ``write_scene`` writes."""
     try:
         with open(path, "rb") as file:
             return f'"format": "{FORMAT}"'.encode() in file.read(200)

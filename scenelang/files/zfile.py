@@ -189,7 +189,7 @@ def read_stored(path: Path, key: str, tensor: str | None = None) -> tuple[Any, n
 
 
 def decoded(path: Path, decode: Callable[[], Decoded]) -> Decoded:
-    """Return ``decode()``, with errors of malformed data as SceneError("z-file")."""
+    """Return the result of ``decode()``; errors of malformed data become SceneError("z-file"), which names ``path``."""
     with _read_errors(path):
         return decode()
 

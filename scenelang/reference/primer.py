@@ -19,16 +19,20 @@ _PHYSICS = {attribute.name: attribute.doc for attribute in primitives.PHYSICS}
 
 
 def attributes_of(word: str) -> tuple[str, ...]:
-    """Return the attributes that the primitive ``word`` reads, those of its geometry first. Other words are semantic
-    primitives, which are boxes."""
+    """Return the attributes that the primitive ``word`` reads, those of its geometry first.
+
+    Any other word is a semantic primitive, which is a box.
+    """
     attributes = primitives.attributes_read(word)
     has_material = "color" in attributes  # materials apply only to visible geometry
     return (*attributes, *MATERIALS, *_PHYSICS) if has_material else attributes
 
 
 def attribute_doc(word: str | None, name: str) -> str | None:
-    """Return the meaning, range and default of attribute ``name`` for the primitive ``word``, or for any primitive, in
-    one line; None for an unknown attribute."""
+    """Return the meaning, range and default of attribute ``name`` in one line; None if ``word`` does not read it.
+
+    ``word`` is a primitive, or None for any of them.
+    """
     if word is not None and name not in attributes_of(word):
         return None
     if word is None:

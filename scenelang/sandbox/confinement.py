@@ -170,8 +170,10 @@ def _restrict_calls() -> None:
 
 
 def _filter(architecture: _Architecture) -> list[tuple[int, int, int, int]]:
-    """Build a classic BPF filter for ``struct seccomp_data``: system call at 0, architecture at 4, arguments from
-    16."""
+    """Build a classic BPF filter for ``struct seccomp_data``.
+
+    In it, the system call is at 0, the architecture at 4, and the arguments begin at 16.
+    """
     refuse = (_RET, 0, 0, _PR_ERRNO | _EPERM)
     lines = [(_LD, 0, 0, 4), (_JEQ, 1, 0, architecture.audit), refuse, (_LD, 0, 0, 0), (_JGE, 0, 1, _X32), refuse]
     for number in architecture.refused:

@@ -479,7 +479,22 @@ class LoadedScene:
 
 
 def scene_of(kind: type[AnyScene], source: Source, options: Options) -> AnyScene:
-    """Evaluate a program to a scene of the class ``kind``; raises SceneError with its first error."""
+    """Evaluate a program, and return its scene.
+
+    Parameters
+    ----------
+    kind
+        Class of the scene: ``LoadedScene`` or a subclass.
+    source
+        The program.
+    options
+        Options of the evaluation.
+
+    Raises
+    ------
+    SceneError
+        The first error of the program, or "value" for an invalid seed.
+    """
     if not 0 <= options.seed < 1 << 32:
         raise SceneError("value", f"`seed`: expected a whole number from 0 to {(1 << 32) - 1}, got {options.seed}")
     result = Session(options).evaluate(source)

@@ -39,7 +39,17 @@ OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "remov
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A difference between two scenes. ``before`` and ``after`` describe each side: position, color or block, path."""
+    """A difference between two scenes.
+
+    Attributes
+    ----------
+    kind
+        One of moved, recoloured, resized, missing and extra.
+    frame, word
+        Number of the frame, and word of the object.
+    before, after
+        Each side: position, color or block, path; None for the side that lacks the object.
+    """
 
     kind: str
     frame: int

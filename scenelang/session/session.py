@@ -456,10 +456,17 @@ class Session:
         return front_end_of(source).lift(self, source)
 
     def recovered(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-        """Return the diagnostics of a check; if brackets do not match, as if they were where they are expected.
+        """Return the diagnostics of a text whose brackets may not match.
 
-        The positions are those that fit the indentation and the calls best. The diagnostics have fixes that add or
+        Brackets are assumed where they fit the indentation and the calls best. The diagnostics have fixes that add or
         remove these brackets, and those of the code behind them are reported too.
+
+        Parameters
+        ----------
+        source
+            The text.
+        checked
+            Diagnostics of its check; they are returned if its brackets match.
         """
         if not any(d.is_error for d in checked) or len(source.text) > _MAX_RECOVERED_LENGTH or is_python(source):
             return checked
@@ -595,8 +602,7 @@ class Session:
         return find_root(program)
 
     def library_imports(self, program: Program) -> list[str]:
-        """Return the standard library modules that a program imports, such as ``std/python.scene``, for its
-        expansion."""
+        """Return the standard library modules that a program imports, such as ``std/python.scene``."""
         modules = {f"{STD}{module}" for module in self.library.imported}
         return [source.name for source in program.sources if source.name in modules]
 
@@ -666,8 +672,11 @@ class Session:
 
     @property
     def _macro_limits(self) -> Limits:
-        """Limits for running macro expanders: the macro limits, capped by the program's memory and by slightly more
-        than its CPU time, so that the program's own limit is reported first."""
+        """Limits for running macro expanders.
+
+        These are the macro limits, capped by the program's memory and by slightly more than its CPU time, so that the
+        program's own limit is reported first.
+        """
         program_limits = self.options.limits
         return replace(
             MACRO_LIMITS,

@@ -683,9 +683,9 @@ def _surface(node: _Node, seconds: float) -> ComputedSolid:
     run_sources = [node.sources[number] for number in mesh.run_original_id]
     sources = tuple(dict.fromkeys(run_sources))
     source = _face_sources(mesh, [sources.index(run_source) for run_source in run_sources])
-    colors = np.array([s.color for s in sources], np.float64)[source]
-    words = tuple(dict.fromkeys(s.word for s in sources))
-    part = np.array([words.index(s.word) for s in sources], np.int64)[source] if len(words) > 1 else None
+    colors = np.array([origin.color for origin in sources], np.float64)[source]
+    words = tuple(dict.fromkeys(origin.word for origin in sources))
+    part = np.array([words.index(origin.word) for origin in sources], np.int64)[source] if len(words) > 1 else None
     vertices, joined = np.array(mesh.vert_properties[:, :3], np.float64), np.arange(len(mesh.vert_properties))
     joined[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
     joints = joined[np.asarray(mesh.tri_verts, np.int64)]

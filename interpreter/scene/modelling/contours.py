@@ -49,7 +49,10 @@ def on_circle(radius: float, angles: FloatArray) -> FloatArray:
 
 
 def regular_polygon(sides: int, radius: float) -> FloatArray:
-    """Return a regular polygon with its first corner at the top."""
+    """Return a regular polygon (sides, 2) around the origin with its first corner at the top.
+
+    ``radius`` is the distance of its corners from the origin.
+    """
     return on_circle(radius, math.pi / 2.0 + math.tau * np.arange(sides) / sides)
 
 
@@ -283,7 +286,7 @@ _MAX_COMPARED_PAIRS = 200_000  # of edges: a test of more would take longer than
 def crossing_of(contour: FloatArray) -> tuple[float, float] | None:
     """Return a point at which a contour crosses itself, or None; edges that only touch do not cross.
 
-    A contour of so many edges that the test would take long counts as one that does not cross itself.
+    A contour is not tested, and None returned, if it has so many edges that the test would take long.
     """
     if len(contour) < 4 or _is_star_shaped(contour):
         return None

@@ -57,7 +57,10 @@ def bezier(control: FloatArray, shares: FloatArray) -> FloatArray:
 
 
 def chained_bezier(control: FloatArray, segments: int) -> FloatArray:
-    """Return the points of cubic Bezier curves that share their ends: 3 n + 1 control points."""
+    """Return the points of cubic Bezier curves that share their ends, with ``segments`` steps in each.
+
+    ``control`` are 3 n + 1 control points of n curves.
+    """
     shares = np.arange(1, segments + 1) / segments
     pieces = [bezier(control[start : start + 4], shares) for start in range(0, len(control) - 1, 3)]
     return np.concatenate([control[:1], *pieces])

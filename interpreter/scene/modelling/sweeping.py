@@ -479,9 +479,18 @@ def _centered(closed: FloatArray, shares: FloatArray) -> FloatArray:
 
 
 def height_field(heights: FloatArray, size: FloatArray, base: float) -> Surface:
-    """Return the surface of a block around the y axis, with heights (Z, X) at the top and y = ``base`` at the bottom.
+    """Return the surface of a block around the y axis whose top has the given heights.
 
-    ``size`` (2,) are its extents along x and z. The bottom is a fan around its middle, which needs no grid of points.
+    The bottom is a fan around its middle, which needs no grid of points.
+
+    Parameters
+    ----------
+    heights : (Z, X)
+        Heights, rows along z and columns along x.
+    size : (2,)
+        Extents along x and z.
+    base
+        Height of the bottom.
     """
     rows, columns = heights.shape
     along_x, along_z = (side * (np.arange(n) / (n - 1) - 0.5) for side, n in zip(size, (columns, rows), strict=True))

@@ -73,8 +73,8 @@ def find(word: str) -> type[Primitive] | None:
 
     Raises
     ------
-    SceneError("backend")
-        If the package that defines it cannot be loaded.
+    SceneError
+        "backend" if the package that defines it cannot be loaded.
     """
     if word in _BUILTIN:
         return _loaded(*_BUILTIN[word])
@@ -171,8 +171,8 @@ def shape_of(word: str, attributes: Mapping[str, Any], asset: Any = None) -> Pri
 
     Raises
     ------
-    SceneError("attribute")
-        If an attribute is invalid.
+    SceneError
+        "attribute" if an attribute is invalid.
     """
     return class_of(word).from_attributes(word, attributes, asset)
 

@@ -175,7 +175,10 @@ def encoded(light: float) -> float:
 
 
 def color_of(word: str, value: Any) -> Point:
-    """Convert a value to linear sRGB: its first three numbers, clamped to [0, 1]."""
+    """Convert the value of a color attribute to linear sRGB: its first three numbers, clamped to [0, 1].
+
+    Raises SceneError("attribute"), which names the ``word`` of the call, for other values.
+    """
     numbers = items_of(value)
     if numbers is not None and len(numbers) > 3:
         value = Vector(numbers[:3])
@@ -256,7 +259,10 @@ def friction_of(word: str, name: str, value: Any) -> float:
 
 
 def density_of(word: str, name: str, value: Any) -> float:
-    """Convert a density in kg/m^3, or the name of a substance, to kg/m^3."""
+    """Convert a number in kg/m³, or the name of a substance, to a density in kg/m³.
+
+    Raises SceneError("attribute"), which names the attribute ``name`` and the ``word`` of the call, for other values.
+    """
     if type(value) is str:
         if value not in DENSITIES:
             raise SceneError(

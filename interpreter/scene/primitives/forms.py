@@ -103,7 +103,7 @@ class CanonicalForm:
         raise NotImplementedError
 
     def volume(self, ratios: Ratios) -> float:
-        """Return the volume of the form without a pose."""
+        """Return the volume of the form itself, without a pose; it scales by the determinant of the pose."""
         raise NotImplementedError
 
     # --- optional properties ---
