@@ -158,7 +158,7 @@ class Backend:
 
     @property
     def is_installed(self) -> bool:
-        """Return whether the backend itself and every package that it imports are installed; imports none of them."""
+        """Whether the backend itself and every package that it needs are installed; none of them is imported."""
         return self._is_present and all(map(is_present, self.packages))
 
     @property
@@ -198,8 +198,10 @@ class Backend:
 
 
 def require(package: str, install: str) -> Any:
-    """Import and return the module ``package``; raises SceneError("backend") with an installation hint if that
-    fails."""
+    """Import and return the module ``package``.
+
+    Raises SceneError("backend") with an installation hint if the package is missing or cannot be imported.
+    """
     from importlib import import_module
 
     try:
@@ -220,8 +222,10 @@ def sub_progress(progress: Progress | None, start: float, end: float) -> Progres
 
 
 def frame_of(scene: Scene, frame: int | None) -> int:
-    """Return the index of the requested frame, 0 for None; raises SceneError("value") if the scene has no such
-    frame."""
+    """Return the index of the requested frame, 0 for None.
+
+    Raises SceneError("value") if the scene has no such frame.
+    """
     number = frame or 0
     if not 0 <= number < len(scene.frames):
         have = f"{len(scene.frames)} frames, 0 to {len(scene.frames) - 1}" if len(scene.frames) > 1 else "one frame, 0"
@@ -230,8 +234,10 @@ def frame_of(scene: Scene, frame: int | None) -> int:
 
 
 def require_word(scene: Scene, word: str) -> None:
-    """Raise SceneError("value") with the nearest word if no entity has ``word``; a path, such as ``chair/leg[2]``,
-    passes."""
+    """Raise SceneError("value") with the most similar word if no entity of the scene has ``word``.
+
+    A path, such as ``chair/leg[2]``, is not checked.
+    """
     from scenelang.interpreter.inspection.instance_paths import is_plain
     from scenelang.interpreter.scene.entity import descendants
 

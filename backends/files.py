@@ -124,9 +124,8 @@ def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     """Write ``path`` atomically: yield a temporary path in the same directory and rename it to ``path`` on success.
 
     On any error, Ctrl-C included, the temporary file is removed and ``path`` is unchanged. What a symbolic link leads
-    to is written, and the link stays. ``mode`` is the permissions
-    of the file, by default those of any new file. Raises SceneError("file") if the directory or the file cannot be
-    written.
+    to is written, and the link stays. ``mode`` is the permissions of the file, by default those of any new file. Raises
+    SceneError("file") if the directory or the file cannot be written.
     """
     target = Path(os.path.realpath(path))  # a link stays
     check_replaceable(target)
@@ -241,8 +240,8 @@ def atomic_write_all(folder: Path, main: Path | None = None) -> Iterator[Path]:
     """Write several files atomically: yield a temporary directory whose files are moved to ``folder`` on success.
 
     On any error, Ctrl-C included, ``folder`` is unchanged: files that were already replaced are restored. ``main`` is
-    the file that errors name if nothing can be written to ``folder``. Raises
-    SceneError("file") if the directory or a file cannot be written.
+    the file that errors name if nothing can be written to ``folder``. Raises SceneError("file") if the directory or a
+    file cannot be written.
     """
     with _temporary_folder(folder, main) as (staged, replaced):
         yield staged

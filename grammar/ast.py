@@ -100,7 +100,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lambda:
-    """Function. ``usage`` is its signature for messages."""
+    """Function. ``usage`` is its signature for error messages."""
 
     name: str
     parameters: tuple[Parameter, ...]
@@ -162,7 +162,15 @@ class While:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Clause:
-    """Clause of a ``for`` form. ``kind`` is each (parallel bindings), or when, unless or break (one test)."""
+    """Clause of a ``for`` form.
+
+    Attributes
+    ----------
+    kind
+        "each" for parallel bindings; "when", "unless" or "break" for a test.
+    targets, values
+        Variables or patterns and their sequences; a test has one value and no target.
+    """
 
     kind: str
     targets: tuple[Any, ...]
@@ -171,7 +179,17 @@ class Clause:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class For:
-    """Loop or comprehension. ``kind`` is each, list, union, append, sum, and, or, first, fold, table or set."""
+    """Loop or comprehension.
+
+    Attributes
+    ----------
+    kind
+        What is made of the body's values: each (nothing), list, union, append, sum, and, or, first, fold, table or set.
+    accumulators
+        Variables of a fold, with their initial values.
+    clauses
+        Sequences and tests.
+    """
 
     kind: str
     accumulators: tuple[Define, ...]

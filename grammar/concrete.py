@@ -325,22 +325,21 @@ class _Builder:
         for token in tokens:
             self._take(token)
         (top,) = self.stack
-        comments = top.comments
+        comments = top.comments  # after the last form, on its line or below
         end = self._close(top, len(self.text)).end
         self._record_trivia(top)
-        forms = tuple(item.datum for item in top.items)
         places = [(item.first, item.last) for item in top.items]
-        rest = [comment for comment in comments if not places or comment.start >= places[-1][1]]
-        if rest:
-            places.append((rest[0].start, rest[-1].end))
+        trailing = [comment for comment in comments if not places or comment.start >= places[-1][1]]
+        if trailing:  # comments after the last form, or of a text without forms, are a place of their own
+            places.append((trailing[0].start, trailing[-1].end))
         return Concrete(
-            forms,
-            self.trivia,
-            self.spelling,
-            AuthorLayout(self.breaks, self.plain, self.raw),
-            end,
-            tuple(places),
-            tuple(self.replaced),
+            forms=tuple(item.datum for item in top.items),
+            trivia=self.trivia,
+            spelling=self.spelling,
+            written=AuthorLayout(self.breaks, self.plain, self.raw),
+            end=end,
+            places=tuple(places),
+            replaced=tuple(self.replaced),
         )
 
     def _take(self, token: Token) -> None:

@@ -245,7 +245,7 @@ def _hash(self: Any) -> int:
 
 
 def _refuse_to_set(self: Any, name: str, value: Any) -> None:
-    """Refuse to set a field of a frozen class; a subclass that is no data class may have attributes of its own."""
+    """Refuse to set a field of a frozen class; a subclass that is not a data class may have attributes of its own."""
     from dataclasses import FrozenInstanceError
 
     if "__record__" in type(self).__dict__ or name in self.__match_args__:

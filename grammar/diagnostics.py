@@ -299,7 +299,14 @@ class Edit:
 class Fix:
     """Code fix for a diagnostic (a "code action" in LSP).
 
-    A ``safe`` fix preserves the behavior of correct programs, so it may be applied automatically.
+    Attributes
+    ----------
+    title
+        What the fix does, in the imperative.
+    edits
+        Replacements of text.
+    safe
+        Whether it preserves the behavior of correct programs, so that it may be applied automatically.
     """
 
     title: str
@@ -322,8 +329,18 @@ class Diagnostic:
 
     Attributes
     ----------
+    name
+        Name of the diagnostic in ``CODES``.
+    message, hint
+        What is wrong, and what to do.
+    span
+        Location in the text, if it is known.
+    notes
+        Additional remarks with their locations.
     chain
         Call stack, innermost call first, as pairs of a word or function name and the location of the call.
+    fixes
+        Edits that correct the mistake; the first one is the most probable.
     expected, found
         What was expected and what was found, for programs that read diagnostics.
     signature
@@ -380,8 +397,16 @@ def _cut(text: str, longest: int) -> str:
 class SceneError(Exception):
     """Error in a user's program, the exception form of a diagnostic.
 
-    Builtins raise it without a span; the call that invoked them adds its own. ``subject`` is the entity or the mesh
-    that the error is about, where a picture of it helps.
+    Builtins raise it without a span; the call that invoked them adds its own.
+
+    Attributes
+    ----------
+    name, message, hint, span, notes, chain, fixes, near, expected, found, signature
+        As in ``Diagnostic``.
+    value
+        Value that the program raised.
+    subject
+        Entity or mesh that the error is about, where a picture of it helps.
     """
 
     name: str
@@ -399,7 +424,10 @@ class SceneError(Exception):
     subject: Any = None
 
     def called(self, name: str, span: Span | None) -> None:
-        """Append the next outer call to the call stack; beyond a maximum length only the outermost call is updated."""
+        """Append the next outer call to the call stack: the function ``name``, called at ``span``.
+
+        Beyond a maximum length, only the outermost call is updated.
+        """
         if len(self.chain) < _MAX_CALLS:
             self.chain.append((name, span))
         else:
@@ -455,6 +483,8 @@ def usage_errors() -> Iterator[None]:
         raise UsageError(error.name, error.message, error.hint) from None
 
 
+# Ratios of ``SequenceMatcher``: of names of more than three letters, and of shorter ones, where two that match are a
+# coincidence.
 _MIN_RATIO, _MIN_SHORT_RATIO = 0.72, 0.8
 
 
@@ -473,7 +503,6 @@ def near_names(name: str, candidates: Iterable[str]) -> list[str]:
         return anagrams[:2]
     from difflib import get_close_matches
 
-    # ratios of ``SequenceMatcher``; in a name of three letters, two that match are a coincidence
     cutoff = _MIN_RATIO if len(name) > 3 else _MIN_SHORT_RATIO
 
     return [lowered[match] for match in get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)]
@@ -492,11 +521,11 @@ _KEY_PLACES = {
 _MIN_SLIP_LETTERS = 4  # in shorter names, one other letter makes another word, such as "car" and "cat"
 
 
-def is_slip(written: str, meant: str) -> bool:
-    """Return whether a name is another one typed with a slip: a neighboring key, a letter twice, or two exchanged.
+def is_typo(written: str, meant: str) -> bool:
+    """Return whether a name is another one with one typing error: a neighboring key, a letter twice, or two exchanged.
 
-    The keyboard tells a slip from another word: "cune" is "cube", but "tube" is a word of its own, because its first
-    letter is not next to "c". Assumes a QWERTY layout.
+    The keyboard distinguishes a typing error from another word: "cune" is "cube", but "tube" is a word of its own,
+    because its first letter is not next to "c". Assumes a QWERTY layout.
     """
     if min(len(written), len(meant)) < _MIN_SLIP_LETTERS or written == meant:
         return False
@@ -930,13 +959,16 @@ def diagnostic_named(query: str) -> str | None:
     return name if name in CODES else None
 
 
-def diagnostic_asked(query: str) -> str:
+_MAX_SHOWN_QUERY = 80  # characters of an unknown code or name in the message
+
+
+def require_diagnostic(query: str) -> str:
     """Return the name of the diagnostic with the given code or name; raise ``UsageError`` if it does not exist."""
     name = diagnostic_named(query)
     if name is None:
         choices = [*(entry.code for entry in CODES.values()), *CODES]
         hint = suggest(query, choices) or "`scenelang explain` lists all codes"
-        raise UsageError("value", f"unknown diagnostic code or name `{query[:80]}`", hint)
+        raise UsageError("value", f"unknown diagnostic code or name `{query[:_MAX_SHOWN_QUERY]}`", hint)
     return name
 
 

@@ -151,7 +151,7 @@ def format_text(text: str, indents: Mapping[str, int | None], *, name: str = "<t
         Number of operands on the line of the head, by form; None aligns the operands. The indentation of macros is
         inferred from their definitions in ``text``.
     name
-        Name of the source for messages.
+        Name of the source for error messages.
     width
         Maximum line width, which only long tokens and comments may exceed.
 

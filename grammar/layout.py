@@ -328,10 +328,16 @@ def layout_lines(
     end: Sequence[Row] = (),
     written: AuthorLayout = NO_AUTHOR_LAYOUT,
 ) -> list[str]:
-    """Lay out a program as ``layout`` does, but return its lines.
+    """Lay out a program and return its lines.
 
-    A line contains line breaks if a string or comment in it does. Meaningful line breaks of the author, given by
-    ``written``, are preserved.
+    A line contains line breaks if a string or comment in it does.
+
+    Parameters
+    ----------
+    forms, indents, trivia, spelling, width, end
+        As for ``layout``.
+    written
+        The author's line breaks; those with a meaning, such as between the rows of tabular data, are preserved.
     """
     work = Layout([*forms, *hidden_datums(end)], shapes_by_head(indents), trivia, spelling, width, written)
     lines: list[str] = []
@@ -560,7 +566,17 @@ class Layout:
         return ListPage((text,), note, 0)
 
     def comment_lines(self, rows: Iterable[Row], indent: int, depth: int) -> list[str]:
-        """Return the lines of comments on separate lines."""
+        """Return the lines of comments that are not at the end of a line of code.
+
+        Parameters
+        ----------
+        rows
+            Comments and empty lines.
+        indent
+            Column in which they begin.
+        depth
+            Number of open lists around them.
+        """
         lines: list[str] = []
         for row in rows:
             if isinstance(row, Hidden):

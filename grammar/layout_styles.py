@@ -179,7 +179,17 @@ def shape_of(datum: ListDatum | ArrayDatum, role: Role, shapes: Mapping[str, Hea
 
 
 def roles_of_parts(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum]) -> list[Role]:
-    """Return the role of every part of ``datum``, including its tail."""
+    """Return the role of every part of a datum in its layout, including its tail.
+
+    Parameters
+    ----------
+    datum
+        List or array.
+    shape
+        Layout of lists with its head.
+    parts
+        Items of the datum, and its tail.
+    """
     kind, inline_count = shape
     count = len(parts)
     if kind is HeadKind.DATA:
@@ -295,7 +305,19 @@ def stays_broken(
 
 
 def has_rows(datum: ListDatum | ArrayDatum, shape: HeadShape, parts: Sequence[Datum], breaks: Sequence[bool]) -> bool:
-    """Return whether the author put every row of tabular data, or every keyword pair of a call, on a separate line."""
+    """Return whether the author put every row of tabular data, or every keyword pair of a call, on a separate line.
+
+    Parameters
+    ----------
+    datum
+        List or array.
+    shape
+        Layout of lists with its head.
+    parts
+        Items of the datum.
+    breaks
+        Whether the author broke the line before each part.
+    """
     if shape.kind is HeadKind.DATA or shape.kind is HeadKind.ARRAY:
         return len(parts) > 1 and all(breaks[1:]) and not any(isinstance(part, Atom) for part in parts)
     if shape.kind is HeadKind.CALL or shape.kind is HeadKind.ORDINARY:
@@ -353,9 +375,18 @@ def unit_width(page: Page, unit: Unit) -> int | None:
 
 
 def fill(page: Page, group: Sequence[Unit], indent: int, most: int = 0) -> None:
-    """Write as many units per line as fit, at most ``most`` if it is not 0.
+    """Write as many units per line as fit.
 
-    A unit of several lines does not share them with others.
+    Parameters
+    ----------
+    page
+        Page to write on.
+    group
+        Units to write. One that takes several lines does not share them with others.
+    indent
+        Column of the lines after the first.
+    most
+        Maximum number of units on a line; 0 for no maximum.
     """
     alone = False  # whether the previous unit takes several lines
     for count, unit in enumerate(group):

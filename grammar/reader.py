@@ -322,7 +322,19 @@ class Completeness(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ReadResult:
-    """Result of reading a text. ``forms`` is empty if the brackets do not match."""
+    """Result of reading a text.
+
+    Attributes
+    ----------
+    source
+        The text.
+    forms
+        Its top-level forms; empty if the brackets do not match.
+    diagnostics
+        Errors of the syntax.
+    completeness
+        Whether the text is complete, could be continued, or is wrong.
+    """
 
     source: Source
     forms: tuple[Datum, ...]
@@ -489,7 +501,7 @@ class _Brackets:
         return self._open(kind, token)
 
     def _open(self, kind: str, token: _Token) -> _ReadProblem | None:
-        """Process a token that is no closing bracket; nesting that is too deep is a problem."""
+        """Process a token that is not a closing bracket; nesting that is too deep is a problem."""
         depth = 0
         if kind in _OPEN_ENDED:
             self.prefixes += 1

@@ -168,9 +168,11 @@ def bracket_edits(chunk: Chunk) -> list[BracketEdit]:
 
 
 def quote_edits(text: str) -> list[BracketEdit]:
-    """Return the edits that close a string in the first line with an odd number of quotes, at the ends of its words.
+    """Return the edits that insert a missing closing quote.
 
-    There are none if all strings are closed. Strings of several lines, which are rare, count as open.
+    The quote is missing in the first line with an odd number of quotes. There is one edit for each place where the
+    string may end: behind each word of that line that follows a quote, at most 16. Without an unclosed string there are
+    none. A string of several lines, which is rare, counts as unclosed.
     """
     if not any(kind == "other" and text[start] == '"' for kind, start, _ in lexemes(text, 0, len(text))):
         return []

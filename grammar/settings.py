@@ -251,7 +251,7 @@ _EXPECTED = {
 
 
 def _expected(annotation: str) -> str:
-    """Return the description of an annotation for messages, with an article."""
+    """Return the description of an annotation for error messages, with an article."""
     kind = annotation.removesuffix(" | None")
     if kind in _EXPECTED:
         return _EXPECTED[kind]

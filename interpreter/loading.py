@@ -32,9 +32,17 @@ _MAX_FILE_BYTES = 256 << 20
 
 
 def read_cached(kind: str, name: str) -> dict[str, Any] | None:
-    """Return the arrays that ``write_cached`` stored, None if there are none or they cannot be read.
+    """Return arrays from the user's cache, or None if there are none or they cannot be read.
 
-    They may be any arrays: whoever reads them checks that they are what was stored.
+    Parameters
+    ----------
+    kind, name
+        Folder within the cache and file, as for ``write_cached``.
+
+    Returns
+    -------
+    dict of arrays
+        The file may have been replaced by another program, so callers must check that these are what was stored.
     """
     import zipfile
 
@@ -52,9 +60,16 @@ def read_cached(kind: str, name: str) -> dict[str, Any] | None:
 
 
 def write_cached(kind: str, name: str, arrays: Mapping[str, Any]) -> None:
-    """Store arrays unless there are some of this name. A folder that cannot be written, and a full disk, are no errors.
+    """Store arrays in the user's cache, unless a file of this name exists. Errors of the file system are ignored.
 
-    Folders within ``kind`` belong to the same kind, of which the files used longest ago are deleted.
+    Parameters
+    ----------
+    kind
+        Folder within the cache. If its first part exceeds its size, the files that were used longest ago are deleted.
+    name
+        Name of the file.
+    arrays
+        Arrays by name.
     """
     import tempfile
 
@@ -125,10 +140,11 @@ def _is_named(group: str, path: tuple[str, ...]) -> bool:
 def _entry_point_files(folder: str) -> tuple[str, ...]:
     """Return the contents of ``entry_points.txt`` of all packages in ``folder``."""
     try:
-        found = [entry.path for entry in os.scandir(folder or ".") if entry.name.endswith((".dist-info", ".egg-info"))]
+        entries = os.scandir(folder or ".")
+        metadata_folders = [entry.path for entry in entries if entry.name.endswith((".dist-info", ".egg-info"))]
     except OSError:
         return ()
-    return tuple(filter(None, (_text(os.path.join(path, "entry_points.txt")) for path in found)))
+    return tuple(filter(None, (_text(os.path.join(path, "entry_points.txt")) for path in metadata_folders)))
 
 
 def _text(path: str) -> str:

@@ -40,9 +40,9 @@ class PluginRegistry(Generic[Plugin]):
 
     def find(self, name: str) -> Plugin:
         """Return the plug-in ``name``; raises SceneError if it does not exist or cannot be loaded."""
-        found = self.get(name)
-        if found is not None:
-            return found
+        plugin = self.get(name)
+        if plugin is not None:
+            return plugin
         known = self.names()
         listed = f"available: {', '.join(known)}" if known else "none installed: `pip install scenelang`"
         raise SceneError(self.error, f"unknown {self.kind} `{name}` ({listed})", hint=suggest(name, known))
@@ -75,13 +75,13 @@ class PluginRegistry(Generic[Plugin]):
 
     def _load(self, point: Any) -> Plugin:
         try:
-            found = point.load()
+            plugin = point.load()
         except Exception as error:  # importing third-party code may raise any exception
             raise SceneError("backend", f"the {self.kind} `{point.name}` cannot be loaded: {error}") from error
-        if not isinstance(found, self.cls):
+        if not isinstance(plugin, self.cls):
             message = f"the entry point `{point.name}` is not a {self.cls.__name__} ({point.value})"
             raise SceneError("backend", message)
-        return found
+        return plugin
 
 
 SERVICES: PluginRegistry[Any] = PluginRegistry("scenelang.services", "feature", object)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TextIO
 
 from scenelang.grammar.datum import Source, replace
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, diagnostic_asked, error_of, explained
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, error_of, explained, require_diagnostic
 from scenelang.grammar.reader import ReadResult, read
 from scenelang.grammar.settings import typed
 from scenelang.interpreter.runtime.runtime import ZEntry
@@ -546,7 +546,7 @@ def explain(code: str) -> str:
     >>> explain("E201").splitlines()[0].startswith("E201")
     True
     """
-    return explained([diagnostic_asked(code)])
+    return explained([require_diagnostic(code)])
 
 
 @typed

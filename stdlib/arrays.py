@@ -590,6 +590,7 @@ def _length(numbers: list[float]) -> float:
     total = 0.0
     for number in numbers:
         total += float(number) * float(number)
+    # Squares that overflow or underflow need `hypot`, which scales the numbers.
     return math.sqrt(total) if 1e-300 < total < math.inf else math.hypot(*numbers)
 
 
@@ -662,12 +663,13 @@ def determinant(rt: Runtime, matrix: Any) -> Any:
                  "Return the vector x with `(@ matrix x)` equal to `right`.",
                  ("(solve [[2 0] [0 4]] [2 2])", "[1.0 0.5]"))  # fmt: skip
 def solve(rt: Runtime, matrix: Any, right: Any) -> Any:
-    data, values = _square(rt, "solve", matrix), to_numpy(rt, right, "solve")
-    if not values.ndim or values.shape[0] != data.shape[0]:
-        message = f"`solve` expects {data.shape[0]} numbers on the right, got the shape {_shape(values)}"
+    coefficients, right_side = _square(rt, "solve", matrix), to_numpy(rt, right, "solve")
+    rows = coefficients.shape[0]
+    if not right_side.ndim or right_side.shape[0] != rows:
+        message = f"`solve` expects {rows} numbers on the right, got the shape {_shape(right_side)}"
         raise SceneError("value", message)
     try:
-        return from_numpy(np.linalg.solve(data, values))
+        return from_numpy(np.linalg.solve(coefficients, right_side))
     except np.linalg.LinAlgError:
         raise _singular("solve") from None
 

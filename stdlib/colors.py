@@ -89,7 +89,7 @@ def color_of(name: str) -> Vector:
     check=color_of,
 )
 def color(rt: Runtime, name: str) -> Vector:
-    rt.charge(len(name) >> 6)
+    rt.charge(len(name) >> 6)  # the name may be a computed string of any length
     return color_of(name)
 
 

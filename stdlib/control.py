@@ -23,7 +23,10 @@ _NOTHING = object()
 
 
 def map_items(rt: Runtime, name: str, f: Any, sequences: tuple[Any, ...]) -> list[Any]:
-    """Return the results of ``f`` for the items of one sequence, or for the items of several in parallel."""
+    """Return the results of the function ``f`` for the items of one sequence, or of several in parallel.
+
+    ``name`` is the builtin that errors name. The shortest sequence ends the iteration.
+    """
     if len(sequences) == 1:
         call = rt.call1
         return [call(f, item) for item in iterate(rt, sequences[0], name)]
@@ -212,7 +215,7 @@ def apply(rt: Runtime, f: Any, *arguments: Any) -> Any:
 registry = Registry("control")
 
 _MAX_TEXTS = 100  # of an error: its message and its irritants
-_MAX_IRRITANT_CHARACTERS = 200
+_MAX_IRRITANT_CHARACTERS = 200  # of each irritant, and of a value that is raised
 _MAX_MESSAGE_CHARACTERS = 1000  # of a message that is not a string
 # Errors that the program itself raises: reads of the values in their messages were recorded when they were raised.
 _USER_ERRORS = ("user", "assert")

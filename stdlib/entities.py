@@ -28,7 +28,7 @@ _EXACT = 1 << 53  # smaller integers are exact as floats
 
 
 def _point(name: str, role: str, value: Vector) -> Vector:
-    """Return a vector of three numbers; ``role`` names the argument in the error for others."""
+    """Return an argument that is a vector of three numbers; ``role`` names it in the error message."""
     if len(value) != 3:
         raise SceneError("value", f"`{name}` expects three numbers for {role}, got {len(value)}: {show(value, 60)}")
     return value
@@ -193,7 +193,7 @@ def call_embeddings(rt: Runtime, word: str, arguments: Any) -> Any:
     ("(apply-entity-function (lambda (z gamma) (length gamma)) <z1> (list <z2>))", "1"),
 )
 def apply_entity_function(rt: Runtime, function: Procedure, z: Embedding, rest: Any) -> Any:
-    return rt.apply_memoised(function, z, rest)
+    return rt.apply_memoized(function, z, rest)
 
 
 @define(

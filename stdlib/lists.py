@@ -62,7 +62,10 @@ def car_of(rt: Runtime, value: Any, name: str = "car") -> Any:
 
 
 def cdr_of(rt: Runtime, value: Any, name: str = "cdr") -> Any:
-    """Return the rest after the first item of a pair, an Entity, the list of handles or a mutable list."""
+    """Return the rest after the first item of a pair, an Entity, the list of handles or a mutable list.
+
+    Raises SceneError, which names the builtin ``name``, for other values and for an empty list.
+    """
     kind = type(value)
     if kind is Pair:
         return value.cdr
@@ -256,7 +259,8 @@ def list_copy(rt: Runtime, xs: Any) -> Any:
 def drop_front(rt: Runtime, xs: Any, count: int, name: str) -> Any:
     """Return a list without its first ``count`` items; the result shares the rest.
 
-    The root's infinite list of handles stays infinite.
+    The root's infinite list of handles stays infinite. Raises SceneError, which names the builtin ``name``, if the list
+    is shorter or ``count`` is negative.
     """
     if type(xs) is MutableList:
         xs = make_list(items(rt, xs, name))
@@ -276,7 +280,10 @@ def drop_front(rt: Runtime, xs: Any, count: int, name: str) -> Any:
 
 
 def take_front(rt: Runtime, xs: Any, count: int, name: str) -> list[Any]:
-    """Return the first ``count`` items of a list, or of the root's infinite list of handles."""
+    """Return the first ``count`` items of a list, or of the root's infinite list of handles.
+
+    Raises SceneError if the list is shorter or ``count`` is negative; ``name`` is the builtin that errors name.
+    """
     if type(xs) is MutableList:
         xs = make_list(items(rt, xs, name))
     if count < 0:

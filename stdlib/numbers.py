@@ -86,7 +86,27 @@ def check_operand(name: str, value: Any) -> None:
 
 
 def elementwise(rt: Runtime, name: str, operation: Operation, a: Any, b: Any) -> Any:
-    """Apply ``operation`` to two numbers or arrays, at least one of them an array."""
+    """Apply an operation to two numbers or arrays, at least one of them an array, as numpy broadcasts them.
+
+    Parameters
+    ----------
+    name
+        Builtin that error messages name.
+    operation
+        Function of two numbers or numpy arrays.
+    a, b
+        Operands.
+
+    Returns
+    -------
+    Vector or Array
+        Array of the results.
+
+    Raises
+    ------
+    SceneError
+        If an operand is neither a number nor an array, or the shapes differ.
+    """
     check_operand(name, a)
     check_operand(name, b)
     if type(a) is Vector and len(a) <= _SHORT_ARRAY:
@@ -446,7 +466,11 @@ def domain_error(name: str, value: Any) -> SceneError:
 
 
 def unary(rt: Runtime, name: str, function: Unary, value: Any) -> Any:
-    """Apply ``function`` to a number, or to each item of an array; a ValueError becomes a domain error."""
+    """Apply ``function`` to a number, or to each item of an array.
+
+    ``name`` is the builtin that error messages name. A ValueError of the function becomes SceneError: its argument is
+    outside its domain.
+    """
     if type(value) is int or type(value) is float:
         try:
             return function(value)

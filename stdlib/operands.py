@@ -54,7 +54,10 @@ def is_array(value: Any) -> bool:
 
 
 def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:
-    """Convert a number, an array or a nested list of numbers to a numpy array that cannot change later."""
+    """Convert a number, an array or a nested list of numbers to a numpy array that cannot change later.
+
+    ``name`` is the builtin that errors name. Raises SceneError for other values, and for lists of different lengths.
+    """
     kind = type(value)
     if kind is int or kind is float:
         return numbers_to_numpy(value)
@@ -170,7 +173,10 @@ def check_shape(rt: Runtime, shape: Sequence[int], name: str) -> tuple[int, ...]
 
 
 def shape_argument(rt: Runtime, value: Any, name: str) -> tuple[int, ...]:
-    """Return a shape given as a count, or as a list or vector of counts."""
+    """Return the shape that an argument of the builtin ``name`` gives: a count, or a list or vector of counts.
+
+    Raises SceneError("type") for other values, and the errors of ``check_shape``.
+    """
     if type(value) in (int, float):
         sides = [value]
     elif type(value) is MutableList:
@@ -192,12 +198,15 @@ def shape_argument(rt: Runtime, value: Any, name: str) -> tuple[int, ...]:
 
 
 def _shape_text(shape: Sequence[int]) -> str:
-    """Return a shape as the program would write it, for messages."""
+    """Return a shape as the program would write it, for error messages."""
     return show(make_list(shape), 200)
 
 
 def common_shape(rt: Runtime, name: str, *arrays: Numpy) -> tuple[int, ...]:
-    """Return the shape of an elementwise result; shapes that cannot be broadcast are an error."""
+    """Return the shape of the result of an elementwise operation on arrays.
+
+    Raises SceneError, which names the builtin ``name``, for shapes that cannot be broadcast.
+    """
     try:
         shape = np.broadcast_shapes(*(array.shape for array in arrays))
     except ValueError:
@@ -240,7 +249,7 @@ def infinite_error(name: str) -> SceneError:
 
 
 def improper(name: str, tail: Any) -> SceneError:
-    """Return the error for a chain of pairs that does not end in the empty list."""
+    """Return the error of the builtin ``name`` for a chain of pairs that ends in ``tail`` and not in the empty list."""
     if type(tail) is Matrix:
         hint = "a pair `(entity . matrix)` is not a list: write `(list pair)` or `(union pair)`"
     else:
@@ -268,7 +277,7 @@ def bad_index(index: Any, length: int, kind: str) -> SceneError:
 
 
 def empty_sequence(name: str, kind: str = "sequence") -> SceneError:
-    """Return the error for a sequence without items."""
+    """Return the error for an empty sequence, as an argument of the builtin ``name`` that expects a ``kind``."""
     return SceneError("index", f"`{name}` expects a {kind} with at least one item, got an empty one")
 
 
@@ -335,9 +344,10 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
 
 
 def iterate(rt: Runtime, value: Any, name: str = "a sequence") -> Iterable[Any]:
-    """Return ``items`` for a loop that calls functions of the program.
+    """Return the items of a sequence, as ``items`` does, for a loop that calls functions of the program.
 
-    It is an error if they change the table or set that is iterated.
+    If such a function changes the size of the table or set that is iterated, the next step raises
+    SceneError("changed").
     """
     if type(value) is Table or type(value) is Set:
         return _checked_members(value, items(rt, value, name))
@@ -364,7 +374,10 @@ def blocks(rt: Runtime, members: Sequence[Any]) -> Iterator[Sequence[Any]]:
 
 
 def length(rt: Runtime, value: Any, name: str = "length") -> int:
-    """Return the number of items of any sequence."""
+    """Return the number of items of any sequence.
+
+    ``name`` is the builtin that the error for anything else names. Of an array, the first axis counts.
+    """
     kind = type(value)
     if kind is Pair:
         count = 0
@@ -478,7 +491,7 @@ def cannot_change(name: str, value: Any, expected: str) -> SceneError:
 
 
 def reorder(rt: Runtime, name: str, xs: Any, order: Any) -> None:
-    """Replace the items of a mutable list or array by ``order(items)``."""
+    """Replace the items of a mutable list or array by ``order(items)``; ``name`` is the builtin that errors name."""
     if type(xs) is MutableList:
         members = order(items(rt, xs, name))
         rt.write(xs)

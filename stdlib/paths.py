@@ -37,7 +37,10 @@ def _points(rt: Runtime, name: str, value: Any) -> Numpy:
 
 
 def path_of(rt: Runtime, name: str, value: Any) -> Numpy:
-    """Return a path (N, 3) of at least two points, none equal to the one before; of points [x y], with z = 0."""
+    """Return an argument that is a path: points (N, 3), at least two, none equal to the one before.
+
+    Points [x y] get z = 0. Raises SceneError("value"), which names the builtin ``name``, for anything else.
+    """
     points = _points(rt, name, value)
     return points if points.shape[1] == 3 else np.pad(points, ((0, 0), (0, 1)))
 

@@ -38,14 +38,28 @@ _ALIGNMENTS = {"left": 0.0, "center": 0.5, "right": 1.0}
 
 
 def segment_count(name: str, value: int, least: int = 3) -> int:
-    """Return a number of segments; raises SceneError("value") unless it is reasonable."""
+    """Return ``value`` if it is a valid number of segments, at least ``least``.
+
+    Raises SceneError("value"), which names the builtin ``name``, for a number that is too small or too large.
+    """
     if not least <= value <= MAX_SEGMENTS:
         raise SceneError("value", f"`{name}` expects {least} to {MAX_SEGMENTS:,} :segments, got {value}")
     return value
 
 
 def positive(name: str, role: str, value: Any) -> float:
-    """Return a number above 0; ``role`` names the argument in the error for others."""
+    """Return ``value`` as a positive float.
+
+    Parameters
+    ----------
+    name, role
+        Builtin and argument that the error message names.
+
+    Raises
+    ------
+    SceneError
+        "value" if it is not positive, nan, or too large.
+    """
     if value >= _MAX_LENGTH:
         raise _too_large(name, role, value)
     if not value > 0.0:
@@ -54,7 +68,18 @@ def positive(name: str, role: str, value: Any) -> float:
 
 
 def finite(name: str, role: str, value: Any) -> float:
-    """Return a number that is neither infinite nor nan; ``role`` names the argument in the error for others."""
+    """Return ``value`` as a finite float.
+
+    Parameters
+    ----------
+    name, role
+        Builtin and argument that the error message names.
+
+    Raises
+    ------
+    SceneError
+        "value" if it is infinite, nan, or too large.
+    """
     if math.isfinite(value) and abs(value) >= _MAX_LENGTH:
         raise _too_large(name, role, value)
     if not -_MAX_LENGTH < value < _MAX_LENGTH:
@@ -78,7 +103,22 @@ def one_or_two(rt: Runtime, name: str, role: str, value: Any) -> tuple[float, fl
 
 
 def choice(name: str, role: str, value: Any, choices: dict[str, Any]) -> Any:
-    """Return the value that a keyword stands for; raises SceneError("value") for one that is not in ``choices``."""
+    """Return the value that a keyword argument stands for.
+
+    Parameters
+    ----------
+    name, role
+        Builtin and argument that the error message names.
+    value
+        Keyword.
+    choices
+        Values by the names of the keywords.
+
+    Raises
+    ------
+    SceneError
+        "value" for a keyword that is not in ``choices``, and for other values.
+    """
     if type(value) is not Keyword or str(value) not in choices:
         expected = ", ".join(f"`:{keyword}`" for keyword in choices)
         raise SceneError("value", f"`{name}` expects {expected} for {role}, got {show(value, 40)}")
@@ -86,7 +126,26 @@ def choice(name: str, role: str, value: Any, choices: dict[str, Any]) -> Any:
 
 
 def points_of(rt: Runtime, name: str, value: Any, expected: str, widths: Sequence[int], least: int) -> Numpy:
-    """Return an array (N, D) of at least ``least`` finite points, D one of ``widths``; ``expected`` is for messages."""
+    """Return an argument that is an array of points, (N, D).
+
+    Parameters
+    ----------
+    name
+        Builtin that error messages name.
+    value
+        The argument.
+    expected
+        What the builtin expects, for error messages.
+    widths
+        Allowed numbers of coordinates D.
+    least
+        Smallest number of points N.
+
+    Raises
+    ------
+    SceneError
+        "value" for other shapes, too many points, or coordinates that are too large or not finite.
+    """
     points = np.asarray(to_numpy(rt, value, name), np.float64)
     if points.ndim != 2 or points.shape[1] not in widths or len(points) < least:
         raise SceneError("value", f"`{name}` expects {expected}, got {show(value, 60)}")
@@ -100,9 +159,19 @@ def points_of(rt: Runtime, name: str, value: Any, expected: str, widths: Sequenc
 
 
 def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
-    """Return a profile as contours (K, 2): one array of points, or a list of them.
+    """Return an argument that is a profile, as contours (K, 2).
 
-    A single contour is an outer one, whichever way it goes around.
+    Parameters
+    ----------
+    name
+        Builtin that error messages name.
+    value
+        One array of points, or a list of them. A single contour is an outer one, whichever way it goes around.
+
+    Raises
+    ------
+    SceneError
+        "value" if it is something else, or has too many points.
     """
     members = _contours_in(rt, name, value)
     if members is None:
@@ -116,9 +185,16 @@ def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
 
 
 def filled(rt: Runtime, name: str, value: Any, fill: Any) -> tuple[Contours, str]:
-    """Return a profile as contours, and the rule that fills it, ``:nonzero`` by default.
+    """Return a profile as contours, and the rule that fills it.
 
-    A contour that crosses itself is a warning unless the program names the rule.
+    Parameters
+    ----------
+    name
+        Builtin that error messages name.
+    value
+        The profile.
+    fill
+        ``:nonzero`` or ``:even-odd``; None means ``:nonzero``, with a warning if a contour crosses itself.
     """
     contours = profile_of(rt, name, value)
     if fill is not None:
@@ -299,7 +375,24 @@ def svg_path(rt: Runtime, data: str, fill: Any = _NONZERO, tolerance: Any = None
 def outline_of(
     rt: Runtime, name: str, text: str, font: str | None, size: Any, align: Any, spacing: Any, line_height: Any
 ) -> Contours:  # fmt: skip
-    """Return the outlines of a text with the keywords of ``text-outline``."""
+    """Return the outlines of a text.
+
+    Parameters
+    ----------
+    name
+        Builtin that error messages name.
+    text
+        Text of one or several lines.
+    font
+        Font file, as the program names it; None for the built-in font.
+    size, align, spacing, line_height
+        Keywords of ``text-outline``.
+
+    Raises
+    ------
+    SceneError
+        "value" for an invalid keyword, or a character that the font lacks.
+    """
     style = TextStyle(
         positive(name, ":size", size), choice(name, ":align", align, _ALIGNMENTS), finite(name, ":spacing", spacing),
         finite(name, ":line-height", line_height),

@@ -87,7 +87,11 @@ def members_of(rt: Runtime, value: Any) -> list[Any] | None:
 
 
 def python_equal(rt: Runtime, a: Any, b: Any) -> bool:
-    """Return ``a == b``; pairs that were compared before are skipped, so that shared and circular data terminate."""
+    """Return ``a == b`` as in Python.
+
+    Two objects whose comparison has begun count as equal where they meet again, so that the comparison of shared and
+    circular data ends.
+    """
     if type(a) in _NUMBERS and type(b) in _NUMBERS:
         return bool(a == b)
     stack = [(a, b)]
@@ -749,11 +753,14 @@ def ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> Any:
 
 
 def _item(rt: Runtime, collection: Any, key: Any) -> Any:
-    """Return ``collection[key]`` for one key."""
+    """Return ``collection[key]`` for one key; raise the error of ``ref`` if there is no such item."""
     if type(collection) is Table:
         rt.read(collection)
         entry = find_entry(rt, collection, key)
-        return sequences.table_ref(rt, collection, key, ()) if is_missing(entry) else entry[1]
+        if is_missing(entry):
+            return sequences.table_ref(rt, collection, key, ())  # without a default: raises the error
+        _, value = entry
+        return value
     if _is_part(collection):
         collection = make_list(parts.primitives_of(rt, collection))
     return sequences.ref(rt, collection, _as_number(key))

@@ -25,7 +25,7 @@ from scenelang.stdlib.operands import (
     to_numpy,
     wrong_type,
 )
-from scenelang.stdlib.sequences import plain_kind
+from scenelang.stdlib.sequences import rebuild_template
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -35,7 +35,7 @@ registry = Registry("random")
 _INT64 = 1 << 63
 _BLOCK_DRAWS = 4096  # between two checks of the limits
 _MAX_NOISE_COORDINATE = 1e15  # beyond, floats have no fraction for the noise to interpolate
-_NOISE_BYTES_PER_POINT = 512
+_NOISE_BYTES_PER_POINT = 512  # of temporary arrays, which the memory limit counts
 
 
 # --- streams ---------------------------------------------------------------------------------------------------
@@ -242,7 +242,7 @@ def _pool(rt: Runtime, name: str, xs: Any) -> tuple[list[Any] | range, bool]:
     members = items(rt, xs, name)
     if not members:
         raise empty_sequence(name)
-    return members, plain_kind(xs) is not NIL
+    return members, rebuild_template(xs) is not NIL
 
 
 @registry.define("choice", "xs::Any [:size::Any] [:replace::Boolean] [:p::Any] [:stream::Stream]", "Any",
@@ -292,7 +292,7 @@ def _shuffled(rt: Runtime, name: str, members: list[Any], stream: Any) -> list[A
                  "Return a new list of the items in random order; of a vector, a vector. `shuffle!` works in place.",
                  ("(sort (shuffle '(3 1 2)))", "(1 2 3)"))  # fmt: skip
 def shuffle(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
-    return rebuild(rt, plain_kind(xs), _shuffled(rt, "shuffle", items(rt, xs, "shuffle"), stream))
+    return rebuild(rt, rebuild_template(xs), _shuffled(rt, "shuffle", items(rt, xs, "shuffle"), stream))
 
 
 @registry.define("shuffle!", "xs::Any [:stream::Stream]", "Any", "Shuffle a mutable list or a mutable array in place.",
@@ -311,7 +311,7 @@ def permutation(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
         members, kind = list(range(count)), Vector()
         rt.charge(count >> 3)
     else:
-        members, kind = items(rt, xs, "permutation"), plain_kind(xs)
+        members, kind = items(rt, xs, "permutation"), rebuild_template(xs)
     rt.charge(len(members) >> 3)
     order = numpy_source(rt, "permutation", stream).permutation(len(members)).tolist()
     return rebuild(rt, kind, [members[index] for index in order])
@@ -428,7 +428,7 @@ def _below(source: Any, limit: int) -> int:
                  "Return a new list of the items in the order of Python's `random.shuffle`.",
                  ("(sort (py-shuffle '(3 1 2)))", "(1 2 3)"))  # fmt: skip
 def py_shuffle(rt: Runtime, xs: Any, *, stream: Any = None) -> Any:
-    return rebuild(rt, plain_kind(xs), _py_shuffled(rt, "py-shuffle", items(rt, xs, "py-shuffle"), stream))
+    return rebuild(rt, rebuild_template(xs), _py_shuffled(rt, "py-shuffle", items(rt, xs, "py-shuffle"), stream))
 
 
 @registry.define("py-shuffle!", "xs::Any [:stream::Stream]", "Any",

@@ -224,10 +224,15 @@ def lookup(name: str) -> ReferenceRecord | None:
 
 
 def about_names(diagnostics: Iterable[Diagnostic]) -> Iterator[str]:
-    """Return the signature and an example of every name that diagnostics are about, for a model that repairs a program.
+    """Yield the usage of each function that a language model may need to correct the errors of a program.
 
-    These are the names that are misused, and those that a misspelled name may stand for. A function of the program has
-    only a signature, and a helper of Python programs its signature in Python.
+    These are the functions with wrong arguments, and those that a misspelled name may mean.
+
+    Yields
+    ------
+    str
+        Signature of a function; a function of the library also has an example. For a function of the Python API, the
+        signature as in Python, ``name(parameters) -> result``. Each text is yielded once.
     """
     texts: dict[str, None] = {}
     for d in diagnostics:

@@ -254,7 +254,7 @@ def contains(rt: Runtime, xs: Any, x: Any) -> bool:
 
 
 def position_of(rt: Runtime, xs: Any, x: Any, name: str) -> int | None:
-    """Return the first index of ``x`` in a sequence, or None."""
+    """Return the first index of ``x`` in a sequence, or None; ``name`` is the builtin that errors name."""
     if type(xs) is str:
         rt.charge(len(xs) >> 5)
         position = xs.find(x) if type(x) is str else -1
@@ -420,7 +420,10 @@ def _name_of(key: Any, kind: str) -> str:
 
 
 def missing_key(owner: str, key: Any, keys: Iterable[Any]) -> SceneError:
-    """Return the error for a key that a table, record or embedding does not have."""
+    """Return the error for a key that a table, record or embedding does not have.
+
+    ``owner`` is its type, for the message; the hint has a similar one of its ``keys``.
+    """
     known = list(islice(keys, _MAX_SUGGESTED))
     hint = None
     if isinstance(key, str):
@@ -580,7 +583,20 @@ def _is_range(value: Any) -> bool:
 
 
 def axis_selection(shape: tuple[int, ...], keys: tuple[Any, ...], name: str) -> tuple[Axis, ...]:
-    """Return the numpy index of a selection: for each axis an index, ``:all``, or a list ``(start end step)``."""
+    """Return the numpy index of a selection from an array of ``shape``.
+
+    Parameters
+    ----------
+    keys
+        For each axis an index, ``:all``, or a list ``(start end step)``.
+    name
+        Builtin that error messages name.
+
+    Raises
+    ------
+    SceneError
+        If a key is malformed or outside its axis.
+    """
     if len(keys) > len(shape):
         message = f"too many indices for `{name}`: the array is {len(shape)}-dimensional, got {len(keys)}"
         raise SceneError("index", message)
@@ -662,7 +678,10 @@ _BLOCK_ITEMS = 1 << 16  # that are sorted between two checks of the limits
 
 
 def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
-    """Return Python data with the order of ``value`` in the language; recursive, with a bounded depth."""
+    """Return Python data that have the order of ``value`` in the language.
+
+    ``depth`` is the nesting of the value itself, which is limited because the function is recursive.
+    """
     kind = type(value)
     if kind is int or kind is float or kind is str or kind is bool:
         return value
@@ -694,7 +713,22 @@ def no_order(members: list[Any]) -> SceneError:
 
 
 def sorted_items(rt: Runtime, members: list[Any], less: Any, key: Any, reverse: bool) -> list[Any]:
-    """Return ``members`` in order; the sort is stable, also in reverse."""
+    """Return ``members`` in ascending order; the sort is stable, also in reverse.
+
+    Parameters
+    ----------
+    less
+        Function of the program that replaces ``<``, or None.
+    key
+        Function of the program that returns the value to compare by, or None for the item itself.
+    reverse
+        Whether the order is descending.
+
+    Raises
+    ------
+    SceneError
+        If items cannot be compared.
+    """
     if less is not None:
         keyed = [(member, member if key is None else rt.call1(key, member)) for member in members]
         if reverse:
@@ -755,8 +789,11 @@ def _merge(rt: Runtime, left: list[Any], right: list[Any], less: Any) -> list[An
     return out + left[i:] + right[j:]
 
 
-def plain_kind(value: Any) -> Any:
-    """Return the template for a sorted or shuffled ``value``: arrays of numbers stay arrays, others become lists."""
+def rebuild_template(value: Any) -> Any:
+    """Return a value of the type that the sorted or shuffled items of ``value`` have, as ``original`` of ``rebuild``.
+
+    It is ``value`` itself for a one-dimensional array, and the empty list for all other sequences.
+    """
     if type(value) is Vector or (type(value) is MutableArray and value.data.ndim == 1):
         return value
     return NIL
@@ -772,7 +809,7 @@ def plain_kind(value: Any) -> Any:
 )
 def sort(rt: Runtime, xs: Any, less: Any = None, *, key: Any = None, reverse: bool = False) -> Any:
     ordered = sorted_items(rt, list(iterate(rt, xs, "sort")), less, key, reverse)
-    return rebuild(rt, plain_kind(xs), ordered)
+    return rebuild(rt, rebuild_template(xs), ordered)
 
 
 def _extreme(rt: Runtime, name: str, xs: Any, key: Any, *, largest: bool) -> Any:

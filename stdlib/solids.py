@@ -59,9 +59,21 @@ _ORIGIN = Vector((0.0, 0.0, 0.0))
 
 
 def solid_operand(rt: Runtime, name: str, value: Any, segments: int = SEGMENTS) -> Operand:
-    """Return an entity or parts as one operand: their union if there are several primitives.
+    """Return an entity or parts as one operand of an operation: their union if there are several primitives.
 
-    Raises SceneError("solid") for primitives that are not solids.
+    Parameters
+    ----------
+    name
+        Builtin that error messages name.
+    value
+        Entity, or list of parts.
+    segments
+        Number of sides of a full circle in the meshes of round primitives.
+
+    Raises
+    ------
+    SceneError
+        "solid" for primitives that are not solids.
     """
     leaves = _leaves(rt, name, value, segments)
     if not leaves:
@@ -107,7 +119,7 @@ def solid_entity(
     word
         Word of the entity, by default the name of the operation.
     caller
-        Builtin that the operation is part of, for messages.
+        Builtin that the operation is part of, for error messages.
     """
     attributes = _material_like(rt, like)
     attributes |= {key: value for key, value in look.items() if value is not None}
@@ -529,7 +541,20 @@ def heightfield(
 
 
 def _sampled(rt: Runtime, function: Any, size: Any, segments: int) -> Any:
-    """Return the heights (Z, X) that a function gives."""
+    """Return the heights that ``function`` returns on a grid around the origin.
+
+    Parameters
+    ----------
+    size : (2,)
+        Extent of the grid along x and z.
+    segments
+        Number of cells along each axis.
+
+    Returns
+    -------
+    array of shape (segments + 1, segments + 1)
+        Heights, rows along z and columns along x.
+    """
     steps = (np.arange(segments + 1) / segments - 0.5).tolist()
     grid = np.empty((segments + 1, segments + 1))
     for row, z in enumerate(steps):

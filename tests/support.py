@@ -195,7 +195,7 @@ def value(expression: str, definitions: str = "", **options: Any) -> Any:
     return run_with_room(go, 100_000)
 
 
-def outcome(text: str, memoise: bool) -> Any:
+def outcome(text: str, memoize: bool) -> Any:
     """What a program does, as comparable data: flattened geometry and log, or the error."""
     sessions = session()
     with unchecked():
@@ -203,7 +203,7 @@ def outcome(text: str, memoise: bool) -> Any:
     program = checked.program
     assert checked.ok, [render_text(d) for d in checked.diagnostics]
     assert program is not None
-    runtime = Runtime(sessions.library, Limits(steps=2_000_000), memoise=memoise)
+    runtime = Runtime(sessions.library, Limits(steps=2_000_000), memoize=memoize)
 
     def go() -> Scene:
         run = ProgramRun(sessions.library, runtime)

@@ -13,7 +13,7 @@ from scenelang.grammar.formatter import format_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker import lint
 from scenelang.interpreter.checker.idioms import SPELLINGS
-from scenelang.interpreter.compile.analyse import analyse
+from scenelang.interpreter.compile.analyze import analyze
 from scenelang.interpreter.expand.forms import INDENTS
 from scenelang.session.session import Session
 
@@ -86,7 +86,7 @@ def test_loops_in_loops_are_found_in_one_pass() -> None:
         program = Session().check(Source("<test>", f"(define (f x) {text})")).program
         assert program is not None
         (form,) = program.forms
-        return calls(lambda: analyse((form,)))
+        return calls(lambda: analyze((form,)))
 
     few, many = (found(depth) for depth in (40, 80))
     assert many < 2.3 * few

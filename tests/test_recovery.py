@@ -234,7 +234,7 @@ def test_a_value_is_no_keyword_without_its_colon() -> None:
     ],
 )  # fmt: skip
 def test_a_slip_of_the_fingers(written: str, meant: str, is_slip: bool) -> None:
-    assert diagnostics.is_slip(written, meant) is is_slip
+    assert diagnostics.is_typo(written, meant) is is_slip
 
 
 def test_a_word_that_is_called_once_may_be_one_that_is_called_more_often() -> None:

@@ -79,7 +79,7 @@ def programs(draw: st.DrawFn) -> str:
 @settings(max_examples=many(150), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(programs())
 def test_sharing_changes_nothing(program: str) -> None:
-    assert outcome(program, memoise=True) == outcome(program, memoise=False)
+    assert outcome(program, memoize=True) == outcome(program, memoize=False)
 
 
 def test_equal_calls_are_one_entity() -> None:

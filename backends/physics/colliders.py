@@ -313,7 +313,9 @@ def _decomposed_mesh(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray,
 
 
 def _surface_pieces(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, ...]:
-    """Return a thin convex piece (6, 3) for each triangle of an open mesh; none if there are too many.
+    """Return a thin prism (6, 3) for each triangle of an open mesh; none if there are too many.
+
+    Triangles without an area, which collide with nothing, are left out.
 
     CoACD closes open meshes first, which took more than a minute for a basket of five faces.
     """
@@ -322,10 +324,10 @@ def _surface_pieces(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, 
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
-    solid = lengths > 0.0
-    half = 0.5 * _SURFACE_THICKNESS * float(np.ptp(vertices, axis=0).max())
-    offsets = (normals[solid] / lengths[solid, None] * half)[:, None]
-    return tuple(np.concatenate([corners[solid] - offsets, corners[solid] + offsets], axis=1))
+    has_area = lengths > 0.0
+    half_thickness = 0.5 * _SURFACE_THICKNESS * float(np.ptp(vertices, axis=0).max())
+    offsets = (normals[has_area] / lengths[has_area, None] * half_thickness)[:, None]
+    return tuple(np.concatenate([corners[has_area] - offsets, corners[has_area] + offsets], axis=1))
 
 
 def _hull(vertices: FloatArray) -> tuple[FloatArray, float] | None:

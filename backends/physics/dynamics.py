@@ -375,7 +375,7 @@ def simulate(
         "size" for too many steps or samples.
     """
     mujoco = require("mujoco", INSTALL)
-    origin = _middle(bodies)
+    origin = _simulation_origin(bodies)
     model, data = compiled(model_of(bodies, origin))
     model.opt.disableflags |= int(
         mujoco.mjtDisableBit.mjDSBL_AUTORESET
@@ -405,14 +405,20 @@ def simulate(
     return replace(motion, centers=motion.centers + origin, supports=supports)
 
 
-def _middle(bodies: BodySet) -> FloatArray:
-    """Return the point on the level y = 0 below the middle of the bodies: contacts lose digits far from the origin."""
+def _simulation_origin(bodies: BodySet) -> FloatArray:
+    """Return the point (3,) that becomes the origin of the simulation.
+
+    Far from the origin, the rounding errors of coordinates make contacts inaccurate. Bodies that are far away for their
+    size are therefore simulated around the point on the level y = 0 below their center; others keep their origin, for
+    which the result is zero.
+    """
     if not bodies.bodies:
         return np.zeros(3)
-    low, high = (np.array([getattr(body, name) for body in bodies.bodies]) for name in ("low", "high"))
-    middle = (low.min(axis=0) + high.max(axis=0)) / 2.0
-    far = float(np.abs(middle).max()) > _MAX_OFFSET_SIZES * float((high.max(axis=0) - low.min(axis=0)).max())
-    return middle * (1.0, 0.0, 1.0) if far else np.zeros(3)
+    low = np.array([body.low for body in bodies.bodies]).min(axis=0)
+    high = np.array([body.high for body in bodies.bodies]).max(axis=0)
+    center = (low + high) / 2.0
+    is_far = float(np.abs(center).max()) > _MAX_OFFSET_SIZES * float((high - low).max())
+    return center * (1.0, 0.0, 1.0) if is_far else np.zeros(3)
 
 
 def _start(bodies: BodySet, data: Any, joints: Sequence[int], velocities: Mapping[str, Sequence[float]]) -> None:

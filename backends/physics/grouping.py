@@ -63,6 +63,7 @@ LOOSE = 1e-3  # of the smaller part's least side: shallower overlaps are left to
 SUNK = 0.25
 # vertical component of the direction in which an overlap is undone, from which one part is above the other
 UPRIGHT = 0.8
+_DEFAULT_DENSITY = 1000.0  # kg/m³, that of water; of primitives without `:density`
 _MAX_COORDINATE = 1e12  # larger coordinates lose the digits that a simulation needs
 
 
@@ -496,7 +497,7 @@ class _Grouping:
         A body of one density, without masses inside it, is measured as a union. Otherwise each part is measured and
         scaled to its density, and then to the masses that entities declare.
         """
-        densities = [(self._inherited(part, "density") or 1000.0) * self.unit**3 for part in group]
+        densities = [(self._inherited(part, "density") or _DEFAULT_DENSITY) * self.unit**3 for part in group]
         weights = self._weights(group)
         declared_masses = [mass for mass, members in weights if len(members) == len(group)]
         inner = [members for _, members in weights if len(members) < len(group)]

@@ -34,27 +34,27 @@ _RESERVED = ("Materials", "Prototypes", "Shapes")
 def regrouped(root: Entity, bodies: BodySet) -> Entity:
     """Return the frame with one child of the root for each body, at its center of mass.
 
-    Entities that belong to no body come last.
+    Entities that belong to no body come last. All parts are pairs ``(Entity . Matrix)``.
     """
-    nodes, inside = bodies.nodes, bodies.inside
-    members: list[list[Pair]] = [[] for _ in bodies.bodies]
-    rest: list[Pair] = []
-    is_assigned = [False] * len(nodes)
-    for number, node in enumerate(nodes):
+    body_parts: list[list[Pair]] = [[] for _ in bodies.bodies]  # in the frame of the body's center of mass
+    other_parts: list[Pair] = []
+    is_assigned = [False] * len(bodies.nodes)  # whether a node is in a part, which includes all its descendants
+    for number, (node, bodies_inside) in enumerate(zip(bodies.nodes, bodies.inside, strict=True)):
         is_assigned[number] = node.parent >= 0 and is_assigned[node.parent]
-        if is_assigned[number] or number == 0 or len(inside[number]) > 1:
+        # The root, and a node with several bodies, are divided: their children are assigned one by one.
+        if is_assigned[number] or number == 0 or len(bodies_inside) > 1:
             continue
         is_assigned[number] = True
-        for body in inside[number]:
-            x, y, z = (-bodies.bodies[body].moments.center).tolist()
-            members[body].append(Pair(node.entity, _moved(node.world, (x, y, z))))
-        if not inside[number]:
-            rest.append(Pair(node.entity, node.world))
+        if not bodies_inside:
+            other_parts.append(Pair(node.entity, node.world))
+        for body in bodies_inside:
+            pose = _moved(node.world, (-bodies.bodies[body].moments.center).tolist())
+            body_parts[body].append(Pair(node.entity, pose))
     body_pairs = [
         Pair(Entity(body.words[-1], ANONYMOUS, tuple(parts)), translation(*body.moments.center.tolist()))
-        for body, parts in zip(bodies.bodies, members, strict=True)
+        for body, parts in zip(bodies.bodies, body_parts, strict=True)
     ]
-    return Entity(root.word, root.embedding, (*body_pairs, *rest), None, root.tainted)
+    return Entity(root.word, root.embedding, (*body_pairs, *other_parts), None, root.tainted)
 
 
 def _moved(pose: Matrix, by: Sequence[float]) -> Matrix:

@@ -82,7 +82,7 @@ class Looks:
 
 
 def looks_of(rows: Iterable[Look]) -> Looks:
-    """Return ``rows`` as columns."""
+    """Return materials as the columns of a table: an array for each property, with a row for each material."""
     rows = tuple(rows)
     count = len(rows)
     return Looks(
@@ -93,7 +93,7 @@ def looks_of(rows: Iterable[Look]) -> Looks:
         np.array([look.is_matte for look in rows], bool),
         np.array([look.gloss for look in rows], np.float64),
         np.array([look.metallic for look in rows], np.float64),
-        np.array([look.ior or GLASS for look in rows], np.float64),
+        np.array([look.ior or GLASS for look in rows], np.float64),  # renderers need one for every glossy surface
     )
 
 
@@ -314,7 +314,10 @@ def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> 
 
 
 def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
-    """Return the reflectance (N, 3) of the ``ground`` (2, 3) at positions (N,)."""
+    """Return the reflectance (N, 3) of a ground at positions ``x`` and ``z`` (N,).
+
+    ``ground`` (2, 3) are the two colors of its checkerboard; equal ones give a plain ground.
+    """
     if (ground[0] == ground[1]).all():
         return np.broadcast_to(ground[0], (len(x), 3))
     second = (np.floor(x / CHECKER) + np.floor(z / CHECKER)) % 2.0 != 0.0
@@ -347,7 +350,7 @@ def to_srgb(linear: AnyFloats) -> AnyFloats:
 
 
 def from_srgb(encoded: AnyFloats) -> AnyFloats:
-    """Convert sRGB to linear sRGB, both in [0, 1]."""
+    """Convert sRGB to linear sRGB, both in [0, 1] and of the same shape (IEC 61966-2-1)."""
     x = np.clip(encoded, 0.0, 1.0)
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
 

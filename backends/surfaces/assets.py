@@ -263,7 +263,7 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
 
 
 MAX_NODES = 20_000  # nodes, placed primitives, or items of any other list of the file
-MAX_TRIANGLES = 2_000_000
+MAX_TRIANGLES = 2_000_000  # of the file
 _MAX_DEPTH = 100  # maximum nesting of nodes
 _MAX_VALUES = 2_000_000  # of its JSON
 _MAGIC, _JSON, _BINARY = b"glTF", 0x4E4F534A, 0x004E4942
@@ -304,7 +304,22 @@ _TRIANGLES, _STRIPS_AND_FANS = 4, (5, 6)
 
 
 def checked_gltf(data: bytes, is_binary: bool, references: References) -> dict[str, Any]:
-    """Return the validated document of a .glb or .gltf file; raises SceneError for the first error in it."""
+    """Return the JSON document of a glTF file after validating it.
+
+    Parameters
+    ----------
+    data
+        Contents of the file.
+    is_binary
+        Whether it is a .glb file, not .gltf.
+    references
+        Resolver of the files that it refers to.
+
+    Raises
+    ------
+    SceneError
+        For the first error in it.
+    """
     text, binary = _chunks(data, references.file_name) if is_binary else (data, None)
     gltf = _Gltf(references, _document(text, references.file_name))
     gltf.check_lists()
@@ -436,7 +451,20 @@ class _Gltf:
     # --- bytes -------------------------------------------------------------------------------------------------------
 
     def check_buffers(self, binary: bytes | None) -> None:
-        """Check that buffers, views, accessors and images are in bounds, and that images are not too large."""
+        """Check that buffers, views, accessors and images are in bounds, and that images are not too large.
+
+        Parameters
+        ----------
+        binary
+            Binary chunk of a .glb file, which is its first buffer; None for a .gltf file.
+
+        Raises
+        ------
+        SceneError
+            "file" if the file is malformed or exceeds a limit.
+        OSError
+            If a file that it refers to does not exist.
+        """
         buffers = [self._buffer(number, buffer, binary) for number, buffer in enumerate(self._all("buffers"))]
         views = [self._view(number, view, buffers) for number, view in enumerate(self._all("bufferViews"))]
         if sum(map(len, views)) > _MAX_VIEW_BYTES:
@@ -451,7 +479,7 @@ class _Gltf:
             if "bufferView" in image:
                 self._references.picture(bytes(views[image["bufferView"]]), where)
             elif "uri" in image:
-                self._by_uri(image["uri"], where)
+                self._by_uri(image["uri"], where)  # raises if it cannot be read or is too large
 
     def _size(self, item: dict[str, Any], key: str, place: str, default: int | None = None) -> int:
         """Return a nonnegative integer of an object of the file."""

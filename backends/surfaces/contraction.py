@@ -19,10 +19,10 @@ IntArray = npt.NDArray[np.int64]
 def contracted(
     points: FloatArray, faces: IntArray, tags: IntArray, least: float
 ) -> tuple[FloatArray, IntArray, IntArray]:
-    """Contract the edges of a closed surface that are shorter than ``least`` or whose ends round to one float32, and
-    drop the faces that vanish.
+    """Contract the short edges of a closed surface, and drop the faces that vanish.
 
-    Two faces that become each other's reverse vanish, too.
+    An edge is short if its length is below ``least``, or if its ends round to one point in single precision. Two faces
+    that become each other's reverse vanish, too.
 
     Parameters
     ----------
@@ -82,12 +82,26 @@ def _join(partner: IntArray, one: int, other: int) -> None:
 
 
 def _drop_flat(merged: IntArray, partner: IntArray) -> npt.NDArray[np.bool_]:
-    """Join the neighbors of each face that has two equal corners; return the mask of the other faces."""
-    equal = merged == np.roll(merged, -1, axis=1)  # (F, 3): the edge from each corner is contracted
-    remains: npt.NDArray[np.bool_] = ~equal.any(axis=1)
-    for face in np.flatnonzero(equal.sum(axis=1) == 1).tolist():
-        edge = int(np.argmax(equal[face]))
-        _join(partner, int(partner[3 * face + (edge + 1) % 3]), int(partner[3 * face + (edge + 2) % 3]))
+    """Drop the faces that a contracted edge makes flat, and make the neighbors across their other edges partners.
+
+    Parameters
+    ----------
+    merged : (F, 3)
+        Faces after the contraction.
+    partner : (3 F,)
+        Partner of half-edge ``3 * face + corner``, -1 if there is none; changed in place.
+
+    Returns
+    -------
+    (F,)
+        Mask of the faces that remain.
+    """
+    is_contracted = merged == np.roll(merged, -1, axis=1)  # (F, 3): whether the edge from each corner is
+    remains: npt.NDArray[np.bool_] = ~is_contracted.any(axis=1)
+    for face in np.flatnonzero(is_contracted.sum(axis=1) == 1).tolist():
+        edge = int(np.argmax(is_contracted[face]))
+        after, before = 3 * face + (edge + 1) % 3, 3 * face + (edge + 2) % 3  # the half-edges that now coincide
+        _join(partner, int(partner[after]), int(partner[before]))
     return remains
 
 

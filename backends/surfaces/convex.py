@@ -130,9 +130,9 @@ class Bodies:
         return np.asarray(straight & blocks & ~self.hollow, bool)
 
     def common_points(self, i: int, j: int, shift: FloatArray) -> FloatArray:
-        """Return the corners (K, 3) of what a body shares with another that is moved by ``shift``.
+        """Return the corners (K, 3) of the intersection of two bodies, of which body ``j`` is moved by ``shift`` (3,).
 
-        There are none if they do not meet, or a surface is unknown.
+        There are none if they do not meet, or if a surface is unknown.
         """
         a, b = self.surface(i), self.surface(j)
         if a is None or b is None:
@@ -360,9 +360,11 @@ def _plain_words(root: Entity) -> frozenset[str]:
 
 
 def _placed(entity: Entity) -> Placed | None:
-    """Return the canonical form of a primitive in its frame, the bounding box for a mesh.
+    """Return the convex form that replaces a primitive, under its pose in the primitive's frame, or None.
 
-    None for blocks, which replace earlier ones at the same place and so cannot overlap, and for invisible primitives.
+    It is the canonical form if the primitive has one; otherwise, as for a mesh, its bounding box. None for primitives
+    that are invisible or have no extent, and for blocks, which replace earlier ones at the same place and so cannot
+    overlap.
     """
     shape = entity.shape
     if shape is None or not shape.has_geometry or shape.is_block:
@@ -371,7 +373,7 @@ def _placed(entity: Entity) -> Placed | None:
     if placed is not None or (shape.is_solid and shape.is_flat):
         return placed
     low, high = np.array(shape.box_under(IDENTITY)).reshape(2, 3)
-    if not shape.is_file and not (high > low).any():
+    if not shape.is_file and not (high > low).any():  # a single point, without a surface
         return None
     x, y, z = (high - low).tolist()
     rows = np.array(placed_block((x, y, z)).rows).reshape(3, 4)
@@ -468,7 +470,7 @@ def _beyond(corners: FloatArray, at: FloatArray) -> tuple[float, FloatArray]:
 
 
 def width_of(points: FloatArray) -> float:
-    """Return the least width of the convex hull of points (K, 2)."""
+    """Return the smallest width of the convex hull of points (K, 2), over all directions."""
     corners = hull_of(points)
     if len(corners) < 3:
         return 0.0

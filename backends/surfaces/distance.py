@@ -114,6 +114,9 @@ _STARTS = 8  # initial directions for minimizing the width
 _DIRECTIONS = 48  # candidate directions spread over the sphere
 # Descent for the width of curved solids: steps in radians, shortened after each that does not help.
 _FIRST_STEP, _STEP_FACTOR, _STEPS = 0.3, 0.6, 40
+# Of the edges of a face, scaled so that their squared lengths add up to 1; below it, they are dependent up to rounding.
+_MIN_GRAM_DETERMINANT = 1e-14
+_WEIGHT_TOLERANCE = 1e-12  # rounding error of barycentric weights
 _SUBSETS = tuple(subset for size in (1, 2, 3, 4) for subset in combinations(range(4), size))
 
 
@@ -143,6 +146,7 @@ def distances(pairs: Pairs) -> FloatArray:
     """
     count = len(pairs)
     distance = np.zeros(count)
+    # The first direction is along the centers; the offset makes it nonzero where they coincide.
     nearest = pairs.difference(pairs.a.matrices[:, :, 3] - pairs.b.matrices[:, :, 3] + 1e-9)
     points = np.zeros((count, 4, 3))
     points[:, 0] = nearest
@@ -186,6 +190,7 @@ def _nearest_of_simplex(points: FloatArray, active: Mask) -> tuple[FloatArray, M
             continue
         point, valid = _nearest_of_face(points[:, subset])
         square = np.einsum("ni,ni->n", point, point)
+        # Small faces come first, so that of faces that are equally near up to rounding, the smallest one is taken.
         better = able & valid & (square < best * (1.0 - 1e-12))
         if better.any():
             best[better] = square[better]
@@ -195,20 +200,32 @@ def _nearest_of_simplex(points: FloatArray, active: Mask) -> tuple[FloatArray, M
 
 
 def _nearest_of_face(corners: FloatArray) -> tuple[FloatArray, Mask]:
-    """Return the point (N, 3) of the affine hull of K corners nearest to the origin, and whether it is between them."""
+    """Return the points of N affine hulls that are nearest to the origin, by least squares.
+
+    Parameters
+    ----------
+    corners : (N, K, 3)
+        Corners of each face: 1 (a point) to 4 (a tetrahedron).
+
+    Returns
+    -------
+    nearest : (N, 3)
+        Point of the affine hull of the corners.
+    valid : (N,)
+        Whether it is in their convex hull; False for corners that are affinely dependent.
+    """
     base, edges = corners[:, 0], corners[:, 1:] - corners[:, :1]
-    k = edges.shape[1]
-    if k == 0:
+    edge_count = edges.shape[1]
+    if edge_count == 0:
         return base, np.ones(len(base), bool)
     gram = np.einsum("nki,nli->nkl", edges, edges)
-    right = -np.einsum("nki,ni->nk", edges, base)
-    scale = np.einsum("nkk->n", gram) + 1e-300
-    determinant = np.linalg.det(gram / scale[:, None, None])
-    sound = determinant > 1e-14
-    solvable = np.where(sound[:, None, None], gram, np.eye(k))
-    shares = np.linalg.solve(solvable, right[:, :, None])[:, :, 0]
-    valid = sound & (shares >= -1e-12).all(axis=1) & (shares.sum(axis=1) <= 1.0 + 1e-12)
-    return base + np.einsum("nk,nki->ni", shares, edges), valid
+    right_side = -np.einsum("nki,ni->nk", edges, base)
+    scale = np.einsum("nkk->n", gram) + 1e-300  # not zero, even if all corners coincide
+    is_independent = np.linalg.det(gram / scale[:, None, None]) > _MIN_GRAM_DETERMINANT
+    solvable = np.where(is_independent[:, None, None], gram, np.eye(edge_count))
+    weights = np.linalg.solve(solvable, right_side[:, :, None])[:, :, 0]  # barycentric, of all corners but the first
+    is_inside = (weights >= -_WEIGHT_TOLERANCE).all(axis=1) & (weights.sum(axis=1) <= 1.0 + _WEIGHT_TOLERANCE)
+    return base + np.einsum("nk,nki->ni", weights, edges), is_independent & is_inside
 
 
 # --- penetration depth ---------------------------------------------------------------------------------------------
@@ -219,8 +236,10 @@ def depths(pairs: Pairs, enough: float = -np.inf) -> tuple[FloatArray, FloatArra
 
     Parameters
     ----------
+    pairs
+        The N pairs of convex solids.
     enough
-        Depths up to this one are not refined: they may be larger than the least.
+        Depth up to which the caller needs no exact value: smaller ones are not refined, and are upper bounds.
 
     Returns
     -------

@@ -83,10 +83,10 @@ def own_offset(vertices: FloatArray, faces: IntArray) -> FloatArray | None:
 
 
 def common_offset(points: FloatArray, size: float) -> FloatArray | None:
-    """Return the center (3,) of some places if float32 would shift objects there visibly, else None.
+    """Return the center (3,) of some points if float32 would shift objects at them visibly, else None.
 
-    Places are those of copies, or of one object over time. They shift visibly if they are much farther from the origin
-    than from each other and than the objects' ``size``.
+    The points are the positions of copies, or of one object over time. Objects shift visibly if the points are much
+    farther from the origin than from each other and than the objects' ``size``.
     """
     low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
     far = float(np.abs(points).max(initial=0.0))
@@ -118,7 +118,15 @@ class Copies:
 
     @staticmethod
     def of(vertices: FloatArray, faces: IntArray, matrices: FloatArray) -> Copies:
-        """Return the copies of a mesh under poses (N, 3, 4)."""
+        """Return the copies of a mesh.
+
+        Parameters
+        ----------
+        vertices, faces : (V, 3), (F, 3)
+            The mesh.
+        matrices : (N, 3, 4)
+            Poses of the copies.
+        """
         if not len(vertices):
             none = np.zeros(len(matrices))
             return Copies(np.zeros((len(matrices), 3)), none, none)
@@ -167,7 +175,11 @@ class Copies:
         )
 
     def fit(self, error: float, rows: IntArray | None = None, offset: FloatArray | None = None) -> BoolArray:
-        """Return which copies keep their volumes, with coordinates relative to an offset, under a rounding error."""
+        """Return the mask of copies that keep their volumes when their coordinates are rounded.
+
+        ``error`` is the relative rounding error, ``rows`` are the copies that are tested (by default all), and
+        ``offset`` (3,) is the point to which the coordinates are relative.
+        """
         chosen = slice(None) if rows is None else rows
         centers = self.centers[chosen] - (0.0 if offset is None else offset)
         far = np.abs(centers).max(axis=1, initial=0.0) + self.radii[chosen]
@@ -179,8 +191,7 @@ def _growth_of(linear: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the squared Frobenius norms (N,) of linear maps (N, 3, 3), and lower bounds (N,) of their scales.
 
     The squares of the two largest singular values sum to at least twice their product, so the determinant divided by
-    half
-    the squared norm is at most the smallest one.
+    half the squared norm is at most the smallest one.
     """
     squares = np.einsum("nij,nij->n", linear, linear)
     return squares, np.abs(np.linalg.det(linear)) / np.maximum(squares / 2.0, 1e-300)

@@ -440,7 +440,7 @@ def triangle_poses(corners: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 def is_semantic(entity: Entity) -> bool:
-    """Return whether a primitive is the placeholder of a word without geometry."""
+    """Return whether an entity is a semantic primitive: the box that is drawn for a word that is never bound."""
     return entity.shape is not None and entity.shape.is_semantic
 
 
@@ -497,8 +497,7 @@ def normalized(solids: Solids, center: FloatArray, scale: float) -> Solids:
     """Return the solids after ``p -> scale (p - center)``, with every pose made invertible.
 
     Flat solids get a thickness far below a pixel. Solids without extent in two directions, or with non-finite poses,
-    are
-    removed.
+    are removed.
     """
     matrices = solids.matrices.copy()
     with np.errstate(all="ignore"):
@@ -515,11 +514,20 @@ def normalized(solids: Solids, center: FloatArray, scale: float) -> Solids:
 
 
 def thinness(matrices: FloatArray) -> FloatArray:
-    """Return lower bounds (N,) of the smallest singular values of linear parts, at most sqrt(3) too low; 0 if singular.
+    """Return lower bounds of the smallest singular values of the linear parts of poses.
 
     The smallest singular value is the determinant divided by the product of the other two, which is at most the
-    Frobenius
-    norm of the cofactors.
+    Frobenius norm of the cofactors.
+
+    Parameters
+    ----------
+    matrices : (N, 3, 4)
+        Poses, or only their linear parts, (N, 3, 3).
+
+    Returns
+    -------
+    (N,)
+        Bounds that are too low by a factor of at most sqrt(3); 0 for a singular matrix.
     """
     cofactors = cofactors_of(matrices[:, :, :3])
     determinant = np.einsum("ni,ni->n", matrices[:, :, 0], cofactors[:, :, 0])

@@ -378,16 +378,21 @@ _BRACKETS = {"LPAR": "(", "RPAR": ")", "LSQB": "[", "RSQB": "]"}
 
 
 def strict_rules() -> dict[str, Expression]:
-    """Return the rules of the strict language by name, with terminals replaced by their spelling in programs."""
-    text = resources.files("scenelang.grammar").joinpath("core.lark").read_text(encoding="utf-8")
-    rules = parse_rules(text[text.index("strict_start:") :])
+    """Return the rules of the strict language by name, as a grammar over text.
+
+    ``core.lark`` is a grammar over datums: its terminals are the classes of datums. Each terminal is replaced by what a
+    program has in its place: a word, a bracket, or a rule for a class of words.
+    """
+    grammar = resources.files("scenelang.grammar").joinpath("core.lark").read_text(encoding="utf-8")
+    rules = parse_rules(grammar[grammar.index("strict_start:") :])  # they come last in the file
     rules["start"] = rules.pop("strict_start")
-    heads = {terminal: head for head, terminal in STRICT_HEADS.items()} | _BRACKETS
-    spelled: dict[str, Expression] = {terminal: Literal(text) for terminal, text in heads.items()}
-    spelled |= {"OPERATOR": Ref("operator"), "MEASURE": Ref("measure"), "PARAMETER": Ref("parameter")}
+    spellings = {terminal: head for head, terminal in STRICT_HEADS.items()} | _BRACKETS
+    replacements: dict[str, Expression] = {terminal: Literal(spelling) for terminal, spelling in spellings.items()}
+    # Each of these terminals stands for several words, which are the options of a rule.
+    replacements |= {"OPERATOR": Ref("operator"), "MEASURE": Ref("measure"), "PARAMETER": Ref("parameter")}
     value = rules.pop("strict_value")
-    rules = {name: substitute(expression, spelled) for name, expression in rules.items()}
-    untyped = {**spelled, "PARAMETER": Terminal("NAME")}  # only parameters of functions have type annotations
+    rules = {name: substitute(expression, replacements) for name, expression in rules.items()}
+    untyped = {**replacements, "PARAMETER": Terminal("NAME")}  # only parameters of functions have type annotations
     rules["strict_value"] = substitute(value, untyped)
     rules["operator"] = choice(*(Literal(word) for word in sorted(STRICT_OPERATORS)))
     rules["measure"] = choice(*(Literal(word) for word in sorted(STRICT_MEASURES)))

@@ -101,8 +101,10 @@ class _Version:
     """One version of a program: where its variables and words are defined."""
 
     def __init__(self, program: Program, library: Mapping[Variable, Any]) -> None:
-        """Collect where a program defines its variables and binds its words; ``library`` are the definitions of the
-        library."""
+        """Collect where a program defines its variables and binds its words.
+
+        ``library`` are the definitions of the library.
+        """
         self._library = library
         self.facts: Sequence[FormFacts] = program.facts
         self.homes = {variable: index for index, facts in enumerate(self.facts) for variable in facts.defined}
@@ -117,7 +119,7 @@ class _Version:
         self.functions, self._bound, self._any_word = _word_functions(program)
 
     def may_be_bound(self, word: str) -> bool:
-        """Return whether the program may bind a word."""
+        """Return whether a ``bind`` of the program has this word, or has a computed one, which may be any word."""
         return self._any_word or word in self._bound
 
     def is_assigned(self, variable: Variable) -> bool:
@@ -157,8 +159,14 @@ class _Version:
 
 
 def _word_functions(program: Program) -> tuple[dict[str, ast.Lambda | None], set[str], bool]:
-    """Return the functions of the words that are bound once, all words that may be bound, and whether a word that is
-    bound is computed, and so may be any."""
+    """Return which words a program binds, and to which functions.
+
+    Returns
+    -------
+    functions, bound, any_word
+        Functions of the words that are bound once (None for others), all words that may be bound, and whether a
+        ``bind`` has a computed word, which may be any.
+    """
     functions: dict[str, ast.Lambda | None] = {}
     bound, any_word = set(program.all_words), False
     for facts in program.facts:
@@ -364,8 +372,10 @@ def _unbound_root(program: Program, root: str | None) -> Iterator[Diagnostic]:
 
 
 def _unreached(finding: Diagnostic) -> Diagnostic:
-    """Return an error of a form that is not evaluated as a warning (W401): unfinished words are normal while a scene is
-    being written."""
+    """Return an error of a form that is not evaluated as a warning (W401).
+
+    Unfinished words are normal while a scene is being written.
+    """
     return replace(finding, name="conditional-failure") if finding.is_error else finding
 
 

@@ -28,7 +28,7 @@ from scenelang.interpreter.checker.common import (
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.compile.analyse import called_builtin
+from scenelang.interpreter.compile.analyze import called_builtin
 from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAYS,
@@ -432,9 +432,21 @@ TURN = 2 * math.pi  # radians
 def check_values(
     inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
 ) -> bool:
-    """Check literal arguments: divisors, indices, angles, and the check of the registry entry.
+    """Check the arguments of a builtin whose values are known: divisors, indices, angles, and what its entry checks.
 
-    Returns False after a report, so that each call has one error.
+    Parameters
+    ----------
+    node
+        The call.
+    builtin
+        The builtin that it calls.
+    nodes, kinds
+        Positional arguments, and their kinds.
+
+    Returns
+    -------
+    bool
+        False after a report, so that each call has one error.
     """
     name = builtin.name
     divisors = nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ()
@@ -512,7 +524,15 @@ _REJECTED: dict[str, tuple[int, frozenset[str], str]] = {
 def need_of_argument(
     inference: KindInference, builtin: Builtin, index: int, parameter: BuiltinParameter, argument: Any
 ) -> None:
-    """Record the type that a builtin requires of an argument of unknown kind."""
+    """Record the type that a builtin requires of an argument of unknown kind.
+
+    Parameters
+    ----------
+    index, parameter
+        Number of the argument among the positional ones, and the parameter that takes it.
+    argument
+        Expression that is passed.
+    """
     type_: Type = parameter.type
     place = f"passed to `{builtin.name}`"
     if index in TRIPLES.get(builtin.name, ()) and builtin.name != "scale":
@@ -794,13 +814,16 @@ _ORDINALS = {"first": 1, "second": 2, "third": 3, "fourth": 4, "fifth": 5, "last
 
 
 def _check_ordinal(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
-    """Check that a sequence is long enough for ``first``, ``second`` and so on."""
+    """Return whether a sequence may be long enough for ``first``, ``second`` and so on; report one that is too short.
+
+    Only lists and vectors have a length that is known without running the program.
+    """
     length = length_of(kinds[0]) if kinds[0].tag in ("List", "Vector") else None
     if length is None or length >= _ORDINALS[name]:
         return True
-    message = f"`{name}` expects at least {plural(_ORDINALS[name], 'item')}, got {shown(nodes[0], kinds[0])}"
-    inference.report("index", message, node.span, expected=f"at least {plural(_ORDINALS[name], 'item')}",
-                     found=str(length))  # fmt: skip
+    expected = f"at least {plural(_ORDINALS[name], 'item')}"
+    message = f"`{name}` expects {expected}, got {shown(nodes[0], kinds[0])}"
+    inference.report("index", message, node.span, expected=expected, found=str(length))
     return False
 
 

@@ -49,7 +49,17 @@ def function_of(builtin: Builtin) -> Kind:
 
 
 def call(inference: KindInference, node: ast.Application, function: Kind, arguments: Sequence[Kind]) -> Kind:
-    """Check the application of a value of the kind ``function``, and return the kind of its result."""
+    """Check a call, and return the kind of its result.
+
+    Parameters
+    ----------
+    node
+        The call.
+    function
+        Kind of its head.
+    arguments
+        Kinds of its arguments.
+    """
     if function is ANY or function is NEVER:
         return ANY
     if not accepts("Function", function):
@@ -69,8 +79,24 @@ def call(inference: KindInference, node: ast.Application, function: Kind, argume
 def report_not_a_function(
     inference: KindInference, node: ast.Application, function: Kind, arguments: Sequence[Kind]
 ) -> Kind:
-    """Report a call whose head is not a function, with the form that is probably meant: an array, ``ref``, ``call``,
-    ``union``, or no call."""
+    """Report a call whose head is not a function.
+
+    The hint is the form that is probably meant: an array, ``ref``, ``call``, ``union``, or no call.
+
+    Parameters
+    ----------
+    node
+        The call.
+    function
+        Kind of its head.
+    arguments
+        Kinds of its arguments.
+
+    Returns
+    -------
+    Kind
+        ANY, as the kind of the call.
+    """
     head = node.function
     described = describe(function)
     text = head.span.text
@@ -145,9 +171,24 @@ def _may_be_numbers(node: ast.Application, kinds: Sequence[Kind]) -> bool:
 
 
 def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: str, usage: str) -> Any:
-    """Split the argument nodes of a call into positional ones and ``(name, keyword node, value node)`` rows.
+    """Split the argument nodes of a call into positional and keyword arguments.
 
-    Returns None after a report, or if a computed argument may be a keyword.
+    Parameters
+    ----------
+    node
+        The call.
+    arguments
+        Its arguments, whose kinds are known.
+    name
+        Name of the called function in messages.
+    usage
+        Parameter list for the hint, "" if it is not known.
+
+    Returns
+    -------
+    tuple of (list, list), or None
+        Nodes of positional arguments, and rows ``(name, keyword node, value node)``. None after a report, or if a
+        computed argument may be a keyword.
     """
     positional: list[Any] = []
     keywords: list[tuple[str, Any, Any]] = []
@@ -185,7 +226,7 @@ def _may_be_keyword(node: Any) -> bool:
 
 
 def item_given(kind: Kind) -> Kind:
-    """Return the kind of the items of a sequence that a library function passes to a callback."""
+    """Return the kind of the items of a sequence that a library function passes to a callback; ANY if unknown."""
     item = item_of(kind) if kind.tag in ("List", "Vector", "String") else ANY
     return ANY if item is NEVER else item
 
@@ -194,7 +235,10 @@ def item_given(kind: Kind) -> Kind:
 
 
 def call_builtin(inference: KindInference, node: ast.Application, builtin: Builtin, arguments: Sequence[Kind]) -> Kind:
-    """Check a call of a builtin, and return the kind of its result."""
+    """Check a call of a builtin, and return the kind of its result.
+
+    ``arguments`` are the kinds of the arguments of the call ``node``.
+    """
     signature = builtin.signature
     nodes: Sequence[Any] = node.arguments
     if signature.keywords:
@@ -245,8 +289,10 @@ def _by_position(node: ast.Application, parameters: Sequence[BuiltinParameter]) 
 
 
 def _fits(parameter: BuiltinParameter, argument: Any, kind: Kind) -> bool:
-    """Return whether an argument may have the type of a parameter; a literal Float is an Integer only if it is
-    whole."""
+    """Return whether an argument may have the type of a parameter.
+
+    A literal Float may be an Integer only if it is whole.
+    """
     name = parameter.type.name
     if name == "Integer" and type(argument) is ast.Constant and type(argument.value) is float:
         return argument.value.is_integer()
@@ -474,7 +520,7 @@ def report_unknown_keyword(
     Parameters
     ----------
     owner
-        The function, for messages.
+        The function, for error messages.
     key, span
         Name and location of the keyword.
     known
@@ -519,8 +565,16 @@ def check_callback(
 ) -> None:
     """Check that a function accepts the arguments of a callback.
 
-    ``arguments`` are their kinds, ``caller`` the name of the calling function for messages, and ``runs`` whether the
-    callback is certainly called.
+    Parameters
+    ----------
+    node, function
+        Expression that is passed as the callback, and its kind.
+    arguments
+        Kinds of the arguments with which it is called.
+    caller
+        Name of the calling function in messages.
+    runs
+        Whether the callback is certainly called; otherwise, a mistake is reported as a conditional failure.
     """
     if function.tag != "Function":
         return
@@ -557,7 +611,21 @@ def takes(parameter: ast.Parameter, kind: Kind) -> bool:
 def _check_callback_types(
     inference: KindInference, node: Any, code: Builtin, arguments: Sequence[Kind], caller: str, *, runs: bool
 ) -> None:
-    """Check the types of the arguments with which a function calls a builtin that is passed to it."""
+    """Check the types of the arguments with which a function calls a builtin that is passed to it.
+
+    Parameters
+    ----------
+    node
+        Expression that is passed, for the location.
+    code
+        The builtin.
+    arguments
+        Kinds of the arguments.
+    caller
+        Name of the calling function in messages.
+    runs
+        Whether the builtin is certainly called; otherwise, a mistake is reported as a conditional failure.
+    """
     signature = code.signature
     parameters = [*signature.required, *signature.optional]
     for index, kind in enumerate(arguments):
@@ -565,11 +633,17 @@ def _check_callback_types(
         if parameter is None or accepts(parameter.type, kind):
             continue
         expected = expected_name(parameter.type.name)
+        found = describe(kind)
         inference.report(
-            "type", f"{caller} calls `{code.name}`, which expects {expected} for `{parameter.name}`, got "
-            f"{describe(kind)}", node.span, f"signature: {code.usage}", always=runs, expected=expected,
-            found=describe(kind), signature=code.usage,
-        )  # fmt: skip
+            "type",
+            f"{caller} calls `{code.name}`, which expects {expected} for `{parameter.name}`, got {found}",
+            node.span,
+            f"signature: {code.usage}",
+            always=runs,
+            expected=expected,
+            found=found,
+            signature=code.usage,
+        )
         return
 
 
@@ -654,7 +728,7 @@ def _call_lambda(
         for parameter, argument in zip(positional, nodes)
     ]
     are_valid.append(check_keywords(inference, node, owner, "argument", code, keywords, () if is_unsure else None))
-    if code.name in INDICES and all(map(is_of_library, positional)):
+    if code.name in INDICES and all(map(is_library_parameter, positional)):
         _check_copies(inference, code, nodes, keywords)
     return result if all(are_valid) else ANY
 
@@ -724,13 +798,13 @@ def _check_parameter(
         inference.pass_argument(parameter, owner, value, usage)
         return (
             parameter.name != "objects"
-            or not is_of_library(parameter)
+            or not is_library_parameter(parameter)
             or _check_stacked(inference, owner, parameter, value, kind, usage)
         )
     if kind is ANY:
         inference.need(value, f"passed to {owner}", (parameter.type,), expected_name(parameter.type.name))
     if accepts(parameter.type, kind) and literal_fits(parameter.type, value):
-        return not is_of_library(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
+        return not is_library_parameter(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
     sign = ":" if parameter.kind == "keyword" else ""
     expected = expected_name(parameter.type.name)
     hint, fixes = _advice_of_type(parameter.type, value, kind)
@@ -754,8 +828,8 @@ def _advice_of_type(type_: Type, value: Any, kind: Kind) -> tuple[str | None, tu
     return meant_keyword(type_, value)
 
 
-def is_of_library(parameter: ast.Parameter) -> bool:
-    """Return whether a parameter belongs to a function of the standard library."""
+def is_library_parameter(parameter: ast.Parameter) -> bool:
+    """Return whether a parameter is declared in a source file of the standard library, not in the program."""
     span = parameter.target.span if isinstance(parameter.target, Variable) else None
     return span is not None and span.source.name.startswith(STD)
 
@@ -1005,33 +1079,59 @@ def _call_record(
 
 
 def _call_constructor(inference: KindInference, node: ast.Application, code: RecordCode, result: Kind) -> Kind:
-    """Check a call of a record's constructor, whose fields are passed by position or by keyword."""
+    """Check a call of a record's constructor, whose fields are passed by position or by keyword.
+
+    Returns ``result``, the kind of the record, or ANY after a mistake, so that it has no consequential errors.
+    """
+    owner = f"`{code.record}`"
     usage = "(" + " ".join((code.record, *code.fields)) + ")"
-    parts = split(inference, node, node.arguments, f"`{code.record}`", usage)
-    if parts is None:
+    parts = split(inference, node, node.arguments, owner, usage)
+    if parts is None:  # a reported mistake, or a computed argument that may be a keyword
         return ANY
     positional, keywords = parts
-    if _may_hide_keywords(inference, positional):
+    if _may_hide_keywords(inference, positional):  # a variable may have a keyword as its value: no check is possible
         return result
     if len(positional) > len(code.fields):
+        argument_count = plural(len(positional), "argument")
         return inference.report(
-            "arity", f"`{code.record}` has {len(code.fields)} fields, got {plural(len(positional), 'argument')}",
-            node.span, f"usage: {usage}", expected=plural(len(code.fields), "field"),
-            found=plural(len(positional), "argument"), signature=usage,
-        )  # fmt: skip
-    filled = set(code.fields[: len(positional)])
-    for key, key_node, _ in keywords:
-        if key in filled or key not in code.fields:
-            report_unknown_keyword(
-                inference, f"`{code.record}`", key, key_node.span, [f for f in code.fields if f not in filled], usage,
-                "field",
-            )  # fmt: skip
-            return ANY
-        filled.add(key)
-    missing = [field for field in code.fields if field in code.required and field not in filled]
+            "arity",
+            f"{owner} has {len(code.fields)} fields, got {argument_count}",
+            node.span,
+            f"usage: {usage}",
+            expected=plural(len(code.fields), "field"),
+            found=argument_count,
+            signature=usage,
+        )
+    if not _are_fields(inference, code, positional, keywords, usage):
+        return ANY
+    passed = {*code.fields[: len(positional)], *(key for key, _, _ in keywords)}
+    missing = [field for field in code.fields if field in code.required and field not in passed]
     if missing:
         return inference.report(
-            "keyword", f"missing field `{missing[0]}` of `{code.record}`", node.span, f"usage: {usage}",
-            expected=" ".join(missing), found="nothing", signature=usage,
-        )  # fmt: skip
+            "keyword",
+            f"missing field `{missing[0]}` of {owner}",
+            node.span,
+            f"usage: {usage}",
+            expected=" ".join(missing),
+            found="nothing",
+            signature=usage,
+        )
     return result
+
+
+def _are_fields(
+    inference: KindInference,
+    code: RecordCode,
+    positional: Sequence[Any],
+    keywords: Sequence[tuple[str, Any, Any]],
+    usage: str,
+) -> bool:
+    """Return whether all keywords are fields that are not passed before; report the first that is not."""
+    passed = set(code.fields[: len(positional)])
+    for key, key_node, _ in keywords:
+        if key in passed or key not in code.fields:
+            remaining = [field for field in code.fields if field not in passed]
+            report_unknown_keyword(inference, f"`{code.record}`", key, key_node.span, remaining, usage, "field")
+            return False
+        passed.add(key)
+    return True

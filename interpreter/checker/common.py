@@ -180,7 +180,7 @@ MAX_SHOWN = 40  # characters of source text in a message
 
 
 def shown(node: Any, kind: Kind) -> str:
-    """Return a value for messages: its kind, and its source text if that is short."""
+    """Return a value for error messages: its kind, and its source text if that is short."""
     text = node.span.text
     if node.span.expansion is None and len(text) <= MAX_SHOWN and "\n" not in text:
         return f"{describe(kind)}: {text}"
@@ -198,7 +198,7 @@ def is_keyword(node: Any) -> bool:
 
 
 def number_of(node: Any) -> float | None:
-    """Return the value of a literal number as a float, or None if it is none or too large."""
+    """Return the value of a literal number as a float; None for other expressions, and for too large a number."""
     if type(node) is ast.Constant and type(node.value) in (int, float) and abs(node.value) <= sys.float_info.max:
         return float(node.value)
     return None
@@ -231,7 +231,10 @@ def infix_fix(span: Span) -> Fix | None:
 
 
 def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
-    """Return the hint and fix that exchange two arguments of a call."""
+    """Return the hint and fix that exchange the arguments ``first`` and ``second`` of the call ``node``.
+
+    There is no fix in the expansion of a macro.
+    """
     hint = "the arguments are in the wrong order"
     if any(part.span.expansion is not None for part in (node, first, second)):
         return hint, ()
@@ -280,7 +283,7 @@ def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
 
 
 def name_of(code: ast.Lambda) -> str:
-    """Return the name of a function for messages; the name of a word's function has quotes already."""
+    """Return the name of a function for error messages; the name of a word's function has quotes already."""
     if code.name in ("lambda", "do"):
         return "this function"
     return code.name if code.name.startswith('"') else f"`{code.name}`"
@@ -313,7 +316,20 @@ _VALUES_OF = {"Alignment": ("min", "center", "max", "before", "after"), "Axis": 
 
 
 def meant_keyword(type_: Type, value: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for an axis or alignment that is written as a string or with another name."""
+    """Return the hint and fix for an axis or alignment that is written as a string or with another name.
+
+    Parameters
+    ----------
+    type_
+        Type of the parameter.
+    value
+        Expression of the argument.
+
+    Returns
+    -------
+    tuple
+        ``(None, ())`` for other types, and for values that are not similar to a keyword.
+    """
     if (
         type(value) is not ast.Constant
         or type(value.value) not in (str, Keyword, Symbol)

@@ -147,8 +147,10 @@ def _covers(outer: Habit, inner: Habit) -> bool:
 
 
 def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
-    """Return whether a construct is the cause of an error: the error lies in it, at its rest, or in the form around
-    it."""
+    """Return whether a construct of another language is the cause of an error.
+
+    The error is then in it, in the text that it leaves over, or in the form around it.
+    """
     span = diagnostic.span
     assert span is not None
     knows = any(fix.safe or diagnostic.name == "bad-atom" for fix in diagnostic.fixes)
@@ -231,7 +233,7 @@ def _diagnostic(source: Source, start: int, end: int, message: str, hint: str, f
 
 
 def _shown(text: str) -> str:
-    """Return code on one line, shortened for messages."""
+    """Return code on one line, shortened for error messages."""
     text = " ".join(text.split())
     return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
 
@@ -256,17 +258,19 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
 
 
 def _regions(text: str, errors: Sequence[Diagnostic]) -> list[tuple[int, int]]:
-    """Return the ranges of the top-level forms that contain errors; adjacent ones are joined."""
-    starts = _form_starts(text)
+    """Return the ranges (start, end) of the top-level forms that contain errors; overlapping ones are joined."""
+    form_starts = _form_starts(text)
     regions: list[tuple[int, int]] = []
     for start, end in sorted({(d.span.start, d.span.end) for d in errors if d.span is not None}):
-        before, after = bisect_right(starts, start), bisect_left(starts, max(end, start + 1))
-        first = starts[before - 1] if before else 0
-        last = starts[after] if after < len(starts) else len(text)
-        if regions and first < regions[-1][1]:
-            regions[-1] = (regions[-1][0], max(regions[-1][1], last))
+        end = max(end, start + 1)  # an empty span, such as that of a missing bracket, is in the form that begins there
+        started = bisect_right(form_starts, start)  # number of forms that begin at the error or before it
+        following = bisect_left(form_starts, end)  # number of the first form behind the error
+        region_start = form_starts[started - 1] if started else 0
+        region_end = form_starts[following] if following < len(form_starts) else len(text)
+        if regions and region_start < regions[-1][1]:
+            regions[-1] = (regions[-1][0], max(regions[-1][1], region_end))
         else:
-            regions.append((first, last))
+            regions.append((region_start, region_end))
     return regions
 
 

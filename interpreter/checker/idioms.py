@@ -38,7 +38,21 @@ class Idiom:
 
 @dataclass(frozen=True, slots=True)
 class Spelling:
-    """Spelling of a literal, comment or access: a regular expression over the text outside strings."""
+    """Spelling of a literal, comment or access in another language.
+
+    Attributes
+    ----------
+    language
+        Language, for the message.
+    pattern
+        Regular expression over the text outside strings.
+    instead
+        Replacement of a match, a template for ``re.Match.expand``.
+    hint
+        What to write.
+    is_sure
+        Whether a match is certainly this construct, so that the replacement is safe.
+    """
 
     language: str
     pattern: str

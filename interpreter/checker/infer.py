@@ -21,7 +21,7 @@ from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
 from scenelang.interpreter.checker import calls, scene_forms
 from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
-from scenelang.interpreter.compile.analyse import called_builtin, pattern_variables, walk
+from scenelang.interpreter.compile.analyze import called_builtin, pattern_variables, walk
 from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAY,
@@ -95,7 +95,21 @@ class World(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordCode:
-    """Procedure of a record type: ``role`` is new, test, get or set; ``fields`` are those without a default first."""
+    """Procedure of a record type.
+
+    Attributes
+    ----------
+    name, record
+        Names of the procedure and of the record type.
+    role
+        What it does: "new", "test", "get" or "set".
+    fields
+        Fields in the order of the constructor's parameters, those without a default first.
+    required
+        Fields without a default.
+    types
+        Types of the fields.
+    """
 
     name: str
     record: str
@@ -109,8 +123,20 @@ class RecordCode:
 class Need:
     """Use of a parameter in the body of its function that every call of the function reaches.
 
-    ``types`` are the types that it accepts, any of them, and ``error`` is the name of the diagnostic of a run that
-    fails; ``passed`` is the parameter of another function to which the value is passed unchanged.
+    Attributes
+    ----------
+    place
+        Description of the use in messages, such as "called here".
+    span
+        Location of the use.
+    types
+        Types that it accepts, any of them.
+    expected
+        Description of these types.
+    error
+        Name of the diagnostic of a run that fails.
+    passed
+        Parameter of another function to which the value is passed unchanged.
     """
 
     place: str
@@ -126,7 +152,23 @@ class Need:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Passed:
-    """Argument of a known kind for a parameter without a type."""
+    """Argument of a known kind for a parameter without a type.
+
+    Attributes
+    ----------
+    parameter
+        The parameter.
+    owner, usage
+        Name and parameter list of its function, for messages.
+    argument, kind
+        Expression that is passed, and its kind.
+    call
+        The call.
+    is_certain
+        Whether the call is certainly evaluated.
+    number
+        Value of the argument, if it is a number that is known.
+    """
 
     parameter: Variable
     owner: str
@@ -248,7 +290,10 @@ class KindInference:
         expected: str | None = None,
         found: str | None = None,
     ) -> None:
-        """Add a warning, which does not change the kind of the expression."""
+        """Add a warning, which does not change the kind of the expression.
+
+        The parameters are those of ``report``.
+        """
         self.result.findings.append(Diagnostic(name, message, span, hint, fixes=fixes, expected=expected, found=found))
 
     @contextmanager
@@ -291,7 +336,10 @@ class KindInference:
         return variable.assigned and (not variable.is_global or self.world.is_assigned(variable))
 
     def bind(self, target: Any, kind: Kind, span: Span) -> None:
-        """Bind a variable or destructuring pattern to a value of a kind."""
+        """Record the kind of a value for the variable that it is bound to; pass its items to a destructuring pattern.
+
+        ``target`` is a variable, a pattern or None, ``span`` the location of the definition.
+        """
         if isinstance(target, Variable):
             self.env[target] = kind
         elif isinstance(target, tuple):
@@ -314,7 +362,7 @@ class KindInference:
         return result if math.isfinite(result) else None
 
     def count_of(self, node: Any) -> int | None:
-        """Return how often a loop over the value of an expression turns, if that is certain and small."""
+        """Return the number of turns of a loop over the value of an expression, if that is certain and small."""
         kind = self.result.kinds[node]
         if kind.tag in ("List", "Vector"):
             return length_of(kind)
@@ -346,7 +394,17 @@ class KindInference:
     # --- functions ---------------------------------------------------------------------------------------------
 
     def function(self, node: ast.Lambda, entity_word: bool = False, arguments: Sequence[Kind] | None = None) -> Kind:
-        """Infer the body of a function once, and return the kind of the function."""
+        """Infer the body of a function once, and return the kind of the function.
+
+        Parameters
+        ----------
+        node
+            The function.
+        entity_word
+            Whether it is the function of a word, whose positional parameters are an embedding and a list of embeddings.
+        arguments
+            Kinds of the arguments, if the function is called once, here; None if it may run later.
+        """
         caller, reached, exits, may_escape = self.caller, self.is_reached, self.exits, self.may_escape
         self.caller, self.is_reached, self.may_escape = node, True, False
         pending, runs_now = self.pending, self.runs_now
@@ -415,7 +473,7 @@ class KindInference:
         types
             Accepted types of the registry; empty if only ``rejects`` or ``fails`` decide.
         expected
-            Required value, for messages.
+            Required value, for error messages.
         error
             Name of the diagnostic.
         count
@@ -438,7 +496,17 @@ class KindInference:
                 self.need(item, place, ("Number",), "a number")
 
     def pass_argument(self, parameter: ast.Parameter, owner: str, argument: Any, usage: str) -> None:
-        """Record an argument for a parameter without a type."""
+        """Record the argument of a call for a parameter without a type.
+
+        Parameters
+        ----------
+        parameter
+            The parameter.
+        owner, usage
+            Name and parameter list of its function, for messages.
+        argument
+            Expression that is passed.
+        """
         target, kind = parameter.target, self.result.kinds[argument]
         if not isinstance(target, Variable) or target.assigned or self.is_guarded:
             return
@@ -492,7 +560,15 @@ class KindInference:
     # --- parts -------------------------------------------------------------------------------------------------
 
     def check_parts(self, node: Any, kind: Kind, place: str) -> None:
-        """Report a value that cannot be parts of an entity."""
+        """Report a value that cannot be parts of an entity.
+
+        Parameters
+        ----------
+        node, kind
+            Expression, and its kind.
+        place
+            Form that expects parts, at the start of the message.
+        """
         if kind is ANY:
             self.need(node, f"a part of {place}", ("Parts",), "an entity", "parts")
         self.check_certain_parts(node, kind, place)
@@ -727,13 +803,13 @@ def _infer_arguments(inference: KindInference, node: ast.Application, function: 
 
     A ``lambda`` that is passed to a library function which calls it has parameters of the kinds that it is called with.
     """
-    indices = _given_indices(function)
-    if indices is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
+    infer_callback = _callback_kinds_of(function)
+    if infer_callback is None or not any(type(argument) is ast.Lambda for argument in node.arguments):
         return inference.infer_all(node.arguments)
     lambdas = [argument for argument in node.arguments if type(argument) is ast.Lambda]
     inference.infer_all([argument for argument in node.arguments if type(argument) is not ast.Lambda])
     kinds = inference.result.kinds
-    callback_kinds = indices(node, kinds)
+    callback_kinds = infer_callback(node, kinds)
     for argument in lambdas:
         is_callback = argument is node.arguments[0] or isinstance(function.code, ast.Lambda)
         kind = inference.function(argument, arguments=callback_kinds if is_callback else None)
@@ -741,15 +817,21 @@ def _infer_arguments(inference: KindInference, node: ast.Application, function: 
     return [kinds[argument] for argument in node.arguments]
 
 
-def _given_indices(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
-    """Return the function that computes the kinds of a callback's arguments, for library functions that call it
-    immediately, else None."""
+def _callback_kinds_of(function: Kind) -> Callable[[Any, Any], list[Kind]] | None:
+    """Return how to infer the kinds of the arguments that a library function passes to its callback.
+
+    The result takes the call and the kinds of its other arguments, by node. It is None for functions of the program and
+    for library functions that do not call the callback before they return.
+    """
     code = function.code
     if isinstance(code, Builtin):
-        return _GIVEN.get(code.name)
-    if isinstance(code, ast.Lambda) and code.name in calls.INDICES and all(map(calls.is_of_library, code.parameters)):
-        return lambda node, kinds: [INTEGER] * calls.INDICES[code.name]
-    return None
+        return _CALLBACK_KINDS.get(code.name)
+    if not isinstance(code, ast.Lambda) or code.name not in calls.INDICES:
+        return None
+    # A function of the program may have the same name as one of these combinators, which pass indices of copies.
+    if not all(map(calls.is_library_parameter, code.parameters)):
+        return None
+    return lambda node, kinds: [INTEGER] * calls.INDICES[code.name]
 
 
 def _items_given(node: ast.Application, kinds: Any) -> list[Kind]:
@@ -767,7 +849,7 @@ def _left_given(node: ast.Application, kinds: Any) -> list[Kind]:
     return [ANY, *(calls.item_given(kinds.get(argument, ANY)) for argument in node.arguments[2:])]
 
 
-_GIVEN: dict[str, Callable[[Any, Any], list[Kind]]] = {
+_CALLBACK_KINDS: dict[str, Callable[[Any, Any], list[Kind]]] = {
     **dict.fromkeys(("map", "for-each", "append-map", "filter-map", "any", "every"), _items_given),
     **dict.fromkeys(("filter", "remove", "partition", "find", "list-index"), _items_given),
     "fold": _folded_given, "fold-left": _left_given, "fold-right": _folded_given,

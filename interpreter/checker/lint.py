@@ -11,7 +11,7 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, with_edits
-from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_slip
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_typo
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.checker.book import KindBook, findings, reached_forms
 from scenelang.interpreter.checker.common import infix_fix
@@ -25,7 +25,7 @@ from scenelang.interpreter.checker.rules import (
     remove,
     with_spacing,
 )
-from scenelang.interpreter.compile.analyse import walk
+from scenelang.interpreter.compile.analyze import walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.primitives import is_word, words
@@ -48,10 +48,8 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
 
     Raises
     ------
-    SceneError("no-root")
-        If the program binds no word.
-    SceneError("word")
-        If the operand of ``scene`` is not a string.
+    SceneError
+        "no-root" if the program binds no word, "word" if the operand of ``scene`` is not a string.
     """
     if program.scene is not None:
         word = program.scene.word
@@ -101,7 +99,7 @@ def word_warnings(program: Program) -> list[Diagnostic]:
                         _near_word(word, _callable_words(program, facts))
                         or _near_primitive(word)
                         or _near_unused(word, program, facts)
-                        or _slipped(word, calls)
+                        or _repeated_word(word, calls)
                     )
                 if near[word]:
                     warnings.append(_misspelled(word, str(near[word]), span))
@@ -147,14 +145,15 @@ def _callable_words(program: Program, facts: FormFacts) -> list[str]:
 
 
 def _near_word(word: str, known: Sequence[str]) -> str | None:
-    """Return the known word that ``word`` misspells: by a slip of a finger, a permutation, or a similar spelling.
+    """Return the known word that ``word`` probably misspells, or None.
 
-    A slip is decided by the keyboard: "cune" is "cube", whose differing letters are adjacent keys, but "tube" is a
+    The two differ by a typing error (see ``is_typo``), by the order of their letters, or have a similar spelling.
+    Typing errors depend on the keyboard: "cune" is "cube", whose differing letters are adjacent keys, but "tube" is a
     word of its own.
     """
     from difflib import get_close_matches
 
-    slips = [other for other in known if is_slip(word, other)]
+    slips = [other for other in known if is_typo(word, other)]
     near = (
         slips
         or [other for other in known if sorted(other.lower()) == sorted(word.lower())]
@@ -163,24 +162,24 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
     return near[0] if near else None
 
 
-# All words of an English dictionary (133,618 entries) that differ from a primitive's name by a slip of a finger.
+# All words of an English dictionary (133,618 entries) that differ from a primitive's name by a typing error.
 _NOUNS = frozenset({"capsful", "capulet", "cine", "come", "conf", "cons", "cubs", "done", "horus", "sone", "tours"})
 _MIN_LETTERS = 6  # of a primitive's name whose similar words are misspellings; too many nouns resemble shorter ones
 
 
 def _near_primitive(word: str) -> str | None:
-    """Return the primitive whose name is misspelled, or None.
+    """Return the primitive that an unbound word probably means, or None.
 
-    The word differs by a slip of a finger, or it is similar to a long name without being its plural or participle. A
-    similarity alone would not do, because nouns are words of programs too: "cub", "scone" and "seats" are nearer to a
-    primitive than many misspellings.
+    The word is the primitive's name in capital letters, differs from it by a typing error (see ``is_typo``), or is
+    similar to a long name without being its plural or participle. Similarity alone is not enough, because programs use
+    nouns as words too: "cub", "scone" and "seats" are closer to a primitive than many misspellings.
     """
     word = word.lower()
     if word in _NOUNS:
         return None
-    if is_word(word):
+    if is_word(word):  # only the case differs
         return word
-    return next((name for name in words() if is_slip(word, name) or _is_misspelled(word, name)), None)
+    return next((name for name in words() if is_typo(word, name) or _is_misspelled(word, name)), None)
 
 
 def _is_misspelled(word: str, name: str) -> bool:
@@ -192,9 +191,9 @@ def _is_misspelled(word: str, name: str) -> bool:
     return sorted(word) == sorted(name) or SequenceMatcher(None, word, name).ratio() >= _SIMILARITY
 
 
-def _slipped(word: str, calls: Mapping[str, int]) -> str | None:
-    """Return the word, bound or not, that is called repeatedly and from which a word called once differs by a slip."""
-    often = (other for other, count in calls.items() if count > 1 and is_slip(word, other))
+def _repeated_word(word: str, calls: Mapping[str, int]) -> str | None:
+    """Return the word that ``word`` probably misspells, if it is called once, and another, bound or not, repeatedly."""
+    often = (other for other, count in calls.items() if count > 1 and is_typo(word, other))
     return next(often, None) if calls[word] == 1 else None
 
 
@@ -276,26 +275,27 @@ def _is_library(form: Any) -> bool:
 def _unused_globals(program: Program, written: Sequence[FormFacts]) -> Iterator[Diagnostic]:
     """Report top-level definitions of the main file that no other form or macro refers to."""
     params = {param.span for param in program.params}
-    users: dict[Any, set[int]] = {}
+    users: dict[Any, set[int]] = {}  # ids of the forms that refer to each variable
     for facts in program.facts:
         for variable in facts.used:
             users.setdefault(variable, set()).add(id(facts))
     longest = max((len(variable.name) for facts in written for variable in facts.defined), default=0)
-    mentions: Counter[str] | None = None  # computed when needed
+    mentions: Counter[str] | None = None  # computed when needed, because it reads the whole text
     for facts in written:
         if facts.form.span.source.name != program.main.name or facts.form.span in params:
             continue
-        for variable in facts.defined:
-            used = bool(users.get(variable, set()) - {id(facts)})
-            if used or len(facts.defined) > 1 or not is_user_written(variable) or variable.name.startswith("_"):
-                continue
-            if mentions is None:
-                mentions = _mentions(program.main.text, longest)
-            if mentions[variable.name] <= 1:  # only its definition
-                fixes = (
-                    (remove(facts.form, safe=False),) if is_removable(facts.form) else ()
-                )  # other files may import it
-                yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
+        if len(facts.defined) != 1:  # the names of a pattern or a record belong together: one of them may be used
+            continue
+        (variable,) = facts.defined
+        is_used = bool(users.get(variable, set()) - {id(facts)})
+        if is_used or not is_user_written(variable) or variable.name.startswith("_"):
+            continue
+        if mentions is None:
+            mentions = _mentions(program.main.text, longest)
+        if mentions[variable.name] <= 1:  # only its definition; macros and quoted code mention names without a use
+            # The fix is not safe, because other files may import the name.
+            fixes = (remove(facts.form, safe=False),) if is_removable(facts.form) else ()
+            yield Diagnostic("unused", f"`{variable.name}` is never used", variable.span, fixes=fixes)
 
 
 def _mentions(text: str, longest: int) -> Counter[str]:
@@ -337,9 +337,18 @@ def new_form_warnings(
     all_words: Mapping[str, Span],
     cache: LintCache,
 ) -> list[Diagnostic]:
-    """Return the warnings about core forms that are added to a session whose words are known.
+    """Return the warnings about forms that are added to a session.
 
-    Lints of ``WHOLE_FILE`` are included.
+    Parameters
+    ----------
+    main
+        Text of the forms.
+    forms
+        The core forms.
+    words, all_words
+        Location of each word that the main file binds, and that the session binds.
+    cache
+        Facts and kinds of the session's forms.
     """
     program = Program(main, (), forms, None, words, all_words, (), (), cache.facts, cache.kinds)
     kinds = [d for d in findings(program, None) if not d.is_error]  # an error is reported when the form runs
@@ -373,8 +382,11 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
 
 
 def _without_details(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Remove details of a larger mistake: an unused variable or a constant test in a body without a value, and the
-    undefined index of a loop whose body lacks its ``lambda``."""
+    """Remove the diagnostics that are details of a larger mistake.
+
+    These are an unused variable or a constant test in a body without a value, and the undefined index of a loop whose
+    body lacks its ``lambda``.
+    """
     empty = [
         d.span
         for d in diagnostics
@@ -458,8 +470,10 @@ def _once_for_each_word(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
 
 def _misspelled_parameters(diagnostics: list[Diagnostic], program: Program) -> list[Diagnostic]:
-    """Report a keyword parameter with a misspelled name at its declaration, if its function reads another name and its
-    callers pass that."""
+    """Replace findings about calls by one at the declaration of a keyword parameter whose name is misspelled there.
+
+    This is so if the function reads another name, and its callers pass that one.
+    """
     calls = [d for d in diagnostics if d.found is not None and d.found.startswith(":") and len(d.near) == 1]
     for call in {(d.found, d.near[0]): d for d in calls}.values():
         passed, spelled = str(call.found)[1:], call.near[0][1:]
@@ -512,8 +526,10 @@ def _inside_function(diagnostic: Diagnostic, function: ast.Lambda) -> bool:
 
 
 def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
-    """Return whether a diagnostic is about the name that is read instead of the parameter, or says that the parameter
-    is unused."""
+    """Return whether a diagnostic is a consequence of a misspelled parameter.
+
+    It is about the name that is read instead, or says that the parameter is unused.
+    """
     assert diagnostic.span is not None
     if diagnostic.name == "unused":
         return f"`{spelled}`" in diagnostic.message
@@ -771,9 +787,18 @@ def without_suppressed(diagnostics: Iterable[Diagnostic], sources: Iterable[Sour
 def confirmed(
     reported: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
 ) -> list[Diagnostic]:
-    """Return the findings of the check with the error and the warnings of the run, each mistake once.
+    """Return the findings of a check together with those of the run after it, each mistake once.
 
     Errors of the check that did not occur in the run become warnings: the code was guarded, or not evaluated.
+
+    Parameters
+    ----------
+    reported
+        Findings of the check.
+    problem
+        Error that ended the run, if any.
+    warnings
+        Warnings of the run.
     """
     warnings = [d for d in warnings if not any(_is_reported(finding, d) for finding in reported)]
     if problem is None or CODES[problem.name].code.startswith("E5"):

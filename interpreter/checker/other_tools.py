@@ -138,8 +138,10 @@ def _normal(name: str) -> str:
 
 
 def calls_of_other_tools(node: ast.Call, word: str) -> Iterator[Diagnostic]:
-    """Iterate over the mistakes in a call of a word that is not a primitive, assuming that the program does not bind
-    it."""
+    """Iterate over the mistakes in a call of a word that is not a primitive.
+
+    It is assumed that the program does not bind the word.
+    """
     if is_word(word):
         return
     compound = _compounds().get(_normal(word))
@@ -184,7 +186,7 @@ def _attributes_of(node: ast.Call) -> Iterator[tuple[ast.Constant, Any]]:
 
 
 def _listed(primitive: str) -> str:
-    """Return the attributes of a primitive, for messages."""
+    """Return the attributes of a primitive, for error messages."""
     return ", ".join(f"`:{name}`" for name in geometry_attributes(primitive) or ())
 
 

@@ -38,7 +38,7 @@ _PLAIN_TYPES = frozenset(("Embedding", "List[Embedding]", "Integer", "Float", "N
 
 
 class FileExpander(Expander):
-    """Expander of one file that uses names of the whole program for suggestions."""
+    """Expander of one file that suggests names of the whole program for misspelled ones."""
 
     def __init__(self, file: SourceFile, run_macro: RunMacro) -> None:
         super().__init__(run_macro)
@@ -53,7 +53,7 @@ class FileExpander(Expander):
         self.declared.clear()
 
     def known_names(self) -> Iterable[str]:
-        """Return the predefined names, for suggestions."""
+        """Return the names of builtins, constants and the prelude, which a misspelled name is compared with."""
         state = self._file.state
         return state.prelude.names() if state is not None else ()
 
@@ -172,7 +172,19 @@ class TrackedNames(dict[Symbol, Any]):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Param:
-    """Declaration ``(param name default "doc" :min a :max b)``. ``default`` is source text."""
+    """Declaration ``(param name default "doc" :min a :max b)``.
+
+    Attributes
+    ----------
+    name, doc
+        Name and description.
+    default
+        Source text of the default.
+    minimum, maximum
+        Range of a number, None where it is not limited.
+    span
+        Location of the declaration.
+    """
 
     name: str
     default: str
@@ -287,8 +299,24 @@ def top_forms(source: Source) -> list[TopForm]:
 class ProgramState:
     """State shared by the files of a program while they are loaded.
 
-    ``previous_files`` are files of an earlier version that may be reused. ``records_uses`` requests the meaning of
-    every identifier, for editors.
+    Attributes
+    ----------
+    prelude
+        Predefined names.
+    load, overrides, run_macro
+        As for ``load_program``.
+    files
+        Files read so far, by name.
+    loading
+        Names of the files whose imports are being read, outermost first: an import of one of them is a cycle.
+    params
+        Declarations read so far.
+    previous_files
+        Files of an earlier version that may be reused.
+    fact_cache, kinds
+        Results for the forms of an earlier version.
+    records_uses
+        Whether to record the meaning of every identifier, for editors.
     """
 
     prelude: Prelude
@@ -520,8 +548,10 @@ class SourceFile:
         return origin == file.source.name and dict.get(self.names, name) is binding
 
     def _load(self, path: str, span: Span) -> SourceFile:
-        """Return an imported file after scanning it; a file of the previous version is reused if its text is the
-        same."""
+        """Return an imported file after scanning it.
+
+        A file of the previous version is reused if its text is the same.
+        """
         state = self.state
         assert state is not None
         if path.startswith(STD):
@@ -809,7 +839,10 @@ class Prelude:
 
 @lru_cache(maxsize=4)
 def prelude_of(library: Library) -> Prelude:
-    """Return the (cached) prelude of a library."""
+    """Return the prelude of a library: the definitions in the language that every program can use.
+
+    It is the same object for the same library, so that its files are expanded once per process.
+    """
     return Prelude(library)
 
 

@@ -14,7 +14,7 @@ from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, s
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, near_names
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.other_tools import calls_of_other_tools, hint_for_primitive
-from scenelang.interpreter.compile.analyse import called_builtin, children, pattern_variables, strings_in, walk
+from scenelang.interpreter.compile.analyze import called_builtin, children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import Builtin
 from scenelang.interpreter.scene.primitives import (
@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 
 
 def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
-    """Report optional positional parameters of an entity function, which ``call`` never passes."""
+    """Report optional positional parameters of an entity function, which ``call`` never passes.
+
+    ``form`` is a ``bind`` and ``word`` the word that it binds. Without a word, nothing is reported.
+    """
     function = form.function if word is not None else None
     if type(function) is ast.Lambda:
         for parameter in function.parameters:
@@ -377,7 +380,7 @@ def _condition_warning(test: Any, fixes: tuple[Fix, ...]) -> Diagnostic:
 # --- unused variables ------------------------------------------------------------------------------------------------
 
 
-_MACROS = ("define-syntax", "let-syntax", "letrec-syntax", "define-macro")
+_MACRO_DEFINITIONS = ("define-syntax", "let-syntax", "letrec-syntax", "define-macro")
 
 
 def is_user_written(variable: Variable) -> bool:
@@ -394,10 +397,10 @@ def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
     Parameters prescribed by the caller are excluded: the positional parameters of anonymous functions and entity
     functions.
     """
-    if any(head in form.span.text for head in _MACROS):
+    if any(head in form.span.text for head in _MACRO_DEFINITIONS):
         return  # a macro in the form may refer to them when it is used
     used = {node.target for node in nodes if type(node) is ast.Reference}
-    named = _named_functions(nodes, form)
+    named_functions = _named_functions(nodes, form)
     removable: set[int] | None = None  # computed when needed, because it reads the text again
     for node in nodes:
         if type(node) is ast.Define and node is not form:
@@ -406,11 +409,11 @@ def unused_locals(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
                 fixes = (remove(node),) if id(node) in removable else ()
                 yield from _unused("", node.target, used, fixes)
         elif type(node) is ast.Lambda:
+            removable_kinds = ["keyword", "optional"]
+            if id(node) in named_functions:  # no caller outside the form prescribes its positional parameters
+                removable_kinds.append("required")
             for parameter in node.parameters:
-                is_free = parameter.kind in ("keyword", "optional") or (
-                    parameter.kind == "required" and id(node) in named
-                )
-                if is_free and isinstance(parameter.target, Variable):
+                if parameter.kind in removable_kinds and isinstance(parameter.target, Variable):
                     yield from _unused("the parameter ", parameter.target, used)
 
 
@@ -502,7 +505,7 @@ def _may_be_vector(node: ast.Application) -> bool:
 
 
 def _non_functions(nodes: Iterable[Any]) -> dict[Variable, str]:
-    """Return the variables that evidently do not hold a function, with a description of each for messages."""
+    """Return the variables that evidently do not hold a function, with a description of each for error messages."""
     descriptions: dict[Variable, str] = {}
     for node in nodes:
         if type(node) is ast.Lambda:
@@ -603,7 +606,7 @@ def _binds(nodes: Iterable[Any]) -> Iterator[tuple[str | None, Any]]:
 
 
 def bound_word(form: Any) -> str | None:
-    """Return the word that a form binds, if it is a literal."""
+    """Return the word of a ``(bind "word" ...)`` form; None for other forms and for a computed word."""
     if type(form) is ast.Bind and type(form.word) is ast.Constant and type(form.word.value) is str:
         return form.word.value
     return None

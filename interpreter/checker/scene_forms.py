@@ -1,4 +1,7 @@
-"""Checks of the scene forms: ``bind``, ``call``, ``transform``, ``union`` and ``union-loop``."""
+"""Checks of the scene forms: ``bind``, ``call``, ``transform``, ``union`` and ``union-loop``.
+
+The functions report mistakes to ``inference``. ``node`` is an expression and ``kind`` the kind of its value.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ from scenelang.interpreter.checker.common import (
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.compile.analyse import called_builtin
+from scenelang.interpreter.compile.analyze import called_builtin
 from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAYS,
@@ -165,8 +168,10 @@ def _called_fix(node: ast.Call, name: str) -> tuple[Fix, ...]:
 
 
 def _spelled_attribute(inference: KindInference, node: ast.Call, argument: Any) -> bool | None:
-    """Report ``(call "cube" scale 2)``, where the name of an attribute lacks its colon; None if this is not the
-    case."""
+    """Report ``(call "cube" scale 2)``, where the name of an attribute lacks its colon.
+
+    Returns None if this is not the case.
+    """
     if type(argument) is not ast.Reference or type(node.word) is not ast.Constant:
         return None
     if argument.span.expansion is not None:
@@ -290,7 +295,17 @@ def check_primitive(
     positional: Sequence[Any],
     keywords: Sequence[tuple[str, Any, Any]],
 ) -> None:
-    """Check the attributes of a primitive: their kinds, and the values of literals."""
+    """Check the attributes of a primitive: their kinds, and the values of literals.
+
+    Parameters
+    ----------
+    node
+        The call.
+    word
+        Word of the primitive; any word that is not bound is a semantic primitive.
+    positional, keywords
+        Arguments of the call, as ``calls.split`` returns them.
+    """
     cls = _primitive(word)
     attributes = cls.attributes if cls is not None else ()
     known = {attribute.name: attribute for attribute in (COLOR, *MATERIALS, *_physics_of(cls), *attributes)}
@@ -495,7 +510,15 @@ def are_no_parts(kind: Kind) -> bool:
 
 
 def report_missing_branch(inference: KindInference, node: Any, kind: Kind, place: str) -> None:
-    """Warn about an ``if`` without a second branch whose value is used as a part."""
+    """Warn about an ``if`` without a second branch whose value is used as a part.
+
+    Parameters
+    ----------
+    node, kind
+        Expression, and its kind.
+    place
+        Form that expects parts, for the message.
+    """
     missing = _if_without_branch(node)
     if missing is None or kind is ANY or not any(option.tag == "None" for option in kind.options):
         return
@@ -533,7 +556,18 @@ def _if_without_branch(node: Any) -> Any:
 
 
 def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, always: bool = True) -> None:
-    """Report a value that is neither an entity nor a list of parts."""
+    """Report a value that is neither an entity nor a list of parts.
+
+    Parameters
+    ----------
+    node, kind
+        Expression, and its kind.
+    place
+        Form that expects parts, at the start of the message.
+    always
+        Whether every value of the kind is wrong; otherwise only the items of some lists are, and the report is a
+        conditional failure.
+    """
     hint = None
     fixes: tuple[Fix, ...] = ()
     culprit = _not_a_part(kind) if always else item_of(kind)
@@ -643,7 +677,17 @@ def _is_no_number(inference: KindInference, node: Any) -> bool:
 
 
 def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: Any, kind: Kind) -> None:
-    """Report an item of an array literal that is not a number."""
+    """Report an item of an array literal that is not a number.
+
+    Parameters
+    ----------
+    around
+        Array literal.
+    node
+        The item.
+    kind
+        Kind of the item.
+    """
     hint = "use `(list ...)` for a list of other values"
     fixes: tuple[Fix, ...] = ()
     number, number_fixes = unquoted_number(node)
@@ -690,7 +734,15 @@ def _row_length(kind: Kind) -> int | None:
 
 
 def check_collected(inference: KindInference, loop: str, node: Any, kind: Kind) -> bool:
-    """Check that the value of a body of ``for/append``, ``for/sum`` or ``for/table`` can be collected."""
+    """Return whether a ``for`` loop can collect the value of its body; report it otherwise.
+
+    Parameters
+    ----------
+    loop
+        What the loop does: "append", "sum" or "table"; others can collect any value.
+    node, kind
+        Body, and the kind of its value.
+    """
     name, value = f"`for/{loop}`", shown(node, kind)
     if loop == "append" and not accepts("List", kind):
         error, expected, hint = "type", "a List", "use `for/list` to collect single values"

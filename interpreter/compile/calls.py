@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.compile.analyse import undefined
+from scenelang.interpreter.compile.analyze import undefined
 from scenelang.interpreter.runtime.parts import call_embeddings, copy_table, parts_of, transformed
 from scenelang.interpreter.runtime.procedures import (
     TAIL,
@@ -48,7 +48,7 @@ from scenelang.interpreter.values.values import (
 )
 
 if TYPE_CHECKING:
-    from scenelang.interpreter.compile.analyse import FrameLayout
+    from scenelang.interpreter.compile.analyze import FrameLayout
     from scenelang.interpreter.compile.compile import Compiler, Context
     from scenelang.interpreter.runtime.runtime import Runtime
 
@@ -68,12 +68,15 @@ class GlobalHead:
         self.name = name
         self.span = span
 
-    def __call__(self, f: Frame) -> Any:
+    def __call__(self, frame: Frame) -> Any:
         return self.cell.value
 
 
 def locate(error: SceneError, function: Any, span: Span) -> None:
-    """Set the span of an error to that of the failing call, or add the call to its call stack."""
+    """Add the location of a call to an error that occurred in it.
+
+    An error without a location gets that of the call; to others, the call is added as the next one of the call stack.
+    """
     if error.span is None:
         error.span = span
     elif type(function) is Closure and function.code.name not in _UNNAMED:
@@ -90,14 +93,24 @@ def _apply(rt: Runtime, function: Any, arguments: Sequence[Any], head: Any, span
 
 
 def call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
-    """Compile a call that is not in tail position."""
+    """Compile a call that is not in tail position.
+
+    Parameters
+    ----------
+    head
+        Compiled head, whose value is the function; ``GlobalHead`` for a global variable.
+    arguments
+        Compiled arguments.
+    span
+        Location of the call, for errors.
+    """
     if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_CALLS:
         return _GLOBAL_CALLS[len(arguments)](rt, head, arguments, span)
     tick = rt.tick
 
-    def node(f: Frame) -> Any:
-        function = head(f)
-        values = [argument(f) for argument in arguments]
+    def node(frame: Frame) -> Any:
+        function = head(frame)
+        values = [argument(frame) for argument in arguments]
         try:
             if type(function) is Closure and function.arity == len(values):
                 tick()
@@ -118,7 +131,7 @@ def _global_call0(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
     """Compile a call of a global function without arguments."""
     cell, tick = head.cell, rt.tick
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         function = cell.value
         try:
             if type(function) is Closure and function.arity == 0:
@@ -141,9 +154,9 @@ def _global_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
     cell, tick = head.cell, rt.tick
     (a,) = arguments
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         function = cell.value
-        x = a(f)
+        x = a(frame)
         try:
             if type(function) is Closure and function.arity == 1:
                 tick()
@@ -165,10 +178,10 @@ def _global_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
     cell, tick = head.cell, rt.tick
     a, b = arguments
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         function = cell.value
-        x = a(f)
-        y = b(f)
+        x = a(frame)
+        y = b(frame)
         try:
             if type(function) is Closure and function.arity == 2:
                 tick()
@@ -190,11 +203,11 @@ def _global_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node], span
     cell, tick = head.cell, rt.tick
     a, b, c = arguments
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         function = cell.value
-        x = a(f)
-        y = b(f)
-        z = c(f)
+        x = a(frame)
+        y = b(frame)
+        z = c(frame)
         try:
             if type(function) is Closure and function.arity == 3:
                 tick()
@@ -220,13 +233,16 @@ _GLOBAL_CALLS: dict[int, Callable[..., Node]] = {
 
 
 def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> Node:
-    """Compile a call in tail position: the body of a closure is passed to the caller's trampoline."""
+    """Compile a call in tail position: the body of a closure is passed to the caller's trampoline.
+
+    The parameters are those of ``call``.
+    """
     if isinstance(head, GlobalHead) and len(arguments) in _GLOBAL_TAIL_CALLS:
         return _GLOBAL_TAIL_CALLS[len(arguments)](rt, head, arguments, span)
 
-    def node(f: Frame) -> Any:
-        function = head(f)
-        values = [argument(f) for argument in arguments]
+    def node(frame: Frame) -> Any:
+        function = head(frame)
+        values = [argument(frame) for argument in arguments]
         if type(function) is Closure and function.arity == len(values):
             rt.next_body = function.code.body
             rt.next_frame = [function.env, *values]
@@ -237,7 +253,17 @@ def tail_call(rt: Runtime, head: Any, arguments: Sequence[Node], span: Span) -> 
 
 
 def apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span: Span) -> Any:
-    """Perform a call in tail position without a fast path; ``span`` locates its errors."""
+    """Perform a call in tail position that has no fast path.
+
+    Parameters
+    ----------
+    function, values
+        Evaluated function and arguments.
+    head
+        Compiled head, for the name in errors.
+    span
+        Location of the call.
+    """
     try:
         if type(function) is Closure:
             frame = bind_arguments(rt, function, values)
@@ -252,8 +278,8 @@ def apply_at(rt: Runtime, function: Any, values: Sequence[Any], head: Any, span:
 def tail_apply(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
     """Compile ``(apply f ... xs)`` in tail position: the body of a closure is passed to the caller's trampoline."""
 
-    def node(f: Frame) -> Any:
-        values = [argument(f) for argument in arguments]
+    def node(outer: Frame) -> Any:
+        values = [argument(outer) for argument in arguments]
         rt.site = span
         try:
             if len(values) < 2 or type(values[0]) is not Closure or not (type(values[-1]) is Pair or values[-1] is NIL):
@@ -273,9 +299,9 @@ def _global_tail_call1(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
     cell = head.cell
     (a,) = arguments
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         function = cell.value
-        x = a(f)
+        x = a(frame)
         if type(function) is Closure and function.arity == 1:
             rt.next_body = function.code.body
             rt.next_frame = [function.env, x]
@@ -290,10 +316,10 @@ def _global_tail_call2(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
     cell = head.cell
     a, b = arguments
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         function = cell.value
-        x = a(f)
-        y = b(f)
+        x = a(frame)
+        y = b(frame)
         if type(function) is Closure and function.arity == 2:
             rt.next_body = function.code.body
             rt.next_frame = [function.env, x, y]
@@ -308,11 +334,11 @@ def _global_tail_call3(rt: Runtime, head: GlobalHead, arguments: Sequence[Node],
     cell = head.cell
     a, b, c = arguments
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         function = cell.value
-        x = a(f)
-        y = b(f)
-        z = c(f)
+        x = a(frame)
+        y = b(frame)
+        z = c(frame)
         if type(function) is Closure and function.arity == 3:
             rt.next_body = function.code.body
             rt.next_frame = [function.env, x, y, z]
@@ -335,9 +361,9 @@ def with_locals(body: Node, count: int) -> Node:
         return body
     locals_ = (None,) * count
 
-    def run(f: Frame) -> Any:
-        f.extend(locals_)
-        return body(f)
+    def run(frame: Frame) -> Any:
+        frame.extend(locals_)
+        return body(frame)
 
     return run
 
@@ -376,17 +402,28 @@ def plain_loop(rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence
     """Compile a loop whose variables are stored in the enclosing frame.
 
     Iterations are charged in blocks, which is cheaper than a tick for each.
+
+    Parameters
+    ----------
+    mark
+        Marker that the body returns to continue the loop (``next_iteration``); any other value is the result.
+    starts
+        Initial values of the variables.
+    binders
+        Functions ``bind(frame, value)`` of the variables.
+    body
+        Body of the loop.
     """
     spend, charge = rt.meter.spend, rt.charge
     block = range(1, _BLOCK + 1)
 
-    def run(f: Frame) -> Any:
-        values = [start(f) for start in starts]
+    def run(frame: Frame) -> Any:
+        values = [start(frame) for start in starts]
         for bind, value in zip(binders, values):
-            bind(f, value)
+            bind(frame, value)
         while True:
             for count in block:
-                result = body(f)
+                result = body(frame)
                 if result is not mark:
                     charge(count)
                     return result
@@ -404,46 +441,55 @@ def counted_loop(
     hot: int,
     generate: Callable[[], Callable[[Frame, int], Any] | None],
 ) -> Node:
-    """Compile a loop like ``plain_loop`` that is continued by generated code after ``hot`` turns.
+    """Compile a loop like ``plain_loop`` that is continued by generated code after a number of turns.
 
-    ``generate`` returns the generated loop, which takes the frame with the variables and the number of turns to charge
-    for, or None if the loop cannot be generated.
+    Parameters
+    ----------
+    mark, starts, binders, body
+        As for ``plain_loop``.
+    hot
+        Number of turns, over all runs of the loop, after which code is generated.
+    generate
+        Returns the generated loop, or None if the loop cannot be generated. The loop takes the frame with the
+        variables, and the number of turns that are not charged yet.
     """
     spend, charge = rt.meter.spend, rt.charge
     block = range(1, _BLOCK + 1)
     left = hot
 
-    def cold(f: Frame, done: int) -> Any:
+    def cold(frame: Frame, done: int) -> Any:
+        """Continue as closures, after ``done`` turns that are not charged, if no code can be generated."""
         rest = range(done + 1, _BLOCK + 1)
         while True:
             for count in rest:
-                result = body(f)
+                result = body(frame)
                 if result is not mark:
                     charge(count)
                     return result
             spend(_BLOCK)
             rest = block
 
-    continued: Callable[[Frame, int], Any] | None = None
+    continued: Callable[[Frame, int], Any] | None = None  # the generated loop, or `cold`
 
-    def run(f: Frame) -> Any:
+    def run(frame: Frame) -> Any:
+        """Run the loop: as closures for its first turns, which may be spread over several runs."""
         nonlocal left, continued
-        values = [start(f) for start in starts]
+        values = [start(frame) for start in starts]
         for bind, value in zip(binders, values):
-            bind(f, value)
+            bind(frame, value)
         if continued is not None:
-            return continued(f, 0)
+            return continued(frame, 0)
         warm = left
         for count in range(1, warm + 1):
-            result = body(f)
+            result = body(frame)
             if result is not mark:
-                left = min(left, warm - count)
+                left = min(left, warm - count)  # an inner run of the same loop may have counted down further
                 charge(count)
                 return result
         left = 0
-        if continued is None:
+        if continued is None:  # unless an inner run has generated it
             continued = generate() or cold
-        return continued(f, warm)
+        return continued(frame, warm)
 
     return run
 
@@ -451,15 +497,23 @@ def counted_loop(
 def framed_loop(
     rt: Runtime, mark: Any, starts: Sequence[Node], binders: Sequence[Any], body: Node, layout: FrameLayout
 ) -> Node:
-    """Compile a loop with a separate frame for each iteration, because closures capture its variables."""
+    """Compile a loop with a separate frame for each iteration, because closures capture its variables.
+
+    Parameters
+    ----------
+    mark, starts, binders, body
+        As for ``plain_loop``; the binders and the body take the frame of the iteration.
+    layout
+        Layout of that frame.
+    """
     tick = rt.tick
 
-    def run(f: Frame) -> Any:
-        values: Any = [start(f) for start in starts]
+    def run(outer: Frame) -> Any:
+        values: Any = [start(outer) for start in starts]
         pad = [None] * (layout.size - 1)
         while True:
             tick()
-            frame = [f, *pad]
+            frame = [outer, *pad]
             for bind, value in zip(binders, values):
                 bind(frame, value)
             result = body(frame)
@@ -473,54 +527,79 @@ def framed_loop(
 def next_framed_iteration(rt: Runtime, mark: Any, arguments: Sequence[Node]) -> Node:
     """Continue a loop with separate frames: pass the next values to ``framed_loop`` and return the marker."""
 
-    def node(f: Frame) -> Any:
-        rt.next_frame = [argument(f) for argument in arguments]
+    def node(frame: Frame) -> Any:
+        rt.next_frame = [argument(frame) for argument in arguments]
         return mark
 
     return node
 
 
 def next_counted_iteration(mark: Any, count: Node, other: Node, slots: Sequence[int], step: int) -> Node:
-    """Continue a loop of two variables, the first of which is a counter: ``(loop (+ i step) other)``."""
+    """Return a node that continues a loop of two variables, the first of which counts: ``(loop (+ i step) other)``.
+
+    Parameters
+    ----------
+    mark, slots
+        As for ``next_iteration``, in the current frame.
+    count
+        The first argument, ``(+ i step)``, which is evaluated if the variable is not an Integer.
+    other
+        The second argument.
+    step
+        Number that is added to the counter.
+    """
     i, j = slots
 
-    def node(f: Frame) -> Any:
-        x = f[i]
-        x = x + step if type(x) is int else count(f)
-        f[j] = other(f)
-        f[i] = x
+    def node(frame: Frame) -> Any:
+        x = frame[i]
+        x = x + step if type(x) is int else count(frame)
+        frame[j] = other(frame)
+        frame[i] = x
         return mark
 
     return node
 
 
 def next_iteration(mark: Any, arguments: Sequence[Node], slots: Sequence[int], depth: int) -> Node:
-    """Continue a loop: assign all its variables simultaneously and return the marker."""
+    """Return a node that continues a loop: it assigns all variables simultaneously, and returns the marker.
+
+    Parameters
+    ----------
+    mark
+        Marker of the loop.
+    arguments
+        Next values of the variables.
+    slots
+        Slots of the variables in the loop's frame.
+    depth
+        Number of frames between that frame and the current one.
+    """
+    # Most loops have one or two variables in the current frame, which need no list of values.
     if depth == 0 and len(arguments) == 1:
-        (a,), (i,) = arguments, slots
+        (argument,), (slot,) = arguments, slots
 
-        def one(f: Frame) -> Any:
-            f[i] = a(f)
+        def assign_one(frame: Frame) -> Any:
+            frame[slot] = argument(frame)
             return mark
 
-        return one
+        return assign_one
     if depth == 0 and len(arguments) == 2:
-        (a, b), (i, j) = arguments, slots
+        (first, second), (first_slot, second_slot) = arguments, slots
 
-        def two(f: Frame) -> Any:
-            x = a(f)
-            f[j] = b(f)
-            f[i] = x
+        def assign_two(frame: Frame) -> Any:
+            value = first(frame)
+            frame[second_slot] = second(frame)  # may read the first variable, which still has its old value
+            frame[first_slot] = value
             return mark
 
-        return two
+        return assign_two
 
-    def node(f: Frame) -> Any:
-        values = [argument(f) for argument in arguments]
+    def node(frame: Frame) -> Any:
+        values = [argument(frame) for argument in arguments]
         for _ in range(depth):
-            f = f[0]
+            frame = frame[0]
         for slot, value in zip(slots, values):
-            f[slot] = value
+            frame[slot] = value
         return mark
 
     return node
@@ -557,7 +636,7 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
         return _raiser(arguments, error.name, error.message, error.hint, span)
     if keywords or count > 3 or calls_others(builtin, count):
         slow = slow_call(rt, builtin, span)
-        return lambda f: slow([argument(f) for argument in arguments])
+        return lambda frame: slow([argument(frame) for argument in arguments])
     checks = tuple(
         [
             parameter.type.checker(rt) if parameter.type.is_checked and not builtin.checks_arguments else None
@@ -582,9 +661,9 @@ def parameters_of(builtin: Builtin, count: int) -> Sequence[BuiltinParameter]:
 def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None, span: Span) -> Node:
     """Compile a call with a wrong number of arguments, which fails after it has evaluated them."""
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         for argument in arguments:
-            argument(f)
+            argument(frame)
         raise SceneError(name, message, hint, span)
 
     return node
@@ -594,7 +673,7 @@ def _builtin0(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     """Compile a call of a builtin without arguments; all functions of ``_FIXED`` have these parameters."""
     function = builtin.function
 
-    def node(f: Frame) -> Any:
+    def node(frame: Frame) -> Any:
         try:
             return function(rt)
         except (SceneError, *_ARITHMETIC) as error:
@@ -608,8 +687,8 @@ def _builtin1(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     function = builtin.function
     (a,), (check_a,) = arguments, checks
 
-    def node(f: Frame) -> Any:
-        x = argument = a(f)
+    def node(frame: Frame) -> Any:
+        x = argument = a(frame)
         try:
             if check_a is not None:
                 x = check_a(argument)
@@ -627,9 +706,9 @@ def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     function = builtin.function
     (a, b), (check_a, check_b) = arguments, checks
 
-    def node(f: Frame) -> Any:
-        x = first = a(f)
-        y = second = b(f)
+    def node(frame: Frame) -> Any:
+        x = first = a(frame)
+        y = second = b(frame)
         try:
             if check_a is not None:
                 x = check_a(first)
@@ -648,8 +727,8 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     """Compile a call of a builtin with three arguments."""
     function = builtin.function
 
-    def node(f: Frame) -> Any:
-        values = [argument(f) for argument in arguments]
+    def node(frame: Frame) -> Any:
+        values = [argument(frame) for argument in arguments]
         try:
             x, y, z = [value if check is None else check(value) for check, value in zip(checks, values)]
             return function(rt, x, y, z)
@@ -665,7 +744,19 @@ _FIXED: dict[int, Callable[..., Node]] = {0: _builtin0, 1: _builtin1, 2: _builti
 
 
 def mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], span: Span) -> SceneError:
-    """Return the error for the first argument of the wrong type."""
+    """Return the error for the first argument of the wrong type.
+
+    Parameters
+    ----------
+    builtin
+        The builtin that is called.
+    checks
+        Function for each argument that raises ``Mismatch`` for a wrong type; None if it accepts every value.
+    values
+        Arguments.
+    span
+        Location of the call.
+    """
     error: SceneError | None = None
     for parameter, check, value in zip(parameters_of(builtin, len(values)), checks, values):
         try:
@@ -688,24 +779,24 @@ def _placed(builtin: Builtin, error: Exception, span: Span) -> SceneError:
 
 
 def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:
-    """Compile an array literal ``[item ...]``."""
+    """Compile an array literal ``[item ...]``; three numbers, as in a point, have a fast path."""
     if len(items) == 3:
-        a, b, c = items
+        first, second, third = items
 
-        def three(f: Frame) -> Any:
-            x, y, z = a(f), b(f), c(f)
-            s, t, u = type(x), type(y), type(z)
-            if s is t is u and (s is float or s is int):
+        def triple(frame: Frame) -> Any:
+            x, y, z = first(frame), second(frame), third(frame)
+            kind_x, kind_y, kind_z = type(x), type(y), type(z)
+            if kind_x is kind_y is kind_z and (kind_x is float or kind_x is int):
                 return Vector((x, y, z))
-            if s in _NUMBERS and t in _NUMBERS and u in _NUMBERS:
+            if kind_x in _NUMBERS and kind_y in _NUMBERS and kind_z in _NUMBERS:
                 try:
                     return Vector((float(x), float(y), float(z)))
                 except OverflowError:
                     pass  # an integer too large for a float: the general case reports the error
             return _array(rt, (x, y, z), span)
 
-        return three
-    return lambda f: _array(rt, [item(f) for item in items], span)
+        return triple
+    return lambda frame: _array(rt, [item(frame) for item in items], span)
 
 
 def _array(rt: Runtime, values: Sequence[Any], span: Span) -> Any:
@@ -740,9 +831,9 @@ def compile_bind(compiler: Compiler, node: ast.Bind, context: Context) -> Node:
 def bind_node(rt: Runtime, word: Node, function: Node, span: Span) -> Node:
     """Return a node that binds a word to a function."""
 
-    def bind(f: Frame) -> None:
-        name = word(f)
-        value = function(f)
+    def bind(frame: Frame) -> None:
+        name = word(frame)
+        value = function(frame)
         try:
             rt.bind_word(name, value, span)
         except SceneError as error:
@@ -813,8 +904,8 @@ def _attributes_only(arguments: tuple[ast.Expr, ...]) -> tuple[list[str], list[a
 def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str], span: Span) -> Node:
     """Compile a call whose attributes are literals, with one embedding for all its evaluations."""
 
-    def call(f: Frame) -> Any:
-        name = word(f)
+    def call(frame: Frame) -> Any:
+        name = word(frame)
         try:
             if type(name) is not str:
                 call_embeddings(rt, name, [])
@@ -826,15 +917,17 @@ def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str
 
 
 def _attribute_call(rt: Runtime, word: Node, attributes: tuple[tuple[str, Node], ...], span: Span) -> Node:
-    """Compile a call with attributes ``:name value`` only. Tables are copied and frozen, so that the call can be
-    shared; mutable lists and arrays are not, so it cannot."""
+    """Compile a call with attributes ``:name value`` only.
+
+    Tables are copied and frozen, so that the call can be shared; mutable lists and arrays are not, so it cannot.
+    """
     written = frozenset(name for name, _ in attributes)
 
-    def call(f: Frame) -> Any:
-        name = word(f)
+    def call(frame: Frame) -> Any:
+        name = word(frame)
         values = {}
         for key, node in attributes:
-            value = node(f)
+            value = node(frame)
             values[key] = copy_table(rt, value) if type(value) is Table else value
         try:
             if type(name) is not str:
@@ -849,9 +942,9 @@ def _attribute_call(rt: Runtime, word: Node, attributes: tuple[tuple[str, Node],
 def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span) -> Node:
     """Compile a call with embeddings, positional arguments or repeated names."""
 
-    def call(f: Frame) -> Any:
-        name = word(f)
-        values = [argument(f) for argument in arguments]
+    def call(frame: Frame) -> Any:
+        name = word(frame)
+        values = [argument(frame) for argument in arguments]
         try:
             z, rest, written = call_embeddings(rt, name, values)
             return rt.call_word(name, z, make_list(rest), written, span)
@@ -865,7 +958,10 @@ def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span
 
 
 def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
-    """Convert ``value`` to parts and append them to ``out``; entities and posed entities have a fast path."""
+    """Convert ``value`` to parts and append them to ``out``; entities and posed entities have a fast path.
+
+    Raises SceneError at ``span`` if the value is not parts.
+    """
     if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
         out.append(value)
     elif type(value) is Entity:
@@ -886,8 +982,8 @@ def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
     """Return a node that joins the parts of its members; all are evaluated before the first is checked."""
     members = tuple(zip(nodes, [member.span for member in node.members]))
 
-    def union(f: Frame) -> Any:
-        values = [(member(f), span) for member, span in members]
+    def union(frame: Frame) -> Any:
+        values = [(member(frame), span) for member, span in members]
         out: list[Any] = []
         for value, span in values:
             add_parts(rt, out, value, span)
@@ -904,13 +1000,15 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
 
 
 def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Node:
-    """Return a node that joins the parts that a function returns for 0 to count - 1; a plain closure is called without
-    ``rt.apply``."""
+    """Return a node that joins the parts that a function returns for 0 to count - 1.
+
+    A closure with one plain parameter is called directly, without ``rt.apply``.
+    """
     tick = rt.tick
 
-    def loop(f: Frame) -> Any:
-        times = count(f)
-        body = function(f)
+    def loop(frame: Frame) -> Any:
+        times = count(frame)
+        body = function(frame)
         values: list[Any] = []
         add = values.append
         try:
@@ -964,9 +1062,9 @@ def compile_transform(compiler: Compiler, node: ast.Transform, context: Context)
 def transform_node(rt: Runtime, part: Node, matrix: Node, span: Span) -> Node:
     """Return a node that poses a part; a finite matrix (its sum is finite) and an entity need no conversion."""
 
-    def transform(f: Frame) -> Any:
-        p = part(f)
-        m = matrix(f)
+    def transform(frame: Frame) -> Any:
+        p = part(frame)
+        m = matrix(frame)
         if type(p) is Entity and type(m) is Matrix and isfinite(sum(m)):
             return Pair(p, m)
         try:

@@ -15,12 +15,12 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.compile import calls, comprehension, generate, generated, intrinsics
-from scenelang.interpreter.compile.analyse import (
+from scenelang.interpreter.compile.analyze import (
     Analysis,
     FrameLayout,
     Loop,
     Region,
-    analyse,
+    analyze,
     cell_reader,
     checked_reader,
     enters_library,
@@ -51,9 +51,16 @@ from scenelang.interpreter.values.values import Pair, make_list
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopPlan:
-    """Compiled loop: the marker that its body returns to continue with the next iteration, and its variables.
+    """Compiled loop, as calls that continue it need it.
 
-    ``own_frame`` is set if each iteration has a separate frame.
+    Attributes
+    ----------
+    mark
+        Marker that the body returns to continue with the next iteration.
+    layout, slots
+        Layout of the frame that has the loop's variables, and their slots in it.
+    own_frame
+        Whether each iteration has a separate frame.
     """
 
     mark: Any
@@ -81,14 +88,19 @@ class Context:
 
 def compile_forms(rt: Runtime, globals_: dict[Variable, Cell], forms: Sequence[Any]) -> list[Node]:
     """Compile the top-level forms of a file; each is run with a separate empty frame (see ``run_form``)."""
-    analysis = analyse(tuple(forms))
+    analysis = analyze(tuple(forms))
     return [Compiler(rt, globals_, analysis).top_level(form) for form in forms]
 
 
 class Compiler:
-    """Compiler for a single run: compiled nodes refer to the runtime and the cells of global variables."""
+    """Compiler for a single run: compiled nodes refer to the runtime and the cells of global variables.
+
+    The methods take a node of the core AST and the context in which its value is used. They return a closure that takes
+    the frame and returns the value.
+    """
 
     def __init__(self, rt: Runtime, globals_: dict[Variable, Cell], analysis: Analysis) -> None:
+        """Create a compiler of forms that ``analysis`` describes; ``globals_`` are the cells that exist already."""
         self.rt = rt
         self.globals = globals_
         self.analysis = analysis
@@ -102,7 +114,7 @@ class Compiler:
         context = Context(layout)
         body = self.define(form, context) if type(form) is ast.Define else self.compile(form, context)
         pad = [None] * (layout.size - 1)
-        return lambda f: body([None, *pad])
+        return lambda frame: body([None, *pad])
 
     def global_cell(self, variable: Variable) -> Cell:
         """Return the cell of a global variable, created at its first use."""
@@ -130,12 +142,12 @@ class Compiler:
     def constant(self, node: ast.Constant, context: Context) -> Node:
         """Compile a literal or quoted datum."""
         value = node.value
-        return lambda f: value
+        return lambda frame: value
 
     def handle(self, node: ast.HandleLiteral, context: Context) -> Node:
         """Compile a handle such as ``<z1>`` to its embedding."""
         value = self.rt.handle(node.name)
-        return lambda f: value
+        return lambda frame: value
 
     def address(self, variable: Variable, layout: FrameLayout) -> tuple[int, int]:
         """Return the lexical address of a variable: the number of frames to go outward, and the slot."""
@@ -154,7 +166,7 @@ class Compiler:
         """Compile a variable to the cheapest reader that is safe: a slot, a checked slot, or a cell."""
         target = node.target
         if not isinstance(target, Variable):
-            return lambda f: target
+            return lambda frame: target
         if target.is_global:
             return self._global_reference(target, node.span)
         depth, slot = self.address(target, context.layout)
@@ -168,10 +180,10 @@ class Compiler:
         """Compile a global variable; one that the program assigns is recorded as read."""
         cell = self.global_cell(variable)
         if variable.assigned:
-            return cell_reader(self.rt, lambda f: cell, variable.name, span)
+            return cell_reader(self.rt, lambda frame: cell, variable.name, span)
         rt, name = self.rt, variable.name
 
-        def node(f: Frame) -> Any:
+        def node(frame: Frame) -> Any:
             value = cell.value
             if value is UNDEFINED:
                 raise undefined(rt, name, span)
@@ -184,23 +196,27 @@ class Compiler:
         value = self.compile(node.value, context.inner)
         store = self.store(node.target, context.layout, node.span)
 
-        def assign(f: Frame) -> None:
-            store(f, value(f))
+        def assign(frame: Frame) -> None:
+            store(frame, value(frame))
 
         return assign
 
     def store(self, variable: Variable, layout: FrameLayout, span: Span) -> Any:
-        """Return ``store(frame, value)``, which assigns an existing variable."""
+        """Return ``store(frame, value)``, which assigns an existing variable.
+
+        ``layout`` is the layout of the frame, and ``span`` the location of the assignment, for the error if the
+        variable is not defined yet.
+        """
         rt, name = self.rt, variable.name
         if variable.is_global or self.in_cell(variable):
             if variable.is_global:
                 cell = self.global_cell(variable)
-                find: Node = lambda f: cell
+                find: Node = lambda frame: cell
             else:
                 find = slot_reader(*self.address(variable, layout))
 
-            def store_cell(f: Frame, value: Any) -> None:
-                target = find(f)
+            def store_cell(frame: Frame, value: Any) -> None:
+                target = find(frame)
                 if target is None or target.value is UNDEFINED:
                     raise undefined(rt, name, span)
                 rt.write(target)
@@ -210,9 +226,19 @@ class Compiler:
         return slot_writer(*self.address(variable, layout))
 
     def binder(self, target: Any, layout: FrameLayout, span: Span) -> Any:
-        """Return ``bind(frame, value)`` for a definition, whose target is a variable or a destructuring pattern."""
+        """Return ``bind(frame, value)`` for a definition.
+
+        Parameters
+        ----------
+        target
+            Variable, destructuring pattern, or None for ``_``.
+        layout
+            Layout of the frame; slots for new variables are added.
+        span
+            Location of the definition, for the error if a value does not fit the pattern.
+        """
         if target is None:
-            return lambda f, value: None
+            return lambda frame, value: None
         if isinstance(target, tuple):
             return self._pattern_binder(target, layout, span)
         if target.is_global:
@@ -223,12 +249,12 @@ class Compiler:
         if self.in_cell(target):
             rt = self.rt
 
-            def bind_cell(f: Frame, value: Any) -> None:
-                cell = f[slot]
+            def bind_cell(frame: Frame, value: Any) -> None:
+                cell = frame[slot]
                 if type(cell) is Cell and cell.value is UNDEFINED:
                     cell.value = value
                 else:
-                    f[slot] = Cell(value, rt.clock)
+                    frame[slot] = Cell(value, rt.clock)
 
             return bind_cell
         return slot_writer(0, slot)
@@ -243,23 +269,28 @@ class Compiler:
         cell = self.global_cell(variable)
         rt = self.rt
 
-        def bind_global(f: Frame, value: Any) -> None:
+        def bind_global(frame: Frame, value: Any) -> None:
             rt.write(cell)
             cell.value = value
 
         return bind_global
 
-    def _pattern_binder(self, pattern: Any, layout: FrameLayout, span: Span) -> Any:
-        """Return ``bind(frame, value)`` for a destructuring pattern ``(item ... . rest)``."""
+    def _pattern_binder(self, pattern: tuple[tuple[Any, ...], Any], layout: FrameLayout, span: Span) -> Any:
+        """Return ``bind(frame, value)`` for a destructuring pattern ``(item ... . rest)``.
+
+        ``pattern`` is a tuple ``(items, rest)`` of targets, with False as ``rest`` of a pattern without a dot.
+        """
         items, rest = pattern
         binders = [self.binder(item, layout, span) for item in items]
         rest_binder = None if rest is False else self.binder(rest, layout, span)
         rt, count = self.rt, len(binders)
 
-        def bind(f: Frame, value: Any) -> None:
+        def bind(frame: Frame, value: Any) -> None:
+            """Bind the items of the sequence ``value``; raises SceneError("pattern") if their number differs."""
+            # `(first . rest)` of a list needs no copy of the list, so that a recursion along a list is linear.
             if count == 1 and rest_binder is not None and type(value) is Pair:
-                binders[0](f, value.car)
-                rest_binder(f, value.cdr)
+                binders[0](frame, value.car)
+                rest_binder(frame, value.cdr)
                 return
             members = items_of(rt, value)
             if len(members) < count or (rest_binder is None and len(members) > count):
@@ -267,9 +298,9 @@ class Compiler:
                 message = f"the pattern expects {expected} items, but the sequence has {len(members)}"
                 raise SceneError("pattern", message, span=span)
             for binder, member in zip(binders, members):
-                binder(f, member)
+                binder(frame, member)
             if rest_binder is not None:
-                rest_binder(f, make_list(members[count:]))
+                rest_binder(frame, make_list(members[count:]))
 
         return bind
 
@@ -281,15 +312,15 @@ class Compiler:
         slot = self.plain_slot(node.target, context.layout)
         if slot is not None:
 
-            def set_slot(f: Frame) -> None:
-                f[slot] = value(f)
+            def set_slot(frame: Frame) -> None:
+                frame[slot] = value(frame)
 
             return set_slot
 
-        def run(f: Frame) -> None:
-            result = value(f)
+        def run(frame: Frame) -> None:
+            result = value(frame)
             try:
-                bind(f, result)
+                bind(frame, result)
             except SceneError as error:
                 if error.span is None:
                     error.span = span
@@ -306,8 +337,11 @@ class Compiler:
         return self._choice(node.test, then, otherwise, context)
 
     def _choice(self, condition: Any, then: Node, otherwise: Node, context: Context) -> Node:
-        """Compile a test and its branches. A comparison of a variable with a number, and predicates, which always
-        return a boolean, have fast paths; ``not`` exchanges the branches."""
+        """Compile a test and its branches.
+
+        A comparison of a variable with a number, and predicates, which always return a boolean, have fast paths;
+        ``not`` exchanges the branches.
+        """
         name, operands = self._intrinsic_use(condition)
         if name == "not" and len(operands) == 1:
             return self._choice(operands[0], otherwise, then, context)
@@ -319,18 +353,18 @@ class Compiler:
         test = self.compile(condition, context.inner)
         if name in intrinsics.PREDICATES:
 
-            def choose_boolean(f: Frame) -> Any:
-                if test(f):
-                    return then(f)
-                return otherwise(f)
+            def choose_boolean(frame: Frame) -> Any:
+                if test(frame):
+                    return then(frame)
+                return otherwise(frame)
 
             return choose_boolean
 
-        def choose(f: Frame) -> Any:
-            value = test(f)
+        def choose(frame: Frame) -> Any:
+            value = test(frame)
             if value is False or value is None:
-                return otherwise(f)
-            return then(f)
+                return otherwise(frame)
+            return then(frame)
 
         return choose
 
@@ -346,38 +380,40 @@ class Compiler:
     def conjunction(self, node: ast.And, context: Context) -> Node:
         """Compile ``and``, whose value is that of the first false item or of the last one."""
         if not node.items:
-            return lambda f: True
+            return lambda frame: True
         *tests, last = [*self.compile_all(node.items[:-1], context.inner), self.compile(node.items[-1], context)]
         if not tests:
             return last
 
-        def all_of(f: Frame) -> Any:
+        def all_of(frame: Frame) -> Any:
             for test in tests:
-                value = test(f)
+                value = test(frame)
                 if value is False or value is None:
                     return value
-            return last(f)
+            return last(frame)
 
         return all_of
 
     def disjunction(self, node: ast.Or, context: Context) -> Node:
         """Compile ``or``, whose value is that of the first true item or of the last one."""
         if not node.items:
-            return lambda f: False
+            return lambda frame: False
         *tests, last = [*self.compile_all(node.items[:-1], context.inner), self.compile(node.items[-1], context)]
 
-        def any_of(f: Frame) -> Any:
+        def any_of(frame: Frame) -> Any:
             for test in tests:
-                value = test(f)
+                value = test(frame)
                 if value is not False and value is not None:
                     return value
-            return last(f)
+            return last(frame)
 
         return any_of if tests else last
 
     def body(self, node: ast.Body, context: Context) -> Node:
-        """Compile a body; local variables get their slots before the definitions are compiled, so that functions can
-        refer to later ones."""
+        """Compile a body.
+
+        Local variables get their slots before the definitions are compiled, so that functions can refer to later ones.
+        """
         loop = self.analysis.loops.get(id(node))
         if loop is not None:
             return self._loop(loop, context)
@@ -409,15 +445,17 @@ class Compiler:
             return []
         rt = self.rt
 
-        def prepare(f: Frame) -> None:
+        def prepare(frame: Frame) -> None:
             for slot, in_cell in early:
-                f[slot] = Cell(UNDEFINED, rt.clock) if in_cell else UNDEFINED
+                frame[slot] = Cell(UNDEFINED, rt.clock) if in_cell else UNDEFINED
 
         return [prepare]
 
     def _loop(self, loop: Loop, context: Context) -> Node:
-        """Compile a named ``let`` in tail position to a Python loop; it becomes generated code after ``rt.hot``
-        turns."""
+        """Compile a named ``let`` in tail position to a Python loop.
+
+        After ``rt.hot`` turns, generated code continues it.
+        """
         function = loop.function
         region = self.analysis.regions[id(function)]
         layout = FrameLayout(context.layout) if region.has_frame else context.layout
@@ -447,11 +485,11 @@ class Compiler:
         body = self.compile(node.body, inner)
         tick = self.rt.tick
 
-        def run(f: Frame) -> None:
+        def run(outer: Frame) -> None:
             try:
                 while True:
                     tick()
-                    frame = [f, *([None] * (layout.size - 1))] if region.has_frame else f
+                    frame = [outer, *([None] * (layout.size - 1))] if region.has_frame else outer
                     value = test(frame)
                     if value is False or value is None:
                         return
@@ -466,10 +504,10 @@ class Compiler:
         """Compile ``begin0``: the value of the first expression, then the effects of the others."""
         head, *rest = self.compile_all(node.items, context.inner)
 
-        def run(f: Frame) -> Any:
-            value = head(f)
+        def run(frame: Frame) -> Any:
+            value = head(frame)
             for step in rest:
-                step(f)
+                step(frame)
             return value
 
         return run
@@ -480,11 +518,11 @@ class Compiler:
         body = self.compile(node.body, context.inner)
         name = node.name
 
-        def run(f: Frame) -> Any:
+        def run(frame: Frame) -> Any:
             escape = Escape(name)
-            bind(f, escape)
+            bind(frame, escape)
             try:
-                return body(f)
+                return body(frame)
             except EscapeSignal as signal:
                 if signal.escape is escape:
                     return signal.value
@@ -495,23 +533,25 @@ class Compiler:
         return run
 
     def guard(self, node: ast.Guard, context: Context) -> Node:
-        """Compile ``guard``. Errors of limits pass, and a caught error is charged, because its message takes time to
-        build."""
+        """Compile ``guard``.
+
+        Limit errors are not caught. A caught error is charged, because its message takes time to build.
+        """
         body = self.compile(node.body, context.inner)
         bind = self.binder(node.target, context.layout, node.span)
         handler = self.compile(node.handler, context)
         charge = self.rt.charge
 
-        def run(f: Frame) -> Any:
+        def run(frame: Frame) -> Any:
             try:
-                return body(f)
+                return body(frame)
             except LimitError:
                 raise
             except SceneError as error:
                 caught = error
             charge(STEPS_OF_ERROR)
-            bind(f, raised_value(caught))
-            return handler(f)
+            bind(frame, raised_value(caught))
+            return handler(frame)
 
         return run
 
@@ -535,23 +575,23 @@ class Compiler:
         code.body = self._at_first_call(node, code, layout)
         self.codes[id(node)] = code
         self.layouts[id(node)] = layout
-        return lambda f: Closure(code, f)
+        return lambda frame: Closure(code, frame)
 
     def _default(self, node: Any, context: Context, parameters: int) -> Node:
         """Compile the default of a parameter; its local variables are those of a copy of the frame."""
         body = self.compile(node, context)
         locals_ = (None,) * (context.layout.size - 1 - parameters)
-        return (lambda f: body([*f, *locals_])) if locals_ else body
+        return (lambda frame: body([*frame, *locals_])) if locals_ else body
 
     def _at_first_call(self, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> Node:
         """Return a body that compiles the function when it is first called, and again when it becomes hot."""
 
-        def first(f: Frame) -> Any:
+        def first(frame: Frame) -> Any:
             if code.body is first:
                 body = self.compile(node.body, Context(layout, tail=True))
                 body = calls.with_locals(body, layout.size - 1 - len(code.parameters))
                 code.body = body if self.rt.hot is None else self._counting(node, code, layout, body, self.rt.hot)
-            return code.body(f)
+            return code.body(frame)
 
         return first
 
@@ -559,13 +599,13 @@ class Compiler:
         """Return a body that counts its calls and is replaced by generated code at the call number ``hot``."""
         left = hot
 
-        def counted(f: Frame) -> Any:
+        def counted(frame: Frame) -> Any:
             nonlocal left
             left -= 1
             if left == 0:
                 code.body = body
                 replace_function(self, node, code, layout)
-            return body(f)
+            return body(frame)
 
         return counted
 
@@ -627,8 +667,10 @@ class Compiler:
         return calls.builtin_call(self.rt, builtin, arguments, node.span)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application, context: Context) -> Node | None:
-        """Compile a call of a builtin with a fast path, or return None; more than two operands are nested to the
-        left."""
+        """Compile a call of a builtin with a fast path; None if it has none for these operands.
+
+        More than two operands are nested to the left.
+        """
         operands = node.arguments
         if len(operands) == 1 and name in intrinsics.UNARY:
             slow_one = calls.slow_call(self.rt, builtin, node.span)
@@ -675,7 +717,7 @@ class Compiler:
             except SceneError:
                 pass  # report the error at run time, where a `guard` can catch it
             else:
-                return lambda f: value
+                return lambda frame: value
         return calls.array_node(self.rt, items, span)
 
     def for_loop(self, node: ast.For, context: Context) -> Node:
@@ -723,7 +765,7 @@ _COMPILERS: dict[type, Any] = {
 }  # fmt: skip
 
 
-def _none(f: Frame) -> None:
+def _none(frame: Frame) -> None:
     """Node of a missing expression, such as the ``else`` branch of an ``if`` without one."""
     return None
 
@@ -735,23 +777,33 @@ def _sequence(steps: list[Node]) -> Node:
     if len(steps) == 2:
         first, second = steps
 
-        def two(f: Frame) -> Any:
-            first(f)
-            return second(f)
+        def run_two(frame: Frame) -> Any:
+            first(frame)
+            return second(frame)
 
-        return two
+        return run_two
     *before, last = steps
 
-    def many(f: Frame) -> Any:
+    def run_all(frame: Frame) -> Any:
         for step in before:
-            step(f)
-        return last(f)
+            step(frame)
+        return last(frame)
 
-    return many
+    return run_all
 
 
 def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> None:
-    """Replace the body of a function by generated code, unless the generator or CPython rejects it."""
+    """Replace the body of a function by generated code, unless the generator or CPython rejects it.
+
+    Parameters
+    ----------
+    node
+        The function.
+    code
+        Its closures, whose entry point is replaced.
+    layout
+        Layout of its frames.
+    """
     try:
         writer = generate.FunctionWriter(compiler, layout, node.body)
         entry = writer.function(node, code)
@@ -765,7 +817,17 @@ def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, la
 def loop_function(
     compiler: Compiler, loop: Loop, layout: FrameLayout, tail: bool
 ) -> Callable[[Frame, int], Any] | None:
-    """Return a function of the frame that continues a loop after a number of turns, if it can be generated."""
+    """Return a function of the frame that continues a loop after a number of turns; None if it cannot be generated.
+
+    Parameters
+    ----------
+    loop
+        The loop.
+    layout
+        Layout of the frame that has its variables.
+    tail
+        Whether the loop is in tail position, so that the function may return a tail call.
+    """
     try:
         return generate.FunctionWriter(compiler, layout, loop.function.body).loop(loop, tail)
     except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
@@ -773,13 +835,13 @@ def loop_function(
 
 
 _ADAPTERS: tuple[Callable[[Any], Node], ...] = (
-    lambda g: lambda f: g(f[0]),
-    lambda g: lambda f: g(f[0], f[1]),
-    lambda g: lambda f: g(f[0], f[1], f[2]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7]),
-    lambda g: lambda f: g(f[0], f[1], f[2], f[3], f[4], f[5], f[6], f[7], f[8]),
+    lambda g: lambda frame: g(frame[0]),
+    lambda g: lambda frame: g(frame[0], frame[1]),
+    lambda g: lambda frame: g(frame[0], frame[1], frame[2]),
+    lambda g: lambda frame: g(frame[0], frame[1], frame[2], frame[3]),
+    lambda g: lambda frame: g(frame[0], frame[1], frame[2], frame[3], frame[4]),
+    lambda g: lambda frame: g(frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]),
+    lambda g: lambda frame: g(frame[0], frame[1], frame[2], frame[3], frame[4], frame[5], frame[6]),
+    lambda g: lambda frame: g(frame[0], frame[1], frame[2], frame[3], frame[4], frame[5], frame[6], frame[7]),
+    lambda g: lambda frame: g(frame[0], frame[1], frame[2], frame[3], frame[4], frame[5], frame[6], frame[7], frame[8]),
 )

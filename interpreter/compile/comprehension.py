@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.compile.analyse import FrameLayout
+from scenelang.interpreter.compile.analyze import FrameLayout
 from scenelang.interpreter.compile.calls import item_adder, unpacker
 from scenelang.interpreter.runtime.parts import parts_of
 from scenelang.interpreter.runtime.procedures import Frame, Node, items_of, iterate
@@ -26,7 +26,7 @@ _MAX_SUM_BITS = 4_000  # of a sum on the fast path, as in ``intrinsics``
 
 
 def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
-    """Compile a ``for`` form of any kind to a closure."""
+    """Compile a ``for`` form of any kind to a closure; ``context`` has the layout of the frame around it."""
     from scenelang.interpreter.compile.compile import Context as MakeContext
 
     rt = compiler.rt
@@ -49,11 +49,11 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
     for number, level in reversed(list(enumerate(levels))):
         step = level(rt, step, layout if has_frame else None, is_new=creates_frames and number == 0)
 
-    def run(f: Frame) -> Any:
-        out = kind.start(rt) if not starts else [start(f) for start in starts]
-        frame = f
+    def run(outer: Frame) -> Any:
+        out = kind.start(rt) if not starts else [start(outer) for start in starts]
+        frame = outer
         if has_frame and not creates_frames:
-            frame = [f, *([None] * (layout.size - 1))]
+            frame = [outer, *([None] * (layout.size - 1))]
         for bind, value in zip(accumulators, out if starts else ()):
             bind(frame, value)
         step(frame, out)
@@ -93,8 +93,8 @@ def _each_slot(rt: Runtime, value: Node, slot: int, step: Step, place: Span) -> 
     """Loop over one sequence with a single variable in an existing frame, the most common case."""
     tick = rt.tick
 
-    def run(f: Frame, out: Any) -> Any:
-        sequence = value(f)
+    def run(frame: Frame, out: Any) -> Any:
+        sequence = value(frame)
         try:
             items = iterate(rt, sequence)
         except SceneError as error:
@@ -103,8 +103,8 @@ def _each_slot(rt: Runtime, value: Node, slot: int, step: Step, place: Span) -> 
             raise
         for item in items:
             tick()
-            f[slot] = item
-            if step(f, out):
+            frame[slot] = item
+            if step(frame, out):
                 return True
         return False
 
@@ -127,17 +127,17 @@ def _each(
     """
     tick = rt.tick
 
-    def iteration_frame(f: Frame) -> Frame:
+    def iteration_frame(frame: Frame) -> Frame:
         """Return the frame of an iteration: ``f`` itself, or a new one if closures capture variables."""
         if layout is None:
-            return f
-        return [f, *([None] * (layout.size - 1))] if is_new else f[:]
+            return frame
+        return [frame, *([None] * (layout.size - 1))] if is_new else frame[:]
 
-    def sequences(f: Frame) -> list[Any]:
+    def sequences(frame: Frame) -> list[Any]:
         """Evaluate the sequences in order."""
         iterators = []
         for value, span in values:
-            sequence = value(f)
+            sequence = value(frame)
             try:
                 iterators.append(iterate(rt, sequence))
             except SceneError as error:
@@ -149,11 +149,11 @@ def _each(
     if len(values) == 1:
         (bind,) = binders
 
-        def run_one(f: Frame, out: Any) -> Any:
-            (sequence,) = sequences(f)
+        def run_one(outer: Frame, out: Any) -> Any:
+            (sequence,) = sequences(outer)
             for item in sequence:
                 tick()
-                frame = iteration_frame(f)
+                frame = iteration_frame(outer)
                 bind(frame, item)
                 if step(frame, out):
                     return True
@@ -161,10 +161,10 @@ def _each(
 
         return run_one
 
-    def run(f: Frame, out: Any) -> Any:
-        for items in zip(*sequences(f)):
+    def run(outer: Frame, out: Any) -> Any:
+        for items in zip(*sequences(outer)):
             tick()
-            frame = iteration_frame(f)
+            frame = iteration_frame(outer)
             for bind, item in zip(binders, items):
                 bind(frame, item)
             if step(frame, out):
@@ -174,17 +174,17 @@ def _each(
     return run
 
 
-def _entered(layout: Any, f: Frame, *, is_new: bool) -> Frame:
+def _entered(layout: Any, frame: Frame, *, is_new: bool) -> Frame:
     """Return the frame of the step after a test."""
-    return [f, *([None] * (layout.size - 1))] if is_new and layout is not None else f
+    return [frame, *([None] * (layout.size - 1))] if is_new and layout is not None else frame
 
 
 def _when(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
     """Take the step if the test is true."""
 
-    def run(f: Frame, out: Any) -> Any:
-        value = test(f)
-        return False if value is False or value is None else step(_entered(layout, f, is_new=is_new), out)
+    def run(frame: Frame, out: Any) -> Any:
+        value = test(frame)
+        return False if value is False or value is None else step(_entered(layout, frame, is_new=is_new), out)
 
     return run
 
@@ -192,9 +192,9 @@ def _when(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
 def _unless(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
     """Take the step if the test is false."""
 
-    def run(f: Frame, out: Any) -> Any:
-        value = test(f)
-        return step(_entered(layout, f, is_new=is_new), out) if value is False or value is None else False
+    def run(frame: Frame, out: Any) -> Any:
+        value = test(frame)
+        return step(_entered(layout, frame, is_new=is_new), out) if value is False or value is None else False
 
     return run
 
@@ -202,9 +202,9 @@ def _unless(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
 def _break(test: Node, step: Step, layout: Any, *, is_new: bool) -> Step:
     """End all loops if the test is true, else take the step."""
 
-    def run(f: Frame, out: Any) -> Any:
-        value = test(f)
-        return step(_entered(layout, f, is_new=is_new), out) if value is False or value is None else True
+    def run(frame: Frame, out: Any) -> Any:
+        value = test(frame)
+        return step(_entered(layout, frame, is_new=is_new), out) if value is False or value is None else True
 
     return run
 
@@ -219,10 +219,10 @@ def _fold_step(rt: Runtime, body: Node, accumulators: Sequence[Any], span: Span)
     """Return the step of ``for/fold``, which binds the accumulators in the frame of the iteration and updates them."""
     is_single, values_of = len(accumulators) == 1, unpacker(rt, len(accumulators), span)
 
-    def step(f: Frame, out: Any) -> Any:
+    def step(frame: Frame, out: Any) -> Any:
         for bind, value in zip(accumulators, out):
-            bind(f, value)
-        value = body(f)
+            bind(frame, value)
+        value = body(frame)
         out[:] = [value] if is_single else values_of(value)
 
     return step
@@ -240,8 +240,8 @@ class _Kind:
     def step(rt: Runtime, body: Node, span: Span) -> Step:
         """Return the step that updates the accumulator with a value of the body."""
 
-        def step(f: Frame, out: Any) -> Any:
-            out.append(body(f))
+        def step(frame: Frame, out: Any) -> Any:
+            out.append(body(frame))
 
         return step
 
@@ -256,8 +256,8 @@ class _Each(_Kind):
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            body(frame)
 
         return step
 
@@ -275,8 +275,8 @@ class _Union(_Kind):
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            value = body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            value = body(frame)
             if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
                 out.append(value)
             elif type(value) is Entity:
@@ -298,7 +298,7 @@ class _Append(_Kind):
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
         add = item_adder(rt, span)
-        return lambda f, out: add(out, body(f))
+        return lambda frame, out: add(out, body(frame))
 
 
 class _Sum(_Kind):
@@ -312,8 +312,8 @@ class _Sum(_Kind):
     def step(rt: Runtime, body: Node, span: Span) -> Step:
         plus = rt.library.builtins["+"].function
 
-        def step(f: Frame, out: Any) -> Any:
-            value = body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            value = body(frame)
             if type(value) is float or type(value) is int:
                 out[0] += value
                 if type(out[0]) is float or out[0].bit_length() < _MAX_SUM_BITS:
@@ -350,8 +350,8 @@ class _And(_Quantifier):
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            value = out[0] = body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            value = out[0] = body(frame)
             if value is False or value is None:
                 out[0] = False
                 return True
@@ -369,8 +369,8 @@ class _Or(_Quantifier):
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            value = body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            value = body(frame)
             if value is False or value is None:
                 return False
             out[0] = value
@@ -388,8 +388,8 @@ class _First(_Quantifier):
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            out[0] = body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            out[0] = body(frame)
             return True
 
         return step
@@ -412,8 +412,8 @@ class _Table(_Kind):
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            value = body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            value = body(frame)
             members = items_of(rt, value) if type(value) is Pair else ()
             if len(members) != 2:
                 message = f"the body of `for/table` must return `(list key value)`, got {type_name(value)}"
@@ -436,8 +436,8 @@ class _Set(_Kind):
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
-        def step(f: Frame, out: Any) -> Any:
-            value = body(f)
+        def step(frame: Frame, out: Any) -> Any:
+            value = body(frame)
             out.setdefault(table_key(value), value)
 
         return step

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls, generated, intrinsics
-from scenelang.interpreter.compile.analyse import (
+from scenelang.interpreter.compile.analyze import (
     FrameLayout,
     Loop,
     LoopKinds,
@@ -91,9 +91,16 @@ class LoopCode:
 
 @dataclass(frozen=True, slots=True)
 class Dest:
-    """Destination of a value: a variable, the result of the function, or none.
+    """Destination of a value.
 
-    ``loops`` are the loops that the value ends, the innermost last.
+    Attributes
+    ----------
+    name
+        Local variable to which it is assigned; None if it is not used.
+    returns
+        Whether it is the result of the function.
+    loops
+        Loops that the value ends, the innermost last.
     """
 
     name: str | None = None
@@ -148,13 +155,18 @@ class FunctionWriter(Text):
                 stack.extend(children(node))
 
     def is_embedded(self, node: Any) -> bool:
-        """Return whether a form has no translation, so that it is called as a closure."""
+        """Return whether a form has no translation to Python, so that the generated code calls it as a closure.
+
+        Destructuring patterns and loops whose turns have frames of their own, because closures capture their variables,
+        have none.
+        """
         if type(node) is ast.Define:
-            return isinstance(node.target, tuple)
+            return isinstance(node.target, tuple)  # a pattern
         if type(node) is ast.For:
-            targets = [a.target for a in node.accumulators] + [t for c in node.clauses for t in c.targets]
-            is_plain = node.kind in _FOR_KINDS and not any(isinstance(target, tuple) for target in targets)
-            return self.compiler.region(node).has_frame or not is_plain
+            targets = [accumulator.target for accumulator in node.accumulators]
+            targets += [target for clause in node.clauses for target in clause.targets]
+            has_pattern = any(isinstance(target, tuple) for target in targets)
+            return self.compiler.region(node).has_frame or node.kind not in _FOR_KINDS or has_pattern
         if type(node) is ast.While:
             return self.compiler.region(node).has_frame
         return isinstance(node, _EMBEDDED)
@@ -174,8 +186,25 @@ class FunctionWriter(Text):
     # --- whole functions -----------------------------------------------------------------------------------------
 
     def function(self, node: ast.Lambda, code: ClosureCode) -> Callable[..., Any]:
-        """Write and compile a function; return ``g(env, *arguments)``, or ``g(frame)`` if its parameters are not all
-        plain."""
+        """Write and compile a function.
+
+        Parameters
+        ----------
+        node
+            The function.
+        code
+            Its compiled closure.
+
+        Returns
+        -------
+        callable
+            ``g(env, *arguments)``, or ``g(frame)`` if its parameters are not all plain.
+
+        Raises
+        ------
+        Unsupported
+            If no code can be generated.
+        """
         is_plain = code.arity >= 0  # arguments are parameters of the generated function, not slots of a frame
         if code.arity > _MAX_ARITY:
             raise Unsupported
@@ -254,7 +283,10 @@ class FunctionWriter(Text):
         return self._compiled()
 
     def preload(self, root: Any) -> None:
-        """Read the constant variables of the enclosing code from the frame."""
+        """Copy variables of the enclosing code, which the loop ``root`` refers to and nothing changes, to local ones.
+
+        Reading a local variable of Python is faster than a slot of the frame in every turn.
+        """
         bound = {v for node in walk(root) if type(node) is ast.Define for v in pattern_variables(node.target)}
         for node in walk(root):
             target = node.target if type(node) is ast.Reference else None
@@ -365,8 +397,10 @@ class FunctionWriter(Text):
         return CodeText(name, self.kinds[name])
 
     def operands(self, nodes: Sequence[Any], *, atomic: bool = True) -> list[CodeText]:
-        """Return the values of several nodes, evaluated in order, as names or constants; if not ``atomic``, also as
-        pure expressions."""
+        """Return the values of several nodes, evaluated in order, as names or constants.
+
+        Unless ``atomic`` is set, the values may also be pure expressions.
+        """
         values = []
         for node in nodes:
             code = self.value(node)
@@ -521,7 +555,10 @@ class FunctionWriter(Text):
         return self.finish(dest, self.value(node))
 
     def finish(self, dest: Dest, code: CodeText) -> Kind:
-        """Send a value to its destination, and leave the loops that end with it."""
+        """Write the end of an expression: send its value ``code`` to ``dest``, and leave the loops that end with it.
+
+        Returns the kind of the value.
+        """
         kind = self.kind_of(code)
         if dest.loops and not (code.atomic and code.pure):
             code = self.temporary(code)
@@ -680,10 +717,20 @@ class FunctionWriter(Text):
             self.line(f"{self.slot_text(variable)} = {name}")
 
     def write_loop(self, loop: Loop, dest: Dest, kinds: Sequence[Kind], *, resumed: bool = False) -> Kind:
-        """Write a loop whose parameters have their first values, of the kinds ``kinds``.
+        """Write a loop whose parameters have their first values.
 
-        Turns are charged in blocks: an inner ``for`` counts them without a call for each. If ``resumed``, the closures
-        ran the first ``done`` turns of the first block.
+        Turns are charged in blocks: an inner ``for`` counts them without a call for each.
+
+        Parameters
+        ----------
+        loop
+            The loop.
+        dest
+            Destination of its value.
+        kinds
+            Kinds of the first values.
+        resumed
+            Whether the closures ran the first ``done`` turns of the first block.
         """
         parameters = [p.target for p in loop.function.parameters]
         parameter_kinds = LoopKinds(self.kind_of_variable).loop(loop, kinds)
@@ -779,8 +826,10 @@ class FunctionWriter(Text):
         self.line("break")
 
     def _assign_parameters(self, record: LoopCode, values: Sequence[CodeText]) -> None:
-        """Write the simultaneous assignment of a loop's parameters, and copies in the frame of those that are
-        stored."""
+        """Write the simultaneous assignment of a loop's parameters.
+
+        The frame gets copies of those that closures or embedded code read.
+        """
         targets, texts, slots = [], [], []
         for parameter, value in zip(record.function.parameters, values):
             variable = parameter.target
@@ -924,8 +973,14 @@ class FunctionWriter(Text):
         return self.finish(dest, self.call(node))
 
     def _head(self, node: ast.Application) -> tuple[CodeText | None, str, Any]:
-        """Return the function of a call in three parts: its code if it is evaluated before the arguments, else the
-        constant of a global variable's cell and the closure in it, if known."""
+        """Return the function of a call.
+
+        Returns
+        -------
+        code, cell, known
+            For a global variable that is never assigned: None, the constant of its cell, and the closure in it, if it
+            is known. For any other head: its value, which is evaluated before the arguments, "" and None.
+        """
         head = node.function
         target = head.target if type(head) is ast.Reference else None
         if isinstance(target, Variable) and target.is_global and not target.assigned:

@@ -17,7 +17,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile import calls
-from scenelang.interpreter.compile.analyse import (
+from scenelang.interpreter.compile.analyze import (
     MAX_BITS,
     FrameLayout,
     arithmetic_kind,
@@ -131,8 +131,10 @@ def placed(error: BaseException, sites: Mapping[int, Any]) -> BaseException:
 
 
 def _placed_builtin(error: BaseException, site: BuiltinSite, traceback: TracebackType) -> BaseException:
-    """Return the error of a failed builtin; of an argument of the wrong type, the values are read from the local
-    variables."""
+    """Return the error of a failed builtin, with its location.
+
+    For an argument of the wrong type, the values are read from the local variables of the generated function.
+    """
     if isinstance(error, SceneError):
         if error.span is None:
             error.span = site.span
@@ -205,7 +207,10 @@ def bouncer(rt: Runtime) -> Callable[[], Any]:
 
 
 def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]], Any]:
-    """Return a function that performs a call without a fast path; the site of the caller locates its errors."""
+    """Return a function ``call(function, arguments)`` that performs a call without a fast path.
+
+    ``head`` is the head of the call, for the name in errors; the site of the caller locates them.
+    """
     tick = rt.tick
 
     def call(function: Any, values: Sequence[Any]) -> Any:
@@ -226,7 +231,17 @@ def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]],
 
 
 def global_caller(rt: Runtime, cell: Cell, head: Any, span: Span) -> Callable[..., Any]:
-    """Return a function that calls the current value of a global variable, which has changed since code generation."""
+    """Return a function that calls the current value of a global variable.
+
+    Generated code uses it where the variable has another value than when the code was generated.
+
+    Parameters
+    ----------
+    cell
+        Cell of the variable.
+    head, span
+        Head and location of the call, for errors.
+    """
     call = caller(rt, head, span)
     return lambda *values: call(cell.value, values)
 
@@ -279,8 +294,8 @@ def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
     general = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
 
     def make(x: Any, y: Any, z: Any) -> Any:
-        s = type(x)
-        if s is type(y) is type(z) and (s is float or s is int):
+        kind = type(x)
+        if kind is type(y) is type(z) and (kind is float or kind is int):
             return Vector((x, y, z))
         return general((x, y, z))  # type: ignore[arg-type]
 
@@ -298,8 +313,14 @@ class Unsupported(Exception):
 class CodeText:
     """Python expression.
 
-    ``pure`` is set if it cannot fail and its value does not change before its use, ``atomic`` if it is a name or
-    literal.
+    Attributes
+    ----------
+    text, kind
+        Text of the expression, and the kind of its value.
+    pure
+        Whether it cannot fail and its value does not change before its use.
+    atomic
+        Whether it is a name or a literal, which may be written several times.
     """
 
     text: str
@@ -315,11 +336,12 @@ class Text:
         """Create the namespace of the generated function, in which ``lines`` will run."""
         self.compiler = compiler
         self.rt = compiler.rt
-        self.base = self.layout = layout
+        self.base = self.layout = layout  # of the function's frame, and of the innermost loop's
         self.lines: list[str] = []
         self.indent = 0
-        self.blocks = 1
-        self.sites: dict[int, Any] = {}
+        self.blocks = 1  # nested blocks of CPython at this point: the handler, and each loop
+        self.sites: dict[int, Any] = {}  # calls that locate errors, by line
+        # The namespace of the generated function; the text refers to these objects by short names.
         self.constants: dict[str, Any] = {
             "CAUGHT": CAUGHT, "placed": placed, SITES: self.sites, "rt": self.rt, "ticks": self.rt.meter.ticks,
             "charge": self.rt.charge, "spend": self.rt.meter.spend, "TAIL": TAIL, "U": UNDEFINED, "NIL": NIL,
@@ -329,13 +351,13 @@ class Text:
             "make_list": make_list, "IDENTITY": IDENTITY,
         }  # fmt: skip
         self.numbered: dict[int, str] = {}  # names of constants by id
-        self.count = 0
+        self.count = 0  # names and loop numbers so far
         self.names: dict[Variable, str] = {}  # local variables
-        self.kinds: dict[str, Kind] = {}
-        self.frames: dict[FrameLayout, str] = {}
+        self.kinds: dict[str, Kind] = {}  # of local variables, as far as they are known at this point
+        self.frames: dict[FrameLayout, str] = {}  # local variables of the frames
         self.direct: tuple[Closure, str] | None = None  # this function as a global, and its cell
         self.self_tail: tuple[str, ...] | None = None  # parameters, if tail calls of itself are turns of a loop
-        self.embedded: set[Variable] = set()
+        self.embedded: set[Variable] = set()  # read by forms that are called as closures, so frames have copies
         self.unshared: set[Variable] = set()  # only in the frame, as embedded code defines or assigns them
         self.loop_names: dict[int, list[str]] = {}  # next values of the parameters of loops with frames, by number
         self.mutable: set[str] = set()  # local variables that the program assigns
@@ -472,7 +494,7 @@ class Text:
         return frame, int(slot[:-1])
 
     def bind(self, variable: Variable, text: str, kind: Kind) -> None:
-        """Write the definition of a local variable of this function."""
+        """Write the definition of a local variable of this function: ``text``, its value of the kind ``kind``."""
         if self.in_cell(variable):
             frame, slot = self.slot_of(variable)
             self.line(f"bind_cell({frame}, {slot}, {text})")
@@ -562,7 +584,17 @@ class Text:
         return f"(type({code.text}) is int or type({code.text}) is float)"
 
     def comparison(self, operator: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
-        """Return a comparison. Afterwards both operands are numbers, since it fails otherwise."""
+        """Return a comparison. Afterwards both operands are known to be numbers, since it fails otherwise.
+
+        Parameters
+        ----------
+        operator
+            Operator of Python.
+        x, y
+            Operands.
+        slow
+            Name of the function that compares anything else, or fails.
+        """
         tests = [test for test in (self._is_number(x), self._is_number(y)) if test]
         text = f"{x.text} {operator} {y.text}"
         for code in (x, y):
@@ -574,7 +606,17 @@ class Text:
         return CodeText(f"({text} if {test} else {slow}({x.text}, {y.text}))", BOOLEAN, False, False)
 
     def arithmetic(self, name: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
-        """Return a sum, difference or product, without checks where the kinds of the operands allow it."""
+        """Return a sum, difference or product, without checks where the kinds of the operands allow it.
+
+        Parameters
+        ----------
+        name
+            Operation: "add", "sub" or "mul".
+        x, y
+            Operands.
+        slow
+            Name of the function that computes all other cases (see ``ARITHMETIC``).
+        """
         operator, left, right = OPERATORS[name], self.kind_of(x), self.kind_of(y)
         text = f"({x.text} {operator} {y.text})"
         kind = arithmetic_kind(name, left, right)
@@ -628,7 +670,7 @@ class Text:
         return " and ".join(tests) or "True"
 
     def division(self, x: CodeText, y: CodeText, slow: str) -> CodeText:
-        """Return a quotient of numbers."""
+        """Return the quotient of two numbers; ``slow`` is the name of the function that divides anything else."""
         left, right = self.kind_of(x), self.kind_of(y)
         if self._safe_float(left) and self._safe_float(right):
             text = f"({x.text} / {y.text} if {y.text} else {slow}({x.text}, {y.text}))"
@@ -638,7 +680,17 @@ class Text:
         return self.temporary(CodeText(f"{x.text} / {y.text} if {test} else {slow}({x.text}, {y.text})"))
 
     def integer_division(self, name: str, x: CodeText, y: CodeText, slow: str) -> CodeText:
-        """Return ``//`` or ``%``, by the operation ``floordiv`` or ``mod``."""
+        """Return ``//`` or ``%``.
+
+        Parameters
+        ----------
+        name
+            Operation: "floordiv" or "mod".
+        x, y
+            Operands.
+        slow
+            Name of the function that computes all other cases.
+        """
         left, right = self.kind_of(x), self.kind_of(y)
         operator = "//" if name == "floordiv" else "%"
         tests = [f"type({c.text}) is int" for c in (x, y) if self.kind_of(c).tag != "Integer"]
@@ -651,7 +703,21 @@ class Text:
         return self.temporary(CodeText(f"{x.text} {operator} {y.text} if {test} else {slow}({x.text}, {y.text})", kind))
 
     def known_call(self, result: str, cell: str, known: Closure, texts: Sequence[str], node: ast.Application) -> None:
-        """Write a call of a global function that is known, unless it is defined again."""
+        """Write a call of a global function that is known, with a test whether it has been defined again.
+
+        Parameters
+        ----------
+        result
+            Local variable of the result.
+        cell
+            Constant of the variable's cell.
+        known
+            Closure that the variable has now.
+        texts
+            Python expressions of the arguments.
+        node
+            The call.
+        """
         code = known.code
         is_itself = self.direct is not None and known is self.direct[0]
         callee = "g" if is_itself else self.constant(code.direct) if code.direct else f"{self.constant(code)}.entry"
@@ -677,7 +743,11 @@ class Text:
         return None
 
     def known_global(self, target: Variable) -> Any:
-        """Return the closure that a global variable has now and will have unless it is defined again, or None."""
+        """Return the closure that a global variable is defined as, or None.
+
+        Callers must test that the variable has not been defined again. There is none for a variable that ``set!``
+        changes, or whose value is not a closure.
+        """
         if not target.is_global or target.assigned:
             return None
         value = self.compiler.global_cell(target).value
@@ -694,7 +764,19 @@ class Text:
             raise Unsupported
 
     def choice_step(self, kind: str, code: CodeText, out: str, leaves: str, loops: Sequence[int]) -> None:
-        """Write the end of a turn of ``for/and``, ``for/or`` or ``for/first``."""
+        """Write the end of a turn of ``for/and``, ``for/or`` or ``for/first``.
+
+        Parameters
+        ----------
+        kind
+            "and", "or" or "first".
+        code
+            Value of the body.
+        out, leaves
+            Local variables of the result, and of whether the loops end.
+        loops
+            Indentation of the loops of the form.
+        """
         truth = self.truth(code)
         if kind == "or":
             self.line(f"if {truth}: {out} = {code.text}")

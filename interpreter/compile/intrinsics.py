@@ -24,21 +24,21 @@ def add(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(+ a b)``."""
     limit, floor = _LIMIT, -_LIMIT
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         kind = type(x)
         if kind is type(y):
             if kind is float:
                 return x + y
             if kind is int:
-                r = x + y
-                if floor < r < limit:
-                    return r
+                result = x + y
+                if floor < result < limit:
+                    return result
         elif kind in _NUMBERS and type(y) in _NUMBERS:
-            r = _mixed_add(x, y)
-            if r is not None:
-                return r
+            result = _mixed_add(x, y)
+            if result is not None:
+                return result
         return slow(x, y)
 
     return node
@@ -48,8 +48,8 @@ def add_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
     """Return a node for ``(+ variable number)``, such as the step of a counter."""
     kind = type(y)
 
-    def node(f: Frame) -> Any:
-        x = f[slot]
+    def node(frame: Frame) -> Any:
+        x = frame[slot]
         if type(x) is kind:
             return x + y  # unchecked: it grows by a constant per step, so the step limit bounds it
         return slow(x, y)
@@ -61,17 +61,17 @@ def add_slots(i: int, j: int, slow: Slow) -> Node:
     """Return a node for ``(+ variable variable)``."""
     limit, floor = _LIMIT, -_LIMIT
 
-    def node(f: Frame) -> Any:
-        x = f[i]
-        y = f[j]
+    def node(frame: Frame) -> Any:
+        x = frame[i]
+        y = frame[j]
         kind = type(x)
         if kind is type(y):
             if kind is float:
                 return x + y
             if kind is int:
-                r = x + y
-                if floor < r < limit:
-                    return r
+                result = x + y
+                if floor < result < limit:
+                    return result
         return slow(x, y)
 
     return node
@@ -80,9 +80,9 @@ def add_slots(i: int, j: int, slow: Slow) -> Node:
 def lt_slots(i: int, j: int, slow: Slow) -> Node:
     """Return a node for ``(< variable variable)``."""
 
-    def node(f: Frame) -> Any:
-        x = f[i]
-        y = f[j]
+    def node(frame: Frame) -> Any:
+        x = frame[i]
+        y = frame[j]
         if type(x) is type(y) and type(x) in _NUMBERS:
             return x < y
         return slow(x, y)
@@ -94,21 +94,21 @@ def sub(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(- a b)``."""
     limit, floor = _LIMIT, -_LIMIT
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         kind = type(x)
         if kind is type(y):
             if kind is float:
                 return x - y
             if kind is int:
-                r = x - y
-                if floor < r < limit:
-                    return r
+                result = x - y
+                if floor < result < limit:
+                    return result
         elif kind in _NUMBERS and type(y) in _NUMBERS:
-            r = _mixed_sub(x, y)
-            if r is not None:
-                return r
+            result = _mixed_sub(x, y)
+            if result is not None:
+                return result
         return slow(x, y)
 
     return node
@@ -118,8 +118,8 @@ def sub_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
     """Return a node for ``(- variable number)``."""
     kind = type(y)
 
-    def node(f: Frame) -> Any:
-        x = f[slot]
+    def node(frame: Frame) -> Any:
+        x = frame[slot]
         if type(x) is kind:
             return x - y  # unchecked: it grows by a constant per step, so the step limit bounds it
         return slow(x, y)
@@ -134,21 +134,21 @@ def mul(a: Node, b: Node, slow: Slow) -> Node:
     """
     limit, floor = _LIMIT, -_LIMIT
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         kind = type(x)
         if kind is type(y):
             if kind is float:
                 return x * y
             if kind is int and floor < x < limit and floor < y < limit:
-                r = x * y
-                if floor < r < limit:
-                    return r
+                result = x * y
+                if floor < result < limit:
+                    return result
         elif kind in _NUMBERS and type(y) in _NUMBERS:
-            r = _mixed_mul(x, y)
-            if r is not None:
-                return r
+            result = _mixed_mul(x, y)
+            if result is not None:
+                return result
         return slow(x, y)
 
     return node
@@ -181,9 +181,9 @@ def _mixed_mul(x: Any, y: Any) -> Any:
 def div(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(/ a b)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) in _NUMBERS and type(y) in _NUMBERS and y:
             try:
                 return x / y
@@ -197,9 +197,9 @@ def div(a: Node, b: Node, slow: Slow) -> Node:
 def floordiv(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(// a b)`` of Integers."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) is int and type(y) is int and y:
             return x // y
         return slow(x, y)
@@ -210,9 +210,9 @@ def floordiv(a: Node, b: Node, slow: Slow) -> Node:
 def mod(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(% a b)`` of Integers."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) is int and type(y) is int and y:
             return x % y
         return slow(x, y)
@@ -223,9 +223,9 @@ def mod(a: Node, b: Node, slow: Slow) -> Node:
 def matmul(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(@ a b)`` of two poses."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) is Matrix and type(y) is Matrix:
             return compose(x, y)
         return slow(x, y)
@@ -236,9 +236,9 @@ def matmul(a: Node, b: Node, slow: Slow) -> Node:
 def lt(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(< a b)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x < y
         return slow(x, y)
@@ -250,8 +250,8 @@ def lt_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
     """Return a node for ``(< variable number)``."""
     kind = type(y)
 
-    def node(f: Frame) -> Any:
-        x = f[slot]
+    def node(frame: Frame) -> Any:
+        x = frame[slot]
         if type(x) is kind:
             return x < y
         return slow(x, y)
@@ -262,9 +262,9 @@ def lt_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
 def gt(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(> a b)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x > y
         return slow(x, y)
@@ -275,9 +275,9 @@ def gt(a: Node, b: Node, slow: Slow) -> Node:
 def le(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(<= a b)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x <= y
         return slow(x, y)
@@ -288,9 +288,9 @@ def le(a: Node, b: Node, slow: Slow) -> Node:
 def ge(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(>= a b)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x >= y
         return slow(x, y)
@@ -301,9 +301,9 @@ def ge(a: Node, b: Node, slow: Slow) -> Node:
 def eq(a: Node, b: Node, slow: Slow) -> Node:
     """Return a node for ``(= a b)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
-        y = b(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
+        y = b(frame)
         if type(x) in _NUMBERS and type(y) in _NUMBERS:
             return x == y
         return slow(x, y)
@@ -315,8 +315,8 @@ def eq_slot_constant(slot: int, y: Any, slow: Slow) -> Node:
     """Return a node for ``(= variable number)``."""
     kind = type(y)
 
-    def node(f: Frame) -> Any:
-        x = f[slot]
+    def node(frame: Frame) -> Any:
+        x = frame[slot]
         if type(x) is kind:
             return x == y
         return slow(x, y)
@@ -336,8 +336,8 @@ SLOT_CONSTANT: dict[str, Callable[[int, Any, Slow], Node]] = {
 def negation(a: Node, slow: Callable[[Any], Any]) -> Node:
     """Return a node for ``(not a)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
         return x is False or x is None
 
     return node
@@ -346,8 +346,8 @@ def negation(a: Node, slow: Callable[[Any], Any]) -> Node:
 def car(a: Node, slow: Callable[[Any], Any]) -> Node:
     """Return a node for ``(car a)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
         return x.car if type(x) is Pair else slow(x)
 
     return node
@@ -356,8 +356,8 @@ def car(a: Node, slow: Callable[[Any], Any]) -> Node:
 def cdr(a: Node, slow: Callable[[Any], Any]) -> Node:
     """Return a node for ``(cdr a)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
         return x.cdr if type(x) is Pair else slow(x)
 
     return node
@@ -366,8 +366,8 @@ def cdr(a: Node, slow: Callable[[Any], Any]) -> Node:
 def is_null(a: Node, slow: Callable[[Any], Any]) -> Node:
     """Return a node for ``(null? a)``."""
 
-    def node(f: Frame) -> Any:
-        x = a(f)
+    def node(frame: Frame) -> Any:
+        x = a(frame)
         return True if x is NIL else (False if type(x) is Pair else slow(x))
 
     return node
@@ -380,11 +380,11 @@ def if_slot_equals(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -
     """Combine ``(if (= variable number) then otherwise)`` into one node."""
     kind = type(y)
 
-    def node(f: Frame) -> Any:
-        x = f[slot]
+    def node(frame: Frame) -> Any:
+        x = frame[slot]
         if (x == y) if type(x) is kind else slow(x, y):
-            return then(f)
-        return otherwise(f)
+            return then(frame)
+        return otherwise(frame)
 
     return node
 
@@ -393,11 +393,11 @@ def if_slot_less(slot: int, y: Any, slow: Slow, then: Node, otherwise: Node) -> 
     """Combine ``(if (< variable number) then otherwise)`` into one node."""
     kind = type(y)
 
-    def node(f: Frame) -> Any:
-        x = f[slot]
+    def node(frame: Frame) -> Any:
+        x = frame[slot]
         if (x < y) if type(x) is kind else slow(x, y):
-            return then(f)
-        return otherwise(f)
+            return then(frame)
+        return otherwise(frame)
 
     return node
 
@@ -410,96 +410,100 @@ PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"}) 
 
 
 # --- arithmetic of generated code outside its inlined paths: mixed numbers, long Integers, vectors of three Floats ---
+#
+# These cases are computed here, without a call of the builtin. ``slow`` is the builtin: it computes all others, and
+# reports errors and results that exceed the limit.
 
 
 def adder(slow: Slow) -> Slow:
-    """Return a function that adds two values."""
+    """Return a function that adds two values; the builtin ``slow`` adds what has no fast path."""
 
     def add(x: Any, y: Any) -> Any:
-        s, t = type(x), type(y)
-        if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
-            a, b, c = x
-            d, e, f = y
-            if type(a) is float and type(d) is float:
-                return Vector((a + d, b + e, c + f))
-        elif s in _NUMBERS and t in _NUMBERS:
+        kind_x, kind_y = type(x), type(y)
+        if kind_x is Vector and kind_y is Vector and len(x) == 3 and len(y) == 3:
+            x0, x1, x2 = x
+            y0, y1, y2 = y
+            if type(x0) is float and type(y0) is float:
+                return Vector((x0 + y0, x1 + y1, x2 + y2))
+        elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             try:
-                r = x + y
-            except OverflowError:
+                result = x + y
+            except OverflowError:  # a long Integer and a Float
                 return slow(x, y)
-            if type(r) is float or -_LIMIT < r < _LIMIT:
-                return r
+            if type(result) is float or -_LIMIT < result < _LIMIT:
+                return result
         return slow(x, y)
 
     return add
 
 
 def subtracter(slow: Slow) -> Slow:
-    """Return a function that subtracts two values."""
+    """Return a function that subtracts two values; the builtin ``slow`` subtracts what has no fast path."""
 
     def subtract(x: Any, y: Any) -> Any:
-        s, t = type(x), type(y)
-        if s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
-            a, b, c = x
-            d, e, f = y
-            if type(a) is float and type(d) is float:
-                return Vector((a - d, b - e, c - f))
-        elif s in _NUMBERS and t in _NUMBERS:
+        kind_x, kind_y = type(x), type(y)
+        if kind_x is Vector and kind_y is Vector and len(x) == 3 and len(y) == 3:
+            x0, x1, x2 = x
+            y0, y1, y2 = y
+            if type(x0) is float and type(y0) is float:
+                return Vector((x0 - y0, x1 - y1, x2 - y2))
+        elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             try:
-                r = x - y
-            except OverflowError:
+                result = x - y
+            except OverflowError:  # a long Integer and a Float
                 return slow(x, y)
-            if type(r) is float or -_LIMIT < r < _LIMIT:
-                return r
+            if type(result) is float or -_LIMIT < result < _LIMIT:
+                return result
         return slow(x, y)
 
     return subtract
 
 
 def multiplier(slow: Slow) -> Slow:
-    """Return a function that multiplies two values."""
+    """Return a function that multiplies two values; the builtin ``slow`` multiplies what has no fast path."""
 
     def multiply(x: Any, y: Any) -> Any:
-        s, t = type(x), type(y)
-        if s is Vector and t is float and len(x) == 3:
-            a, b, c = x
-            if type(a) is float:
-                return Vector((a * y, b * y, c * y))
-        elif t is Vector and s is float and len(y) == 3:
-            a, b, c = y
-            if type(a) is float:
-                return Vector((x * a, x * b, x * c))
-        elif s is Vector and t is Vector and len(x) == 3 and len(y) == 3:
-            a, b, c = x
-            d, e, f = y
-            if type(a) is float and type(d) is float:
-                return Vector((a * d, b * e, c * f))
-        elif s in _NUMBERS and t in _NUMBERS:
-            if s is int and t is int and not (-_LIMIT < x < _LIMIT and -_LIMIT < y < _LIMIT):
+        kind_x, kind_y = type(x), type(y)
+        if kind_x is Vector and kind_y is float and len(x) == 3:
+            x0, x1, x2 = x
+            if type(x0) is float:
+                return Vector((x0 * y, x1 * y, x2 * y))
+        elif kind_y is Vector and kind_x is float and len(y) == 3:
+            y0, y1, y2 = y
+            if type(y0) is float:
+                return Vector((x * y0, x * y1, x * y2))
+        elif kind_x is Vector and kind_y is Vector and len(x) == 3 and len(y) == 3:
+            x0, x1, x2 = x
+            y0, y1, y2 = y
+            if type(x0) is float and type(y0) is float:
+                return Vector((x0 * y0, x1 * y1, x2 * y2))
+        elif kind_x in _NUMBERS and kind_y in _NUMBERS:
+            # Unlike a sum, a product of long Integers takes long itself, so the operands are tested before.
+            if kind_x is int and kind_y is int and not (-_LIMIT < x < _LIMIT and -_LIMIT < y < _LIMIT):
                 return slow(x, y)
             try:
-                r = x * y
-            except OverflowError:
+                result = x * y
+            except OverflowError:  # a long Integer and a Float
                 return slow(x, y)
-            if type(r) is float or -_LIMIT < r < _LIMIT:
-                return r
+            if type(result) is float or -_LIMIT < result < _LIMIT:
+                return result
         return slow(x, y)
 
     return multiply
 
 
 def divider(slow: Slow) -> Slow:
-    """Return a function that divides two values."""
+    """Return a function that divides two values; the builtin ``slow`` divides what has no fast path."""
 
     def divide(x: Any, y: Any) -> Any:
         if type(x) in _NUMBERS and type(y) in _NUMBERS and y:
             try:
                 return x / y
-            except OverflowError:
+            except OverflowError:  # long Integers
                 return slow(x, y)
         if type(x) is Vector and type(y) is float and y and len(x) == 3 and type(x[0]) is float:
-            a, b, c = x
-            return Vector((a / y, b / y, c / y))
+            x0, x1, x2 = x
+            return Vector((x0 / y, x1 / y, x2 / y))
         return slow(x, y)
 
     return divide

@@ -149,7 +149,7 @@ def without_bits(kind: Kind) -> Kind:
 
 
 def join(a: Kind, b: Kind) -> Kind:
-    """Return the least kind that contains both."""
+    """Return the smallest kind that contains all values of the kinds ``a`` and ``b``."""
     if a is b or b is NEVER:
         return a
     if a is NEVER:
@@ -166,7 +166,7 @@ def join(a: Kind, b: Kind) -> Kind:
 
 
 def join_all(kinds: Iterable[Kind]) -> Kind:
-    """Return the least kind that contains all of ``kinds``; NEVER for none."""
+    """Return the smallest kind that contains all values of ``kinds``; NEVER if there are none."""
     result = NEVER
     for kind in kinds:
         result = join(result, kind)

@@ -25,7 +25,7 @@ from scenelang.grammar.datum import (
 )
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.reader import read
-from scenelang.interpreter.compile.analyse import children, pattern_variables, walk
+from scenelang.interpreter.compile.analyze import children, pattern_variables, walk
 from scenelang.interpreter.expand.forms import FORMS, PAPER_FORMS
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD
@@ -135,14 +135,17 @@ class _Names:
         self._fixed = set(fixed)
         self._renamed: set[Variable] = set()  # variables that a fixed name would capture
         self._spelled: set[str] = set()  # names in the program, which new names avoid
+        # First, find the free variables of all nodes, on which it depends which names would capture a reference.
         globals_ = list(_defined(forms))
         mentioned: set[Variable] = set()
         for form in forms:
             mentioned |= self._visit(form)
+        # Variables of other files keep their names, so these are assigned before all others.
         outside = mentioned - set(globals_)
         self.names.update((variable, variable.name) for variable in outside)
         self._fixed |= outside
         self._spelled.update(self.names.values())
+        # Then name from the outside in: an inner variable must avoid the names of outer ones that its scope refers to.
         self._assign(globals_, outside)
         for form in forms:
             self._descend(form)

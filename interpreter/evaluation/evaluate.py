@@ -12,7 +12,7 @@ from scenelang.grammar.ast import parse_core
 from scenelang.grammar.datum import Datum, Span, dataclass
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.checker.program import Prelude, Program, prelude_of
-from scenelang.interpreter.compile.analyse import pattern_variables, strings_in, walk
+from scenelang.interpreter.compile.analyze import pattern_variables, strings_in, walk
 from scenelang.interpreter.compile.compile import compile_forms
 from scenelang.interpreter.expand.expand import RunMacro
 from scenelang.interpreter.expand.scope import Variable
@@ -385,8 +385,10 @@ class IncrementalRun:
         seed: int,
         spent: float,
     ) -> Scene:
-        """Run the next version in the runtime of the last one; raise ``_Restart`` if that is not certain to be
-        equivalent."""
+        """Run the next version in the runtime of the last one.
+
+        Raises ``_Restart`` if it is not certain that the result is that of a new run.
+        """
         rt = self.rt
         changed = self._changed(run, reaches, previous)
         unchanged = {id(reach.form) for reach in reaches if reach.is_static} - changed
@@ -494,8 +496,10 @@ def _functions(rt: Runtime, reaches: Sequence[FormReach]) -> dict[str, Any]:
 def with_dependents(
     reaches: Sequence[FormReach], forms: set[int], words: set[str], variables: set[Variable]
 ) -> set[int]:
-    """Return the ids ``forms``, and those of all forms that mention changed words or variables, directly or through
-    other forms."""
+    """Return the ids ``forms``, and those of all forms that mention changed words or variables.
+
+    A form that mentions them only through other forms is included.
+    """
     readers: dict[Any, list[FormReach]] = {}
     for reach in reaches:
         for name in (*reach.mentions, *reach.strings, *reach.words):
@@ -516,10 +520,10 @@ def with_dependents(
 
 
 def uses_later_definitions(reaches: Sequence[FormReach], unchanged: set[int]) -> bool:
-    """Return whether code at top level can call a function that an unchanged form (by id) after it defines.
+    """Return whether code at top level can call a function that is defined after it by an unchanged form.
 
-    In a run from scratch the function would not exist yet. The search goes from definitions to their readers, from the
-    last definition on, and visits each form once.
+    ``unchanged`` are the ids of these forms. In a run from scratch, the function would not exist yet. The search goes
+    from definitions to their readers, from the last definition on, and visits each form once.
     """
     homes: dict[Any, int] = {}
     for index, reach in enumerate(reaches):
@@ -562,7 +566,7 @@ def is_plain(value: Any) -> bool:
 
 
 def is_same(old: Any, new: Any) -> bool:
-    """Return whether two plain values are indistinguishable; 0.0 and -0.0 are not."""
+    """Return whether two plain values are indistinguishable to a program; 0.0 and -0.0 are not."""
     while type(old) is type(new) is Pair:
         if not is_same(old.car, new.car):
             return False
@@ -643,8 +647,10 @@ class SessionCalls:
         self._observe(variables)
 
     def settle(self, forms: Sequence[SessionForm]) -> None:
-        """Keep the calls that the definitions since the last settlement do not affect; ``forms`` are all forms of the
-        session."""
+        """Keep the calls that the definitions since the last settlement do not affect.
+
+        ``forms`` are all forms of the session.
+        """
         rt, changed, before = self._run.rt, self._changed, self._before
         self._changed, self._before = [], None
         try:

@@ -41,7 +41,7 @@ from scenelang.interpreter.checker.program import (
     top_forms,
 )
 from scenelang.interpreter.checker.rules import FactCache, bound_word
-from scenelang.interpreter.compile.analyse import pattern_variables
+from scenelang.interpreter.compile.analyze import pattern_variables
 from scenelang.interpreter.evaluation.evaluate import (
     ProgramRun,
     SessionCalls,
@@ -80,7 +80,21 @@ class Piece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Version:
-    """Analyzed version of the text. Each piece comes with the offset of its source in the whole text."""
+    """Analyzed version of the text of a file.
+
+    Attributes
+    ----------
+    source
+        The whole text.
+    pieces
+        Its top-level forms, each with the offset of its source in the whole text.
+    program
+        Program with its diagnostics.
+    file
+        File with its bindings.
+    offsets
+        The same offsets, by the id of a piece's source.
+    """
 
     source: Source
     pieces: tuple[tuple[int, Piece], ...]
@@ -106,24 +120,39 @@ class Versions:
     """Incremental analyzer of the successive versions of one main file."""
 
     def __init__(self, prelude: Prelude) -> None:
+        """Create an analyzer that has seen no version; programs use the definitions of ``prelude``."""
         self._prelude = prelude
+        # The last version, from which the next one reuses what is equal:
         self._text = ""
         self._chunks: tuple[Chunk, ...] = ()
         self._pieces: tuple[tuple[int, Piece], ...] = ()
         self._state: ProgramState | None = None
         self._file: SourceFile | None = None
         self._fact_cache = FactCache()
-        self._kinds = KindBook(prelude.definitions)
-        self._overrides: Mapping[str, str] = {}
+        self._kinds = KindBook(prelude.definitions)  # inferred kinds of the forms
+        self._overrides: Mapping[str, str] = {}  # texts of the values that replace defaults of params, by name
 
-    def analyse(
+    def analyze(
         self,
         source: Source,
         load: Callable[[str, Source, Span], Source],
         run_macro: RunMacro,
         overrides: Mapping[str, Datum] | None = None,
     ) -> Version:
-        """Analyze the next version. The parameters are those of ``load_program``."""
+        """Analyze the next version of the file.
+
+        Parameters
+        ----------
+        source
+            Text of the version.
+        load, run_macro, overrides
+            As for ``load_program``.
+
+        Returns
+        -------
+        Version
+            Program with its diagnostics. Forms that have not changed are those of the previous version.
+        """
         values = overrides or {}
         texts = {name: datum.span.text for name, datum in values.items()}
         if texts != self._overrides:
@@ -241,7 +270,7 @@ def fresh(form: TopForm) -> TopForm:
 
 
 def replaces(new: TopForm, old: TopForm, defined: set[str]) -> bool:
-    """Return whether a new form redefines everything that an old form defined."""
+    """Return whether the form ``new`` redefines everything that ``old`` defined."""
     if new.scene is not None and old.scene is not None:
         return True
     if new.imports or old.imports:
@@ -283,8 +312,10 @@ def _variables(form: TopForm) -> Iterator[Variable]:
 
 
 class _StaleForms(Exception):
-    """Raised when forms of a file must be evaluated again, because a name that they use has another meaning, or is
-    defined twice."""
+    """Raised when forms of a file must be evaluated again.
+
+    A name that they use has another meaning now, or is defined twice.
+    """
 
     def __init__(self, forms: Sequence[TopForm]) -> None:
         super().__init__()
@@ -322,7 +353,7 @@ def makes_function(tree: Any) -> bool:
 
 
 def groups(forms: Sequence[TopForm]) -> Iterator[list[TopForm]]:
-    """Group adjacent definitions of different names; every other form is a group by itself."""
+    """Group adjacent definitions of different names; every other form is a group of its own."""
     group: list[TopForm] = []
     names: set[str] = set()
     for form in forms:
@@ -481,8 +512,17 @@ class TopLevel:
     ) -> None:
         """Evaluate the next version of a file, except for unchanged definitions of functions and macros.
 
-        The definitions of its previous version that it no longer contains are removed. The parameters are those of
-        ``evaluate``.
+        The definitions of its previous version that it no longer contains are removed.
+
+        Parameters
+        ----------
+        source, on_result, warn
+            As for ``evaluate``.
+
+        Raises
+        ------
+        SceneError
+            For the first form that fails, as ``evaluate`` does.
         """
         self.rt.forget_output()
         reused = self._unchanged(source) if self._calls.is_tracked else {}
@@ -915,11 +955,10 @@ class TopLevel:
         return old
 
     def _forget(self, old: Sequence[TopForm], *, has_imported: bool = False) -> None:
-        """Remove the definitions of removed forms, unless other forms define the same names, and words of removed
-        imports.
+        """Remove the definitions and words of removed forms and imports, unless other forms define the same ones.
 
-        If files were imported again (``has_imported``), their words are bound again, because another file may bind
-        them now.
+        If files were imported again (``has_imported``), their words are bound again, because another file may bind them
+        now.
         """
         remaining = {name for form in self.forms for name in names_of(form)}
         for form in old:

@@ -138,7 +138,7 @@ def expand_begin0(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
 
 @handles("bind")
 def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
-    """Expand ``bind``; a function gets the word in quotes as its name for messages."""
+    """Expand ``bind``; a function gets the word in quotes as its name for error messages."""
     _count(datum, 2, 2)
     literal = datum.items[1]
     if is_identifier(literal) and scope.lookup(literal.value) is None:
@@ -265,7 +265,7 @@ def _loop_variables(form: str, variables: Sequence[Datum], specs: Datum) -> List
 
 
 def _loop(loop: Variable, function: Datum, values: Sequence[Datum], span: Span) -> Datum:
-    """Return a local function and its first call; ``analyse`` recognizes it as a loop."""
+    """Return a local function and its first call; ``analyze`` recognizes it as a loop."""
     definition = core("DEFINE", [Atom(loop, span), function], span)
     start = ListDatum((Atom(loop, span), *values), None, span)
     return core("BODY", [definition, start], span)

@@ -61,12 +61,12 @@ _PLACEMENT_HINTS = {
 
 
 def core(head: str, items: Iterable[Datum], span: Span) -> ListDatum:
-    """Return the core form with the given head and operands."""
+    """Return the core form with the terminal ``head`` of ``core.lark`` and the operands ``items``."""
     return ListDatum((Atom(Head(head), span), *items), None, span)
 
 
 def opaque(terminal: str, value: Any, span: Span) -> Atom:
-    """Return a datum that the core grammar treats as a single token."""
+    """Return a datum that contains ``value``, which the core grammar treats as one token, ``terminal``."""
     return Atom(Opaque(terminal, value), span)
 
 
@@ -80,7 +80,7 @@ _MAX_USAGE = 200  # characters of a parameter list in messages
 
 
 def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -> SceneError:
-    """Return the error for a malformed special form; the default hint is its usage."""
+    """Return the error for a malformed special form at ``span``; the default hint is the usage of ``form``."""
     usage = FORMS[form].usage if form in FORMS else None
     return SceneError("syntax", message, hint or (f"usage: {usage}" if usage else None), span)
 
@@ -115,7 +115,10 @@ class Use:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pending:
-    """Form of a body that is not expanded yet, because all definitions of the body must be declared first."""
+    """Form of a body that is not expanded yet, because all definitions of the body must be declared first.
+
+    ``finish`` expands it, and ``defines`` is whether it is a definition.
+    """
 
     finish: Callable[[], Datum]
     defines: bool
@@ -200,15 +203,21 @@ class Expander:
         return near_names(name, {*scope.names(), *self.known_names(), *FORMS})
 
     def known_names(self) -> Iterable[str]:
-        """Return the names of builtins and the prelude, for suggestions; overridden by ``FileExpander``."""
+        """Return the names of builtins and the prelude, which a misspelled name is compared with.
+
+        There are none without a program; overridden by ``FileExpander``.
+        """
         return ()
 
     def importable_from(self, name: str) -> str | None:
-        """Return the library module to import for a name that is not predefined, for hints."""
+        """Return the library module to import for a name that is not predefined, or None; see ``FileExpander``."""
         return None
 
     def bound_words(self) -> Iterable[str]:
-        """Return the words that the program binds, for hints."""
+        """Return the words that the program binds, so that the error for such a name can say to ``call`` the word.
+
+        There are none without a program; ``FileExpander`` overrides this with the words of all files read so far.
+        """
         return ()
 
     def declare_record(self, name: str) -> None:
@@ -236,7 +245,22 @@ class Expander:
         return Atom(binding.variable if isinstance(binding, PaperForm) else binding, span)
 
     def declare(self, atom: Datum, scope: Scope, *, is_global: bool = False, recursive: bool = False) -> Variable:
-        """Bind an identifier to a new variable in ``scope`` and return the variable."""
+        """Bind an identifier to a new variable in ``scope``, and return the variable.
+
+        Parameters
+        ----------
+        atom
+            The identifier.
+        is_global
+            Whether the variable is defined at top level.
+        recursive
+            Whether it is visible in its own value, and so may be read before it has one.
+
+        Raises
+        ------
+        SceneError
+            If ``atom`` is not a name, or its name is reserved for a special form.
+        """
         if not is_identifier(atom):
             raise self.not_a_name(atom)
         assert isinstance(atom, Atom)
@@ -299,7 +323,11 @@ class Expander:
         return opaque("PATTERN", pattern, datum.span)
 
     def _pattern(self, datum: Datum, scope: Scope, *, recursive: bool, is_global: bool) -> Any:
-        """Return a destructuring pattern as data: None for ``_``, a Variable, or ``(items, rest)``."""
+        """Declare the names of a pattern, and return it as data: None for ``_``, a Variable, or ``(items, rest)``.
+
+        The items are patterns. So is the rest, the part after the dot; it is False in a pattern without a dot, because
+        None is the pattern ``_``.
+        """
         if is_identifier(datum):
             if base_name(datum.value) == "_":
                 return None
@@ -310,7 +338,9 @@ class Expander:
         def inner(item: Datum) -> Any:
             return self._pattern(item, scope, recursive=recursive, is_global=is_global)
 
-        return tuple(map(inner, datum.items)), inner(datum.tail) if datum.tail is not None else False
+        items = tuple(map(inner, datum.items))
+        rest = inner(datum.tail) if datum.tail is not None else False
+        return items, rest
 
     # --- expressions -------------------------------------------------------------------------------------------
 
@@ -383,7 +413,11 @@ class Expander:
         return ListDatum((head, *self.expand_all(datum.items[1:], scope)), None, datum.span)
 
     def expand_all(self, datums: Sequence[Datum], scope: Scope) -> list[Datum]:
-        """Expand several expressions, reporting the errors of all of them."""
+        """Expand several expressions.
+
+        Each error is recorded in ``diagnostics``, and a placeholder replaces its expression, so that the others are
+        expanded and their errors reported, too.
+        """
         return self._recovered([lambda datum=datum: self.expand(datum, scope) for datum in datums])  # type: ignore[misc]
 
     def _recovered(self, steps: Sequence[Callable[[], Datum]]) -> list[Datum]:
@@ -446,6 +480,22 @@ class Expander:
 
         A body that ends in a definition returns ``none``. R7RS makes that an error, which gets in the way while a
         program is being written.
+
+        Parameters
+        ----------
+        datums
+            Forms of the body.
+        scope
+            Scope around the body.
+        span
+            Location of the body, for errors.
+        new_scope
+            Whether the definitions have a scope of their own; otherwise they are added to ``scope``.
+
+        Raises
+        ------
+        SceneError
+            "syntax" for an empty body.
         """
         inner = Scope(scope) if new_scope else scope
         pending: list[Pending] = []
@@ -459,7 +509,11 @@ class Expander:
         return items[0] if len(items) == 1 else core("BODY", items, span)
 
     def scan(self, datum: Datum, scope: Scope, pending: list[Pending]) -> None:
-        """Find the definitions made by a form of a body, expanding macros at its head."""
+        """Add a form of a body to ``pending``, and declare the names that it defines in ``scope``.
+
+        Macros at its head are expanded, and the forms of a ``begin`` are added one by one. Values are expanded later,
+        when all names are declared.
+        """
 
         while isinstance(datum, ListDatum) and datum.items and datum.tail is None:
             binding = self.binding_of(datum.items[0], scope)
@@ -685,7 +739,7 @@ def _is_keyword(datum: Datum) -> bool:
 
 
 def _usage(parameters: Datum) -> str:
-    """Return a parameter list for messages, if it is in the source text and short."""
+    """Return a parameter list for error messages, if it is in the source text and short."""
     text = " ".join(parameters.span.text.split())
     return text if parameters.span.expansion is None and len(text) < _MAX_USAGE else "see its definition"
 
@@ -762,7 +816,7 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
 
 
 def expand_named(expander: Expander, datum: Datum, scope: Scope, name: str) -> Datum:
-    """Expand a value; a literal ``lambda`` gets ``name`` for messages."""
+    """Expand the value of a definition; if it is a ``lambda`` form, ``name`` becomes its name in error messages."""
     if isinstance(datum, ListDatum) and len(datum.items) > 2 and datum.tail is None:
         binding = expander.binding_of(datum.items[0], scope)
         if getattr(binding, "name", None) == "lambda":
@@ -887,7 +941,7 @@ def _fields(datum: ListDatum) -> tuple[list[str], list[str], list[Datum | None]]
 @scans("let-syntax")
 @scans("letrec-syntax")
 def scan_let_syntax(expander: Expander, datum: ListDatum, scope: Scope, pending: list[Pending]) -> None:
-    """Scan ``let-syntax`` and ``letrec-syntax``, whose macros are visible in their body only."""
+    """Add a ``let-syntax`` or ``letrec-syntax`` form to ``pending``; its macros are visible in its body only."""
     if len(datum.items) < 3 or not isinstance(datum.items[1], ListDatum):
         raise syntax_error("let-syntax", "`let-syntax` expects ((name (syntax-rules ...)) ...) and a body", datum.span)
     inner = Scope(scope)

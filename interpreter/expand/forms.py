@@ -19,7 +19,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """Special form. ``indent`` is the number of operands on the line of the head; None aligns the operands."""
+    """Special form.
+
+    Attributes
+    ----------
+    name, usage, doc
+        Name, syntax and description in one line.
+    indent
+        Number of operands on the line of the head when it is formatted; None aligns the operands.
+    """
 
     name: str
     usage: str
@@ -501,14 +509,12 @@ def full_grammar() -> Grammar:
 
 @cache
 def strict_grammar() -> Grammar:
-    """Return the grammar of the paper, as checked by ``check --strict``."""
+    """Return the grammar of the language as in the Scene Language paper (arXiv:2410.16770), for ``check --strict``."""
     from scenelang.grammar.export.model import literals, strict_rules
 
     full = full_grammar().rules
-    rules = {
-        **strict_rules(),
-        **{name: full[name] for name in ("datum", "list", "literal")},
-    }  # for datum comments, `#;`
+    # Datum comments, `#;`, are allowed as well, and may contain any datum.
+    rules = {**strict_rules(), **{name: full[name] for name in ("datum", "list", "literal")}}
     reserved = literals(rules) | literals(full)
     return _grammar(rules, reserved, "The Scene Language, exactly the paper's grammar")
 

@@ -180,6 +180,15 @@ def procedural(
     Its body can use builtins and macros defined earlier, but no variables of the program. It may use the program's
     memory limit and one second more than its time limit, so that the program's limit is reported first (E507); the
     limits of macros (10 seconds, 2,000,000 steps) remain.
+
+    Parameters
+    ----------
+    name, parameters, body
+        Parts of the definition.
+    scope
+        Scope of the definition, in which the names of templates are looked up.
+    span
+        Location of the definition.
     """
     visible = _macro_scope(scope)
     outer, expander.template_scope = expander.template_scope, scope
@@ -235,7 +244,7 @@ def _macro_scope(scope: Scope) -> Scope:
 
 
 def broken(name: str, span: Span) -> Macro:
-    """Return a placeholder for a macro with an invalid definition, to avoid consequential errors at its uses."""
+    """Return a placeholder for a macro with an invalid definition, so that its uses cause no further errors."""
     return Macro(name, lambda use, scope: Atom(None, use.span), span)
 
 
@@ -284,7 +293,24 @@ def check_proper(*datums: Datum) -> None:
 
 
 def syntax_rules(expander: Expander, datum: Datum, scope: Scope, name: str, span: Span) -> Macro:
-    """Create the macro of ``(syntax-rules (literal ...) (pattern template) ...)``."""
+    """Create the macro of ``(syntax-rules (literal ...) (pattern template) ...)``.
+
+    Parameters
+    ----------
+    datum
+        The ``syntax-rules`` form.
+    scope
+        Scope of the definition, in which the names of the templates are looked up.
+    name
+        Name that the macro is defined as.
+    span
+        Location of the definition.
+
+    Raises
+    ------
+    SceneError
+        "macro" if the form or a rule is malformed.
+    """
     items = datum.items if isinstance(datum, ListDatum) else ()
     head = expander.binding_of(items[0], scope) if items else None
     if not isinstance(head, Special) or head.name != "syntax-rules" or len(items) < 2:
@@ -516,8 +542,10 @@ class _Instance:
         return alias
 
     def _repeat(self, item: Datum, bound: dict[Any, Any], depth: int) -> list[Datum]:
-        """Return the expansions of a template under ``depth`` ellipses, one for each item that its variables
-        captured."""
+        """Return the expansions of a template under ``depth`` ellipses.
+
+        There is one for each item that the variables of the template captured.
+        """
         variables = [v for v in _pattern_variables(self.ruleset, item) if isinstance(bound.get(v), list)]
         if not variables:
             message = f"no repeated pattern variable before `{self.ruleset.dots}` in this template"

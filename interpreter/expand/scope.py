@@ -56,7 +56,10 @@ class TemplateKeyword(Keyword):
 
 
 def base_name(symbol: Symbol) -> str:
-    """Return the name of a symbol as the user wrote it."""
+    """Return the name of a symbol as the user wrote it.
+
+    A symbol that a macro has inserted is an alias, or an alias of an alias, of the one in the template.
+    """
     while isinstance(symbol, Alias):
         symbol = symbol.base
     return str(symbol)
@@ -100,7 +103,10 @@ class Special:
 
 @dataclass(frozen=True, slots=True)
 class PaperForm:
-    """One of the paper's four macros: a procedure of the prelude whose direct calls become core forms."""
+    """One of the paper's four macros: a procedure of the prelude whose direct calls become core forms.
+
+    ``terminal`` is the head of the core form in ``core.lark``, ``variable`` the procedure.
+    """
 
     terminal: str
     variable: Variable
@@ -115,7 +121,17 @@ class ConstantBinding:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Macro:
-    """Macro. ``transform(form, use_scope)`` returns the datum that replaces the macro use."""
+    """Macro.
+
+    Attributes
+    ----------
+    name, span
+        Name, and location of the definition.
+    transform
+        ``transform(form, use_scope)`` returns the datum that replaces a use of the macro.
+    usage
+        Parameter list in error messages.
+    """
 
     name: str
     transform: Callable[[Any, Any], Any]
@@ -172,7 +188,7 @@ class Scope:
         return None
 
     def names(self) -> Iterator[str]:
-        """Iterate over all names bound in this and the enclosing scopes, for suggestions."""
+        """Iterate over all names bound in this and the enclosing scopes, which a misspelled name is compared with."""
         scope: Scope | None = self
         while scope is not None:
             for symbol in scope.bindings:

@@ -310,8 +310,8 @@ class _Features:
 def _features(frame: ComparedFrame, kinds: dict[str, int], looks: dict[str, int]) -> _Features:
     """Return the features of a frame in scene units, before normalization."""
     solids = frame.solids
-    has_axis = np.array([s.has_axis for s in solids], np.bool_)[frame.index]
-    is_block = np.array([s.is_block for s in solids], np.bool_)[frame.index]
+    has_axis = np.array([solid.has_axis for solid in solids], np.bool_)[frame.index]
+    is_block = np.array([solid.is_block for solid in solids], np.bool_)[frame.index]
     with np.errstate(all="ignore"):  # the caller reports overflow
         start, end = _endpoints(frame, has_axis, is_block)
         moments = _moments(frame, has_axis)
@@ -319,25 +319,25 @@ def _features(frame: ComparedFrame, kinds: dict[str, int], looks: dict[str, int]
         location = np.where(has_axis[:, None], (start + end) / 2, start)
     moments[is_block] = 0.0
     return _Features(
-        _intern([s.kind for s in solids], kinds)[frame.index],
-        _intern([s.look for s in solids], looks)[frame.index],
+        _intern([solid.kind for solid in solids], kinds)[frame.index],
+        _intern([solid.look for solid in solids], looks)[frame.index],
         np.hstack([start, end]),
         moments[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)],
         orientation,
         extent,
-        _points(frame, [s.color for s in solids]),
+        _points(frame, [solid.color for solid in solids]),
         location,
         has_axis,
     )
 
 
 def _intern(names: Sequence[str], numbers: dict[str, int]) -> Ints:
-    """Map names to integers; new names are added to ``known``."""
+    """Map names to integers; new names are added to ``numbers``."""
     return np.array([numbers.setdefault(name, len(numbers)) for name in names], np.int64)
 
 
 def _points(frame: ComparedFrame, points: Sequence[Point]) -> Floats:
-    """Return for each row the point of its solid, (N, 3)."""
+    """Return for each of the N primitives the point (3,) of its solid; ``points`` has one for each solid."""
     of_rows: Floats = np.array(points, np.float64).reshape(-1, 3)[frame.index]
     return of_rows
 
@@ -345,8 +345,11 @@ def _points(frame: ComparedFrame, points: Sequence[Point]) -> Floats:
 def _endpoints(frame: ComparedFrame, has_axis: Bools, is_block: Bools) -> tuple[Floats, Floats]:
     """Return both points of ``_Features.lengths``, (N, 3) each."""
     linear, position = frame.matrices[:, :, :3], frame.matrices[:, :, 3]
-    p0, p1 = (_points(frame, points) for points in ([s.p0 for s in frame.solids], [s.p1 for s in frame.solids]))
-    size = np.einsum("nii->ni", linear) * _points(frame, [s.size for s in frame.solids])
+    p0, p1 = (
+        _points(frame, points)
+        for points in ([solid.p0 for solid in frame.solids], [solid.p1 for solid in frame.solids])
+    )
+    size = np.einsum("nii->ni", linear) * _points(frame, [solid.size for solid in frame.solids])
     start = np.where(has_axis[:, None], np.einsum("nij,nj->ni", linear, p0) + position, position)
     end = np.where(has_axis[:, None], np.einsum("nij,nj->ni", linear, p1) + position, 0.0)
     return start, np.where(is_block[:, None], size, end)
@@ -355,18 +358,18 @@ def _endpoints(frame: ComparedFrame, has_axis: Bools, is_block: Bools) -> tuple[
 def _moments(frame: ComparedFrame, has_axis: Bools) -> Floats:
     """Return second moments (N, 3, 3) up to a factor, of the cross-section of a primitive with an axis, else of all."""
     linear, solids = frame.matrices[:, :, :3], frame.solids
-    axis = _points(frame, [s.p1 for s in solids]) - _points(frame, [s.p0 for s in solids])
+    axis = _points(frame, [solid.p1 for solid in solids]) - _points(frame, [solid.p0 for solid in solids])
     length = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = axis / np.where(length > 0, length, 1.0)
-    radius = np.array([s.radius for s in solids])[frame.index, None, None]
+    radius = np.array([solid.radius for solid in solids])[frame.index, None, None]
     across = (np.eye(3) - axis[:, :, None] * axis[:, None, :]) * radius**2
-    stretched = np.eye(3) * (_points(frame, [s.size for s in solids]) ** 2)[:, :, None]
+    stretched = np.eye(3) * (_points(frame, [solid.size for solid in solids]) ** 2)[:, :, None]
     moments: Floats = linear @ np.where(has_axis[:, None, None], across, stretched) @ linear.transpose(0, 2, 1)
     return moments
 
 
 # Index tuples of the 15 independent components of a symmetric fourth-order tensor in three dimensions.
-_QUARTICS = [(i, j, k, m) for i in range(3) for j in range(i, 3) for k in range(j, 3) for m in range(k, 3)]
+_TENSOR_INDICES = [(i, j, k, m) for i in range(3) for j in range(i, 3) for k in range(j, 3) for m in range(k, 3)]
 
 
 def _orientations(frame: ComparedFrame) -> tuple[Floats, Floats]:
@@ -376,15 +379,16 @@ def _orientations(frame: ComparedFrame) -> tuple[Floats, Floats]:
     permutation and sign of the edges. For primitives without known symmetry, it is the edge vectors themselves. Both
     are multiplied by the extent.
     """
-    edges = frame.matrices[:, :, :3] * _points(frame, [s.size for s in frame.solids])[:, None, :]
+    size = _points(frame, [solid.size for solid in frame.solids])  # (N, 3), along the local axes
+    edges = frame.matrices[:, :, :3] * size[:, None, :]  # (N, 3, 3); each column is an edge vector in world space
     length = np.sqrt((edges**2).sum(axis=(1, 2)))[:, None]
     unit = edges / np.where(length > 0, length, 1.0)[:, :, None]
-    is_cube = np.array([s.symmetry.edges for s in frame.solids], np.bool_)[frame.index]
-    is_whole = np.array([s.symmetry.unknown for s in frame.solids], np.bool_)[frame.index]
-    orientation = np.zeros((len(frame), len(_QUARTICS)))
-    for column, (i, j, k, m) in enumerate(_QUARTICS):
+    is_cube = np.array([solid.symmetry.edges for solid in frame.solids], np.bool_)[frame.index]
+    is_asymmetric = np.array([solid.symmetry.unknown for solid in frame.solids], np.bool_)[frame.index]
+    orientation = np.zeros((len(frame), len(_TENSOR_INDICES)))
+    for column, (i, j, k, m) in enumerate(_TENSOR_INDICES):
         orientation[:, column] = (unit[:, i] * unit[:, j] * unit[:, k] * unit[:, m]).sum(axis=1) * is_cube
-    orientation[is_whole, :9] = unit[is_whole].reshape(-1, 9)
+    orientation[is_asymmetric, :9] = unit[is_asymmetric].reshape(-1, 9)
     return orientation * length, length[:, 0]
 
 
@@ -435,7 +439,7 @@ class _Rule:
 
     def columns(self, rows: _Features) -> list[Floats]:
         """Return the compared features in units of their tolerances."""
-        step = max(self.tolerance, 1e-12)
+        step = max(self.tolerance, 1e-12)  # not 0, for a division
         columns = [rows.kind[:, None].astype(np.float64), rows.lengths / step, rows.moments / (_MOMENT_FACTOR * step)]
         columns.append(rows.orientation / (_ORIENTATION_FACTOR * step))
         if self.colored:

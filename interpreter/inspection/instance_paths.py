@@ -106,7 +106,7 @@ def _split(text: str) -> list[list[tuple[str, bool]]]:
 
 
 def _step(text: str, part: list[tuple[str, bool]]) -> PathStep:
-    """Return a step of its characters; ``text`` is the whole path, for messages."""
+    """Return a step of its characters; ``text`` is the whole path, for error messages."""
     index = None
     opening = next((k for k, character in enumerate(part) if character == ("[", False)), None)
     if opening is not None:
@@ -145,7 +145,7 @@ class Locator:
         """Prepare a frame; the indexes are built when they are needed."""
         self.scene = scene
         self.root = scene.frames[frame]
-        self._below: dict[str, dict[int, int]] = {}  # outermost instances of a word in each entity, by ``id``
+        self._counts_by_word: dict[str, dict[int, int]] = {}  # numbers of outermost instances, by word and entity's id
         self._before: dict[tuple[int, str], list[int]] = {}  # their running sums over the parts of an entity
         self._entities: list[Entity] | None = None
         self._numbering: Numbering | None = None
@@ -167,8 +167,8 @@ class Locator:
 
         Raises
         ------
-        SceneError("value")
-            If the path is malformed, or there is no such instance.
+        SceneError
+            "value" if the path is malformed, or there is no such instance.
         LimitError
             If there are more than 100,000.
         """
@@ -254,17 +254,19 @@ class Locator:
 
     def _counts(self, word: str) -> dict[int, int]:
         """Return for each entity the number of outermost instances of a word in it, by ``id``."""
-        if word not in self._below:
-            if len(self._below) >= _MAX_CACHED_WORDS:
-                self._below.clear()
+        if word not in self._counts_by_word:
+            if len(self._counts_by_word) >= _MAX_CACHED_WORDS:  # each table has a row for every entity of the scene
+                self._counts_by_word.clear()
             if self._entities is None:
-                self._entities = list(descendants(self.root))
+                self._entities = list(descendants(self.root))  # children first
             counts: dict[int, int] = {}
             for entity in self._entities:
-                inside = 1 if entity.word == word else sum(counts[id(part.car)] for part in entity.children)
-                counts[id(entity)] = inside
-            self._below[word] = counts
-        return self._below[word]
+                if entity.word == word:
+                    counts[id(entity)] = 1  # instances inside it are not outermost
+                else:
+                    counts[id(entity)] = sum(counts[id(child.car)] for child in entity.children)
+            self._counts_by_word[word] = counts
+        return self._counts_by_word[word]
 
     def _running(self, entity: Entity, word: str) -> list[int]:
         """Return the number of outermost instances of a word before each part of an entity, and in all of them."""
@@ -359,7 +361,10 @@ class Locator:
         return instance
 
     def path(self, positions: Sequence[int]) -> str:
-        """Return the path that selects one instance only: all words on the way to it, without that of the root."""
+        """Return the path that selects only the instance at these child positions.
+
+        It has all words on the way to the instance, without that of the root.
+        """
         entity, steps = self.root, list[str]()
         for position in positions:
             child = entity.children[position].car
@@ -373,7 +378,7 @@ class Locator:
 
 
 def primitive_ranges(root: Entity, found: Sequence[Located]) -> list[tuple[int, int]]:
-    """Return for each instance the half-open range of its primitives in the flattened frame."""
+    """Return for each located instance its primitives in the flattened frame, as a half-open range of indices."""
     counts: dict[int, int] = {}
     for entity in descendants(root):
         counts[id(entity)] = int(entity.is_primitive) + sum(counts[id(part.car)] for part in entity.children)
@@ -410,7 +415,25 @@ def selected(scene: Scene, path: str, frame: int) -> Entity:
 
 
 def part_of(scene: Scene, path: str) -> Scene:
-    """Return a scene of the instances that a path selects, frame by frame; raises SceneError if no frame has any."""
+    """Return a scene of the instances that a path selects, in each frame.
+
+    Parameters
+    ----------
+    path
+        Path such as ``chair/leg[2]``; the docstring of this module has the syntax.
+
+    Returns
+    -------
+    Scene
+        As many frames as the scene has; those without such an instance are empty.
+
+    Raises
+    ------
+    SceneError
+        If no frame has such an instance, or the path is malformed.
+    LimitError
+        If too many instances are selected.
+    """
     frames: list[Entity] = []
     problem: SceneError | None = None
     for number in range(len(scene.frames)):
@@ -427,8 +450,8 @@ def part_of(scene: Scene, path: str) -> Scene:
 
 
 def box_of(scene: Scene, text: str | None) -> Box | None:
-    """Return the exact world-space box over all frames of a scene, or of a word or path in it.
+    """Return the exact world-space box over all frames of a scene; None without geometry.
 
-    None if there is no geometry. Raises SceneError for a path that selects nothing.
+    With ``text``, a word or path, only its instances are measured. Raises SceneError for a path that selects nothing.
     """
     return word_box(scene, text) if text is None or is_plain(text) else word_box(part_of(scene, text), None)

@@ -165,12 +165,18 @@ class Numbering:
     unhandled: dict[int, int]
 
     def number(self, rank: int) -> int:
-        """Return the number of the ``rank``-th instance without a handle, counted from 1."""
+        """Return the number of the ``rank``-th instance without a handle, counted from 1.
+
+        Numbers that handles of the scene use, such as ``<z3>``, are skipped.
+        """
         free_before = [k - 1 - i for i, k in enumerate(self.taken)]  # free numbers below each taken one
         return rank + bisect_left(free_before, rank)
 
     def rank(self, number: int) -> int | None:
-        """Return the inverse of ``number``, or None if a handle in the scene uses this number."""
+        """Return the inverse of ``number``: which instance without a handle has this number, counted from 1.
+
+        None if a handle of the scene uses the number.
+        """
         position = bisect_left(self.taken, number)
         if position < len(self.taken) and self.taken[position] == number:
             return None
@@ -187,7 +193,10 @@ class Numbering:
             before += self.unhandled[id(part.car)]
 
     def handle(self, entity: Entity, before: int) -> str:
-        """Return the handle of an instance: that of its embedding, or its automatic number."""
+        """Return the handle of an instance: that of its embedding, or its automatic number.
+
+        ``before`` is the number of automatic numbers before it in the order of the tree.
+        """
         return entity.embedding.handle or f"z{self.number(before + 1)}"
 
     def path(self, number: int) -> Path | None:
@@ -272,6 +281,10 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
 
     Parameters
     ----------
+    scene
+        The scene.
+    ancestry
+        Instances of the frame.
     numbers
         The ``frame_numbers`` of a scene with several frames, None for a static scene.
     """
@@ -293,7 +306,15 @@ def instance_handles(scene: Scene, ancestry: Ancestry, numbers: Mapping[Path, in
 def some_handles(
     scene: Scene, ancestry: Ancestry, rows: Sequence[int], numbers: Mapping[Path, int] | None = None
 ) -> dict[int, str]:
-    """Return the handles of some instances of one frame, as ``instance_handles`` gives those of all, by instance."""
+    """Return the handles of some instances of one frame, by row of ``ancestry``.
+
+    Parameters
+    ----------
+    rows
+        Instances, as rows of ``ancestry``.
+    numbers
+        As for ``instance_handles``, which returns the handles of all instances.
+    """
     if numbers is not None:
         declared = {i: ancestry.entity(i).embedding.handle for i in rows}
         return {i: handle or f"z{numbers[ancestry.path(i)]}" for i, handle in declared.items()}
@@ -321,7 +342,7 @@ def primitive_handles(scene: Scene, flat: FlatScene) -> list[Sequence[str]]:
 
 
 def frame_handles(scene: Scene, number: int, frame: FlatFrame) -> Sequence[str]:
-    """Return the handle of every primitive of one frame, in the order of ``frame``."""
+    """Return the handle of every primitive of frame ``number`` of a scene, in the order of ``frame``."""
     if len(scene.frames) > 1:
         return _handles_below(scene.frames[number], frame_numbers(scene))
     return _static_handles(scene, frame)

@@ -219,11 +219,11 @@ def summary(scene: Scene) -> dict[str, Any]:
 
 
 def summary_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Format the summary as rows of name and value."""
+    """Format the result of ``summary`` as rows of name and value; the two corners of the bounds have a row each."""
     rows = [
         (name, f"{value:,}" if isinstance(value, int) else str(value))
         for name, value in facts.items()
         if name != "bounds"
     ]
-    corners: Mapping[str, Any] = facts["bounds"] or {}
+    corners: Mapping[str, Any] = facts["bounds"] or {}  # None without geometry
     return rows + [(name, "[" + " ".join(f"{x:.6g}" for x in corner) + "]") for name, corner in corners.items()]

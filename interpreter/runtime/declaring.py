@@ -117,7 +117,7 @@ def _color(value: Any) -> str:
 
 
 def _listed() -> str:
-    """Return the values that are colors, for messages."""
+    """Return the values that are colors, for error messages."""
     return f"a color vector or one of {', '.join(COLORS)}"
 
 

@@ -55,10 +55,8 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
 
     Raises
     ------
-    SceneError("parts")
-        If ``value`` contains anything else.
-    SceneError("pose")
-        If an entity is paired with an invalid pose.
+    SceneError
+        "parts" if ``value`` contains anything else, "pose" if an entity is paired with an invalid pose.
     """
     if type(value) is Entity:
         return (Pair(value, IDENTITY),)

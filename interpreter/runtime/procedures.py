@@ -80,7 +80,19 @@ class Cell(Mutable):
 
 @dataclass(frozen=True, slots=True)
 class CodeParameter:
-    """Parameter of compiled code. ``kind`` is required, optional, keyword, rest or keys."""
+    """Parameter of compiled code.
+
+    Attributes
+    ----------
+    name, kind
+        Name, and one of required, optional, keyword, rest and keys.
+    slot, in_cell
+        Slot in the frame, and whether it contains a ``Cell`` with the value.
+    type
+        Type that arguments must have, if one is declared.
+    default
+        Compiled default of an optional or keyword parameter.
+    """
 
     name: str
     kind: str
@@ -92,11 +104,29 @@ class CodeParameter:
 
 @dataclass(eq=False, slots=True)
 class ClosureCode:
-    """Compiled ``lambda``. ``arity`` is the number of parameters if all are plain, else -1.
+    """Compiled ``lambda``.
 
-    ``body`` takes a frame; ``entry`` takes the frame of the enclosing function and the values of plain parameters. Both
-    are replaced when the code becomes hot (see ``compile``), so they are read at every call. ``direct`` is then the
-    generated function; ``returns_tail`` says whether it may request a tail call.
+    Attributes
+    ----------
+    name, usage
+        Name and parameter list, for messages.
+    parameters
+        Parameters in order.
+    arity
+        Number of parameters if all are plain, else -1.
+    body, entry
+        ``body`` takes a frame; ``entry`` takes the frame of the enclosing function and the values of plain parameters.
+        Both are replaced when the code becomes hot (see ``compile``), so they are read at every call.
+    direct
+        Generated function, once the code is hot.
+    returns_tail
+        Whether ``direct`` may request a tail call.
+    keyword_names
+        Names of the keyword parameters; None if it takes no keywords.
+    required, positional
+        Number of required parameters, and of required and optional ones.
+    rest
+        Parameter for the remaining arguments, if any.
     """
 
     name: str
@@ -173,7 +203,7 @@ class EscapeSignal(Exception):
 
 
 def arity_error(code: ClosureCode, count: int) -> SceneError:
-    """Return the error for a call of a function with ``count`` positional arguments."""
+    """Return the error for a call of a function with ``count`` positional arguments, which it does not accept."""
     required, positional = code.required, code.positional
     if code.rest is not None:
         expected = f"at least {required}"
@@ -224,7 +254,11 @@ _PHYSICS_NAMES = frozenset(attribute.name for attribute in PHYSICS)
 
 
 def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], word: str | None = None) -> None:
-    """Raise an error for keyword arguments that ``code`` does not accept; every word accepts attributes of physics."""
+    """Raise SceneError for the first of the keywords ``names`` that a function does not accept.
+
+    ``word`` is the word that the function is bound to, None for other functions; every word accepts attributes of
+    physics.
+    """
     accepted = code.keyword_names
     if accepted is None or code.takes_any_keyword:
         return
@@ -238,8 +272,21 @@ def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], 
 def bind_entity(runtime: Runtime, closure: Closure, word: str, z: Embedding, rest: Any) -> Frame:
     """Return the frame of a call of an entity function (docs/language.md, "Entities and embeddings").
 
-    Its positional arguments are the embedding z and the list gamma of its descendants' embeddings; the attributes of z
-    are passed by keyword.
+    Parameters
+    ----------
+    closure
+        Entity function.
+    word
+        Word that it is bound to, for error messages.
+    z
+        Embedding of the entity: the first positional argument; its attributes are passed by keyword.
+    rest
+        List of the embeddings of its descendants (gamma): the second positional argument.
+
+    Raises
+    ------
+    SceneError
+        "arity" if the function requires more arguments, and the errors of its keywords.
     """
     code = closure.code
     if code.required > 2:
@@ -317,7 +364,7 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
 
 
 def builtin_arity_error(builtin: Builtin, count: int) -> SceneError:
-    """Return the error for a call of a builtin with ``count`` positional arguments."""
+    """Return the error for a call of a builtin with ``count`` positional arguments, which it does not accept."""
     signature = builtin.signature
     required = len(signature.required)
     maximum = required + len(signature.optional)
@@ -340,7 +387,10 @@ def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Sce
 
 
 def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Any:
-    """Convert ``value`` to the type of a parameter; raise ``SceneError`` if it has the wrong type."""
+    """Convert the argument ``value`` of a builtin to the type of its parameter.
+
+    Raises SceneError("type") if it does not fit.
+    """
     try:
         return parameter.type.checker(runtime)(value)
     except Mismatch:
@@ -499,12 +549,17 @@ def _list_iterator(value: Any) -> Iterator[Any]:
 def _iterate_unmodified(collection: Any, members: list[Any]) -> Iterator[Any]:
     """Iterate over ``members`` of a table or set; raise ``SceneError`` if its size changes, as Python does."""
     size = len(collection.entries)
-    for member in members:
+
+    def check_size() -> None:
+        """Raise if an item was added or removed since the iteration began."""
         if len(collection.entries) != size:
             raise SceneError("changed", "a table or set was modified during iteration", "iterate over a copy")
+
+    for member in members:
+        check_size()
         yield member
-    if members and len(collection.entries) != size:
-        raise SceneError("changed", "a table or set was modified during iteration", "iterate over a copy")
+    if members:  # the last turn, too
+        check_size()
 
 
 def items_of(rt: Runtime, value: Any) -> list[Any]:

@@ -215,7 +215,7 @@ class Runtime:
         Seed of the random streams.
     handles
         Entries of the embeddings file Z, by handle.
-    memoise
+    memoize
         Whether calls are memoized; disabled only in tests of memoization itself.
     snapshots
         Serial numbers of calls at whose start the state of the random streams is saved; None for all calls.
@@ -234,7 +234,7 @@ class Runtime:
         limits: Limits | None = None,
         seed: int = 0,
         handles: Mapping[str, ZEntry] | None = None,
-        memoise: bool = True,
+        memoize: bool = True,
         snapshots: frozenset[int] | None = frozenset(),
         asset: Callable[[str, Callable[[int], None]], Asset] | None = None,
         hot: int | None = HOT,
@@ -270,7 +270,7 @@ class Runtime:
         self.live_primitives: list[Entity] = []  # of this version and those kept from earlier ones
         self.trace: list[Any] | None = None  # see ``MemoEntry``; None in a run of a single version
         self._unkept: dict[int, Any] = {}  # keys of those primitives, by the identity of the entity
-        self._memoise = memoise
+        self._memoize = memoize
         self._memo: dict[Any, MemoEntry] = {}
         self._validity = Validity(None, NEVER, 0, False)
         self._primitives: dict[Any, Entity] = {}
@@ -504,7 +504,7 @@ class Runtime:
         return cell
 
     def bind_word(self, word: Any, function: Any, span: Span | None = None) -> None:
-        """Bind a word to an entity function, as ``(bind word function)`` does."""
+        """Bind a word to an entity function, as ``(bind word function)`` at ``span`` does."""
         if type(word) is not str:
             raise SceneError("word", f"`bind` expects a string for the word, got {type_name(word)}")
         if not isinstance(function, Procedure):
@@ -530,7 +530,7 @@ class Runtime:
             check_keywords(function.code, tuple(written), word)
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         rest_key = () if rest is NIL else memo_key(rest, self.charge)
-        if key is False or rest_key is None or not self._memoise:
+        if key is False or rest_key is None or not self._memoize:
             key = False
         else:
             if len(key) + len(rest_key) > _MIN_CHARGED_ITEMS:
@@ -568,11 +568,26 @@ class Runtime:
         result: Entity = self._account(key, compute, lambda entity: entity.tainted)
         return result
 
-    def apply_memoised(self, function: Procedure, z: Embedding, rest: Any) -> Any:
-        """Apply an entity function to z and gamma (``apply-entity-function``), memoized like a ``call``."""
+    def apply_memoized(self, function: Procedure, z: Embedding, rest: Any) -> Any:
+        """Apply an entity function, reusing the result of an equal earlier application as ``call_word`` does.
+
+        Parameters
+        ----------
+        function
+            Entity function.
+        z
+            Embedding of the entity.
+        rest
+            List of the embeddings of its descendants (gamma in the paper).
+
+        Returns
+        -------
+        Any
+            Whatever the function returns; unlike ``call_word``, no entity is created from it.
+        """
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         rest_key = memo_key(rest, self.charge)
-        if key is False or rest_key is None or not self._memoise:
+        if key is False or rest_key is None or not self._memoize:
             key = False
         else:
             self.charge((len(key) + len(rest_key)) >> 6)
@@ -672,7 +687,19 @@ class Runtime:
         return parts.parts_of(self, value, word)
 
     def apply_entity_function(self, function: Any, word: str, z: Embedding, rest: Any) -> Any:
-        """Call an entity function with the arguments z and gamma."""
+        """Call an entity function, and return what it returns: an entity or parts, if it is correct.
+
+        Parameters
+        ----------
+        function
+            Closure or builtin. It gets as many of the arguments z and gamma as it has required parameters.
+        word
+            Word that it is bound to, for error messages.
+        z
+            Embedding of the entity.
+        rest
+            List of the embeddings of its descendants (gamma).
+        """
         if type(function) is Closure:
             if function.arity == 0:
                 result = function.code.entry(function.env)
@@ -702,7 +729,10 @@ class Runtime:
         return Entity(word, z, children, None, tainted)
 
     def primitive(self, word: str, z: Embedding, span: Span | None = None) -> Entity:
-        """Return the primitive ``word`` with the embedding ``z``, shared with all equal ones."""
+        """Return the primitive ``word`` with the embedding ``z``, called at ``span``; it is shared with all equal ones.
+
+        Raises SceneError if an attribute is invalid.
+        """
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         if key is False:
             return self._new_primitive(word, z, span, tainted=True)
@@ -740,7 +770,17 @@ class Runtime:
         return entity
 
     def solid(self, word: str, z: Embedding, expression: Expression) -> Entity:
-        """Return the entity of a computed solid, created at ``expression.site``; equal ones are shared."""
+        """Return the entity of a computed solid; equal ones, of equal expressions and embeddings, are shared.
+
+        Parameters
+        ----------
+        word
+            Word of the entity: the operation.
+        z
+            Embedding, with the attributes.
+        expression
+            Operation with its operands; its ``site`` is where the program creates the entity.
+        """
         key: Any = embedding_key(z, self.charge)
         entity = None if key is False else self._primitives.get((expression, key))
         if entity is None:
@@ -792,7 +832,10 @@ class Runtime:
             self.log.append(text)
 
     def warn(self, name: str, message: str, span: Span | None = None, hint: str | None = None) -> None:
-        """Add a warning, at most once per location."""
+        """Add the warning ``name`` with a message and a hint; the same one at the same ``span`` is added once.
+
+        Warnings beyond a maximum number are dropped.
+        """
         self.output += 1
         key = (name, message, span)
         if key not in self.warnings and len(self.warnings) < _MAX_WARNINGS:

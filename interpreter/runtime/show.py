@@ -50,7 +50,10 @@ def _unread(_: Mutable) -> None:
 
 
 def display(value: Any, limit: int = MAX_LENGTH, read: Read = _unread) -> str:
-    """Return ``value`` as text for ``print`` and ``format``: strings are neither quoted nor truncated."""
+    """Return ``value`` as text for ``print`` and ``format``: strings are neither quoted nor truncated.
+
+    ``limit`` and ``read`` are those of ``show``.
+    """
     return value if type(value) is str else show(value, limit, read)
 
 
@@ -425,7 +428,10 @@ def primitive_attributes(entity: Entity) -> dict[str, Any]:
 
 
 def value_of(plain: Any, depth: int = 0) -> Any:
-    """Convert tagged JSON data to a value; raise ``ValueError`` if it is malformed."""
+    """Convert tagged JSON data to a value of the language.
+
+    Raises ValueError for data that is malformed or nested too deeply; ``depth`` is the nesting of ``plain`` itself.
+    """
     if depth > MAX_DEPTH:
         raise ValueError("attribute nested too deeply")
     if isinstance(plain, list):

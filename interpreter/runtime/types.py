@@ -76,7 +76,7 @@ class Type:
 
 
 def type_name(value: Any) -> str:
-    """Return the name of a value's type with an article for messages, such as ``a String`` or ``an Entity``."""
+    """Return the name of a value's type with an article for error messages, such as ``a String`` or ``an Entity``."""
     kind = type(value)
     if kind in _NAMES:
         return _NAMES[kind]
@@ -157,7 +157,10 @@ def _embedding(value: Any) -> Embedding:
 
 
 def numbers_of(value: Any, reader: TypeReader | None = None) -> list[Any] | None:
-    """Return the items of a Vector, one-dimensional array or list if all are numbers, else None."""
+    """Return the items of a Vector, one-dimensional array or list if all are numbers, else None.
+
+    ``reader`` records the read of a mutable value.
+    """
     if type(value) is Vector:
         if reader is not None:
             reader.charge(len(value) >> 4)
@@ -333,7 +336,7 @@ _EXPECTED = {
 
 
 def expected_name(name: str) -> str:
-    """Return the description of a type with an article, for messages."""
+    """Return the description of a type with an article, for error messages."""
     return _EXPECTED.get(name) or ("an " if name[0] in "AEIOU" else "a ") + name
 
 
@@ -440,12 +443,15 @@ class BuiltinParameter:
     type: Type
     optional: bool = False
     keyword: bool = False
-    rest: bool = False
+    rest: bool = False  # takes all remaining arguments
 
 
 @dataclass(frozen=True, slots=True)
 class Signature:
-    """Parameters of a builtin by kind; ``text`` is the signature as written."""
+    """Parameters of a builtin by kind: required, optional and keyword parameters, and one for the remaining arguments.
+
+    ``text`` is the signature as written.
+    """
 
     text: str
     required: tuple[BuiltinParameter, ...]
@@ -595,7 +601,22 @@ class Registry:
         check: Callable[..., object] | None = None,
         picture: str | None = None,
     ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-        """Register the decorated function under ``name``; the other arguments are attributes of ``Builtin``."""
+        """Register the decorated function as a builtin.
+
+        Parameters
+        ----------
+        name, parameters, result
+            Name, signature such as ``"x::Number [:key::Function]"``, and type of the result.
+        doc, example
+            Documentation, and an expression with its printed value; the tests run it.
+        intrinsic, check, picture
+            As in ``Builtin``: the fast path of the compiler, a check of literal arguments, and an expression to render.
+
+        Raises
+        ------
+        ValueError
+            If a builtin of this name is registered already.
+        """
 
         def register(function: Callable[..., Any]) -> Callable[..., Any]:
             """Add the entry, and return the function unchanged, so that other builtins can call it."""

@@ -34,16 +34,20 @@ def _cost(entity: Entity) -> int:
 
 
 def entity_box(entity: Entity, charge: Charge = _no_charge) -> Box | None:
-    """Return the exact box of ``entity`` in its local frame, or None if it has no geometry."""
+    """Return the smallest axis-aligned box of ``entity`` in its local frame, or None if it has no geometry.
+
+    ``charge`` is called with the number of steps while the box is computed.
+    """
     if entity.box is None:
         _compute_boxes(entity, charge)
     return entity.box or None
 
 
 def parts_box(parts: Sequence[Any], charge: Charge = _no_charge) -> Box | None:
-    """Return the exact box of pairs ``(Entity . Matrix)``, or None if they have no geometry.
+    """Return the smallest axis-aligned box of parts in the frame that their poses map to, or None without geometry.
 
-    ``charge`` is called with the number of steps while the box is computed.
+    ``parts`` are pairs ``(Entity . Matrix)``; the box is (minimum x, y, z, maximum x, y, z), exact up to rounding
+    errors. ``charge`` is called with the number of steps while the box is computed.
     """
     charge(len(parts) >> 4)
     for part in parts:
@@ -134,7 +138,8 @@ def _union_box(parts: Sequence[Any], charge: Charge) -> Box | tuple[()]:
 def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, best: float, charge: Charge) -> float:
     """Return the maximum of ``sign * coordinate[axis]`` over ``open_parts``, at least ``best``, by branch and bound.
 
-    The heap orders subtrees by upper bound, and deeper ones first on ties.
+    The heap orders subtrees by upper bound, and deeper ones first on ties. Each entry has the coordinate as a function
+    of a point p in the frame of the subtree: ``(a, b, c) . p + t``.
     """
     heap: list[tuple[float, int, int, Entity, float, float, float, float]] = []
     serial = 0

@@ -95,9 +95,18 @@ class Frames:
 
 
 class Scene:
-    """Result of a program: one root entity per frame; a static scene has one frame.
+    """Result of a program.
 
-    ``declarations`` are those that the program states outside of calls, about the root.
+    Attributes
+    ----------
+    word
+        Word of the root.
+    frames
+        Root entity of each frame; a static scene has one frame.
+    animated
+        Whether the scene is 4D.
+    declarations
+        Relations that the program declares outside of calls, about the root.
     """
 
     __slots__ = ("animated", "declarations", "frames", "word")

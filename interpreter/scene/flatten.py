@@ -84,10 +84,10 @@ def flatten(scene: Scene, limit: int = DEFAULT_LIMIT) -> FlatScene:
 
     Raises
     ------
-    LimitError("primitives")
-        If the frames have more than ``limit`` primitives in total.
-    SceneError("pose")
-        If a world matrix overflows.
+    LimitError
+        "primitives" if the frames have more than ``limit`` primitives in total.
+    SceneError
+        "pose" if a world matrix overflows.
     """
     total = sum(primitive_count(root) for root in scene.frames)
     if total > limit:
@@ -287,9 +287,21 @@ MOST_PRIMITIVES = 10_000_000  # of an expanded frame: their arrays take about 3 
 
 
 def levels(graph: Graph, is_leaf: npt.NDArray[np.bool_], paths: Paths) -> Iterator[tuple[Level, Level]]:
-    """Iterate over the depths from the root; yield the leaves and the inner instances of each.
+    """Yield the instances of a frame, one depth of the tree after another: pairs of its leaves and its inner instances.
 
-    Raises LimitError for more than ``MOST_PRIMITIVES``, whatever limits the caller has.
+    Parameters
+    ----------
+    graph
+        Entities of the frame.
+    is_leaf
+        Mask of the entities that are not opened, such as primitives.
+    paths
+        Table in which the paths of the instances are numbered.
+
+    Raises
+    ------
+    LimitError
+        "primitives" for more than ``MOST_PRIMITIVES``, whatever limits the caller has.
     """
     count = int(graph.leaves[-1])
     if count > MOST_PRIMITIVES:

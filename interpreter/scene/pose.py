@@ -78,9 +78,9 @@ def reflection(point: Sequence[float], normal: Sequence[float]) -> Matrix:
 
 
 def facing(eye: Sequence[float], target: Sequence[float], up: Sequence[float]) -> Matrix:
-    """Return the pose at ``eye`` whose +z points to ``target`` and whose +y is closest to ``up``.
+    """Return the pose at ``eye`` whose +z axis points to ``target``, and whose +y axis is closest to ``up``.
 
-    Raises ValueError for equal points, and where ``up`` points to the target.
+    Raises ValueError if ``eye`` and ``target`` are equal, or if ``up`` is zero or points along the line between them.
     """
     z = _unit([b - a for a, b in zip(eye, target, strict=True)], "the eye and the target must be different points")
     x = _unit(_cross(_unit(up, "`up` must not be zero"), z), "`up` must not point to the target or away from it")

@@ -143,7 +143,10 @@ def memory_error(limit: int) -> LimitError:
 
 
 def show_size(size: int) -> str:
-    """Format a size for a message; Python refuses to print integers with thousands of digits."""
+    """Format a size for a message.
+
+    Python refuses to print integers with thousands of digits, so very large sizes are shortened.
+    """
     return f"{size:,}" if size.bit_length() < 200 else f"about 2^{size.bit_length()}"
 
 

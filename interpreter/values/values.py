@@ -222,7 +222,10 @@ class Record(Mutable):
 
 
 class Stream(Mutable):
-    """Separate random stream. ``generator`` is numpy's ``RandomState`` or ``Generator``, or ``random.Random``."""
+    """Random stream that a program has created, in addition to the two global ones.
+
+    ``generator`` is numpy's ``RandomState`` or ``Generator``, or ``random.Random``; ``kind`` says which.
+    """
 
     __slots__ = ("generator", "kind")
 
@@ -398,7 +401,8 @@ def _uncharged(_: int) -> None:
 def memo_key(value: Any, charge: Charge = _uncharged) -> Any:
     """Return a hashable key that is equal for indistinguishable values, or None if ``value`` is not immutable data.
 
-    The key is flat, so that hashing does not recurse. Numbers are keyed by type: 1, 1.0, -0.0 and #t differ.
+    The key is flat, so that hashing does not recurse. Numbers are keyed by type: 1, 1.0, -0.0 and #t differ. ``charge``
+    is called with the number of steps.
     """
     try:
         return _key(value, typed=True, charge=charge)

@@ -40,9 +40,9 @@ from scenelang.grammar.diagnostics import (
     Diagnostic,
     SceneError,
     by_code,
-    diagnostic_asked,
     explained,
     explanation_data,
+    require_diagnostic,
     to_json,
 )
 from scenelang.grammar.settings import line_range, part_of_one
@@ -555,7 +555,7 @@ def add_explain(parser: argparse.ArgumentParser) -> None:
 
 def run_explain(arguments: argparse.Namespace) -> int:
     """Explain diagnostics, or list all of them."""
-    names = [diagnostic_asked(code) for code in arguments.codes]
+    names = [require_diagnostic(code) for code in arguments.codes]
     return print_result(arguments, [explanation_data(name) for name in names or by_code()], explained(names))
 
 

@@ -40,11 +40,25 @@ def painted(difference: Iterable[str], color: bool) -> Iterator[str]:
 
 
 def progress_line(stream: TextIO, label: str) -> Callable[[float], None]:
-    """Return a callback that shows a fraction from 0 to 1 as a progress bar, once the work has taken a second."""
+    """Return a callback that draws a progress bar for a fraction of work.
+
+    Parameters
+    ----------
+    stream
+        Terminal to draw on.
+    label
+        Text before the bar.
+
+    Returns
+    -------
+    callable
+        To be called with the share of the work that is done, from 0 to 1. It draws nothing in the first second, so that
+        short work shows no bar; 1 ends the line.
+    """
     started = time.monotonic()
 
     def show(fraction: float) -> None:
-        """Draw the bar, if the work has taken long enough."""
+        """Draw the progress bar at ``fraction``, clamped to 0 and 1, unless the work began less than a second ago."""
         elapsed = time.monotonic() - started
         if elapsed < _PROGRESS_DELAY:
             return
@@ -70,7 +84,7 @@ def print_json(data: Any) -> None:
 
 
 def deliver(text: str, output: str | None) -> None:
-    """Write a text to a file atomically, or to standard output."""
+    """Write a text to the file ``output`` atomically, or to standard output if it is None."""
     if output is None:
         sys.stdout.write(text)
     else:
@@ -80,7 +94,21 @@ def deliver(text: str, output: str | None) -> None:
 def print_diagnostics(
     diagnostics: Sequence[Diagnostic], stream: TextIO, as_json: bool, color: bool, explains: bool
 ) -> None:
-    """Print diagnostics as text, or as one JSON list; ``explains`` adds the command that explains them."""
+    """Print diagnostics.
+
+    Parameters
+    ----------
+    diagnostics
+        Diagnostics in the order in which they are printed.
+    stream
+        Where they are printed.
+    as_json
+        Whether to print them as one JSON list, instead of text.
+    color
+        Whether the text is colored.
+    explains
+        Whether to add the command that explains those without a hint.
+    """
     if as_json:
         print(json.dumps([to_json(d) for d in diagnostics]), file=stream)
         return

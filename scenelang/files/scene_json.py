@@ -33,8 +33,10 @@ def write_scene(scene: Scene, path: Path | str) -> None:
 
 
 def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
-    """Yield the pieces of the document: one entity per line, children before parents, mesh files relative to
-    ``folder``."""
+    """Yield the pieces of the JSON document of a scene.
+
+    Each entity is on a line of its own, children before parents. Paths of mesh files are relative to ``folder``.
+    """
     head = {"format": FORMAT, "version": VERSION, "word": scene.word, "animated": scene.animated, "axes": _AXES}
     yield json.dumps(head)[:-1] + ',\n"entities": ['
     numbers: dict[int, int] = {}
@@ -103,7 +105,7 @@ JSON = Backend(
 
 
 def holds_scene(path: Path | str) -> bool:
-    """Whether a JSON file starts like the files written here."""
+    """Return whether a JSON file starts like those that ``write_scene`` writes."""
     try:
         with open(path, "rb") as file:
             return f'"format": "{FORMAT}"'.encode() in file.read(200)
@@ -210,16 +212,28 @@ class _Reader:
         return value
 
     def entity(self, fields: Any, earlier: Sequence[Entity]) -> Entity:
-        """Return the next entity; its children must come before it, which rules out cycles."""
+        """Return the next entity; its children must come before it, which rules out cycles.
+
+        Parameters
+        ----------
+        fields
+            JSON object of the entity.
+        earlier
+            Entities before it in the file, which its children refer to by index.
+
+        Raises
+        ------
+        SceneError
+            "file" if a field is missing or malformed, and the errors of its attributes and mesh file.
+        LimitError
+            "size" if the file has too many parts.
+        """
         where = f"entity {len(earlier)}"
         if not isinstance(fields, dict):
             self.fail(f"{where} must be an object")
         word = self.text(fields.get("word"), f"the word of {where}")
-        handle, text = fields.get("handle"), fields.get("text")
-        if handle is not None:
-            self.text(handle, f"the handle of {where}")
-        if text is not None:
-            self.text(text, f"the text of {where}")
+        handle = self._optional_text(fields.get("handle"), f"the handle of {where}")
+        text = self._optional_text(fields.get("text"), f"the text of {where}")
         attributes = self._attributes(fields.get("attributes", {}), where)
         children = self._children(fields.get("children", []), earlier, where)
         shape = None
@@ -228,6 +242,10 @@ class _Reader:
                 self.fail(f"{where} is a primitive but has children")
             shape = self._shape(word, attributes, fields, where)
         return Entity(word, Embedding(handle, text, attributes), children, shape)
+
+    def _optional_text(self, value: Any, what: str) -> str | None:
+        """Return ``value`` if it is a string or None, else fail."""
+        return None if value is None else self.text(value, what)
 
     def _attributes(self, given: Any, where: str) -> dict[str, Any]:
         if not isinstance(given, dict):
@@ -275,7 +293,7 @@ class _Reader:
 
     def _solid(self, records: Any, attributes: dict[str, Any], where: str) -> Primitive:
         def leaf(word: str, given: Any, file: Any) -> Primitive:
-            """Create an operand that is no solid itself."""
+            """Create an operand that is not a solid itself."""
             own_attributes = {str(name): value_of(value) for name, value in given.items() if value is not None}
             return self._plain_shape(word, own_attributes, file, where)
 

@@ -195,7 +195,7 @@ class TomlDocument:
     places: Places = field(repr=False)
 
     def fail(self, path: KeyPath, message: str, hint: str | None = None) -> NoReturn:
-        """Raise an error at the key ``path``, or at the nearest key around it."""
+        """Raise the error ``message`` with the place of the key ``path``, or of the nearest key around it."""
         while path and path not in self.places:
             path = path[:-1]
         start, end = self.places.get(path, (0, 1))
@@ -230,12 +230,27 @@ class TomlTable:
         self.fail(None, message)
 
     def take(self, key: str, default: Any = None) -> Any:
-        """Return a value of any type."""
+        """Return the value of ``key``, of any type, or ``default`` if it is missing; ``finish`` will accept the key."""
         self._read.add(key)
         return self._data.get(key, default)
 
     def number(self, key: str, default: float | None, low: float, high: float) -> Any:
-        """Return a number from ``low`` to ``high``, a whole one if ``low`` is an int."""
+        """Return a number.
+
+        Parameters
+        ----------
+        key
+            Key of the number.
+        default
+            Result if the key is missing.
+        low, high
+            Range of the number, which must be whole if ``low`` is an int.
+
+        Raises
+        ------
+        SceneError
+            At the place of the key, if the value is something else.
+        """
         value = self.take(key, default)
         if value is None and key not in self._data:
             return value
@@ -248,14 +263,17 @@ class TomlTable:
         return value
 
     def flag(self, key: str, default: bool) -> bool:
-        """Return a boolean."""
+        """Return the boolean at ``key``, or ``default`` if it is missing."""
         value = self.take(key, default)
         if not isinstance(value, bool):
             self.fail(key, f"`{key}`: expected true or false, got {shown(value)}")
         return value
 
     def text(self, key: str, default: str | None, choices: Iterable[str] = ()) -> Any:
-        """Return a string, one of ``choices`` if there are any."""
+        """Return the string at ``key``, or ``default`` if it is missing.
+
+        It is an error if the string is not one of ``choices``, if these are given.
+        """
         value = self.take(key, default)
         if value is None and key not in self._data:
             return None
@@ -265,7 +283,10 @@ class TomlTable:
         return value
 
     def texts(self, key: str, default: Sequence[str] = (), choices: Iterable[str] = ()) -> tuple[str, ...]:
-        """Return a list of strings; a single string is a list of one."""
+        """Return the strings at ``key``, or ``default`` if it is missing; a single string is a list of one.
+
+        It is an error if one of them is not in ``choices``, if these are given.
+        """
         value = self.take(key, list(default))
         value = [value] if isinstance(value, str) else value
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):

@@ -159,7 +159,17 @@ def _made(name: str, fields: Any) -> Made:
 
 
 def write_vectors(path: Path, vectors: Vectors, made: Mapping[str, Made]) -> None:
-    """Add or replace learned vectors atomically, creating the file if necessary."""
+    """Add or replace learned vectors atomically.
+
+    Parameters
+    ----------
+    path
+        Z file, which is created if it does not exist.
+    vectors
+        Tensors by name.
+    made
+        How each of them was learned, by name.
+    """
     with lock_folder(path.parent):
         header, old = _old(path)
         provenance = _table(path, header, _PROVENANCE) | {name: asdict(record) for name, record in made.items()}
@@ -179,13 +189,25 @@ def read_stored(path: Path, key: str, tensor: str | None = None) -> tuple[Any, n
 
 
 def decoded(path: Path, decode: Callable[[], Decoded]) -> Decoded:
-    """Return ``decode()``, with errors of malformed data as SceneError("z-file")."""
+    """Return the result of ``decode()``; errors of malformed data become SceneError("z-file"), which names ``path``."""
     with _read_errors(path):
         return decode()
 
 
 def write_stored(path: Path, key: str, data: Any, vectors: Vectors | None = None) -> None:
-    """Write a header entry as JSON, and tensors, atomically; the rest of the file is preserved, or the file created."""
+    """Write an entry of the header and tensors to a Z file, atomically; everything else in the file is preserved.
+
+    Parameters
+    ----------
+    path
+        File, which is created if it does not exist.
+    key
+        Key of the header entry.
+    data
+        Value of the entry, which is stored as JSON.
+    vectors
+        Tensors by name, which replace those of the same names.
+    """
     with lock_folder(path.parent):
         header, old = _old(path)
         _write(path, {**header, key: json.dumps(data)}, {**old, **(vectors or {})})

@@ -17,7 +17,7 @@ from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Spa
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.reader import lexemes, read
 from scenelang.interpreter.checker.program import FileExpander, SourceFile, TopForm
-from scenelang.interpreter.compile.analyse import pattern_variables
+from scenelang.interpreter.compile.analyze import pattern_variables
 from scenelang.interpreter.evaluation.interactive import Piece, Version
 from scenelang.interpreter.expand.expand import Expander, Use
 from scenelang.interpreter.expand.scope import Macro, PaperForm, Scope, Variable, base_name

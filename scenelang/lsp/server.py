@@ -18,7 +18,7 @@ from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
 from scenelang.grammar.reader import lexemes
-from scenelang.interpreter.compile.analyse import walk
+from scenelang.interpreter.compile.analyze import walk
 from scenelang.interpreter.compile.kinds import ANY, Kind, describe
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import Builtin

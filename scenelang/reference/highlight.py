@@ -140,7 +140,7 @@ def files() -> dict[str, str]:
 
 
 def main(folder: str) -> None:
-    """Write the generated files to the extension's folder."""
+    """Write the TextMate grammar and the snippets to ``folder``, that of the VS Code extension."""
     for name, text in files().items():
         Path(folder, name).write_text(text, encoding="utf-8")
 

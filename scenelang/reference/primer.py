@@ -19,16 +19,20 @@ _PHYSICS = {attribute.name: attribute.doc for attribute in primitives.PHYSICS}
 
 
 def attributes_of(word: str) -> tuple[str, ...]:
-    """Return the attributes that the primitive ``word`` reads, those of its geometry first. Other words are semantic
-    primitives, which are boxes."""
+    """Return the attributes that the primitive ``word`` reads, those of its geometry first.
+
+    Any other word is a semantic primitive, which is a box.
+    """
     attributes = primitives.attributes_read(word)
     has_material = "color" in attributes  # materials apply only to visible geometry
     return (*attributes, *MATERIALS, *_PHYSICS) if has_material else attributes
 
 
 def attribute_doc(word: str | None, name: str) -> str | None:
-    """Return the meaning, range and default of attribute ``name`` for the primitive ``word``, or for any primitive, in
-    one line; None for an unknown attribute."""
+    """Return the meaning, range and default of attribute ``name`` in one line; None if ``word`` does not read it.
+
+    ``word`` is a primitive, or None for any of them.
+    """
     if word is not None and name not in attributes_of(word):
         return None
     if word is None:
@@ -234,23 +238,31 @@ _SENTENCE = re.compile(r"(?<=[.!?])\s+")
 
 
 def stated_task(text: str) -> str | None:
-    """Return the task of a program: the line `; task: ...` of its leading comment, else the comment's first sentence
-    without the full stop; None without a leading comment."""
-    lines: list[str] = []
-    for line in text.lstrip("\ufeff").splitlines():
-        stripped = line.strip()
-        if stripped.startswith(";"):
-            lines.append(stripped.lstrip(";").strip())
-        elif stripped or lines:
-            break
+    """Return the task that the leading comment of a program states, or None without such a comment.
+
+    It is the line `; task: ...` if there is one, else the first sentence of the comment without its full stop.
+    """
+    lines = _leading_comment(text)
     for line in lines:
         task = _TASK.match(line)
         if task is not None:
             return task[1].strip()
-    paragraph: list[str] = []
+    paragraph: list[str] = []  # the first one; its sentences may go over several lines
     for line in lines:
         if not line and paragraph:
             break
         paragraph += [line] if line else []
     first = _SENTENCE.split(" ".join(paragraph), maxsplit=1)[0].rstrip(".").strip()
     return first or None
+
+
+def _leading_comment(text: str) -> list[str]:
+    """Return the lines of the comment before the first form, up to a blank line, without their semicolons."""
+    lines: list[str] = []
+    for line in text.lstrip("\ufeff").splitlines():  # without the byte order mark that some editors write
+        stripped = line.strip()
+        if stripped.startswith(";"):
+            lines.append(stripped.lstrip(";").strip())
+        elif stripped or lines:
+            break
+    return lines

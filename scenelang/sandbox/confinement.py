@@ -20,8 +20,8 @@ from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.loading import user_folder
 
 _LANDLOCK_CREATE, _LANDLOCK_ADD, _LANDLOCK_RESTRICT = 444, 445, 446  # the same on every architecture
-_PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS = 22, 38
-_SECCOMP_FILTER = 2
+_PR_SET_SECCOMP, _PR_SET_NO_NEW_PRIVS = 22, 38  # <linux/prctl.h>
+_SECCOMP_FILTER = 2  # SECCOMP_MODE_FILTER of <linux/seccomp.h>
 
 # LANDLOCK_ACCESS_FS_*: execute, write, read file, read folder, ...; later ABI versions define more rights.
 _READ_FILE, _READ_DIR, _WRITE_FILE = 1 << 2, 1 << 3, 1 << 1
@@ -34,7 +34,7 @@ _PR_ERRNO = 0x0005_0000
 _ALLOW = 0x7FFF_0000
 _EPERM, _ENOSYS = 1, 38
 _LD, _JEQ, _JSET, _JGE, _RET = 0x20, 0x15, 0x45, 0x35, 0x06
-_CLONE_THREAD = 0x0001_0000
+_CLONE_THREAD = 0x0001_0000  # <linux/sched.h>
 _X32 = 0x4000_0000  # bit of the calls of the x32 ABI, which would bypass the numbers below
 
 
@@ -170,8 +170,10 @@ def _restrict_calls() -> None:
 
 
 def _filter(architecture: _Architecture) -> list[tuple[int, int, int, int]]:
-    """Build a classic BPF filter for ``struct seccomp_data``: system call at 0, architecture at 4, arguments from
-    16."""
+    """Build a classic BPF filter for ``struct seccomp_data``.
+
+    In it, the system call is at 0, the architecture at 4, and the arguments begin at 16.
+    """
     refuse = (_RET, 0, 0, _PR_ERRNO | _EPERM)
     lines = [(_LD, 0, 0, 4), (_JEQ, 1, 0, architecture.audit), refuse, (_LD, 0, 0, 0), (_JGE, 0, 1, _X32), refuse]
     for number in architecture.refused:

@@ -30,7 +30,18 @@ MORE = "SCENELANG_ENVIRONMENT"  # names of other variables that plug-ins need, s
 
 
 def named_variables(environment: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return the variables that a process for evaluation has.
+    """Return the environment variables that a process for evaluation may keep.
+
+    Parameters
+    ----------
+    environment
+        Variables to select from; by default, those of this process.
+
+    Returns
+    -------
+    dict of str
+        Variables on the list of this module, of its families (``LC_``, ``XDG_``, ...), or named in
+        ``SCENELANG_ENVIRONMENT``.
 
     Examples
     --------
@@ -43,7 +54,10 @@ def named_variables(environment: Mapping[str, str] | None = None) -> dict[str, s
 
 
 def keep_named_variables() -> None:
-    """Remove all other variables from this process, which has been forked."""
+    """Remove all environment variables from this process, except those that ``named_variables`` returns.
+
+    On Linux, the memory from which ``/proc/PID/environ`` is read is overwritten, too.
+    """
     allowed = named_variables()
     os.environ.clear()  # before the memory of the values is overwritten
     if sys.platform == "linux":
@@ -58,7 +72,11 @@ _USERS = [0]  # number of running evaluations
 
 @contextmanager
 def hidden_variables() -> Iterator[None]:
-    """Remove all other variables while a program is evaluated in a process that needs them before and after."""
+    """Remove the variables that an evaluation may not see, and restore them afterwards.
+
+    This is for processes that need these variables before and after the evaluation. Evaluations may run at once in
+    several threads: the last one to end restores the variables.
+    """
     with _LOCK:
         _USERS[0] += 1
         if _USERS[0] == 1:

@@ -121,7 +121,7 @@ class Status:
     # --- reason of a kill ------------------------------------------------------------------------------------------
 
     def put_reason(self, problem: Diagnostic) -> None:
-        """Tell the successor why its predecessor was killed."""
+        """Record for the next process why this one was killed."""
         chain = [(name, _place_data(span)) for name, span in problem.chain]
         notes = [note.message for note in problem.notes]
         fields = [problem.name, problem.message, _place_data(problem.span), problem.hint, notes, chain]

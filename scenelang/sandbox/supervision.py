@@ -64,8 +64,17 @@ def is_supported() -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """How a child ended: its exit code, and the ``problem`` if it was killed by a signal or the monitor. With
-    ``is_answered`` it goes on: it has written an answer."""
+    """How a child ended.
+
+    Attributes
+    ----------
+    code
+        Exit code.
+    problem
+        Diagnostic, if it was killed by a signal or the monitor.
+    is_answered
+        Whether it has not ended, but written an answer.
+    """
 
     code: int
     problem: Diagnostic | None = None
@@ -165,7 +174,7 @@ def link() -> Link | None:
 
 
 def noting() -> Callable[[Span], None] | None:
-    """Return what tells the monitor a position, or None without one."""
+    """Return the function that reports a position in the text to the monitor, or None without a monitor."""
     watched = link()
     return None if watched is None else watched.at
 
@@ -179,8 +188,10 @@ def limited(limits: Limits) -> Iterator[None]:
 
 
 def spent_seconds() -> float:
-    """Return the CPU seconds that the running phase has used; 0 in a process without a monitor, whose other threads
-    may do anything."""
+    """Return the CPU seconds that the running phase has used.
+
+    It is 0 in a process without a monitor, whose other threads may use the CPU too.
+    """
     watched = link()
     return watched.spent if watched is not None else 0.0
 
@@ -254,8 +265,7 @@ def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> 
     """Run ``work`` in a child and return its exit code.
 
     In the child this returns the result of ``work``, with which the caller must exit. ``report`` displays why the child
-    was
-    killed.
+    was killed.
     """
     status = Status()
     sys.stdout.flush()
@@ -321,8 +331,11 @@ class Monitor:
         self._answer = -1
 
     def _interrupt(self) -> None:
-        """Request the end of the running phase. The child received the signal, too, and gets a moment to end the phase
-        itself; outside of phases it handles Ctrl-C on its own."""
+        """Request the end of the running phase.
+
+        The child received the signal, too, and gets a moment to end the phase itself; outside of phases it handles
+        Ctrl-C on its own.
+        """
         phase = self._phase()
         if phase is not None and (self._interrupted is None or self._interrupted[0] != phase.number):
             self._interrupted = phase.number, time.monotonic()
@@ -406,8 +419,10 @@ class Monitor:
         return phase if phase is not None and phase.pid == self._pid else None
 
     def _is_still_in(self, phase: Phase | None) -> bool:
-        """Stop the child and return whether it is still in this phase. Without the stop, the phase might end between
-        the check and the kill."""
+        """Stop the child and return whether it is still in this phase.
+
+        Without the stop, the phase might end between the check and the kill.
+        """
         if phase is None:
             return True
         _kill(self._pid, signal.SIGSTOP)
@@ -459,7 +474,11 @@ def excess_of_memory(limit: int, chain: Chain) -> Diagnostic:
 
 
 def crash(number: int, chain: Chain = ()) -> Diagnostic:
-    """Return the diagnostic of a process that crashed."""
+    """Return the diagnostic of a process that crashed.
+
+    ``number`` is the signal that killed it, 0 if it exited; ``chain`` the calls that it was evaluating, if they are
+    known.
+    """
     try:
         how = f"killed by {signal.Signals(number).name}" if number else "ended unexpectedly"
     except ValueError:

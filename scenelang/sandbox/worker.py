@@ -45,8 +45,7 @@ class Worker:
         Folders that these processes may read; None removes only the rights that evaluation itself gives up.
     keeps
         The process of a request stays and answers all further requests with the same first argument, so that
-        ``function``
-        can keep what it computed. If such a process exceeds its memory, a new one tries again.
+        ``function`` can keep what it computed. If such a process exceeds its memory, a new one tries again.
     """
 
     def __init__(
@@ -66,8 +65,24 @@ class Worker:
             self._start()
 
     def ask(self, *arguments: Any) -> Any:
-        """Run a request; raises Ended if its process exceeded a limit or crashed."""
-        if self._socket is None:
+        """Call the worker's function in a process of its own, and wait for the result.
+
+        Parameters
+        ----------
+        arguments
+            Arguments of the function. With ``keeps``, the text of the first one selects the process.
+
+        Returns
+        -------
+        Any
+            What the function returned.
+
+        Raises
+        ------
+        Ended
+            If the process exceeded a limit or crashed. An exception of the function is raised as it is.
+        """
+        if self._socket is None:  # no support for hard limits
             return self._function(*arguments)
         with self._lock:
             self._number += 1
@@ -328,8 +343,7 @@ def trial(work: Callable[[], object]) -> Diagnostic | None:
     """Run ``work`` in a forked process first; return why the fork was killed, or None if it ended normally.
 
     Result and exceptions are discarded, since the work is repeated here. A crashed fork is tried again: threads that
-    the
-    fork did not copy may have left a native library in an inconsistent state.
+    the fork did not copy may have left a native library in an inconsistent state.
     """
     if not is_supported():
         return None

@@ -243,8 +243,7 @@ def with_hidden(
     """Return diagnostics together with those that errors hide.
 
     Hidden ones are what ``check`` reports for the text with the first fix of each error. Their positions are mapped
-    back
-    to the original text; those inside a fix are left out.
+    back to the original text; those inside a fix are left out.
     """
     by_key = {_key(d): d for d in diagnostics}
     changes: list[TextEdit] = []

@@ -71,8 +71,7 @@ class Editing:
         """Analyze the next version; errors are never raised.
 
         Procedural macros are first run in a forked process, which can be killed if they do not terminate: the thread of
-        the
-        editor cannot.
+        the editor cannot.
         """
         from scenelang.sandbox.worker import trial
 
@@ -151,7 +150,7 @@ class Editing:
         """Analyze the next version on the current stack."""
         runner = macro_runner(self.session.library, _MACRO_LIMITS)
         overrides = {name: value_datum(name, text) for name, text in self.session.options.defines.items()}
-        version = self._versions.analyse(source, self.session.importer(source, self.texts), runner, overrides)
+        version = self._versions.analyze(source, self.session.importer(source, self.texts), runner, overrides)
         program = version.program
         diagnostics = [*program.diagnostics, *self.session.warnings(program)]
         sources = (source, *program.sources[1:])

@@ -26,7 +26,19 @@ _MAX_PROGRAM_SIZE = 16_000_000  # bytes, as in `session`
 
 @dataclass(frozen=True, slots=True)
 class FormattedFile:
-    """Result of formatting a file. ``after`` is None if it failed; ``fault`` is an internal error."""
+    """Result of formatting a file.
+
+    Attributes
+    ----------
+    name
+        Path of the file.
+    before, after
+        Its text, and the formatted text; None if formatting failed.
+    diagnostics
+        Errors of the syntax.
+    fault
+        Text of an internal error.
+    """
 
     name: str
     before: str = ""
@@ -49,8 +61,10 @@ class FormattedFile:
 
 
 def format_file(name: str, lines: tuple[int, int] | None = None) -> FormattedFile:
-    """Format a program file, or only the forms on the given lines; "-" is standard input. Nothing is written, and
-    errors are returned in the result."""
+    """Format a program file, or only the forms on the given lines; "-" is standard input.
+
+    Nothing is written. Errors are returned in the result.
+    """
     shown = "<stdin>" if name == "-" else name
     try:
         before = _program_text(name)
@@ -109,8 +123,10 @@ def formatted(text: str) -> str:
 
 
 def indents_of(text: str, folder: Path | None) -> dict[str, int | None]:
-    """Return the indentation rules of forms, including the macros of imported files, for ``format_text``. Imports are
-    resolved relative to ``folder``; files that cannot be read are ignored."""
+    """Return the indentation rules of forms, including the macros of imported files, for ``format_text``.
+
+    Imports are resolved relative to ``folder``; files that cannot be read are ignored.
+    """
     known = dict(INDENTS)
     if folder is not None and "import" in text:
         _learn(known, Source("<text>", text.removeprefix("\ufeff")), folder, set())

@@ -446,7 +446,17 @@ class LoadedScene:
 
     @typed
     def diff(self, other: LoadedScene, tolerance: float = 1e-5, limit: int = 2_000_000) -> Changes:
-        """Return the changes from this scene to ``other``; see ``scenelang.diff``."""
+        """Return the changes from this scene to ``other``.
+
+        Parameters
+        ----------
+        other
+            Scene to compare with.
+        tolerance
+            Differences up to this share of the scene's size are ignored, as in ``scenelang.diff``.
+        limit
+            Maximum number of primitives of a scene.
+        """
         from scenelang.session.scene_changes import changes_between, compared_frames
 
         return changes_between(compared_frames(self.graph, limit), compared_frames(other.graph, limit), tolerance)
@@ -469,7 +479,22 @@ class LoadedScene:
 
 
 def scene_of(kind: type[AnyScene], source: Source, options: Options) -> AnyScene:
-    """Evaluate a program to a scene of the class ``kind``; raises SceneError with its first error."""
+    """Evaluate a program, and return its scene.
+
+    Parameters
+    ----------
+    kind
+        Class of the scene: ``LoadedScene`` or a subclass.
+    source
+        The program.
+    options
+        Options of the evaluation.
+
+    Raises
+    ------
+    SceneError
+        The first error of the program, or "value" for an invalid seed.
+    """
     if not 0 <= options.seed < 1 << 32:
         raise SceneError("value", f"`seed`: expected a whole number from 0 to {(1 << 32) - 1}, got {options.seed}")
     result = Session(options).evaluate(source)
@@ -478,7 +503,19 @@ def scene_of(kind: type[AnyScene], source: Source, options: Options) -> AnyScene
 
 
 def scene_from(kind: type[AnyScene], result: Evaluated, name: str, options: Options) -> AnyScene:
-    """Create the scene of a program that was evaluated without errors."""
+    """Create the scene of a program that was evaluated without errors.
+
+    Parameters
+    ----------
+    kind
+        Class of the scene: ``LoadedScene`` or a subclass.
+    result
+        Evaluation of the program; it has a scene.
+    name
+        Name of the program's source, usually its path.
+    options
+        Options of the evaluation, with which the scene is evaluated again.
+    """
     assert result.scene is not None
     return kind(result.scene, name, result.log, result.diagnostics, result.program, options)
 

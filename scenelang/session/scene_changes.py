@@ -39,7 +39,17 @@ OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "remov
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """A difference between two scenes. ``before`` and ``after`` describe each side: position, color or block, path."""
+    """A difference between two scenes.
+
+    Attributes
+    ----------
+    kind
+        One of moved, recoloured, resized, missing and extra.
+    frame, word
+        Number of the frame, and word of the object.
+    before, after
+        Each side: position, color or block, path; None for the side that lacks the object.
+    """
 
     kind: str
     frame: int
@@ -169,8 +179,7 @@ def paired_by_path(comparison: Changes) -> Changes:
     """Combine removed and added primitives of the same path, in order, into one change.
 
     It is an object whose size, or both position and look, changed; the comparison matches only primitives that have one
-    of
-    these in common.
+    of these in common.
     """
     left: dict[tuple[int, str, str], list[Change]] = {}
     for change in comparison.changes:

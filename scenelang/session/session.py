@@ -303,15 +303,22 @@ class Session:
         return AssetFiles(self._folder(main), self._project(main), self.options.allow_outside)
 
     def _measure_asset(self, main: Source) -> Callable[[str, Callable[[int], None]], Asset]:
-        """Return the function that measures a mesh file; what reads meshes is imported at its first use."""
+        """Return the function that measures a mesh file.
+
+        Its arguments are the file, as the program names it, and a function that counts steps of work. The readers of
+        mesh formats are imported at the first call.
+        """
         files = cache(lambda: self._assets(main))
         return lambda file, charge: files().measure(file, charge)
 
     def _load_font(self, main: Source) -> Callable[[str, Callable[[int], None]], Typeface]:
-        """Return the function that loads a font file; what reads fonts is imported at its first use."""
+        """Return the function that loads a font file within the project.
+
+        The font library is imported at the first call.
+        """
 
         def load(file: str, charge: Callable[[int], None]) -> Typeface:
-            """Load a font file within the project."""
+            """Load the font ``file``, as the program names it; ``charge`` counts steps of work."""
             from scenelang.interpreter.scene.modelling.outlines import FontFiles
 
             return FontFiles(self._folder(main), self._project(main), self.options.allow_outside).load(file, charge)
@@ -413,7 +420,7 @@ class Session:
     def _expansion(self, program: Program) -> str:
         """Lay out the expanded forms; raises SceneError if they are nested too deeply to be read again."""
         from scenelang.grammar.layout import layout
-        from scenelang.interpreter.compile.analyse import mentioned
+        from scenelang.interpreter.compile.analyze import mentioned
         from scenelang.interpreter.compile.unparse import unparse
         from scenelang.interpreter.expand.forms import INDENTS
 
@@ -449,11 +456,17 @@ class Session:
         return front_end_of(source).lift(self, source)
 
     def recovered(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-        """Return the diagnostics of a check; if brackets do not match, as if they were where they are expected.
+        """Return the diagnostics of a text whose brackets may not match.
 
-        The positions are those that fit the indentation and the calls best. The diagnostics have fixes that add or
-        remove
-        these brackets, and those of the code behind them are reported too.
+        Brackets are assumed where they fit the indentation and the calls best. The diagnostics have fixes that add or
+        remove these brackets, and those of the code behind them are reported too.
+
+        Parameters
+        ----------
+        source
+            The text.
+        checked
+            Diagnostics of its check; they are returned if its brackets match.
         """
         if not any(d.is_error for d in checked) or len(source.text) > _MAX_RECOVERED_LENGTH or is_python(source):
             return checked
@@ -474,8 +487,8 @@ class Session:
         """Return the diagnostics of a text with brackets added or removed, with the fixes that do so.
 
         Of the edits that contradict the fewest lines of the indentation, those with the fewest errors and warnings are
-        chosen,
-        the last of equals. Nothing changes if errors of another kind say more, as in a text of another language.
+        chosen, the last of equals. Nothing changes if errors of another kind say more, as in a text of another
+        language.
         """
         from scenelang.grammar.recovery import MAX_CHUNKS, Recovered, bracket_edits, quote_edits, wrong_chunks
 
@@ -589,8 +602,7 @@ class Session:
         return find_root(program)
 
     def library_imports(self, program: Program) -> list[str]:
-        """Return the standard library modules that a program imports, such as ``std/python.scene``, for its
-        expansion."""
+        """Return the standard library modules that a program imports, such as ``std/python.scene``."""
         modules = {f"{STD}{module}" for module in self.library.imported}
         return [source.name for source in program.sources if source.name in modules]
 
@@ -660,8 +672,11 @@ class Session:
 
     @property
     def _macro_limits(self) -> Limits:
-        """Limits for running macro expanders: the macro limits, capped by the program's memory and by slightly more
-        than its CPU time, so that the program's own limit is reported first."""
+        """Limits for running macro expanders.
+
+        These are the macro limits, capped by the program's memory and by slightly more than its CPU time, so that the
+        program's own limit is reported first.
+        """
         program_limits = self.options.limits
         return replace(
             MACRO_LIMITS,
@@ -895,8 +910,7 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
     """Create the diagnostic of a stack overflow.
 
     The innermost calls are read from the local variables of Python's frames: ``call`` of the interpreter has the word,
-    the
-    closures and functions of the compiler (``compile/generate``) the function and the span.
+    the closures and functions of the compiler (``compile/generate``) the function and the span.
     """
     from scenelang.interpreter.compile.generated import site_of
     from scenelang.interpreter.runtime.procedures import Closure
@@ -943,11 +957,19 @@ def _weight(checked: Checked) -> tuple[int, int, int]:
 def settled(
     diagnostics: Iterable[Diagnostic], sources: Iterable[Source], program: Program | None = None
 ) -> tuple[Diagnostic, ...]:
-    """Prepare diagnostics for display.
+    """Prepare the diagnostics of a check or a run for display.
 
     Constructs of other languages are explained, consequences of other errors, duplicates and suppressed diagnostics
-    removed,
-    and the rest sorted by position.
+    removed, and the rest sorted by position.
+
+    Parameters
+    ----------
+    diagnostics
+        Diagnostics in any order.
+    sources
+        Texts of the program, which contain the comments that suppress diagnostics.
+    program
+        The program, if it could be expanded: it shows which errors are consequences of others.
     """
     sources = tuple(sources)
     remaining = list(diagnostics)

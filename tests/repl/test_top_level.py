@@ -280,7 +280,7 @@ _CHANGES = (
 @pytest.mark.sampled(8)
 def test_sharing_changes_no_value(seed: int) -> None:
     sharing, plain = repl(), repl()
-    plain.top.rt._memoise = False
+    plain.top.rt._memoize = False
     draw = random.Random(seed)
     inputs = ["(define k 1) (define (f) k) (define (g n) n) (define-macro (m) 1) (define t (table 'k 1))"]
     inputs.append("(define xs (mutable-list 1))")

@@ -177,7 +177,7 @@ def _texts(rt: Runtime, builtin: Builtin, call: tuple[Change, int, tuple[Sample,
 
 def _check(name: str, most: int) -> None:
     builtin = BUILTINS[name]
-    shared, unshared = (Runtime(build_library(), Limits(seconds=3600.0), memoise=memoise) for memoise in (True, False))
+    shared, unshared = (Runtime(build_library(), Limits(seconds=3600.0), memoize=memoize) for memoize in (True, False))
     for call in _calls(builtin, most):
         described = (name, call[0].name, call[1], [sample.name for sample in call[2]], call[3])
         assert _texts(shared, builtin, call) == _texts(unshared, builtin, call), described

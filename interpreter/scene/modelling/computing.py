@@ -107,11 +107,16 @@ Announce = Callable[[Span], None]  # called with the source location of the node
 def computed(expression: Expression, note: Announce | None = None) -> ComputedSolid:
     """Return the surface of an expression.
 
+    Parameters
+    ----------
+    note
+        Called with the location of each operation before it is computed.
+
     Raises
     ------
     SceneError
-        "solid" if an operand is open, flat or otherwise no solid, or if the result is empty: a picture without it would
-        be silently wrong. ``volume`` of an empty solid is 0, so that a program can ask first.
+        "solid" if an operand is open, flat or otherwise not a solid, or if the result is empty: an image without it
+        would be silently wrong. ``volume`` of an empty solid is 0, so that a program can ask first.
     LimitError
         "size" if there would be too many triangles.
     """
@@ -162,7 +167,10 @@ def surface_of(expression: Expression, note: Announce | None = None) -> Computed
 
 
 def _computed(expression: Expression, note: Announce | None) -> ComputedSolid | None:
-    """Compute the surface of an expression, and store it if that took long."""
+    """Compute the surface of an expression, and pass it to ``store``; None if the solid is empty.
+
+    ``note`` is called with the location of each operation before it is computed.
+    """
     started = time.perf_counter()
     node = manifold_of(expression, note)
     if node.manifold.is_empty():
@@ -393,7 +401,7 @@ def welded(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray,
 
 
 def open_edges(vertices: FloatArray, faces: IntArray) -> str:
-    """Return why a mesh is not a closed solid, with the place of a wrong edge, for messages."""
+    """Return why a mesh is not a closed solid, with the place of a wrong edge, for error messages."""
     if not len(faces):
         return "it has no faces"
     edges, key, _ = _directed_edges(faces)
@@ -675,9 +683,9 @@ def _surface(node: _Node, seconds: float) -> ComputedSolid:
     run_sources = [node.sources[number] for number in mesh.run_original_id]
     sources = tuple(dict.fromkeys(run_sources))
     source = _face_sources(mesh, [sources.index(run_source) for run_source in run_sources])
-    colors = np.array([s.color for s in sources], np.float64)[source]
-    words = tuple(dict.fromkeys(s.word for s in sources))
-    part = np.array([words.index(s.word) for s in sources], np.int64)[source] if len(words) > 1 else None
+    colors = np.array([origin.color for origin in sources], np.float64)[source]
+    words = tuple(dict.fromkeys(origin.word for origin in sources))
+    part = np.array([words.index(origin.word) for origin in sources], np.int64)[source] if len(words) > 1 else None
     vertices, joined = np.array(mesh.vert_properties[:, :3], np.float64), np.arange(len(mesh.vert_properties))
     joined[np.asarray(mesh.merge_from_vert, np.int64)] = np.asarray(mesh.merge_to_vert, np.int64)
     joints = joined[np.asarray(mesh.tri_verts, np.int64)]

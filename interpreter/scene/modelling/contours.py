@@ -49,18 +49,34 @@ def on_circle(radius: float, angles: FloatArray) -> FloatArray:
 
 
 def regular_polygon(sides: int, radius: float) -> FloatArray:
-    """Return a regular polygon with its first corner at the top."""
+    """Return a regular polygon (sides, 2) around the origin with its first corner at the top.
+
+    ``radius`` is the distance of its corners from the origin.
+    """
     return on_circle(radius, math.pi / 2.0 + math.tau * np.arange(sides) / sides)
 
 
 def star(points: int, outer: float, inner: float) -> FloatArray:
-    """Return a star with its first tip at the top."""
+    """Return a star around the origin, (2 * points, 2), with its first tip at the top.
+
+    ``outer`` and ``inner`` are the distances of its tips and of the corners between them from the origin.
+    """
     corners = regular_polygon(2 * points, 1.0)
     return np.asarray(corners * np.where(np.arange(2 * points) % 2 == 0, outer, inner)[:, None], np.float64)
 
 
 def rectangle(width: float, height: float, radius: float, segments: int) -> FloatArray:
-    """Return a rectangle around the origin with corners of ``radius``; a full circle would have ``segments`` sides."""
+    """Return a rectangle around the origin, counter-clockwise, (K, 2).
+
+    Parameters
+    ----------
+    width, height
+        Size along x and y.
+    radius
+        Radius of its rounded corners, 0 for sharp ones.
+    segments
+        Number of sides that a full circle of this radius would have.
+    """
     x, y = width / 2.0, height / 2.0
     if radius == 0.0:
         return np.array([[-x, -y], [x, -y], [x, y], [-x, y]])
@@ -78,9 +94,16 @@ def _distinct(points: FloatArray) -> FloatArray:
 
 
 def arc(radius: float, start: float, end: float, segments: int | None) -> FloatArray:
-    """Return the points of an arc with both of its ends, by default as fine as a full circle.
+    """Return the points (N, 2) of an arc around the origin, with both of its ends.
 
-    ``start`` and ``end`` are angles in radians from the x axis toward the y axis.
+    Parameters
+    ----------
+    radius
+        Radius of the arc.
+    start, end
+        Angles in radians from the x axis toward the y axis.
+    segments
+        Number of segments; by default, as fine as a full circle.
     """
     count = segments or max(1, math.ceil(abs(end - start) / math.tau * SEGMENTS))
     return on_circle(radius, np.linspace(start, end, count + 1))
@@ -115,7 +138,27 @@ def contours_of(section: CrossSection) -> Contours:
 
 
 def normalized(contours: Sequence[FloatArray], rule: str = NON_ZERO) -> Contours:
-    """Return contours without overlaps that bound the same area."""
+    """Return contours without overlaps that bound the same area.
+
+    Parameters
+    ----------
+    contours : sequence of (K, 2)
+        Closed polygons, which may cross themselves and each other.
+    rule
+        Fill rule of Manifold, which decides what is inside: ``NON_ZERO`` or ``EVEN_ODD``.
+
+    Returns
+    -------
+    tuple of (K, 2)
+        Outer contours counter-clockwise, holes clockwise.
+
+    Raises
+    ------
+    SceneError
+        "value" if coordinates are too large.
+    LimitError
+        "size" if the edges may cross too often.
+    """
     check_crossings("a profile", contours)
     return contours_of(section_of(contours, rule))
 
@@ -243,7 +286,7 @@ _MAX_COMPARED_PAIRS = 200_000  # of edges: a test of more would take longer than
 def crossing_of(contour: FloatArray) -> tuple[float, float] | None:
     """Return a point at which a contour crosses itself, or None; edges that only touch do not cross.
 
-    A contour of so many edges that the test would take long counts as one that does not cross itself.
+    A contour is not tested, and None returned, if it has so many edges that the test would take long.
     """
     if len(contour) < 4 or _is_star_shaped(contour):
         return None
@@ -496,7 +539,7 @@ def svg_outline(data: str, tolerance: float | None = None) -> OutlinePen:
     Raises
     ------
     SceneError
-        "value" if the data are no path.
+        "value" if the data are not a path.
     """
     from fontTools.svgLib.path.parser import parse_path
 

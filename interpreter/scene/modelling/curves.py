@@ -40,7 +40,15 @@ def is_closed(points: FloatArray) -> bool:
 
 
 def bezier(control: FloatArray, shares: FloatArray) -> FloatArray:
-    """Return the points (T, D) of a Bezier curve of any degree at parameters (T,), by de Casteljau's algorithm."""
+    """Return points (T, D) of a Bezier curve of any degree, by de Casteljau's algorithm.
+
+    Parameters
+    ----------
+    control : (K, D)
+        Control points.
+    shares : (T,)
+        Curve parameters from 0 to 1.
+    """
     level = np.repeat(control[None], len(shares), axis=0)
     t = shares[:, None, None]
     while level.shape[1] > 1:
@@ -49,7 +57,10 @@ def bezier(control: FloatArray, shares: FloatArray) -> FloatArray:
 
 
 def chained_bezier(control: FloatArray, segments: int) -> FloatArray:
-    """Return the points of cubic Bezier curves that share their ends: 3 n + 1 control points."""
+    """Return the points of cubic Bezier curves that share their ends, with ``segments`` steps in each.
+
+    ``control`` are 3 n + 1 control points of n curves.
+    """
     shares = np.arange(1, segments + 1) / segments
     pieces = [bezier(control[start : start + 4], shares) for start in range(0, len(control) - 1, 3)]
     return np.concatenate([control[:1], *pieces])
@@ -84,7 +95,10 @@ def _between(a: FloatArray, b: FloatArray, start: FloatArray, end: FloatArray, t
 
 
 def helix(radius: float, height: float, turns: float, segments: int) -> FloatArray:
-    """Return a helix around the y axis from [0 0 radius], with ``segments`` steps for each turn."""
+    """Return the points (N, 3) of a helix around the y axis, which begins at [0 0 radius] and rises to ``height``.
+
+    ``turns`` may be negative, for a left turn; ``segments`` is the number of steps in each turn.
+    """
     share = np.linspace(0.0, 1.0, max(1, math.ceil(abs(turns) * segments)) + 1)
     angle = math.tau * turns * share
     return np.stack([radius * np.sin(angle), height * share, radius * np.cos(angle)], axis=1)

@@ -85,7 +85,7 @@ def measures_of(root: Entity, word: str | None = None, limit: int = 100_000) -> 
 
 
 def operands_of(entity: Entity, pose: Sequence[float]) -> list[Operand]:
-    """Return the operands of ``measured`` for a primitive under a pose: none if it is flat, its box if semantic."""
+    """Return a primitive under a pose as operands of ``measured``: none if it is flat, its box if it is semantic."""
     shape = entity.shape
     if shape is None or shape.is_flat or not shape.has_geometry or not has_volume(pose):
         return []

@@ -1,8 +1,8 @@
 """Solids as expressions: an operation, its parameters, and operands under poses.
 
 An expression is immutable and is identified by its digest, so that equal solids are computed once, when they are drawn
-or measured; ``check`` computes nothing. Its leaves are primitives
-of the language, or operations without operands such as ``extrude``.
+or measured; ``check`` computes nothing. Its leaves are primitives of the language, or operations without operands such
+as ``extrude``.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Expression:
     site
         Source location of the call, which is not part of its identity.
     caller
-        Builtin that it is part of, for messages, if that has another name than the operation.
+        Builtin that it is part of, for error messages, if that has another name than the operation.
     """
 
     operation: str

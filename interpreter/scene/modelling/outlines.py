@@ -353,7 +353,7 @@ class Typeface:
         return Glyph(normalized(contours) if contours else (), self._advances[name][0] / self._em)
 
     def kerning(self, left: int, right: int) -> float:
-        """Return how much the space between two glyphs is larger than usual, in ems."""
+        """Return the kerning of two glyphs, given by number: the space that is added between them, in ems."""
         if self._kerning is None:
             return 0.0
         pair = (left, right)
@@ -434,13 +434,18 @@ def text_outline(face: Typeface, text: str, style: TextStyle, charge: Callable[[
     Parameters
     ----------
     face
-        Font.
+        Font in which the text is set.
     text
         Text of one or several lines.
     style
         Size, alignment and spacing.
     charge
         Function that counts steps of work.
+
+    Returns
+    -------
+    tuple of (K, 2)
+        Closed contours in scene units, each a polygon.
 
     Raises
     ------

@@ -62,7 +62,7 @@ def load(digest: str) -> ComputedSolid | None:
 
 
 def save(digest: str, solid: ComputedSolid) -> None:
-    """Store a surface unless its file exists."""
+    """Store a surface in the user's cache under the digest of its expression, unless it is stored already."""
     mesh = solid.mesh
     data = {name: getattr(mesh, name) for name in _ARRAYS}
     data |= {"hull": solid.hull, "measures": np.array([solid.volume, solid.area])}

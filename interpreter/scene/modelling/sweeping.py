@@ -47,7 +47,17 @@ class Swept:
 def check_corners(
     name: str, rings: int, corners: int, hint: str = "use fewer :segments in the path or in the profile"
 ) -> None:
-    """Raise LimitError("size") if a surface would have too many corners."""
+    """Raise LimitError("size") if a surface would have more than ``MAX_CORNERS`` corners.
+
+    Parameters
+    ----------
+    name
+        Builtin that the message names.
+    rings, corners
+        Number of cross-sections, and of the corners of each.
+    hint
+        How to reduce them.
+    """
     if rings * corners > MAX_CORNERS:
         message = f"`{name}` of {rings:,} cross-sections with {corners:,} points has more than {MAX_CORNERS:,} corners"
         raise LimitError("size", message, hint)
@@ -84,9 +94,10 @@ def swept(contours: Contours, path: FloatArray, twist: float, taper: FloatArray)
     """Sweep a profile along a path.
 
     Joints are mitered, so that the cross-section of every straight piece is the profile, and the volume is area times
-    length. A path that comes back to itself is swept in runs that do not, which booleans join. Where it bends more
-    tightly than the profile allows, mitered pieces would fold; there, a convex profile is swept as convex pieces with
-    beveled joints, and any other one is an error, because the surface would cross itself.
+    length. A path that comes so close to itself that the surface might cross itself is divided into runs that do not,
+    and the solid is the union of the sweeps along them. Where it bends more tightly than the profile allows, mitered
+    pieces would fold; there, a convex profile is swept as convex pieces with beveled joints, and any other one is an
+    error, because the surface would cross itself.
 
     Parameters
     ----------
@@ -129,6 +140,7 @@ def _finely(frames: PathFrames, twist: float) -> tuple[PathFrames, FloatArray]:
     """Return frames with additional points where the profile turns about the path, and its angle (N,) at each point."""
     spin = twist + frames.roll
     share = np.diff(frames.along) / frames.along[-1]
+    # Rounding errors must not round a whole number of steps up.
     counts = np.maximum(1, np.ceil(abs(spin) * share / (math.tau / SEGMENTS) - 1e-9)).astype(np.int64)
     if counts.max() > 1:
         steps = np.concatenate([np.arange(count) / count for count in counts])
@@ -239,7 +251,7 @@ def _is_convex(contour: FloatArray) -> bool:
 
 
 def _surfaces(frames: PathFrames, ends: _Ends, contours: Contours) -> list[Surface]:
-    """Return the surfaces of the runs of a path that do not come back to themselves."""
+    """Return a surface for each of the ``_runs`` of a path, which do not overlap themselves."""
     reach = float(np.linalg.norm(ends.start - frames.points[:-1, None], axis=2).max())
     runs = _runs(frames, reach, ends.folded)
     if frames.closed and runs == [(0, len(frames.axes))]:
@@ -252,10 +264,11 @@ def _surfaces(frames: PathFrames, ends: _Ends, contours: Contours) -> list[Surfa
 
 
 def _runs(frames: PathFrames, reach: float, folded: npt.NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return ranges of segments without folds, in which segments far apart on the path are far apart in space.
+    """Divide a path into ranges (first, end) of segments without folds, whose sweeps do not overlap themselves.
 
-    What is within ``reach`` of two segments can only overlap if these are closer than twice that. Along a bend that
-    does not fold, that takes half a turn, and so a length of more than pi times the reach; neighbors never do.
+    Points within ``reach`` of two segments can only coincide if the segments are closer than twice the reach. Along a
+    bend that does not fold, that takes half a turn, and so a length of more than pi times the reach; consecutive
+    segments are never compared.
     """
     middle = (frames.points[:-1] + frames.points[1:]) / 2.0
     length = np.diff(frames.along)
@@ -297,32 +310,61 @@ def twisted(contours: Contours, height: float, twist: float, taper: FloatArray, 
         Scale factors of the top.
     layers
         Number of layers between bottom and top.
+
+    Returns
+    -------
+    vertices, faces : (V, 3), (F, 3)
+        Closed surface.
+
+    Raises
+    ------
+    SceneError
+        "solid" if the profile has no contours.
     """
     if not contours:
         raise SceneError("solid", "`extrude` got a profile with nothing inside")
     corners = np.concatenate(contours)
-    share = np.linspace(0.0, 1.0, layers + 1)
+    vertices = _twisted_rings(corners, height, twist, taper, layers).reshape(-1, 3)
+    is_rightward = twist < 0.0
+    sides = _twisted_sides(vertices, contours, layers, is_rightward, _TIE_SHARE * float(np.abs(corners).max()))
+    caps = _caps(contours)
+    return vertices, np.concatenate([sides, caps[:, ::-1], caps + layers * len(corners)])
+
+
+def _twisted_rings(corners: FloatArray, height: float, twist: float, taper: FloatArray, layers: int) -> FloatArray:
+    """Return the corners (K, 2) of a profile at all levels of an extrusion, (layers + 1, K, 3)."""
+    share = np.linspace(0.0, 1.0, layers + 1)  # of the height
     scaled = corners[None] * (1.0 + (taper - 1.0) * share[:, None, None])
-    c, s = np.cos(twist * share)[:, None], np.sin(twist * share)[:, None]
+    cosine, sine = np.cos(twist * share)[:, None], np.sin(twist * share)[:, None]
     x, y = scaled[:, :, 0], scaled[:, :, 1]
-    rings = np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(height * share[:, None], x.shape)], axis=-1)
+    z = np.broadcast_to(height * share[:, None], x.shape)
+    return np.stack([cosine * x - sine * y, sine * x + cosine * y, z], axis=-1)
+
+
+def _twisted_sides(vertices: FloatArray, contours: Contours, layers: int, is_rightward: bool, tie: float) -> IntArray:
+    """Return the triangles (F, 3) between the rings of ``_twisted_rings``, which ``vertices`` are in order.
+
+    The quadrilateral between a corner, the next one of its contour, and both in the ring above is split along its
+    shorter diagonal. If their lengths differ by less than ``tie``, the turn decides, so that mirror images have
+    mirrored triangles.
+    """
     starts = np.cumsum([0, *map(len, contours)])
-    after = np.concatenate(
+    count = int(starts[-1])  # corners of a ring
+    following = np.concatenate(
         [start + np.roll(np.arange(len(contour)), -1) for start, contour in zip(starts, contours, strict=False)]
     )
-    base = (np.arange(layers) * len(corners))[:, None]
-    low, low_after = base + np.arange(len(corners)), base + after
-    high, high_after = low + len(corners), low_after + len(corners)
-    points = rings.reshape(-1, 3)
-    falling = np.linalg.norm(points[low_after] - points[high], axis=-1)
-    excess = np.linalg.norm(points[low] - points[high_after], axis=-1) - falling  # of the rising diagonal
-    tie = _TIE_SHARE * float(np.abs(corners).max())
-    first = (excess < -tie) | ((np.abs(excess) <= tie) & (twist < 0.0))  # whether the rising one is taken
-    # the two triangles of each side, by the diagonal that splits it
-    one = np.where(first[..., None], np.stack([low, low_after, high_after], -1), np.stack([low, low_after, high], -1))
-    two = np.where(first[..., None], np.stack([low, high_after, high], -1), np.stack([low_after, high_after, high], -1))
-    caps = _caps(contours)
-    return points, np.concatenate([one.reshape(-1, 3), two.reshape(-1, 3), caps[:, ::-1], caps + layers * len(corners)])
+    ring = (np.arange(layers) * count)[:, None]  # first vertex of each ring
+    low, low_next = ring + np.arange(count), ring + following
+    high, high_next = low + count, low_next + count
+    rising = np.linalg.norm(vertices[low] - vertices[high_next], axis=-1)
+    falling = np.linalg.norm(vertices[low_next] - vertices[high], axis=-1)
+    excess = rising - falling
+    takes_rising = ((excess < -tie) | ((np.abs(excess) <= tie) & is_rightward))[..., None]
+    lower_third = np.where(takes_rising, high_next[..., None], high[..., None])
+    upper_first = np.where(takes_rising, low[..., None], low_next[..., None])
+    lower = np.concatenate([low[..., None], low_next[..., None], lower_third], axis=-1)
+    upper = np.concatenate([upper_first, high_next[..., None], high[..., None]], axis=-1)
+    return np.concatenate([lower.reshape(-1, 3), upper.reshape(-1, 3)])
 
 
 # --- lofts -----------------------------------------------------------------------------------------------------------
@@ -345,11 +387,15 @@ def lofted(profiles: Sequence[Contours], poses: FloatArray) -> Surface:
 
 
 def _layered(rings: FloatArray) -> FloatArray:
-    """Return rings (R, K, 3) with more between those whose quadrilaterals are not flat, for smooth ruled surfaces."""
+    """Return rings (R, K, 3) with further rings inserted where the surface between two of them is curved.
+
+    That is where a quadrilateral between two rings is not flat: two triangles would not follow its ruled surface.
+    """
+    # The corners of each quadrilateral in order: two of the lower ring, two of the upper one.
     a, d = rings[:-1], rings[1:]
     b, c = np.roll(a, -1, axis=1), np.roll(d, -1, axis=1)
-    volume = np.abs(np.sum(np.cross(b - a, c - a) * (d - a), axis=2))  # six times that of a tetrahedron
-    size = np.maximum(np.linalg.norm(c - a, axis=2), np.linalg.norm(d - b, axis=2))
+    volume = np.abs(np.sum(np.cross(b - a, c - a) * (d - a), axis=2))  # six times that of the tetrahedron abcd
+    size = np.maximum(np.linalg.norm(c - a, axis=2), np.linalg.norm(d - b, axis=2))  # longer diagonal
     is_flat = (volume <= _FLAT_SHARE * size**3).all(axis=1)
     layers = [_between(*pair, 1 if flat else _LAYERS) for pair, flat in zip(pairwise(rings), is_flat, strict=True)]
     layered = np.concatenate([*layers, rings[-1:]])
@@ -369,9 +415,9 @@ def _with_short_diagonals(vertices: FloatArray, faces: IntArray, count: int) -> 
     d = faces[count : 2 * count, 2]
     lengths = (np.linalg.norm(vertices[p] - vertices[q], axis=1) for p, q in ((b, d), (a, c)))
     is_shorter = np.less(*lengths)[:, None]
-    one = np.where(is_shorter, np.stack([a, b, d], axis=-1), faces[:count])
-    other = np.where(is_shorter, np.stack([b, c, d], axis=-1), faces[count : 2 * count])
-    return np.concatenate([one, other, faces[2 * count :]])
+    first_halves = np.where(is_shorter, np.stack([a, b, d], axis=-1), faces[:count])
+    second_halves = np.where(is_shorter, np.stack([b, c, d], axis=-1), faces[count : 2 * count])
+    return np.concatenate([first_halves, second_halves, faces[2 * count :]])
 
 
 def _check_contours(profiles: Sequence[Contours]) -> None:
@@ -433,9 +479,18 @@ def _centered(closed: FloatArray, shares: FloatArray) -> FloatArray:
 
 
 def height_field(heights: FloatArray, size: FloatArray, base: float) -> Surface:
-    """Return the surface of a block around the y axis, with heights (Z, X) at the top and y = ``base`` at the bottom.
+    """Return the surface of a block around the y axis whose top has the given heights.
 
-    ``size`` (2,) are its extents along x and z. The bottom is a fan around its middle, which needs no grid of points.
+    The bottom is a fan around its middle, which needs no grid of points.
+
+    Parameters
+    ----------
+    heights : (Z, X)
+        Heights, rows along z and columns along x.
+    size : (2,)
+        Extents along x and z.
+    base
+        Height of the bottom.
     """
     rows, columns = heights.shape
     along_x, along_z = (side * (np.arange(n) / (n - 1) - 0.5) for side, n in zip(size, (columns, rows), strict=True))

@@ -73,8 +73,8 @@ def find(word: str) -> type[Primitive] | None:
 
     Raises
     ------
-    SceneError("backend")
-        If the package that defines it cannot be loaded.
+    SceneError
+        "backend" if the package that defines it cannot be loaded.
     """
     if word in _BUILTIN:
         return _loaded(*_BUILTIN[word])
@@ -171,8 +171,8 @@ def shape_of(word: str, attributes: Mapping[str, Any], asset: Any = None) -> Pri
 
     Raises
     ------
-    SceneError("attribute")
-        If an attribute is invalid.
+    SceneError
+        "attribute" if an attribute is invalid.
     """
     return class_of(word).from_attributes(word, attributes, asset)
 
@@ -221,7 +221,10 @@ def _from_package(word: str) -> type[Primitive]:
 
 
 def clear_package_cache() -> None:
-    """Discover packages again, for tests and after installing one in a running process."""
+    """Forget the primitives of other packages, so that their next use looks for installed packages again.
+
+    This is for tests, and for a process in which a package was installed.
+    """
     loading.forget()
     _from_package.cache_clear()
 

@@ -34,7 +34,7 @@ def located(file: str, noun: str, folder: Path, project: Path, allow_outside: bo
     file
         Path as the program gives it, relative to ``folder``.
     noun
-        Kind of file, for messages: "asset", "font".
+        Kind of file, for error messages: "asset", "font".
     folder
         Folder of the scene's file.
     project
@@ -129,7 +129,10 @@ class MeshFile(Primitive):
 
     @property
     def root(self) -> str | None:
-        """Folder that must contain the files that the mesh file refers to."""
+        """Folder that must contain the files that the mesh file refers to, such as textures.
+
+        None for a mesh file without metadata (``asset``).
+        """
         return None if self.asset is None else self.asset.root
 
     @property

@@ -94,7 +94,22 @@ def _invalid(word: str, name: str, expected: str) -> SceneError:
 
 
 def point_of(word: str, name: str, value: Any, expected: str = "three finite numbers") -> Point:
-    """Convert a value to three finite numbers; raise ``SceneError("attribute")`` if it is something else."""
+    """Convert ``value`` to three finite numbers.
+
+    Parameters
+    ----------
+    word, name
+        Word of the call, and attribute that the error message names.
+    value
+        Vector, array or list.
+    expected
+        What the attribute expects, for the error message.
+
+    Raises
+    ------
+    SceneError
+        "attribute" if the value is something else.
+    """
     if type(value) is Vector and len(value) == 3 and type(value[0]) is float:
         x, y, z = value
         if math.isfinite(x + y + z):
@@ -112,27 +127,40 @@ def point_of(word: str, name: str, value: Any, expected: str = "three finite num
 
 
 def triple_of(word: str, name: str, value: Any) -> Point:
-    """Convert a number, or three numbers, to three."""
+    """Convert a number or three numbers to three numbers: one number counts for all axes.
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message of SceneError("attribute"), which
+    is raised for anything else.
+    """
     if type(value) in (int, float):
         value = Vector((value, value, value))
     return point_of(word, name, value, "a finite number or three finite numbers")
 
 
 def size_of(word: str, name: str, value: Any) -> Point:
-    """Convert a number, or three numbers, to three absolute sizes."""
+    """Convert a number, or three numbers, to three absolute sizes; raise SceneError("attribute") for anything else.
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message.
+    """
     size = triple_of(word, name, value)
     return (abs(size[0]), abs(size[1]), abs(size[2]))
 
 
 def number_of(word: str, name: str, value: Any) -> float:
-    """Convert a finite number; raise ``SceneError("attribute")`` if it is something else."""
+    """Convert ``value`` to a finite number.
+
+    Raises SceneError("attribute"), which names the attribute ``name`` and the ``word`` of the call, for anything else.
+    """
     if type(value) not in (int, float) or not math.isfinite(value):
         raise _invalid(word, name, "a finite number")
     return float(value)
 
 
 def length_of(word: str, name: str, value: Any) -> float:
-    """Convert a finite number to its absolute value."""
+    """Return the absolute value of a finite number; raise SceneError("attribute") for anything else.
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message.
+    """
     return abs(number_of(word, name, value))
 
 
@@ -147,7 +175,10 @@ def encoded(light: float) -> float:
 
 
 def color_of(word: str, value: Any) -> Point:
-    """Convert a value to linear sRGB: its first three numbers, clamped to [0, 1]."""
+    """Convert the value of a color attribute to linear sRGB: its first three numbers, clamped to [0, 1].
+
+    Raises SceneError("attribute"), which names the ``word`` of the call, for other values.
+    """
     numbers = items_of(value)
     if numbers is not None and len(numbers) > 3:
         value = Vector(numbers[:3])
@@ -198,28 +229,40 @@ MATERIALS = (
 
 
 def boolean_of(word: str, name: str, value: Any) -> bool:
-    """Check a boolean; raise ``SceneError("attribute")`` if it is something else."""
+    """Return ``value`` if it is a boolean; otherwise raise SceneError("attribute").
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message.
+    """
     if type(value) is not bool:
         raise _invalid(word, name, "#t or #f")
     return value
 
 
 def positive_of(word: str, name: str, value: Any) -> float:
-    """Check a finite number above zero."""
+    """Return ``value`` if it is a finite number above 0; otherwise raise SceneError("attribute").
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message.
+    """
     if type(value) not in (int, float) or not 0.0 < value < math.inf:
         raise _invalid(word, name, "a finite number above 0")
     return float(value)
 
 
 def friction_of(word: str, name: str, value: Any) -> float:
-    """Check a finite number that is not negative."""
+    """Return ``value`` if it is a finite number of at least 0; otherwise raise SceneError("attribute").
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message.
+    """
     if type(value) not in (int, float) or not 0.0 <= value < math.inf:
         raise _invalid(word, name, "a finite number, 0 or more")
     return float(value)
 
 
 def density_of(word: str, name: str, value: Any) -> float:
-    """Convert a density in kg/m^3, or the name of a substance, to kg/m^3."""
+    """Convert a number in kg/m³, or the name of a substance, to a density in kg/m³.
+
+    Raises SceneError("attribute"), which names the attribute ``name`` and the ``word`` of the call, for other values.
+    """
     if type(value) is str:
         if value not in DENSITIES:
             raise SceneError(
@@ -330,12 +373,21 @@ class Primitive:
 
     @classmethod
     def from_attributes(cls, word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
-        """Create the primitive from ``attributes``; missing or ``none`` attributes have their defaults.
+        """Create the primitive of a call.
+
+        Parameters
+        ----------
+        word
+            Word of the call, for error messages.
+        attributes
+            Values by name; missing ones and ``none`` mean the defaults.
+        asset
+            Metadata of the mesh file; only the primitive "asset" uses it.
 
         Raises
         ------
-        SceneError("attribute")
-            If an attribute is invalid.
+        SceneError
+            "attribute" if an attribute is invalid.
         """
         values = {}
         for attribute in cls.attributes:
@@ -516,7 +568,10 @@ class Primitive:
     # --- interior ---
 
     def contains(self, points: FloatArray) -> BoolArray:
-        """Return whether points (N, 3) lie inside or on the surface, (N,)."""
+        """Return for each of the ``points`` (N, 3) whether it is inside or on the surface.
+
+        There is no tolerance, so for points on the surface, rounding errors decide.
+        """
         from scenelang.interpreter.scene.primitives.mesh import encloses, inverses_of
 
         placed = self.placed()

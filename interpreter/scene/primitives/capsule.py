@@ -107,6 +107,7 @@ class CapsuleForm(CanonicalForm):
 
 
 CAPSULE = CapsuleForm()
+_MAX_STRETCH = 1e12  # of a capsule's length to that of its axis, which vanishes in single precision beyond this
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,15 +139,18 @@ class Capsule(Primitive):
         return min(start, end) - reach, max(start, end) + reach
 
     def placed(self) -> Placed | None:
-        # The canonical capsule reaches from y = -1 to 1 with its caps: the radius is added to the axis at both ends.
+        """Return the canonical capsule under a pose, a ball if the axis is very short, None if the radius is 0.
+
+        The canonical capsule reaches from y = -1 to 1 with its caps, so the axis is extended by the radius at each end.
+        """
         if self.radius == 0.0:
             return None
-        half = math.dist(self.p0, self.p1) / 2.0
-        whole = half + self.radius
-        grown = whole / half if half > 0.0 else math.inf
-        if not grown < 1e12:  # the axis vanishes in single precision
+        half_axis = math.dist(self.p0, self.p1) / 2.0
+        half_length = half_axis + self.radius
+        stretch = half_length / half_axis if half_axis > 0.0 else math.inf
+        if not stretch < _MAX_STRETCH:
             return placed_ball(self.radius, self.p0)
-        middle = [(x + y) / 2.0 for x, y in zip(self.p0, self.p1, strict=True)]
-        axis = [[m + grown * (x - m) for x, m in zip(end, middle, strict=True)] for end in (self.p0, self.p1)]
-        rows = forms.axis_rows(axis[0], axis[1], whole)
-        return None if rows is None else Placed(CAPSULE, (self.radius / whole,), rows)
+        center = [(x + y) / 2.0 for x, y in zip(self.p0, self.p1, strict=True)]
+        bottom, top = ([c + stretch * (x - c) for x, c in zip(end, center, strict=True)] for end in (self.p0, self.p1))
+        rows = forms.axis_rows(bottom, top, half_length)
+        return None if rows is None else Placed(CAPSULE, (self.radius / half_length,), rows)

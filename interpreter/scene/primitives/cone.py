@@ -75,7 +75,7 @@ class ConeForm(CanonicalForm):
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
         x, y, _ = half
-        return [_side_chart(x, y), forms.disc_chart(x, -y, -1.0)]
+        return [_side_chart(x, y), forms.disk_chart(x, -y, -1.0)]
 
     def volume(self, ratios: Ratios) -> float:
         return 2.0 / 3.0 * math.pi
@@ -103,14 +103,18 @@ def _quadratic(a: Any, b: Any, c: Any) -> tuple[Any, Any, Any]:
 
 
 def _side_chart(radius: float, half: float) -> Chart:
-    """Return the side of a cone with the apex at the top."""
+    """Return the chart of the side of a cone around the y axis, from ``y = half`` (the apex) to ``y = -half``."""
     slant = math.hypot(radius, 2.0 * half)
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Map the unit square: the area from the apex grows with the square of the distance."""
-        down = np.sqrt(u)
+        """Map ``u``, ``v`` (K,) in [0, 1) to points and unit normals (K, 3) of the cone's side.
+
+        ``v`` is the angle in full turns. ``u`` is the share of the area between the cone's apex and the point, which
+        grows with the square of their distance.
+        """
+        distance = np.sqrt(u)  # from the apex, as a share of the slant height
         normals = forms.on_circle(2.0 * half / slant + 0.0 * u, v, radius / slant + 0.0 * u)
-        return forms.on_circle(radius * down, v, half - 2.0 * half * down), normals
+        return forms.on_circle(radius * distance, v, half - 2.0 * half * distance), normals
 
     return Chart(math.pi * radius * slant, place)
 

@@ -68,7 +68,7 @@ class CylinderForm(CanonicalForm):
 
     def charts(self, half: Sequence[float], ratios: Ratios) -> list[Chart]:
         x, y, _ = half
-        return [forms.tube_chart(x, y), forms.disc_chart(x, y, 1.0), forms.disc_chart(x, -y, -1.0)]
+        return [forms.tube_chart(x, y), forms.disk_chart(x, y, 1.0), forms.disk_chart(x, -y, -1.0)]
 
     def volume(self, ratios: Ratios) -> float:
         return 2.0 * math.pi

@@ -103,13 +103,17 @@ class CanonicalForm:
         raise NotImplementedError
 
     def volume(self, ratios: Ratios) -> float:
-        """Return the volume of the form without a pose."""
+        """Return the volume of the form itself, without a pose; it scales by the determinant of the pose."""
         raise NotImplementedError
 
     # --- optional properties ---
 
     def hull(self, ratios: Ratios) -> FloatArray:
-        """Return a few points (K, 3), or (N, K, 3) for arrays of ratios, whose convex hull contains the form."""
+        """Return a few points whose convex hull contains the form.
+
+        The points have the shape (K, 3), or (N, K, 3) if the ``ratios``, the shape parameters of the form, are arrays
+        (N,) of several instances. They are the corners of the cube [-1, 1]^3 unless a form has tighter ones.
+        """
         return np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
     def outline(self) -> tuple[FloatArray, ...] | None:
@@ -173,9 +177,18 @@ def on_circle(radius: FloatArray, fraction: FloatArray, y: FloatArray) -> FloatA
 
 
 def rectangle_chart(half: Sequence[float], axis: int, side: float, distance: float | None = None) -> Chart:
-    """Return a face of a box with the half sizes ``half``, at ``distance`` from the center.
+    """Return the chart of a face of a box around the origin.
 
-    The parameter u runs along the longer side.
+    The parameter u runs along the longer side of the face, v along the shorter one.
+
+    Parameters
+    ----------
+    half : (3,)
+        Half sizes of the box.
+    axis, side
+        Direction of the normal: an axis (0 to 2), and 1 along it or -1 against it.
+    distance
+        Distance of the face from the origin; by default, the half size of the box along the axis.
     """
     long, short = sorted((k for k in range(3) if k != axis), key=lambda k: -half[k])
     offset = half[axis] if distance is None else distance
@@ -191,7 +204,7 @@ def rectangle_chart(half: Sequence[float], axis: int, side: float, distance: flo
 
 
 def sphere_chart(radius: float) -> Chart:
-    """Return a sphere of ``radius`` (Archimedes' equal-area cylindrical projection)."""
+    """Return the chart of a sphere around the origin (Archimedes' equal-area cylindrical projection)."""
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Map the unit square to points and normals."""
@@ -203,7 +216,7 @@ def sphere_chart(radius: float) -> Chart:
 
 
 def tube_chart(radius: float, half: float) -> Chart:
-    """Return the side of a cylinder around the y axis."""
+    """Return the chart of the side of a cylinder around the y axis, from ``y = -half`` to ``y = half``."""
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Map the unit square to points and normals."""
@@ -212,11 +225,21 @@ def tube_chart(radius: float, half: float) -> Chart:
     return Chart(4.0 * math.pi * radius * half, place)
 
 
-def disc_chart(radius: float, y: float, up: float) -> Chart:
-    """Return a disk at height ``y`` facing up or down."""
+def disk_chart(radius: float, y: float, up: float) -> Chart:
+    """Return the chart of a disk around the y axis.
+
+    Parameters
+    ----------
+    radius
+        Radius of the disk.
+    y
+        Height of the disk.
+    up
+        y coordinate of its unit normal: 1.0 up, -1.0 down.
+    """
 
     def place(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Map the unit square to points and normals."""
+        """Map the unit square to points and normals: v is the angle in full turns, u the share of the area inside."""
         return on_circle(radius * np.sqrt(u), v, y + 0.0 * u), np.tile([0.0, up, 0.0], (len(u), 1))
 
     return Chart(math.pi * radius * radius, place)
@@ -235,7 +258,19 @@ def first_hits(intervals: Iterable[Interval], near: float) -> list[npt.NDArray[n
 
 
 def nearest_hit(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios, near: float) -> npt.NDArray[np.floating]:
-    """Return the first ray parameter above ``near`` on the surface, infinity if there is none."""
+    """Return for each ray the first ray parameter above ``near`` at which it meets the surface, infinity for a miss.
+
+    Parameters
+    ----------
+    form
+        The form.
+    o, d
+        Origins and directions of the rays, each as the three arrays of its coordinates.
+    ratios
+        Shape parameters of the form.
+    near
+        Smallest ray parameter, which excludes the surface at the origin of a ray.
+    """
     first, *others = first_hits(form.intervals(o, d, ratios), near)
     for other in others:
         first = np.minimum(first, other)
@@ -243,7 +278,10 @@ def nearest_hit(form: CanonicalForm, o: Triple, d: Triple, ratios: Ratios, near:
 
 
 def slab(o: Any, d: Any, half: Any = 1.0) -> Interval:
-    """Return the interval of rays between the planes at -half and half of one coordinate."""
+    """Return the interval of ray parameters between the planes at ``-half`` and ``half`` of one coordinate.
+
+    ``o`` and ``d`` are this coordinate of the origins and directions of the rays.
+    """
     inverse = 1.0 / np.where(np.abs(d) < TINY, TINY, d)
     first, second = (-half - o) * inverse, (half - o) * inverse
     return np.minimum(first, second), np.maximum(first, second)
@@ -269,7 +307,10 @@ def in_any(*intervals: Interval) -> Interval:
 
 
 def in_ball(o: Triple, d: Triple, radius: Any = 1.0) -> Interval:
-    """Return the interval of rays inside a ball around the origin; NaN for a miss."""
+    """Return the interval of ray parameters in a ball of ``radius`` around the origin; NaN for a miss.
+
+    ``o`` and ``d`` are origins and directions of rays, each as the three arrays of its coordinates.
+    """
     a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     b = o[0] * d[0] + o[1] * d[1] + o[2] * d[2]
     c = o[0] * o[0] + o[1] * o[1] + o[2] * o[2] - radius * radius
@@ -514,7 +555,7 @@ __all__ = [
     "box_corners",
     "cap_mesh",
     "circle",
-    "disc_chart",
+    "disk_chart",
     "first_hits",
     "in_any",
     "in_ball",

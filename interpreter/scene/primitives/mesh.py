@@ -289,7 +289,14 @@ def sample_surface(mesh: Mesh, count: int, rng: Any) -> tuple[FloatArray, FloatA
 
 
 def first_hits(corners: FloatArray, origins: FloatArray, directions: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Intersect rays (N, 3) with triangles (F, 3, 3).
+    """Intersect rays with triangles.
+
+    Parameters
+    ----------
+    corners : (F, 3, 3)
+        Corners of the triangles.
+    origins, directions : (N, 3)
+        Rays; the directions need not be normalized.
 
     Returns
     -------
@@ -352,8 +359,8 @@ def _intersections(
 
 def _intersects_box(low: FloatArray, high: FloatArray, origins: FloatArray, directions: FloatArray) -> BoolArray:
     """Return whether rays (N, 3) intersect a slightly enlarged box (slab method)."""
-    margin = 1e-9 * (high - low).max()
-    safe = np.where(np.abs(directions) < 1e-200, 1e-200, directions)
+    margin = 1e-9 * (high - low).max()  # so that rounding errors exclude no ray that meets the box
+    safe = np.where(np.abs(directions) < 1e-200, 1e-200, directions)  # divisors that are not zero
     first, second = (low - margin - origins) / safe, (high + margin - origins) / safe
     enter, leave = np.minimum(first, second).max(axis=1), np.maximum(first, second).min(axis=1)
     meets: BoolArray = (enter <= leave) & (leave >= 0.0)

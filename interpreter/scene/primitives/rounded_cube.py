@@ -91,7 +91,7 @@ class RoundedForm(CanonicalForm):
             [horizontal * np.sin(azimuths), np.broadcast_to(vertical, (rows, columns)), horizontal * np.cos(azimuths)],
             axis=2,
         )
-        normals[np.abs(normals) < 1e-12] = 0.0
+        normals[np.abs(normals) < 1e-12] = 0.0  # sines and cosines of right angles, which are not exactly 0
         signs = np.stack(np.broadcast_arrays(sides_x[None], sides_y[:, None], sides_z[None]), axis=2)
         vertices = (r * normals + signs * half).reshape(-1, 3)
         column = np.arange(columns)

@@ -69,7 +69,7 @@ class TorusForm(CanonicalForm):
         return [(enter[k], leave[k]) for k in range(2)]
 
     def normals(self, points: FloatArray, ratios: Ratios) -> FloatArray:
-        # away from the nearest point of the ring
+        """Return the vectors from the nearest points of the ring in the middle of the tube."""
         across = np.hypot(points[:, 0], points[:, 2])
         share = 1.0 - ratios[0] / np.maximum(across, 1e-12)
         return np.stack([points[:, 0] * share, points[:, 1], points[:, 2] * share], axis=1)
@@ -197,10 +197,10 @@ def _extrema(c2: FloatArray, c1: FloatArray) -> FloatArray:
     size = np.sqrt(np.maximum(-p, 0.0))
     with np.errstate(all="ignore"):
         angle = np.arccos(np.clip(-q / np.where(size > 0.0, size**3, 1.0), -1.0, 1.0)) / 3.0
-        three = 2.0 * size * np.cos(angle + np.array([[2.0], [-2.0], [0.0]]) * (math.pi / 3.0))
+        three_roots = 2.0 * size * np.cos(angle + np.array([[2.0], [-2.0], [0.0]]) * (math.pi / 3.0))
         root = np.cbrt(-(q + np.copysign(np.sqrt(np.maximum(discriminant, 0.0)), q)))
-        one = root - np.where(root != 0.0, p / np.where(root != 0.0, root, 1.0), 0.0)
-    return np.sort(np.where(discriminant > 0.0, one, three), axis=0)
+        one_root = root - np.where(root != 0.0, p / np.where(root != 0.0, root, 1.0), 0.0)
+    return np.sort(np.where(discriminant > 0.0, one_root, three_roots), axis=0)
 
 
 def _root(

@@ -38,7 +38,10 @@ if TYPE_CHECKING:
 
 
 class Region:
-    """Body of a function or loop. ``has_frame`` is set if its variables need a separate frame."""
+    """Body of a function (``is_function``) or loop, within the region ``parent``.
+
+    ``has_frame`` is set if its variables need a separate frame.
+    """
 
     __slots__ = ("has_frame", "is_function", "parent")
 
@@ -50,7 +53,17 @@ class Region:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loop:
-    """Named ``let`` or ``do`` whose function is only called in tail position of its own body."""
+    """Named ``let`` or ``do`` whose function is only called in tail position of its own body.
+
+    Attributes
+    ----------
+    variable
+        Name of the loop.
+    function
+        Its variables and body.
+    start
+        Call with the initial values.
+    """
 
     variable: Variable
     function: ast.Lambda
@@ -149,16 +162,20 @@ def called_builtin(node: Any) -> str | None:
     return target.name if isinstance(target, Builtin) else None
 
 
-def analyse(forms: tuple[Any, ...]) -> Analysis:
-    """Analyze the top-level forms of a file; set the attributes ``owner`` and ``captured`` of their variables."""
+def analyze(forms: tuple[Any, ...]) -> Analysis:
+    """Analyze the top-level forms of a file.
+
+    This also sets two attributes of each variable that the forms bind: ``owner``, the region that binds it, and
+    ``captured``, whether a closure refers to it.
+    """
     analysis = Analysis()
     top = Region(None, is_function=True)
     for form in forms:
-        _Analyser(analysis, form).visit(form, top)
+        _Analyzer(analysis, form).visit(form, top)
     return analysis
 
 
-class _Analyser:
+class _Analyzer:
     """Visitor of one top-level form, which records its regions and loops and marks captured variables."""
 
     def __init__(self, analysis: Analysis, form: Any) -> None:
@@ -226,8 +243,10 @@ class _Analyser:
         self.visit(node.body, inner)
 
     def _for(self, node: ast.For, region: Region) -> None:
-        """Visit a ``for`` form. The first sequence is evaluated outside the loop's region unless accumulators precede
-        it."""
+        """Visit a ``for`` form.
+
+        The first sequence is evaluated outside the loop's region unless accumulators precede it.
+        """
         for accumulator in node.accumulators:
             self.visit(accumulator.value, region)
         inner = self._region(node, region, is_function=False)
@@ -366,7 +385,7 @@ _TURN_BITS = 65  # by which fewer than 2^64 sums with bounded numbers can length
 
 
 def arithmetic_kind(name: str, left: Kind, right: Kind) -> Kind:
-    """Return the kind of a sum, difference or product (``add``, ``sub`` or ``mul``)."""
+    """Return the kind of a sum, difference or product (``add``, ``sub`` or ``mul``) of values of two kinds."""
     if left.tag == right.tag == "Integer":
         if not (left.bits and right.bits):
             return INTEGER
@@ -531,7 +550,7 @@ def enters_library(node: ast.Application) -> bool:
 
 
 def undefined(rt: Runtime, name: str, span: Span) -> SceneError:
-    """Return the error for a variable that is read before its definition.
+    """Return the error for a variable ``name`` that is read at ``span``, before its definition.
 
     The current call is marked as not shareable, because its result would change once the variable is defined.
     """
@@ -542,16 +561,16 @@ def undefined(rt: Runtime, name: str, span: Span) -> SceneError:
 def slot_reader(depth: int, slot: int) -> Node:
     """Return a closure that reads a slot ``depth`` frames outward; the common depths avoid a loop."""
     if depth == 0:
-        return lambda f: f[slot]
+        return lambda frame: frame[slot]
     if depth == 1:
-        return lambda f: f[0][slot]
+        return lambda frame: frame[0][slot]
     if depth == 2:
-        return lambda f: f[0][0][slot]
+        return lambda frame: frame[0][0][slot]
 
-    def read(f: Frame) -> Any:
+    def read(frame: Frame) -> Any:
         for _ in range(depth):
-            f = f[0]
-        return f[slot]
+            frame = frame[0]
+        return frame[slot]
 
     return read
 
@@ -560,15 +579,15 @@ def slot_writer(depth: int, slot: int) -> Any:
     """Return ``write(frame, value)`` for a slot ``depth`` frames outward."""
     if depth == 0:
 
-        def write_here(f: Frame, value: Any) -> None:
-            f[slot] = value
+        def write_here(frame: Frame, value: Any) -> None:
+            frame[slot] = value
 
         return write_here
 
-    def write(f: Frame, value: Any) -> None:
+    def write(frame: Frame, value: Any) -> None:
         for _ in range(depth):
-            f = f[0]
-        f[slot] = value
+            frame = frame[0]
+        frame[slot] = value
 
     return write
 
@@ -579,8 +598,8 @@ def cell_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
     A cell that is older than the current call is recorded as read, so that the call is not shared after it changes.
     """
 
-    def read(f: Frame) -> Any:
-        cell = find(f)
+    def read(frame: Frame) -> Any:
+        cell = find(frame)
         if cell.birth < rt.serial:
             rt.read(cell)
         value = cell.value
@@ -594,8 +613,8 @@ def cell_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
 def checked_reader(rt: Runtime, find: Node, name: str, span: Span) -> Node:
     """Return a closure that reads a variable, and raises ``undefined-yet`` if it has no value yet."""
 
-    def read(f: Frame) -> Any:
-        value = find(f)
+    def read(frame: Frame) -> Any:
+        value = find(frame)
         if value is UNDEFINED:
             raise undefined(rt, name, span)
         return value
