@@ -383,7 +383,7 @@ def _parse(text: PythonText) -> None:
                 )  # reports scope errors that the parser does not detect; executes nothing
             return
         except SyntaxError as error:
-            older = ["" if _MAGIC.match(line) else line for line in _without_type_parameters(lines)]
+            older = ["" if _MAGIC.match(line) else line for line in without_type_parameters(lines)]
             if older != lines:
                 lines = older
                 continue
@@ -402,7 +402,7 @@ _PARAMETERS = re.compile(r"^(\s*(?:def|class)\s+\w+\s*)(\[(?:[^\[\]]|\[[^\[\]]*\
 _TYPE = re.compile(r"^(\s*)type (\s*)(\w+)(\s*)(\[(?:[^\[\]]|\[[^\[\]]*\])*\])?(?=\s*=[^=])")
 
 
-def _without_type_parameters(lines: list[str]) -> list[str]:
+def without_type_parameters(lines: list[str]) -> list[str]:
     """Return lines without the type parameters and type statements of Python 3.12; all columns stay."""
     found = [_PARAMETERS.sub(lambda m: m[1] + " " * len(m[2]), line) for line in lines]
     name = lambda m: m[1] + m[3] + " " * (len(m[0]) - len(m[1]) - len(m[3]))
