@@ -52,12 +52,16 @@ from scenelang.interpreter.transpile.analysis.inference import (
 from scenelang.interpreter.transpile.analysis.python_text import child_nodes, variable_of, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     COMPREHENSIONS,
-    Class,
     Function,
     LibraryPaths,
     PythonNames,
     PythonVariable,
     is_annotation,
+)
+from scenelang.interpreter.transpile.analysis.value_classes import (
+    classes_compared_by_value,
+    compares_fields,
+    keys_in,
 )
 
 # Inference of a whole program.
@@ -417,7 +421,7 @@ class Departures:
                 found += self._view(node)
             if isinstance(node, ast.For):
                 found += self._interleaved(node)
-        return found
+        return found + self._keys()
 
     def _interleaved(self, node: ast.For) -> list[_Departure]:
         """Find a loop over a generator of which one looks at what the other changes in between."""
@@ -718,9 +722,19 @@ class Departures:
 
     def _has_objects(self, value: AbstractType, depth: int = 3) -> bool:
         """Return whether a value is, or contains, an instance of a class whose instances are equal by identity."""
-        if value.kinds & RECORD and any(not _compares_fields(record) for record in value.classes):
+        if value.kinds & RECORD and any(not compares_fields(record) for record in value.classes):
             return True
         return depth > 0 and any(self._has_objects(site.element, depth - 1) for site in value.sites)
+
+    def _keys(self) -> list[_Departure]:
+        """Find the sets and tables with members or keys that the language compares by identity, and Python by value."""
+        found: list[_Departure] = []
+        for node, keys in keys_in(self._facts):
+            classes = classes_compared_by_value(keys)
+            what = "a `frozenset`" if keys.kinds & SET else f"an instance of `{classes[0].name}`" if classes else ""
+            if what and (not found or found[-1][0] is not node):
+                found.append((node, f"{what} as the key of a table or the member of a set"))
+        return found
 
     # --- views of arrays ---------------------------------------------------------------------------------------
 
@@ -804,9 +818,3 @@ def _is_of_name(node: ast.AST) -> bool:
 def _mixes(value: AbstractType) -> bool:
     """Return whether values that are equal in Python only, such as 1 and True, may be among some."""
     return bool(value.kinds & BOOL) and bool(value.kinds & (INT | FLOAT))
-
-
-def _compares_fields(record: Class) -> bool:
-    decorators = [ast.unparse(d).replace(" ", "") for d in record.node.decorator_list]
-    is_data = record.is_dataclass and not any("eq=False" in d for d in decorators)
-    return is_data or "__eq__" in record.methods or any("NamedTuple" in ast.unparse(b) for b in record.node.bases)

@@ -9,28 +9,15 @@ import copy
 from collections.abc import Iterable
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import parents_of
+from scenelang.interpreter.transpile.analysis.rewriting import is_registered, parents_of
 
 _EXCEPTIONS = (
     "Exception", "ValueError", "TypeError", "KeyError", "IndexError", "RuntimeError", "LookupError", "ArithmeticError",
     "AssertionError", "NotImplementedError",
 )  # fmt: skip
 _PROTOCOLS = ("Protocol", "typing.Protocol")
+_KEYWORD_MARKERS = ("KW_ONLY", "dataclasses.KW_ONLY")  # annotation after which fields are passed by name
 _CHECKED = ("runtime_checkable", "typing.runtime_checkable")
-
-
-def has_descriptions(tree: ast.Module) -> bool:
-    """Return whether a module has anything that this module makes plain."""
-    if any(_is_called(node, "SimpleNamespace") for node in walk_tree(tree)):
-        return True
-    for node in walk_tree(tree):
-        if isinstance(node, ast.FunctionDef) and node.args.kwarg is not None:
-            return True
-        if isinstance(node, ast.ClassDef):
-            bases = {ast.unparse(base).rpartition(".")[2] for base in node.bases}
-            if bases & {"TypedDict", *_EXCEPTIONS} or any(map(_is_protocol, node.bases)) or _has_aliases(node):
-                return True
-    return False
 
 
 def with_plain_classes(tree: ast.Module) -> ast.Module:
@@ -38,6 +25,7 @@ def with_plain_classes(tree: ast.Module) -> ast.Module:
     for node in walk_tree(tree):
         if isinstance(node, ast.ClassDef):
             _write_aliases(node)
+            node.body = [each for each in node.body if not _is_keyword_marker(each)]
     _leave_out_typed_dicts(tree)
     _leave_out_exceptions(tree)
     _name_classes_of_protocols(tree)
@@ -54,6 +42,10 @@ def _is_protocol(base: ast.expr) -> bool:
     return ast.unparse(base.value if isinstance(base, ast.Subscript) else base) in _PROTOCOLS
 
 
+def _is_keyword_marker(node: ast.stmt) -> bool:
+    return isinstance(node, ast.AnnAssign) and ast.unparse(node.annotation) in _KEYWORD_MARKERS
+
+
 def _replace_names(tree: ast.AST, known: dict[str, str]) -> None:
     for node in walk_tree(tree):
         if isinstance(node, ast.Name) and node.id in known:
@@ -61,10 +53,6 @@ def _replace_names(tree: ast.AST, known: dict[str, str]) -> None:
 
 
 # --- members --------------------------------------------------------------------------------------------------------
-
-
-def _has_aliases(node: ast.ClassDef) -> bool:
-    return any(isinstance(s, ast.Assign) and isinstance(s.value, (ast.Name, ast.Tuple)) for s in node.body)
 
 
 def _write_aliases(node: ast.ClassDef) -> None:
@@ -183,7 +171,7 @@ def _name_rest(tree: ast.Module) -> None:
 def _name_rest_of(tree: ast.Module, function: ast.FunctionDef) -> bool:
     rest = function.args.kwarg
     assert rest is not None
-    if any("register" in ast.unparse(each) for each in function.decorator_list):
+    if is_registered(function):
         return False
     parents = parents_of(tree)
     owner = parents.get(function)

@@ -40,6 +40,23 @@ class Substitution(ast.NodeTransformer):
         return copy.deepcopy(other)
 
 
+def name_of(node: ast.AST | None) -> str:
+    """Return the last name of a variable or attribute, or of what a call calls; no name for anything else."""
+    found = node.func if isinstance(node, ast.Call) else node
+    return str(getattr(found, "attr", getattr(found, "id", "")))
+
+
+def is_registering(decorator: ast.expr, *names: str) -> bool:
+    """Return whether a decorator registers a function as a word, or as the animation."""
+    function = decorator.func if isinstance(decorator, ast.Call) else decorator
+    return isinstance(function, ast.Name) and function.id in (names or ("register", "register_animation"))
+
+
+def is_registered(node: ast.AST) -> bool:
+    """Return whether a function is registered."""
+    return any(map(is_registering, getattr(node, "decorator_list", ())))
+
+
 def is_repeatable(node: ast.expr) -> bool:
     """Return whether it does not matter how often an expression is evaluated."""
     plain = (ast.Tuple, ast.List, ast.Constant, ast.Name, ast.Attribute, ast.Load)

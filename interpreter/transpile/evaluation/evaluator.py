@@ -234,9 +234,12 @@ class PythonEvaluator:
     def iterate(self, value: Any) -> Iterator[Any]:
         """Iterate over a value; every item is a step."""
         if type(value) is Residual:
-            if value.kind != "shape":
+            if value.size is not None:
+                value = [value[i] for i in range(value.size)]
+            elif value.kind != "shape":
                 raise UnsupportedPython("a value that is known only in the finished scene cannot be iterated over here")
-            value = value.parts()
+            else:
+                value = value.parts()
         self.touch(value)
         for item in value:
             self.tick()
@@ -829,6 +832,16 @@ class PythonEvaluator:
         scope = Frame({}, frame, is_comprehension=True, function=frame.function, first=frame.first)
         return self._generated(node, 0, first, scope)
 
+    def _gathered(self, node: Any, level: int, frame: Frame) -> list[Residual] | None:
+        """Return the shape whose primitives a comprehension only adds to its list, as a list; else None."""
+        part = node.generators[level]
+        if level + 1 < len(node.generators) or part.ifs or type(node) is not ast.ListComp:
+            return None
+        if not isinstance(part.target, ast.Name) or not isinstance(node.elt, ast.Name) or node.elt.id != part.target.id:
+            return None
+        value = self.eval(part.iter, frame)
+        return self.spread(value) if is_shape(value) else list(self.iterate(value))
+
     def _generated(self, node: Any, level: int, items: Iterable[Any], frame: Frame) -> Generator[Any, Any, Any]:
         part = node.generators[level]
         for item in items:
@@ -836,6 +849,9 @@ class PythonEvaluator:
             if not all(self.eval(test, frame) for test in part.ifs):
                 continue
             if level + 1 < len(node.generators):
+                if (gathered := self._gathered(node, level + 1, frame)) is not None:
+                    yield from gathered
+                    continue
                 inner = self.iterate(self.eval(node.generators[level + 1].iter, frame))
                 yield from self._generated(node, level + 1, inner, frame)
             elif isinstance(node, ast.DictComp):
