@@ -708,11 +708,16 @@ class Departures:
                     return [(node, "the identity of objects")]
                 if isinstance(op, (ast.Eq, ast.NotEq)) and all(self._has_objects(t) for t in types):
                     return [(node, "the identity of objects")]
+                items = join_all([s.key if s.kind == DICT else s.element for s in types[1].sites])
+                if isinstance(op, (ast.In, ast.NotIn)) and _is_set_among_others(types[0], items):
+                    return [(node, "comparing sets of different kinds")]
+                if isinstance(op, (ast.Eq, ast.NotEq)) and len({bool(t.kinds & SET) for t in types}) > 1:
+                    if all(t.kinds & (SET | TUPLE | RECORD) for t in types):
+                        return [(node, "comparing sets of different kinds")]
                 if isinstance(op, (ast.In, ast.NotIn)) and types[1].sites:
                     if self._has_objects(types[0]):
                         return [(node, "the identity of objects")]
-                    elements = join_all([s.key if s.kind == DICT else s.element for s in types[1].sites])
-                    if _mixes(elements | types[0]):
+                    if _mixes(items | types[0]):
                         return [(node, "comparing numbers with Booleans")]
             return []
         keys = join_all([site.key if site.kind == DICT else site.element for site in self._facts.type(node).sites])
@@ -813,6 +818,11 @@ def _place(node: ast.AST) -> tuple[int, int]:
 def _is_of_name(node: ast.AST) -> bool:
     """Return whether a change in place is one of a whole variable, ``x += 1``."""
     return isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)
+
+
+def _is_set_among_others(value: AbstractType, items: AbstractType) -> bool:
+    """Return whether a set is looked for among values of other kinds, or the other way round."""
+    return bool(items.kinds) and bool(value.kinds & SET) is not bool(items.kinds & SET)
 
 
 def _mixes(value: AbstractType) -> bool:

@@ -61,6 +61,11 @@ def _frozen_sets(tree: ast.Module) -> list[str]:
         return []
     for use in uses:
         use.id = "frozen_set"
+    for node in walk_tree(tree):
+        if isinstance(node, ast.Compare) and isinstance(node.left, ast.Set):
+            if len(node.ops) == 1 and isinstance(node.ops[0], (ast.In, ast.NotIn)):  # which a frozen set may equal
+                items = ast.List(node.left.elts, ast.Load())
+                node.left = placed(ast.Call(ast.Name("frozen_set", ast.Load()), [items], []), node.left)
     return [FROZEN_SET]
 
 
@@ -150,7 +155,7 @@ def _iterators(tree: ast.Module, path_of: PathOf) -> list[str]:
     }  # fmt: skip
     changed = {*_changed(nodes)}
     parents = parents_of(tree)
-    found: set[str] = set()
+    sources: list[str] = []
     for node in nodes:
         target = node.targets[0] if isinstance(node, ast.Assign) and len(node.targets) == 1 else None
         if not isinstance(node, ast.Assign) or not isinstance(target, ast.Name) or not isinstance(node.value, ast.Call):
@@ -161,11 +166,12 @@ def _iterators(tree: ast.Module, path_of: PathOf) -> list[str]:
             continue
         uses = [n for n in _names(tree, target.id) if n is not target]
         if _is_asked(uses, parents, kind):
-            _write(node, kind, path_of)
+            name = f"{_CLASSES[kind]}{len(sources) + 1 if sources else ''}"  # one for each, since its items have a type
+            sources.append(ITERATORS[kind].replace(_CLASSES[kind], name))
+            _write(node, kind, name, path_of)
             for use in uses:
                 _write_use(use, parents)
-            found.add(kind)
-    return [ITERATORS[kind] for kind in sorted(found)]
+    return sources
 
 
 def _changed(nodes: Iterable[ast.AST]) -> Iterable[str]:
@@ -244,7 +250,7 @@ def _use(name: ast.Name, parents: dict[ast.AST, ast.AST]) -> str:
     return "rest" if isinstance(parent, (ast.comprehension, ast.Starred)) else ""
 
 
-def _write(node: ast.Assign, kind: str, path_of: PathOf) -> None:
+def _write(node: ast.Assign, kind: str, name: str, path_of: PathOf) -> None:
     """Write the call that makes an iterator, in place."""
     call = node.value
     assert isinstance(call, ast.Call)
@@ -252,7 +258,7 @@ def _write(node: ast.Assign, kind: str, path_of: PathOf) -> None:
         is_made = path_of(call.func) == kind or (isinstance(call.func, ast.Name) and call.func.id == "iter")
         items = call.args[0] if is_made else call
         call = ast.Call(call.func, [ast.Call(ast.Name("list", ast.Load()), [items], [])], [])
-    call.func = ast.Name(_CLASSES[kind], ast.Load())
+    call.func = ast.Name(name, ast.Load())
     node.value = placed(call, node)
 
 

@@ -739,12 +739,15 @@ class OperatorMethods(ast.NodeTransformer):
 
     def _has(self, node: ast.expr, method: str) -> bool:
         classes = self._classes_of(node)
-        return len(classes) == 1 and method in classes[0].methods
+        return bool(classes) and all(method in each.methods for each in classes)
 
     def _call(self, node: ast.expr, owner: ast.expr, method: str, arguments: list[ast.expr]) -> ast.expr:
         self.count += 1
         function = ast.copy_location(ast.Attribute(owner, method, ast.Load()), node)
-        return ast.copy_location(ast.Call(function, arguments, []), node)
+        made = ast.copy_location(ast.Call(function, arguments, []), node)
+        names = sorted(each.name for each in self._classes_of(owner))
+        chosen = self._dispatch.call(made, owner, method, names) if len(names) > 1 else None
+        return chosen or made
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)

@@ -22,9 +22,11 @@ _CHECKED = ("runtime_checkable", "typing.runtime_checkable")
 
 def with_plain_classes(tree: ast.Module) -> ast.Module:
     """Make the descriptions of a module plain, in place."""
+    assigned = {n.attr for n in walk_tree(tree) if isinstance(n, ast.Attribute) and not isinstance(n.ctx, ast.Load)}
     for node in walk_tree(tree):
         if isinstance(node, ast.ClassDef):
             _write_aliases(node)
+            _write_attributes(node, assigned)
             node.body = [each for each in node.body if not _is_keyword_marker(each)]
     _leave_out_typed_dicts(tree)
     _leave_out_exceptions(tree)
@@ -72,6 +74,17 @@ def _write_aliases(node: ast.ClassDef) -> None:
         else:
             body.append(each)
     node.body = body
+
+
+def _write_attributes(node: ast.ClassDef, assigned: set[str]) -> None:
+    """Write annotated attributes of a class that nobody assigns as plain ones, in place, unless they are fields."""
+    bases = {ast.unparse(base).rpartition(".")[2] for base in node.bases}
+    has_fields = any("dataclass" in ast.unparse(d) for d in node.decorator_list) or bases & {"NamedTuple", "TypedDict"}
+    for n, each in enumerate(node.body):
+        if not isinstance(each, ast.AnnAssign) or each.value is None or not isinstance(each.target, ast.Name):
+            continue
+        if each.target.id not in assigned and (not has_fields or "ClassVar" in ast.unparse(each.annotation)):
+            node.body[n] = ast.copy_location(ast.Assign([each.target], each.value), each)
 
 
 # --- classes --------------------------------------------------------------------------------------------------------
