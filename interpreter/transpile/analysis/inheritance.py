@@ -221,6 +221,7 @@ class Dispatch:
     def __init__(self, taken: set[str]) -> None:
         self._taken = taken
         self._names: dict[tuple[Any, ...], str] = {}
+        self._values: dict[str, str] = {}  # what the functions return, by name
         self.made: list[ast.stmt] = []
 
     def call(self, node: ast.Call, owner: ast.expr, method: str, classes: list[str]) -> ast.expr | None:
@@ -248,7 +249,20 @@ class Dispatch:
                 name, number = f"{stem}_{number}", number + 1
             self._taken.add(name)
             self._names[key] = name
-            lines = [f"def {name}({', '.join(['thing', *given])}):"]
-            lines += [f"    if isinstance(thing, {each}):\n        return {value}" for each in classes]
-            self.made += ast.parse("\n".join([*lines, "    raise TypeError('no such class')"])).body
+            text = f"def {name}({', '.join(['thing', *given])}):\n    raise TypeError('no such class')"
+            self.made += ast.parse(text).body
+            self._values[name] = value
+            self.extend(self.made[-1], classes)
         return self._names[key]
+
+    def extend(self, function: Any, classes: list[str]) -> bool:
+        """Add classes to a function that chooses by them; returns whether it is one, and some of them are new."""
+        if function.name not in self._values:
+            return False
+        known = {each.test.args[1].id for each in function.body[:-1]}
+        tests = [
+            ast.parse(f"if isinstance(thing, {each}):\n    return {self._values[function.name]}").body[0]
+            for each in classes if each not in known
+        ]  # fmt: skip
+        function.body[-1:-1] = tests
+        return bool(tests)

@@ -55,6 +55,10 @@ def zip_longest(*rows, fillvalue=None):
     return [tuple([row[n] if n < len(row) else fillvalue for row in lists]) for n in range(size)]
 """,
     "operator": """
+def add(a, b):
+    return a + b
+def mul(a, b):
+    return a * b
 def matmul(a, b):
     return a @ b
 def sub(a, b):

@@ -27,6 +27,7 @@ from scenelang.interpreter.transpile.analysis.matches import Matches
 from scenelang.interpreter.transpile.analysis.plain_classes import with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import (
+    OPERATOR_METHODS,
     Substitution,
     is_registering,
     is_repeatable,
@@ -37,15 +38,11 @@ from scenelang.interpreter.transpile.analysis.rewriting import (
 
 _SILENT = ("logging", "warnings")  # modules whose functions only tell people something
 
-_BINARY: dict[type[ast.operator], str] = {
-    ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
-    ast.FloorDiv: "floordiv", ast.Pow: "pow", ast.BitOr: "or_", ast.BitAnd: "and_", ast.BitXor: "xor",
-}  # fmt: skip
 _TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
 _ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
 _METHODS = (
-    *_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter", "call",
-    "bool", *_ORDER,
+    *OPERATOR_METHODS.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter",
+    "call", "bool", *_ORDER,
 )  # fmt: skip
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
@@ -173,6 +170,10 @@ class _Library(ast.NodeTransformer):
         self._functions = {each.name for each in nodes if isinstance(each, ast.FunctionDef)}
         self._counters = self._counting(tree)
         self._other = {"collections.Counter"} if self._counters is None else set()
+        methods = {
+            m.name for n in nodes if isinstance(n, ast.ClassDef) for m in n.body if isinstance(m, ast.FunctionDef)
+        }
+        self._other |= {f"operator.{name}" for name in ("add", "mul") if name not in methods}  # which numbers have
         self.made: dict[str, str] = {}
 
     def _counting(self, tree: ast.Module) -> set[str] | None:
@@ -722,6 +723,18 @@ class OperatorMethods(ast.NodeTransformer):
             node.body.insert(place, each)
         return node
 
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        """Add the classes to a function that chooses by them which have become known since it was made."""
+        first = node.body[0].test if isinstance(node.body[0], ast.If) else None
+        if isinstance(first, ast.Call) and first.args:
+            classes = sorted(each.name for each in self._classes_of(first.args[0]))
+            if self._dispatch.extend(node, classes):
+                self.count += 1
+                for each in walk_tree(node):
+                    _at(each, 1)
+        self.generic_visit(node)
+        return node
+
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         self.generic_visit(node)
         kinds = self._kinds_of(node.value)
@@ -751,7 +764,7 @@ class OperatorMethods(ast.NodeTransformer):
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
-        method = _BINARY.get(type(node.op), "")
+        method = OPERATOR_METHODS.get(type(node.op), "")
         if self._has(node.left, method):
             right = node.right
             if self._has(right, "in_any_order"):
@@ -777,7 +790,7 @@ class OperatorMethods(ast.NodeTransformer):
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
         self.generic_visit(node)
-        method = _BINARY.get(type(node.op), "")
+        method = OPERATOR_METHODS.get(type(node.op), "")
         target = node.target
         if isinstance(target, ast.Attribute) and self._has(target.value, f"set_{target.attr}"):
             asked = ast.copy_location(ast.Attribute(copy.deepcopy(target.value), target.attr, ast.Load()), target)

@@ -11,6 +11,12 @@ from scenelang.interpreter.transpile.analysis.python_text import child_nodes, wa
 
 Node = TypeVar("Node", bound=ast.AST)
 
+# The names of operator methods as plain ones: ``__add__`` is ``add``, ``__radd__`` ``radd``.
+OPERATOR_METHODS: dict[type[ast.operator], str] = {
+    ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
+    ast.FloorDiv: "floordiv", ast.Pow: "pow", ast.BitOr: "or_", ast.BitAnd: "and_", ast.BitXor: "xor",
+}  # fmt: skip
+
 
 def placed(node: Node, origin: ast.AST, is_new: bool = False) -> Node:
     """Return a node whose parts without a place are where another is; all of them if it is new."""
