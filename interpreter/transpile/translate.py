@@ -127,7 +127,7 @@ def obstacles(source: Source) -> list[Diagnostic]:
 def _with_generators_in_place(text: PythonText, diagnostics: Sequence[Diagnostic]) -> PythonText | None:
     """Return the program in which generators are written where they are used, because they are no lists there."""
     spans = {d.span for d in diagnostics if d.is_error and "generator" in d.message}
-    tree = with_generators_in_place(text.tree, lambda node: text.span(node) in spans) if spans else None
+    tree = with_generators_in_place(text.tree, lambda node: text.span(node) in spans)
     return replace(text, tree=tree) if tree is not None else None
 
 

@@ -880,6 +880,71 @@ class Hut(Building):
         out.append({'a': Tower}.get(zone[:1], Hut)(width=size + i, zone=zone).build())
     return concat_shapes(*out)""",
     ),
+    "operators of objects that grow": (
+        """import operator
+class Part:
+    def __add__(self, other): return Pile([self, other])
+    def __len__(self): return 1
+class Slab(Part):
+    def __init__(self, x): self.x = x
+    def shapes(self): return [box(self.x)]
+class Pile(Part):
+    def __init__(self, parts=()): self.parts = list(parts)
+    def __add__(self, other): return Pile([*self.parts, other])
+    def __len__(self): return sum(len(each) for each in self.parts)
+    def __lshift__(self, x): return Pile([*self.parts, Slab(x)])
+    def shapes(self): return [s for each in self.parts for s in each.shapes()]
+@dataclass(frozen=True)
+class Vec:
+    x: float
+    y: float
+    def __add__(self, other): return Vec(self.x + other.x, self.y + other.y)
+def path(n):
+    here = Vec(0, 0)
+    for k in range(n):
+        yield here
+        here += Vec(k, 1)
+""",
+        """    pile = Pile()
+    for k in range(n): pile = pile + Slab(k * size)
+    pile = pile << n
+    both = reduce(operator.add, [Slab(1), Slab(2), pile])
+    return concat_shapes(*both.shapes(), box(len(both), len(pile)), *[box(v.x, v.y) for v in path(n)])""",
+    ),
+    "managers that are methods": (
+        """from contextlib import contextmanager
+Offset = tuple[float, float]
+class Canvas:
+    def __init__(self): self.stack = [(0.0, 0.0)]; self.out = []
+    @contextmanager
+    def moved(self, *offsets: Offset):
+        x, y = self.stack[-1]
+        self.stack.append((x + sum(a for a, _ in offsets), y + sum(b for _, b in offsets)))
+        try:
+            yield self
+        finally:
+            self.stack.pop()
+    def put(self, s=1.0):
+        x, y = self.stack[-1]
+        self.out.append(box(x, y, 0, s))
+""",
+        """    c = Canvas()
+    with c.moved((1, 0), (0, 2)):
+        c.put()
+        for i in range(n):
+            with c.moved((0, i)):
+                c.put(size)
+    c.put()
+    return concat_shapes(*c.out)""",
+    ),
+    "generators that never end": (
+        """from itertools import count, cycle
+def squares(): yield from (k * k for k in count())
+""",
+        """    names = map(str.strip, ' a ; b;c '.split(';'))
+    turn = islice(cycle([1, 2, 3]), 2, 2 + n)
+    return concat_shapes(*[box(x, size) for x in islice(squares(), n)], *[box(ord(t) - 97, k) for t, k in zip(names, turn)])""",
+    ),
 }
 
 

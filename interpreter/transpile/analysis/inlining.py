@@ -28,7 +28,7 @@ def with_generators_in_place(tree: ast.Module, is_meant: Callable[[ast.expr], bo
 
     ``is_meant`` says which loops, by what they iterate over; loops over endless generators always are.
     """
-    inliner = _Generators(copy.deepcopy(tree), is_meant)
+    inliner = _Generators(_Delegations().visit(copy.deepcopy(tree)), is_meant)
     tree = inliner.visit(inliner.tree)
     return inliner.finished(tree) if inliner.count else None
 
@@ -94,20 +94,22 @@ class _Inlining(ast.NodeTransformer):
         ``stored`` are the variables that what takes the place of ``yield`` assigns.
         """
         given = function.args
-        if given.vararg or given.kwarg or given.posonlyargs or any(isinstance(a, ast.Starred) for a in call.args):
+        if given.kwarg or given.posonlyargs or any(isinstance(a, ast.Starred) for a in call.args):
             raise _Impossible
         names = [each.arg for each in given.args]
         values: dict[str, ast.expr] = {}
         arguments = list(call.args)
         if isinstance(call.func, ast.Attribute):
             arguments.insert(0, call.func.value)
-        if len(arguments) > len(names) or any(k.arg is None for k in call.keywords):
+        if (len(arguments) > len(names) and not given.vararg) or any(k.arg is None for k in call.keywords):
             raise _Impossible
         values |= dict(zip(names, arguments))
+        if given.vararg:
+            values[given.vararg.arg] = ast.Tuple(arguments[len(names) :], ast.Load())
         values |= {str(k.arg): k.value for k in call.keywords}
         defaults = dict(zip(names[len(names) - len(given.defaults) :], given.defaults))
         defaults |= {a.arg: d for a, d in zip(given.kwonlyargs, given.kw_defaults) if d is not None}
-        everything = [*names, *(a.arg for a in given.kwonlyargs)]
+        everything = [*names, *(a.arg for a in given.kwonlyargs), *([given.vararg.arg] if given.vararg else [])]
         if set(values) - set(everything) or any(name not in values | defaults for name in everything):
             raise _Impossible
         local = scope_of(function)[0]
@@ -161,15 +163,36 @@ def _stored_in(statements: Iterable[ast.AST]) -> set[str]:
 
 def is_endless(function: ast.FunctionDef) -> bool:
     """Return whether a generator has a loop that nothing ends."""
-    loops = (each for each in walk_tree(function) if isinstance(each, ast.While))
+    loops = (each for each in walk_tree(function) if isinstance(each, (ast.While, ast.For)))
     return is_generator(function) and any(
-        isinstance(each.test, ast.Constant) and bool(each.test.value) and not [*_own(each.body, ast.Break, ast.Return)]
-        for each in loops
-    )
+        _goes_on(each) and not [*_own(each.body, ast.Break, ast.Return)] for each in loops
+    )  # fmt: skip
+
+
+def _goes_on(loop: ast.While | ast.For) -> bool:
+    """Return whether nothing but its body ends a loop."""
+    if isinstance(loop, ast.For):
+        return isinstance(loop.iter, ast.Call) and name_of(loop.iter) == "count"
+    return isinstance(loop.test, ast.Constant) and bool(loop.test.value)
 
 
 def is_generator(function: ast.FunctionDef) -> bool:
     return any(True for _ in _own(function.body, ast.Yield, ast.YieldFrom))
+
+
+class _Delegations(ast.NodeTransformer):
+    """Writes ``yield from (x for y in z)`` as the loop that it is."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.stmt:
+        inner = node.value.value if isinstance(node.value, ast.YieldFrom) else None
+        if not isinstance(inner, ast.GeneratorExp):
+            return node
+        body: ast.stmt = ast.Expr(ast.Yield(inner.elt))
+        for clause in reversed(inner.generators):
+            for test in reversed(clause.ifs):
+                body = ast.If(test, [body], [])
+            body = ast.For(clause.target, clause.iter, [body], [])
+        return placed(body, node)
 
 
 class _Generators(_Inlining):

@@ -29,9 +29,10 @@ def counted_while(predicate, start=0, step=1):
         taken.append(item)
         item = item + step
     return taken
-def first_of_cycle(items, count):
+def first_of_cycle(items, start, stop=None):
     row = list(items)
-    return [row[i % len(row)] for i in range(count)] if row else []
+    first, last = (0, start) if stop is None else (start, stop)
+    return [row[i % len(row)] for i in range(first, last)] if row else []
 def dropwhile(predicate, items):
     rest = list(items)
     start = 0
@@ -252,43 +253,43 @@ def frozen_set(items=()):
 
 COMPLEX = """
 @dataclass(frozen=True)
-class Complex:
+class complex_number:
     real: float
     imag: float = 0.0
     def __add__(self, other):
-        return Complex(self.real + real_part(other), self.imag + imaginary_part(other))
+        return complex_number(self.real + real_part(other), self.imag + imaginary_part(other))
     def __radd__(self, other):
         return self + other
     def __sub__(self, other):
-        return Complex(self.real - real_part(other), self.imag - imaginary_part(other))
+        return complex_number(self.real - real_part(other), self.imag - imaginary_part(other))
     def __rsub__(self, other):
         return -self + other
     def __mul__(self, other):
         x, y = real_part(other), imaginary_part(other)
-        return Complex(self.real * x - self.imag * y, self.real * y + self.imag * x)
+        return complex_number(self.real * x - self.imag * y, self.real * y + self.imag * x)
     def __rmul__(self, other):
         return self * other
     def __truediv__(self, other):
         x, y = real_part(other), imaginary_part(other)
         size = x * x + y * y
-        return Complex((self.real * x + self.imag * y) / size, (self.imag * x - self.real * y) / size)
+        return complex_number((self.real * x + self.imag * y) / size, (self.imag * x - self.real * y) / size)
     def __neg__(self):
-        return Complex(-self.real, -self.imag)
+        return complex_number(-self.real, -self.imag)
     def __abs__(self):
         return math.hypot(self.real, self.imag)
     def conjugate(self):
-        return Complex(self.real, -self.imag)
+        return complex_number(self.real, -self.imag)
     def __pow__(self, exponent):
-        result = Complex(1.0, 0.0)
+        result = complex_number(1.0, 0.0)
         for _ in range(abs(exponent)):
             result = result * self
-        return result if exponent >= 0 else Complex(1.0, 0.0) / result
+        return result if exponent >= 0 else complex_number(1.0, 0.0) / result
 def real_part(z):
-    return z.real if isinstance(z, Complex) else z
+    return z.real if isinstance(z, complex_number) else z
 def imaginary_part(z):
-    return z.imag if isinstance(z, Complex) else 0.0
+    return z.imag if isinstance(z, complex_number) else 0.0
 def complex_rect(radius, angle):
-    return Complex(radius * math.cos(angle), radius * math.sin(angle))
+    return complex_number(radius * math.cos(angle), radius * math.sin(angle))
 def complex_phase(z):
     return math.atan2(imaginary_part(z), real_part(z))
 def complex_polar(z):

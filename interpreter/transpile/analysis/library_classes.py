@@ -125,11 +125,11 @@ class _Complex(ast.NodeTransformer):
         if type(node.value) is not complex:
             return node
         parts: list[ast.expr] = [ast.Constant(node.value.real), ast.Constant(node.value.imag)]
-        return placed(ast.Call(ast.Name("Complex", ast.Load()), parts, []), node)
+        return placed(ast.Call(ast.Name("complex_number", ast.Load()), parts, []), node)
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         found = _COMPLEX_CALLS.get(self._path_of(node) or "")
-        name = "Complex" if node.id == "complex" else found or node.id
+        name = "complex_number" if node.id == "complex" else found or node.id
         return ast.copy_location(ast.Name(name, node.ctx), node)
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:

@@ -110,6 +110,8 @@ def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
             return False
         if isinstance(node, ast.FunctionDef) and (node.args.kwarg or not all(map(is_registering, node.decorator_list))):
             return False
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "str":
+            return False
         if isinstance(node, ast.Name) and node.id in ("frozenset", "iter", "next", "complex", "SimpleNamespace"):
             return False
         if isinstance(node, ast.Constant) and type(node.value) is complex:
@@ -213,6 +215,7 @@ class _Library(ast.NodeTransformer):
                 name = f"counter_{node.func.attr}"
                 self.made[name] = COUNTER_METHODS[node.func.attr]
                 return placed(ast.Call(ast.Name(name, ast.Load()), [node.func.value, *node.args], []), node)
+        node.args = [_method_of_text(each) for each in node.args]
         if path in GETTERS:
             return _getter(path, node) or node
         if path is not None and path.rpartition(".")[2] in EAGER:
@@ -236,14 +239,15 @@ class _Library(ast.NodeTransformer):
             return node
         if isinstance(node.func, ast.Name) and node.func.id == "zip":
             return self._counted(node)
-        if path == "itertools.islice" and len(node.args) == 2 and isinstance(node.args[0], ast.Call):
+        if path == "itertools.islice" and len(node.args) in (2, 3) and isinstance(node.args[0], ast.Call):
             endless = node.args[0]
             if _path(endless.func, self._paths) == "itertools.cycle" and len(endless.args) == 1:
                 node.func = self._function("itertools.first_of_cycle", node)
-                node.args = [endless.args[0], node.args[1]]
+                node.args = [endless.args[0], *node.args[1:]]
                 return node
             listed = ast.Call(ast.Name("list", ast.Load()), [node.args[0]], [])
-            return placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
+            first, last = [None, *node.args[1:]][-2:]
+            return placed(ast.Subscript(listed, ast.Slice(first, last, None), ast.Load()), node)
         if path == "numpy.ndindex" and not any(isinstance(each, (ast.Starred, ast.Attribute)) for each in node.args):
             sizes: list[ast.expr] = [ast.Call(ast.Name("range", ast.Load()), [each], []) for each in node.args]
             product = ast.Attribute(ast.Name("itertools", ast.Load()), "product", ast.Load())
@@ -402,6 +406,14 @@ class _Library(ast.NodeTransformer):
         name = f"{own}_of_library" if is_taken else own
         self.made[name] = LIBRARY[path].replace(f"def {own}(", f"def {name}(", 1)
         return ast.copy_location(ast.Name(name, ast.Load()), node)
+
+
+def _method_of_text(node: ast.expr) -> ast.expr:
+    """Return ``str.strip`` as a function that calls the method."""
+    is_method = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "str"
+    if not is_method or not isinstance(node, ast.Attribute):
+        return node
+    return placed(ast.parse(f"lambda text: text.{node.attr}()", mode="eval").body, node, is_new=True)
 
 
 def _listed(node: ast.expr) -> ast.expr:

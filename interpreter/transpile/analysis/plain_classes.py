@@ -9,7 +9,7 @@ import copy
 from collections.abc import Iterable
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import is_registered, parents_of
+from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, is_registered, name_of, parents_of
 
 _EXCEPTIONS = (
     "Exception", "ValueError", "TypeError", "KeyError", "IndexError", "RuntimeError", "LookupError", "ArithmeticError",
@@ -28,6 +28,7 @@ def with_plain_classes(tree: ast.Module) -> ast.Module:
             _write_aliases(node)
             _write_attributes(node, assigned)
             node.body = [each for each in node.body if not _is_keyword_marker(each)]
+    _leave_out_aliases(tree)
     _leave_out_typed_dicts(tree)
     _leave_out_exceptions(tree)
     _name_classes_of_protocols(tree)
@@ -97,6 +98,31 @@ def _classes(tree: ast.Module) -> list[ast.ClassDef]:
 def _leave_out(tree: ast.Module, names: Iterable[str]) -> None:
     gone = {*names}
     tree.body = [each for each in tree.body if not (isinstance(each, ast.ClassDef) and each.name in gone)]
+
+
+_TYPES = ("tuple", "list", "dict", "set", "frozenset", "type", "Callable", "Optional", "Union", "Sequence", "Iterable")
+
+
+def _leave_out_aliases(tree: ast.Module) -> None:
+    """Leave out names for types, such as ``Cell = tuple[int, int]``, that only annotations use."""
+    parents = parents_of(tree)
+    for each in [*tree.body]:
+        target = each.targets[0] if isinstance(each, ast.Assign) and len(each.targets) == 1 else None
+        value = each.value if isinstance(each, ast.Assign) else None
+        if not isinstance(target, ast.Name) or not isinstance(value, ast.Subscript):
+            continue
+        uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == target.id and n is not target]
+        if name_of(value.value) in _TYPES and all(is_annotation(n, parents) or _is_alias(n, parents) for n in uses):
+            tree.body.remove(each)
+
+
+def _is_alias(name: ast.AST, parents: dict[ast.AST, ast.AST]) -> bool:
+    """Return whether a name is part of another alias."""
+    while isinstance(parents.get(name), (ast.Subscript, ast.Tuple, ast.List)):
+        name = parents[name]
+    parent = parents.get(name)
+    is_type = isinstance(name, ast.Subscript) and name_of(name.value) in _TYPES
+    return is_type and isinstance(parent, ast.Assign) and isinstance(parents.get(parent), ast.Module)
 
 
 def _leave_out_typed_dicts(tree: ast.Module) -> None:

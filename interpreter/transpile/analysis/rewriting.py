@@ -15,6 +15,7 @@ Node = TypeVar("Node", bound=ast.AST)
 OPERATOR_METHODS: dict[type[ast.operator], str] = {
     ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
     ast.FloorDiv: "floordiv", ast.Pow: "pow", ast.BitOr: "or_", ast.BitAnd: "and_", ast.BitXor: "xor",
+    ast.LShift: "lshift", ast.RShift: "rshift",
 }  # fmt: skip
 
 

@@ -338,6 +338,8 @@ class _Tabulation:
                 if not self._is_shapeless(node):
                     raise _Failure(ast.unparse(node))
                 return self._put(_Site([node]))
+            if node not in self._parents:
+                raise _Failure  # all statements of the module
             node = self._parents[node]
         if isinstance(node, ast.FunctionDef) and isinstance(self._parents[node], (ast.Module, ast.ClassDef)):
             raise _Failure
