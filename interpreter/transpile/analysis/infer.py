@@ -33,6 +33,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     INT,
     LIST,
     NOTHING,
+    NUMBERS,
     POSE,
     RECORD,
     SET,
@@ -421,6 +422,8 @@ class Departures:
                 found += self._view(node)
             if isinstance(node, ast.For):
                 found += self._interleaved(node)
+            if isinstance(node, ast.expr) and self._facts.type(node).kinds == SET:
+                found += self._order_of_set(node)
         return found + self._keys()
 
     def _interleaved(self, node: ast.For) -> list[_Departure]:
@@ -731,6 +734,34 @@ class Departures:
             return True
         return depth > 0 and any(self._has_objects(site.element, depth - 1) for site in value.sites)
 
+    def _order_of_set(self, node: ast.expr) -> list[_Departure]:
+        """Find where the order of a set of numbers, or of tuples of these, matters: Python goes by their hashes."""
+        items = join_all([site.element for site in self._facts.type(node).sites])
+        parts = join_all([site.element for site in items.sites])
+        if not items.only(NUMBERS | TUPLE) or (items.kinds & TUPLE and not parts.only(NUMBERS)):
+            return []
+        outer = self._parents.get(node)
+        if isinstance(outer, ast.For):
+            matters = node is outer.iter and not all(map(_only_collects, outer.body))
+        elif isinstance(outer, ast.comprehension):
+            made = self._parents.get(outer)
+            taker = self._parents.get(made) if made is not None else None
+            matters = node is outer.iter and not isinstance(made, ast.SetComp) and not self._is_unordered(taker)
+        elif isinstance(outer, ast.Call) and node in outer.args:
+            name = self._paths.of(outer.func)
+            matters = name in _ORDERED_TAKERS and not self._is_unordered(self._parents.get(outer))
+        elif isinstance(outer, ast.Starred):
+            display = self._parents.get(outer)
+            matters = not isinstance(display, ast.Set) and not self._is_unordered(self._parents.get(display or outer))
+        else:
+            pop = self._parents.get(outer) if isinstance(outer, ast.Attribute) and outer.attr == "pop" else None
+            matters = isinstance(pop, ast.Call) and not pop.args
+        return [(node, "the order of a set of numbers")] if matters else []
+
+    def _is_unordered(self, taker: ast.AST | None) -> bool:
+        """Return whether a call gives the same for items in any order."""
+        return isinstance(taker, ast.Call) and self._paths.of(taker.func) in _UNORDERED_TAKERS
+
     def _keys(self) -> list[_Departure]:
         """Find the sets and tables with members or keys that the language compares by identity, and Python by value."""
         found: list[_Departure] = []
@@ -818,6 +849,21 @@ def _place(node: ast.AST) -> tuple[int, int]:
 def _is_of_name(node: ast.AST) -> bool:
     """Return whether a change in place is one of a whole variable, ``x += 1``."""
     return isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)
+
+
+def _only_collects(node: ast.stmt) -> bool:
+    """Return whether a statement only adds to sets or takes from them, so that the order of a loop does not matter."""
+    if isinstance(node, (ast.If, ast.For)):
+        return all(map(_only_collects, [*node.body, *node.orelse]))
+    if isinstance(node, (ast.Pass, ast.Continue)):
+        return True
+    call = node.value if isinstance(node, ast.Expr) else None
+    is_method = isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)
+    return is_method and call.func.attr in ("add", "discard", "update", "remove")  # type: ignore[union-attr]
+
+
+_UNORDERED_TAKERS = ("sorted", "sum", "min", "max", "any", "all", "len", "set", "frozenset")
+_ORDERED_TAKERS = ("list", "tuple", "enumerate", "zip", "map", "iter", "next", "filter", "dict")
 
 
 def _is_set_among_others(value: AbstractType, items: AbstractType) -> bool:

@@ -236,7 +236,7 @@ FROZEN_SET = """
 class FrozenSet:
     members: tuple
     def __or__(self, other):
-        return frozen_set([*self.members, *other])
+        return frozen_set(sorted([*self.members, *other]))
     def __and__(self, other):
         return frozen_set([each for each in self.members if each in other])
     def __sub__(self, other):
