@@ -94,6 +94,11 @@ VALID = {
     "decimal numbers": ("from decimal import Decimal", "parts.append(bar(float(Decimal('1.1') + Decimal('2.2'))))"),
     "statistics": ("import statistics", "parts.append(bar(statistics.mean([1, 2, 6]), statistics.median([1, 5, 9])))"),
     "json": ("import json\nT = json.loads('{\"a\": [1, 2.5]}')", "parts.append(bar(*T['a']))"),
+    "the order of sets": ("", "for x, y in {(2, 3), (0, 1), (5, 5)}:\n    parts.append(bar(x, y))\n"
+        "parts += [bar(x, i) for i, x in enumerate({9, 4, 100, 17})]"),
+    "records as keys": ("from dataclasses import dataclass\n@dataclass(frozen=True, order=True)\nclass P:\n    x: int\n    y: int",
+        "costs = {P(0, 1): 1, P(0, 1): 2, P(2, 1): 3}\nparts += [bar(costs[P(0, 1)], len(costs))]"),
+    "a box whose rest is a list": ("", "x, *rest = compute_shape_max(bar(1))\nparts.append(bar(x, len(rest)))"),
     "a heap": ("import heapq", "h = [3, 1, 2]\nheapq.heapify(h)\nwhile h:\n    parts.append(bar(heapq.heappop(h)))"),
 }  # fmt: skip
 

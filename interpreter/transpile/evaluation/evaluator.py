@@ -167,7 +167,7 @@ class PythonEvaluator:
             ast.Compare: self._compare, ast.IfExp: self._conditional, ast.Subscript: self._subscript,
             ast.Slice: self._slice, ast.Tuple: lambda node, frame: self.checked(tuple(self._items(node.elts, frame))),
             ast.List: lambda node, frame: self._items(node.elts, frame),
-            ast.Set: lambda node, frame: set(self._items(node.elts, frame)), ast.Dict: self._dict,
+            ast.Set: self._set, ast.Dict: self._dict,
             ast.Lambda: lambda node, frame: self._function(node, "<lambda>", frame), ast.JoinedStr: self._joined,
             ast.FormattedValue: self._formatted, ast.NamedExpr: self._walrus, ast.GeneratorExp: self._generator,
             ast.ListComp: lambda node, frame: list(self._comprehension(node, frame)),
@@ -612,6 +612,14 @@ class PythonEvaluator:
                 items.append(self.eval(node, frame))
         return items
 
+    def _set(self, node: ast.Set, frame: Frame) -> set[Any]:
+        """Return a set in the order of Python, whose compiler adds constants in the order of a frozen set."""
+        items = self._items(node.elts, frame)
+        is_constant = len(items) > 2 and all(map(_is_constant, node.elts))
+        found: set[Any] = set()
+        found.update(frozenset(tuple(frozenset(items))) if is_constant else items)
+        return found
+
     def _dict(self, node: ast.Dict, frame: Frame) -> dict[Any, Any]:
         found: dict[Any, Any] = {}
         for key, value in zip(node.keys, node.values):
@@ -1046,3 +1054,10 @@ class PythonEvaluator:
 
 def _kinds(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else (value,)
+
+
+def _is_constant(node: ast.expr) -> bool:
+    """Return whether Python knows the value of an expression before it runs."""
+    if isinstance(node, ast.Tuple):
+        return all(map(_is_constant, node.elts))
+    return isinstance(node, ast.Constant) or (isinstance(node, ast.UnaryOp) and _is_constant(node.operand))
