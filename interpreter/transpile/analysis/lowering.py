@@ -14,10 +14,10 @@ import string
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
-from scenelang.interpreter.transpile.analysis.arrays import PATHS as GRID_PATHS
-from scenelang.interpreter.transpile.analysis.arrays import Grids
 from scenelang.interpreter.transpile.analysis.decorators import without_decorators
 from scenelang.interpreter.transpile.analysis.enumerations import without_enumerations
+from scenelang.interpreter.transpile.analysis.grids import PATHS as GRID_PATHS
+from scenelang.interpreter.transpile.analysis.grids import Grids
 from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, without_bases, without_hooks
 from scenelang.interpreter.transpile.analysis.inlining import without_managers
