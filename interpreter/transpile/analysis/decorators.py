@@ -64,6 +64,8 @@ def _parts(
         defaults = dict(zip(names[len(names) - len(function.args.defaults) :], function.args.defaults))
         values = {**defaults, **given}
         inner = _inner(function)
+        if len(decorator.args) > len(names):
+            return None
         if inner is None or set(values) != set(names) or not all(isinstance(v, ast.Constant) for v in values.values()):
             return None
         function = inner

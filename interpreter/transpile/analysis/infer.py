@@ -742,11 +742,12 @@ class Departures:
             return []
         outer = self._parents.get(node)
         if isinstance(outer, ast.For):
-            matters = node is outer.iter and not all(map(_only_collects, outer.body))
+            matters = node is outer.iter and self._makes_shapes(*outer.body)
         elif isinstance(outer, ast.comprehension):
             made = self._parents.get(outer)
             taker = self._parents.get(made) if made is not None else None
-            matters = node is outer.iter and not isinstance(made, ast.SetComp) and not self._is_unordered(taker)
+            is_kept = made is not None and not self._is_unordered(taker)
+            matters = node is outer.iter and is_kept and self._makes_shapes(made)
         elif isinstance(outer, ast.Call) and node in outer.args:
             name = self._paths.of(outer.func)
             matters = name in _ORDERED_TAKERS and not self._is_unordered(self._parents.get(outer))
@@ -757,6 +758,11 @@ class Departures:
             pop = self._parents.get(outer) if isinstance(outer, ast.Attribute) and outer.attr == "pop" else None
             matters = isinstance(pop, ast.Call) and not pop.args
         return [(node, "the order of a set of numbers")] if matters else []
+
+    def _makes_shapes(self, *nodes: ast.AST | None) -> bool:
+        """Return whether a part makes shapes, whose order is seen; that of what a search looks at is not."""
+        parts = walk_tree(*(each for each in nodes if each is not None))
+        return any(isinstance(each, ast.expr) and self._facts.type(each).kinds & SHAPE for each in parts)
 
     def _is_unordered(self, taker: ast.AST | None) -> bool:
         """Return whether a call gives the same for items in any order."""
@@ -849,17 +855,6 @@ def _place(node: ast.AST) -> tuple[int, int]:
 def _is_of_name(node: ast.AST) -> bool:
     """Return whether a change in place is one of a whole variable, ``x += 1``."""
     return isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)
-
-
-def _only_collects(node: ast.stmt) -> bool:
-    """Return whether a statement only adds to sets or takes from them, so that the order of a loop does not matter."""
-    if isinstance(node, (ast.If, ast.For)):
-        return all(map(_only_collects, [*node.body, *node.orelse]))
-    if isinstance(node, (ast.Pass, ast.Continue)):
-        return True
-    call = node.value if isinstance(node, ast.Expr) else None
-    is_method = isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute)
-    return is_method and call.func.attr in ("add", "discard", "update", "remove")  # type: ignore[union-attr]
 
 
 _UNORDERED_TAKERS = ("sorted", "sum", "min", "max", "any", "all", "len", "set", "frozenset")
