@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import copy
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,6 +30,7 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     registered_words,
     resolve,
 )
+from scenelang.interpreter.transpile.analysis.value_classes import values_of
 from scenelang.interpreter.transpile.writing.code import Code, Finish, Namer, Output, prose
 from scenelang.interpreter.transpile.writing.expressions import write_expression
 from scenelang.interpreter.transpile.writing.statements import header_texts, write_program, write_statement
@@ -125,7 +127,7 @@ def obstacles(source: Source) -> list[Diagnostic]:
 def _with_generators_in_place(text: PythonText, diagnostics: Sequence[Diagnostic]) -> PythonText | None:
     """Return the program in which generators are written where they are used, because they are no lists there."""
     spans = {d.span for d in diagnostics if d.is_error and "generator" in d.message}
-    tree = with_generators_in_place(text.tree, lambda node: text.span(node) in spans) if spans else None
+    tree = with_generators_in_place(text.tree, lambda node: text.span(node) in spans)
     return replace(text, tree=tree) if tree is not None else None
 
 
@@ -269,6 +271,12 @@ def analyse(text: PythonText) -> Analysed:
             if not operators.count:
                 break
             analysed = _analysed(replace(text, tree=tree))
+    if has_classes(tree) and (values := values_of(tree, analysed.facts)) is not None:
+        if tree is text.tree:
+            tree = copy.deepcopy(tree)
+            values = values_of(tree, _analysed(replace(text, tree=tree)).facts)
+        if values is not None:
+            analysed = _analysed(replace(text, tree=values.visit(tree)))
     return analysed
 
 

@@ -94,6 +94,11 @@ VALID = {
     "decimal numbers": ("from decimal import Decimal", "parts.append(bar(float(Decimal('1.1') + Decimal('2.2'))))"),
     "statistics": ("import statistics", "parts.append(bar(statistics.mean([1, 2, 6]), statistics.median([1, 5, 9])))"),
     "json": ("import json\nT = json.loads('{\"a\": [1, 2.5]}')", "parts.append(bar(*T['a']))"),
+    "the order of sets": ("", "for x, y in {(2, 3), (0, 1), (5, 5)}:\n    parts.append(bar(x, y))\n"
+        "parts += [bar(x, i) for i, x in enumerate({9, 4, 100, 17})]"),
+    "records as keys": ("from dataclasses import dataclass\n@dataclass(frozen=True, order=True)\nclass P:\n    x: int\n    y: int",
+        "costs = {P(0, 1): 1, P(0, 1): 2, P(2, 1): 3}\nparts += [bar(costs[P(0, 1)], len(costs))]"),
+    "a box whose rest is a list": ("", "x, *rest = compute_shape_max(bar(1))\nparts.append(bar(x, len(rest)))"),
     "a heap": ("import heapq", "h = [3, 1, 2]\nheapq.heapify(h)\nwhile h:\n    parts.append(bar(heapq.heappop(h)))"),
 }  # fmt: skip
 
@@ -180,3 +185,51 @@ def root() -> Shape:
     result = Session().transpile(Source("a.py", text))
     assert result.ok, told(result.diagnostics)
     assert "[2 1 3]" in result.text
+
+
+MISTAKES = {
+    "a misspelled attribute": ("from dataclasses import dataclass\n@dataclass\nclass P:\n    x: float", "p = P(1.0)\nparts.append(bar(p.y))", "AttributeError"),
+    "a misspelled method of a list": ("", "parts.apend(bar(1))", "AttributeError"),
+    "an argument too many": ("def twice(x):\n    return 2 * x", "parts.append(bar(twice(1, 2)))", "TypeError"),
+    "a missing argument": ("def add(x, y):\n    return x + y", "parts.append(bar(add(1)))", "TypeError"),
+    "an unknown name": ("", "parts.append(bar(undefined))", "NameError"),
+    "an exception of the program": ("", "parts.append(bar(1))\nif len(parts) == 1:\n    raise RuntimeError('stop')", "RuntimeError"),
+    "a wrong part of a complex number": ("Z = [2j, 1 + 1j]", "parts.append(bar(Z[0].imaginary))", "AttributeError"),
+    "an iterator that has ended": ("", "it = iter([1])\nnext(it)\nparts.append(bar(next(it)))", "StopIteration"),
+    "a case for a class without one": (
+        "from functools import singledispatch\n@singledispatch\ndef size(x):\n    raise TypeError(x)\n"
+        "@size.register\ndef _(x: int):\n    return x",
+        "parts.append(bar(size(2), size('a')))",
+        "TypeError",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_told_at_the_line_of_cpython(name: str) -> None:
+    before, body, expected = MISTAKES[name]
+    code = program(before, body)
+    with pytest.raises(Exception) as caught, contextlib.redirect_stdout(io.StringIO()):
+        flatten("__name__ = 'scene'\n" + code)
+    assert caught.type.__name__ == expected
+    lines = [each.lineno for each in caught.traceback if str(each.path).endswith("<program>")]
+    translation = SESSION.transpile(Source("wrong.py", code))
+    errors = [d for d in translation.diagnostics if d.is_error]
+    if translation.ok:
+        errors = [d for d in SESSION.evaluate(Source("wrong.scene", translation.text)).diagnostics if d.is_error]
+        assert errors
+        return
+    assert errors[0].span is not None
+    assert code.count("\n", 0, errors[0].span.start) + 1 in lines, told(translation.diagnostics)
+
+
+UNSUPPORTED = {
+    "a library": ("import pandas as pd\nTABLE = pd.DataFrame({'a': [1]})", "parts.append(bar(len(TABLE)))"),
+    "a signature": ("import inspect", "parts.append(bar(len(inspect.signature(bar).parameters)))"),
+}
+
+
+@pytest.mark.parametrize("name", UNSUPPORTED)
+def test_what_is_not_supported_is_not_blamed_on_the_program(name: str) -> None:
+    problem = error_of(program(*UNSUPPORTED[name]))
+    assert problem.name in ("python-unsupported", "python-forbidden")

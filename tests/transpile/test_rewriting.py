@@ -626,6 +626,325 @@ class Event:
         out.append(box(i, c))
     return concat_shapes(*out, *[box(i, k) for i, k in zip([5, 6], itertools.count(2))])""",
     ),
+    "longest": (
+        "",
+        """    rows = itertools.zip_longest([1.0, 2.0, 3.0][:n], [size], fillvalue=0.5)
+    return concat_shapes(*[box(x, y) for x, y in rows])""",
+    ),
+    "getters": (
+        """from operator import attrgetter, itemgetter, methodcaller
+@dataclass
+class P:
+    x: float
+    name: str
+    def far(self, k): return self.x * k
+""",
+        """    ps = sorted([P(3, 'c'), P(n, 'b'), P(2, 'b')], key=attrgetter('name', 'x'))
+    far = map(methodcaller('far', size), ps)
+    pairs = sorted([(1, 5), (2, 3)], key=itemgetter(1, 0))
+    return concat_shapes(*[box(p.x, f) for p, f in zip(ps, far)], *[box(a, b) for a, b in pairs])""",
+    ),
+    "keywords only": (
+        """from dataclasses import KW_ONLY, astuple, asdict
+@dataclass
+class P:
+    x: float = 0.5
+    _: KW_ONLY
+    y: float
+    z: float = 3.0
+""",
+        """    ps = (P(y=n), P(2.0, y=size), P(1.0, y=n, z=9.0))
+    p = ps[2]
+    last = asdict(p)
+    return concat_shapes(*[box(p.x, p.y, p.z) for p in ps], box(last['z']), *[box(*astuple(p)) for p in ps])""",
+    ),
+    "defaults of a named tuple": (
+        """from collections import namedtuple
+P = namedtuple('P', 'x y z', defaults=(1.0, 2.0))
+""",
+        "    return concat_shapes(*[box(p.x, p.y, p.z) for p in (P(n), P(2.0, size), P(1.0, z=9.0))])",
+    ),
+    "cases of a tuple": (
+        "",
+        """    out = []
+    for i in range(n):
+        a, b = i % 2, i
+        match a, size:
+            case 0, 1.0:
+                y = 5.0
+            case 1, _:
+                y = 6.0
+            case other, what:
+                y = other + what
+        match (b, a):
+            case (a, b) if a > 1:
+                x = a * 10 + b
+            case x, y:
+                x = x + y
+        out.append(box(x, y, a + b))
+    return concat_shapes(*out)""",
+    ),
+    "rest of a mapping": (
+        """def item(d):
+    match d:
+        case {'kind': 'a', 'size': s, **rest}:
+            return s + len(rest) + rest.get('q', 0)
+        case {'kind': 'b'} | {'kind': 'c'}:
+            return 7.0
+        case {}:
+            return 9.0
+""",
+        """    rows = [{'kind': 'a', 'size': size, 'q': 4}, {'kind': 'c'}, {}, {'kind': 'a', 'size': n}]
+    return concat_shapes(*[box(item(d), i) for i, d in enumerate(rows)])""",
+    ),
+    "counters": (
+        """from collections import Counter
+from statistics import fmean
+class Tally:
+    def __init__(self): self.counts = Counter()
+    def add(self, name, k=1):
+        self.counts[name] += k
+        return self
+    def merge(self, other): self.counts.update(other)
+""",
+        """    t = Tally()
+    t.add('a').add('b', n).add('a')
+    t.merge(['b', 'c'])
+    rows = Counter(i % 3 for i in range(10 + n))
+    middle = fmean(k * size for k in rows.values())
+    out = [box(i, k) for i, (name, k) in enumerate(sorted(t.counts.items()))]
+    return concat_shapes(*out, *[box(x, k, middle) for x, k in rows.items()])""",
+    ),
+    "complex numbers": (
+        """import cmath
+def roots(n, r): return [cmath.rect(r, 2 * math.pi * k / n) for k in range(n)]
+""",
+        """    out = []
+    for z in roots(n, size):
+        w = (z * z + 0.5j - 1) * 2 / (1 + 1j)
+        out.append(box(w.real, cmath.phase(z), w.imag, 0.1 + abs(z ** 2)))
+    return concat_shapes(*out)""",
+    ),
+    "single dispatch": (
+        """from functools import singledispatch, singledispatchmethod
+@dataclass
+class A:
+    r: float
+@dataclass
+class B(A):
+    t: float = 1.0
+@singledispatch
+def draw(x, k=1.0): raise TypeError(x)
+@draw.register
+def _(x: A, k=1.0): return box(x.r, k)
+@draw.register(B)
+def _(x, k=1.0): return box(x.r, k, x.t)
+@draw.register
+def _(x: list, k=1.0): return concat_shapes(*[draw(each, k) for each in x])
+class Pen:
+    @singledispatchmethod
+    def line(self, what): raise TypeError
+    @line.register
+    def _(self, what: int): return box(what, 9)
+    @line.register
+    def _(self, what: str): return box(len(what), 8)
+""",
+        """    pen = Pen()
+    return concat_shapes(draw(A(1.0)), draw(B(size), n), draw([A(2.0), B(n)]), pen.line(n), pen.line("abc"))""",
+    ),
+    "hooks of subclasses": (
+        """class Base:
+    registry = {}
+    tag = ''
+    def __init_subclass__(cls, /, key='', **kwargs):
+        super().__init_subclass__(**kwargs)
+        cls.tag = key
+        Base.registry[key or cls.__name__.lower()] = cls
+    def __init__(self, s): self.s = s
+    def width(self): return self.s
+class Foo(Base, key='f'):
+    def width(self): return 2.0 * self.s
+class Bar(Base):
+    pass
+""",
+        """    kinds = sorted(Base.registry.items())
+    return concat_shapes(*[box(k(size).width(), i, len(k(1).tag) + n) for i, (name, k) in enumerate(kinds)])""",
+    ),
+    "grids": (
+        "",
+        """    ys, xs = np.mgrid[0:n, 0:4]
+    g, h = np.meshgrid(np.linspace(0, size, 3), np.arange(2), indexing='ij')
+    i, j = np.indices((2, n))
+    out = [box(x, y) for x, y in zip(xs.ravel(), ys.ravel())] + [box(a, b, 1) for a, b in zip(i.ravel(), j.ravel())]
+    return concat_shapes(*out, *[box(g[i, j], h[i, j], 5) for i in range(3) for j in range(2)])""",
+    ),
+    "sums of products": (
+        "",
+        """    a = np.arange(6.0).reshape(2, 3)
+    b = np.array([[1.0, 2.0, size], [0.0, 1.0, n]])
+    c, d = np.einsum('ij,kj->ik', a, b), np.einsum('ij,ij->i', a, b)
+    return concat_shapes(*[box(c[i, 0], c[i, 1], d[i] + np.einsum('ij->', a)) for i in range(2)])""",
+    ),
+    "frozen sets": (
+        "",
+        """    edges = {frozenset((0, 1)), frozenset((1, 0)), frozenset((1, n))}
+    edges.add(frozenset((2, 3)) - {2} | {1})
+    pairs = [(a, b) for a in range(6) for b in range(6) if frozenset((a, b)) in edges]
+    return concat_shapes(*[box(a, b, len(edges), size) for a, b in pairs])""",
+    ),
+    "iterators": (
+        """from itertools import count, cycle
+ids = count(3, 2)
+def number(): return next(ids)
+def pairs(text):
+    tokens = iter(text.split())
+    for token in tokens:
+        if token == ':':
+            yield 9, float(next(tokens))
+        else:
+            yield float(token), 0
+""",
+        """    it = iter([1.0, 2.0, size, 4.0])
+    turn = cycle('ab')
+    first = next(it)
+    out = [box(first, number(), ord(next(turn))) for _ in range(n)]
+    while (x := next(it, None)) is not None:
+        if x > 3: break
+        out.append(box(x, number()))
+    return concat_shapes(*out, *[box(x, y) for x, y in pairs('1 2 : 3 4')])""",
+    ),
+    "members by name": (
+        """from enum import Enum, Flag, auto
+class Kind(Enum):
+    A = (1.0, 'x')
+    B = (2.0, 'yy')
+    def __init__(self, width, letter):
+        self.width = width
+        self.letter = letter
+class F(Flag):
+    X = auto(); Y = auto(); Z = auto()
+def flags(text):
+    out = F(0)
+    for ch in text.upper():
+        out |= F[ch]
+    return out
+""",
+        """    out = []
+    for i, name in enumerate('AB'):
+        kind, wanted = Kind[name], flags('xz') if i else flags('y')
+        out += [box(j, i, len(kind.letter), kind.width) for j, f in enumerate(F) if f in wanted]
+    table = {Kind.A: size, Kind.B: n}
+    return concat_shapes(*out, *[box(v, k.width) for k, v in table.items()])""",
+    ),
+    "values as keys": (
+        """class P(NamedTuple):
+    x: int
+    y: int = 2
+    def step(self, d): return P(self.x + d.x, self.y + d.y)
+    @property
+    def far(self): return abs(self.x) + abs(self.y)
+@dataclass(frozen=True)
+class Cell:
+    row: int
+    col: int
+""",
+        """    seen = {P(0, 1), P(n)}
+    seen.add(P(1, 1).step(P(1, 1)))
+    costs = {P(0, 1): 5.0, P(n): size}
+    costs[P(x=0, y=1)] += 1
+    cells = {Cell(i % 2, 0) for i in range(n)}
+    low = min(P(3, 1), P(1, n), P(1))
+    out = [box(a, b, len(seen)) for a in range(5) for b in range(3) if P(a, b) in seen]
+    out += [box(p.x, p.far, costs[p]) for p in sorted(costs)] + [box(c.row, c.col) for c in [Cell(0, 0)] if c in cells]
+    return concat_shapes(*out, box(low.y, len(cells), 1 if low == (1, 2) else 0))""",
+    ),
+    "classes as values": (
+        """from abc import ABC, abstractmethod
+@dataclass
+class Building(ABC):
+    width: float
+    zone: str
+    def __post_init__(self):
+        if self.width <= 0: raise ValueError(self.width)
+    @abstractmethod
+    def top(self): ...
+    def build(self): return concat_shapes(box(self.width, len(self.zone)), self.top())
+class Tower(Building):
+    def top(self): return box(self.width, 5)
+class Hut(Building):
+    def top(self): return box(self.width, 1)
+""",
+        """    out = []
+    for i in range(n):
+        zone = 'ab'[i % 2] * i
+        out.append({'a': Tower}.get(zone[:1], Hut)(width=size + i, zone=zone).build())
+    return concat_shapes(*out)""",
+    ),
+    "operators of objects that grow": (
+        """import operator
+class Part:
+    def __add__(self, other): return Pile([self, other])
+    def __len__(self): return 1
+class Slab(Part):
+    def __init__(self, x): self.x = x
+    def shapes(self): return [box(self.x)]
+class Pile(Part):
+    def __init__(self, parts=()): self.parts = list(parts)
+    def __add__(self, other): return Pile([*self.parts, other])
+    def __len__(self): return sum(len(each) for each in self.parts)
+    def __lshift__(self, x): return Pile([*self.parts, Slab(x)])
+    def shapes(self): return [s for each in self.parts for s in each.shapes()]
+@dataclass(frozen=True)
+class Vec:
+    x: float
+    y: float
+    def __add__(self, other): return Vec(self.x + other.x, self.y + other.y)
+def path(n):
+    here = Vec(0, 0)
+    for k in range(n):
+        yield here
+        here += Vec(k, 1)
+""",
+        """    pile = Pile()
+    for k in range(n): pile = pile + Slab(k * size)
+    pile = pile << n
+    both = reduce(operator.add, [Slab(1), Slab(2), pile])
+    return concat_shapes(*both.shapes(), box(len(both), len(pile)), *[box(v.x, v.y) for v in path(n)])""",
+    ),
+    "managers that are methods": (
+        """from contextlib import contextmanager
+Offset = tuple[float, float]
+class Canvas:
+    def __init__(self): self.stack = [(0.0, 0.0)]; self.out = []
+    @contextmanager
+    def moved(self, *offsets: Offset):
+        x, y = self.stack[-1]
+        self.stack.append((x + sum(a for a, _ in offsets), y + sum(b for _, b in offsets)))
+        try:
+            yield self
+        finally:
+            self.stack.pop()
+    def put(self, s=1.0):
+        x, y = self.stack[-1]
+        self.out.append(box(x, y, 0, s))
+""",
+        """    c = Canvas()
+    with c.moved((1, 0), (0, 2)):
+        c.put()
+        for i in range(n):
+            with c.moved((0, i)):
+                c.put(size)
+    c.put()
+    return concat_shapes(*c.out)""",
+    ),
+    "generators that never end": (
+        """from itertools import count, cycle
+def squares(): yield from (k * k for k in count())
+""",
+        """    names = map(str.strip, ' a ; b;c '.split(';'))
+    turn = islice(cycle([1, 2, 3]), 2, 2 + n)
+    return concat_shapes(*[box(x, size) for x in islice(squares(), n)], *[box(ord(t) - 97, k) for t, k in zip(names, turn)])""",
+    ),
 }
 
 

@@ -172,3 +172,15 @@ def test_an_iteration_more_is_no_silent_repetition() -> None:
     result = SESSION.evaluate(Source("data.scene", text))
     if result.scene is not None:
         assert first_difference(flattened(result.scene), flatten(python.replace("n: int = 1", "n: int = 2"))) is None
+
+
+def test_seeds_and_cached_properties_change_no_data() -> None:
+    before = """from functools import cached_property
+class Row:
+    def __init__(self, text): self.text = text
+    @cached_property
+    def size(self): return code(self.text)
+ROWS = [Row('a'), Row('bc')]
+"""
+    body = "    random.seed(3)\n    return concat_shapes(*[box(r.size, random.random()) for r in ROWS + ROWS])"
+    assert "Evaluated from Python" not in translated(before, body)

@@ -5,20 +5,14 @@ from __future__ import annotations
 import ast
 import copy
 
+from scenelang.interpreter.transpile.analysis.dispatching import without_dispatch
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import Substitution, parents_of, placed
 
 
-def has_decorators(tree: ast.Module) -> bool:
-    """Return whether a module has functions of its own that decorate others."""
-    names = {each.name for each in tree.body if isinstance(each, ast.FunctionDef)}
-    return any(
-        _name(d) in names for each in tree.body if isinstance(each, ast.FunctionDef) for d in each.decorator_list
-    )
-
-
 def without_decorators(tree: ast.Module) -> ast.Module:
     """Write, in place, what the decorators of a module make of the functions that they decorate."""
+    without_dispatch(tree)
     known = {each.name: each for each in tree.body if isinstance(each, ast.FunctionDef)}
     taken = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name)} | {*known}
     body: list[ast.stmt] = []
@@ -70,6 +64,8 @@ def _parts(
         defaults = dict(zip(names[len(names) - len(function.args.defaults) :], function.args.defaults))
         values = {**defaults, **given}
         inner = _inner(function)
+        if len(decorator.args) > len(names):
+            return None
         if inner is None or set(values) != set(names) or not all(isinstance(v, ast.Constant) for v in values.values()):
             return None
         function = inner

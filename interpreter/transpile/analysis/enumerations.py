@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_annotation, parents_of, placed
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_annotation, name_of, parents_of, placed
 
 _BASES = ("Enum", "IntEnum", "StrEnum", "Flag", "IntFlag", "ReprEnum")
 _TAKERS = ("list", "tuple", "sorted", "enumerate", "len", "zip", "set", "reversed", "iter", "cycle", "min", "max")
@@ -41,13 +41,12 @@ class _Enumeration:
         return f"{self.stem}_MEMBERS".upper()
 
     @property
+    def by_name(self) -> str:
+        return f"{self.stem}_BY_NAME".upper()
+
+    @property
     def finder(self) -> str:
         return f"{self.stem}_of".lower()
-
-
-def has_enumerations(tree: ast.Module) -> bool:
-    """Return whether a module has classes that look like enumerations."""
-    return any(isinstance(each, ast.ClassDef) and _kinds(each) & {*_BASES} for each in tree.body)
 
 
 def without_enumerations(tree: ast.Module) -> ast.Module:
@@ -60,7 +59,7 @@ def without_enumerations(tree: ast.Module) -> ast.Module:
     used = {n.attr for n in walk_tree(tree) if isinstance(n, ast.Attribute)}
     for name, each in [*found.items()]:
         _decide(each, tree, used)
-        new = {each.everything, each.finder, *map(each.constant, each.members)}
+        new = {each.everything, each.finder, each.by_name, *map(each.constant, each.members)}
         nodes = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == name]
         if new & names or not all(_is_understood(n, each, parents) for n in nodes):
             del found[name]
@@ -74,6 +73,11 @@ def without_enumerations(tree: ast.Module) -> ast.Module:
         body += [statement] if made is None else _written(made, uses)
     tree.body = body
     return tree
+
+
+def is_enumeration(node: ast.ClassDef) -> bool:
+    """Return whether a class stands for an enumeration, each of whose members there is once."""
+    return bool(node.__dict__.get("is_enumeration"))
 
 
 def _kinds(node: ast.ClassDef) -> set[str]:
@@ -125,9 +129,9 @@ def _is_told(found: _Enumeration, tree: ast.Module) -> bool:
     if found.kinds & {"IntEnum", "StrEnum"}:
         return False
     nodes = walk_tree(tree)
-    told = {_last_name(n.value) for n in nodes if isinstance(n, ast.FormattedValue)}
+    told = {name_of(n.value) for n in nodes if isinstance(n, ast.FormattedValue)}
     told |= {
-        _last_name(each)
+        name_of(each)
         for n in nodes
         if isinstance(n, ast.Call) and isinstance(n.func, ast.Name) and n.func.id in ("str", "repr", "format")
         for each in n.args
@@ -147,10 +151,6 @@ def _holders(found: _Enumeration, nodes: list[ast.AST]) -> set[str]:
     return names
 
 
-def _last_name(node: ast.expr) -> str:
-    return node.attr if isinstance(node, ast.Attribute) else node.id if isinstance(node, ast.Name) else ""
-
-
 def _is_understood(node: ast.Name, found: _Enumeration, parents: dict[ast.AST, ast.AST]) -> bool:
     """Return whether the name of an enumeration stands where it is known what becomes of it."""
     parent = parents.get(node)
@@ -163,8 +163,9 @@ def _is_understood(node: ast.Name, found: _Enumeration, parents: dict[ast.AST, a
         return function in (*_TAKERS, "choice", "sample", "choices") or (
             function == "isinstance" and not found.is_plain
         )
-    if isinstance(parent, ast.Subscript) and node is parent.value and isinstance(parent.slice, ast.Constant):
-        return parent.slice.value in found.members or is_annotation(node, parents)
+    if isinstance(parent, ast.Subscript) and node is parent.value:
+        is_member = not isinstance(parent.slice, ast.Constant) or parent.slice.value in found.members
+        return is_member or is_annotation(node, parents)
     is_iterated = isinstance(parent, (ast.For, ast.comprehension)) and node is parent.iter
     return is_iterated or isinstance(parent, ast.Starred) or is_annotation(node, parents)
 
@@ -181,12 +182,13 @@ def _bind_classes(found: _Enumeration) -> None:
 
 
 class _Uses(ast.NodeTransformer):
-    """Replaces members by constants; ``listed`` and ``searched`` are the enumerations that need more than these."""
+    """Replaces members by constants; ``listed``, ``searched`` and ``named`` are the enumerations that need more."""
 
     def __init__(self, found: dict[str, _Enumeration]) -> None:
         self._found = found
         self.listed: set[str] = set()
         self.searched: set[str] = set()
+        self.named: set[str] = set()
         self._constants = {each.constant(m) for each in found.values() for m in each.members}
 
     def _of(self, node: ast.AST) -> _Enumeration | None:
@@ -219,11 +221,17 @@ class _Uses(ast.NodeTransformer):
         found = self._of(node.value)
         if found is not None and isinstance(node.slice, ast.Constant) and node.slice.value in found.members:
             return ast.copy_location(ast.Name(found.constant(str(node.slice.value)), ast.Load()), node)
+        if found is not None:
+            self.named.add(found.node.name)
+            table = ast.copy_location(ast.Name(found.by_name, ast.Load()), node)
+            return ast.copy_location(ast.Subscript(table, self.visit(node.slice), ast.Load()), node)
         self.generic_visit(node)
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         found = self._of(node.func)
+        if found is not None and found.is_plain and found.kinds & {"Flag", "IntFlag"}:
+            return self.visit(node.args[0])  # type: ignore[no-any-return]
         if found is not None:
             self.searched.add(found.node.name)
             node.func = ast.copy_location(ast.Name(found.finder, ast.Load()), node.func)
@@ -260,6 +268,7 @@ def _written(found: _Enumeration, uses: _Uses) -> list[ast.stmt]:
         made = ast.parse(f"@dataclass(frozen=True)\nclass {node.name}:{fields}").body[0]
         assert isinstance(made, ast.ClassDef)
         placed(made, node, is_new=True)
+        made.__dict__["is_enumeration"] = True
         made.body += [uses.visit(each) for each in found.methods if each.name != "__init__"]
         body.append(made)
     for name, value in found.members.items():
@@ -278,6 +287,9 @@ def _written(found: _Enumeration, uses: _Uses) -> list[ast.stmt]:
             f"def {found.finder}(value):\n    for each in {found.everything}:\n        if {test}:\n"
             f"            return each\n    raise ValueError(value)"
         ).body
+    if node.name in uses.named:
+        rows = ", ".join(f"{name!r}: {found.constant(name)}" for name in found.members)
+        body += ast.parse(f"{found.by_name} = {{{rows}}}").body
     for each in body[len(found.members) + (not found.is_plain) :]:
         placed(each, node, is_new=True)
     for each in body:

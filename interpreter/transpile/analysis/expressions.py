@@ -48,6 +48,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     narrow,
 )
 from scenelang.interpreter.transpile.analysis.known import METHODS, MUTATORS, RESULTS, uses_random_stream
+from scenelang.interpreter.transpile.analysis.rewriting import OPERATOR_METHODS
 from scenelang.interpreter.transpile.analysis.scopes import Class, Comprehension, Function, PythonVariable, is_module
 
 # Calls of functions and classes of the program, library functions and methods.
@@ -455,10 +456,26 @@ def _binary(state: InferenceState, node: ast.BinOp) -> AbstractType:
     return operation(state, node, node.op, left, expression_type(state, node.right))
 
 
+def _by_method(
+    state: InferenceState, node: ast.AST, op: ast.operator, left: AbstractType, right: AbstractType
+) -> AbstractType | None:
+    """Return the type of an operation that a method of one of the operands does, None if there is none."""
+    name = OPERATOR_METHODS.get(type(op), "")
+    for own, other, method in ((left, right, name), (right, left, f"r{name}")):
+        found = [(record, record.methods.get(method)) for record in own.classes if own.kinds & RECORD]
+        if found and all(function is not None for _, function in found):
+            instances = [(AbstractType(RECORD, frozenset((record,))), function) for record, function in found]
+            return join_all([call_function(state, f, node, [own, other], {}) for own, f in instances if f is not None])
+    return None
+
+
 def operation(
     state: InferenceState, node: ast.AST, op: ast.operator, left: AbstractType, right: AbstractType
 ) -> AbstractType:
     """Return the type of ``left op right``."""
+    found = _by_method(state, node, op, left, right)
+    if found is not None:
+        return found
     kinds = left.kinds | right.kinds
     if not left.kinds or (not right.kinds and not left.kinds & SEQUENCES):
         known = left | right

@@ -33,6 +33,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     INT,
     LIST,
     NOTHING,
+    NUMBERS,
     POSE,
     RECORD,
     SET,
@@ -52,12 +53,16 @@ from scenelang.interpreter.transpile.analysis.inference import (
 from scenelang.interpreter.transpile.analysis.python_text import child_nodes, variable_of, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     COMPREHENSIONS,
-    Class,
     Function,
     LibraryPaths,
     PythonNames,
     PythonVariable,
     is_annotation,
+)
+from scenelang.interpreter.transpile.analysis.value_classes import (
+    classes_compared_by_value,
+    compares_fields,
+    keys_in,
 )
 
 # Inference of a whole program.
@@ -417,7 +422,9 @@ class Departures:
                 found += self._view(node)
             if isinstance(node, ast.For):
                 found += self._interleaved(node)
-        return found
+            if isinstance(node, ast.expr) and self._facts.type(node).kinds == SET:
+                found += self._order_of_set(node)
+        return found + self._keys()
 
     def _interleaved(self, node: ast.For) -> list[_Departure]:
         """Find a loop over a generator of which one looks at what the other changes in between."""
@@ -704,11 +711,16 @@ class Departures:
                     return [(node, "the identity of objects")]
                 if isinstance(op, (ast.Eq, ast.NotEq)) and all(self._has_objects(t) for t in types):
                     return [(node, "the identity of objects")]
+                items = join_all([s.key if s.kind == DICT else s.element for s in types[1].sites])
+                if isinstance(op, (ast.In, ast.NotIn)) and _is_set_among_others(types[0], items):
+                    return [(node, "comparing sets of different kinds")]
+                if isinstance(op, (ast.Eq, ast.NotEq)) and len({bool(t.kinds & SET) for t in types}) > 1:
+                    if all(t.kinds & (SET | TUPLE | RECORD) for t in types):
+                        return [(node, "comparing sets of different kinds")]
                 if isinstance(op, (ast.In, ast.NotIn)) and types[1].sites:
                     if self._has_objects(types[0]):
                         return [(node, "the identity of objects")]
-                    elements = join_all([s.key if s.kind == DICT else s.element for s in types[1].sites])
-                    if _mixes(elements | types[0]):
+                    if _mixes(items | types[0]):
                         return [(node, "comparing numbers with Booleans")]
             return []
         keys = join_all([site.key if site.kind == DICT else site.element for site in self._facts.type(node).sites])
@@ -718,9 +730,53 @@ class Departures:
 
     def _has_objects(self, value: AbstractType, depth: int = 3) -> bool:
         """Return whether a value is, or contains, an instance of a class whose instances are equal by identity."""
-        if value.kinds & RECORD and any(not _compares_fields(record) for record in value.classes):
+        if value.kinds & RECORD and any(not compares_fields(record) for record in value.classes):
             return True
         return depth > 0 and any(self._has_objects(site.element, depth - 1) for site in value.sites)
+
+    def _order_of_set(self, node: ast.expr) -> list[_Departure]:
+        """Find where the order of a set of numbers, or of tuples of these, matters: Python goes by their hashes."""
+        items = join_all([site.element for site in self._facts.type(node).sites])
+        parts = join_all([site.element for site in items.sites])
+        if not items.only(NUMBERS | TUPLE) or (items.kinds & TUPLE and not parts.only(NUMBERS)):
+            return []
+        outer = self._parents.get(node)
+        if isinstance(outer, ast.For):
+            matters = node is outer.iter and self._makes_shapes(*outer.body)
+        elif isinstance(outer, ast.comprehension):
+            made = self._parents.get(outer)
+            taker = self._parents.get(made) if made is not None else None
+            is_kept = made is not None and not self._is_unordered(taker)
+            matters = node is outer.iter and is_kept and self._makes_shapes(made)
+        elif isinstance(outer, ast.Call) and node in outer.args:
+            name = self._paths.of(outer.func)
+            matters = name in _ORDERED_TAKERS and not self._is_unordered(self._parents.get(outer))
+        elif isinstance(outer, ast.Starred):
+            display = self._parents.get(outer)
+            matters = not isinstance(display, ast.Set) and not self._is_unordered(self._parents.get(display or outer))
+        else:
+            pop = self._parents.get(outer) if isinstance(outer, ast.Attribute) and outer.attr == "pop" else None
+            matters = isinstance(pop, ast.Call) and not pop.args
+        return [(node, "the order of a set of numbers")] if matters else []
+
+    def _makes_shapes(self, *nodes: ast.AST | None) -> bool:
+        """Return whether a part makes shapes, whose order is seen; that of what a search looks at is not."""
+        parts = walk_tree(*(each for each in nodes if each is not None))
+        return any(isinstance(each, ast.expr) and self._facts.type(each).kinds & SHAPE for each in parts)
+
+    def _is_unordered(self, taker: ast.AST | None) -> bool:
+        """Return whether a call gives the same for items in any order."""
+        return isinstance(taker, ast.Call) and self._paths.of(taker.func) in _UNORDERED_TAKERS
+
+    def _keys(self) -> list[_Departure]:
+        """Find the sets and tables with members or keys that the language compares by identity, and Python by value."""
+        found: list[_Departure] = []
+        for node, keys in keys_in(self._facts):
+            classes = classes_compared_by_value(keys)
+            what = "a `frozenset`" if keys.kinds & SET else f"an instance of `{classes[0].name}`" if classes else ""
+            if what and (not found or found[-1][0] is not node):
+                found.append((node, f"{what} as the key of a table or the member of a set"))
+        return found
 
     # --- views of arrays ---------------------------------------------------------------------------------------
 
@@ -801,12 +857,15 @@ def _is_of_name(node: ast.AST) -> bool:
     return isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)
 
 
+_UNORDERED_TAKERS = ("sorted", "sum", "min", "max", "any", "all", "len", "set", "frozenset")
+_ORDERED_TAKERS = ("list", "tuple", "enumerate", "zip", "map", "iter", "next", "filter", "dict")
+
+
+def _is_set_among_others(value: AbstractType, items: AbstractType) -> bool:
+    """Return whether a set is looked for among values of other kinds, or the other way round."""
+    return bool(items.kinds) and bool(value.kinds & SET) is not bool(items.kinds & SET)
+
+
 def _mixes(value: AbstractType) -> bool:
     """Return whether values that are equal in Python only, such as 1 and True, may be among some."""
     return bool(value.kinds & BOOL) and bool(value.kinds & (INT | FLOAT))
-
-
-def _compares_fields(record: Class) -> bool:
-    decorators = [ast.unparse(d).replace(" ", "") for d in record.node.decorator_list]
-    is_data = record.is_dataclass and not any("eq=False" in d for d in decorators)
-    return is_data or "__eq__" in record.methods or any("NamedTuple" in ast.unparse(b) for b in record.node.bases)

@@ -530,6 +530,10 @@ def _narrow_classes(state: InferenceState, node: ast.expr, classes: frozenset[Cl
     if len([each for each in kept if type(each) is Class]):
         kinds = value.kinds & (RECORD | UNKNOWN) if holds else value.kinds
         state.env[variable] = AbstractType(kinds, kept)
+    elif holds and value.classes:  # it is of none of them, as far as is known by now
+        state.env[variable] = AbstractType(RECORD, frozenset[Reference](classes))
+    elif value.classes and value.kinds & ~RECORD:
+        state.env[variable] = AbstractType(value.kinds & ~RECORD, kept)
 
 
 def _exclude(state: InferenceState, node: ast.expr, kinds: int) -> None:

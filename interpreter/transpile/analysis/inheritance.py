@@ -10,6 +10,100 @@ import copy
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, placed
+
+_HOOK = "__init_subclass__"
+
+
+def without_hooks(tree: ast.Module) -> None:
+    """Write what ``__init_subclass__`` does, in place, after each class that is derived from the one that has it."""
+    classes = {each.name: each for each in tree.body if isinstance(each, ast.ClassDef)}
+    hooks = {name: m for name, each in classes.items() for m in each.body if getattr(m, "name", "") == _HOOK}
+    body: list[ast.stmt] = []
+    written: set[str] = set()
+    for each in tree.body:
+        body.append(each)
+        line = _line_of(each, classes) if isinstance(each, ast.ClassDef) else []
+        hook = next((name for name in line[1:] if name in hooks), None)
+        if hook is None or not isinstance(each, ast.ClassDef):
+            continue
+        made = _called_hook(hooks[hook], each, [classes[name] for name in line])
+        if made is None:
+            return
+        body += made
+        written.add(each.name)
+    for name in hooks:
+        classes[name].body = [m for m in classes[name].body if getattr(m, "name", "") != _HOOK] or [
+            ast.copy_location(ast.Pass(), classes[name])
+        ]
+    for name in written:
+        classes[name].keywords = []
+    tree.body = body
+
+
+def _line_of(node: ast.ClassDef, classes: dict[str, ast.ClassDef]) -> list[str]:
+    """Return a class and those that it is derived from, each by its first base."""
+    names = [node.name]
+    while bases := classes[names[-1]].bases:
+        base = bases[0]
+        if not isinstance(base, ast.Name) or base.id not in classes or base.id in names:
+            break
+        names.append(base.id)
+    return names
+
+
+def _called_hook(hook: Any, node: ast.ClassDef, line: list[ast.ClassDef]) -> list[ast.stmt] | None:
+    """Return the statements of a hook for a class; its assignments of attributes go into the class."""
+    given = hook.args
+    names = [each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    plain = [each.arg for each in (*given.posonlyargs, *given.args)]
+    defaults = dict(zip(plain[len(plain) - len(given.defaults) :], given.defaults))
+    defaults |= {a.arg: d for a, d in zip(given.kwonlyargs, given.kw_defaults) if d is not None}
+    values = {**defaults, **{str(k.arg): k.value for k in node.keywords}}
+    rest = given.kwarg.arg if given.kwarg is not None else None
+    if given.vararg or set(values) != set(names[1:]) or not all(isinstance(v, ast.Constant) for v in values.values()):
+        return None
+    body: list[ast.stmt] = []
+    for each in hook.body:
+        if isinstance(each, ast.Expr) and (isinstance(each.value, ast.Constant) or _is_super_call(each.value)):
+            continue
+        if not isinstance(each, (ast.Assign, ast.Expr, ast.If, ast.AugAssign)):
+            return None
+        if any(isinstance(n, ast.Name) and n.id == rest for n in walk_tree(each)):
+            return None
+        made = _OfClass(names[0], line).visit(Substitution(values).visit(copy.deepcopy(each)))
+        target = made.targets[0] if isinstance(made, ast.Assign) else None
+        if isinstance(target, ast.Attribute) and ast.unparse(target.value) == node.name:
+            node.body.append(ast.copy_location(ast.Assign([ast.Name(target.attr, ast.Store())], made.value), node))
+            placed(node.body[-1], node)
+        else:
+            body.append(placed(made, node))
+    return body
+
+
+def _is_super_call(node: ast.expr) -> bool:
+    return isinstance(node, ast.Call) and ast.unparse(node.func) == f"super().{_HOOK}"
+
+
+class _OfClass(ast.NodeTransformer):
+    """Writes a class for its parameter, and attributes that it inherits as those of the class that has them."""
+
+    def __init__(self, parameter: str, line: list[ast.ClassDef]) -> None:
+        self._parameter, self._line = parameter, line
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        if not isinstance(node.value, ast.Name) or node.value.id != self._parameter:
+            self.generic_visit(node)
+            return node
+        if node.attr in ("__name__", "__qualname__"):
+            return ast.copy_location(ast.Constant(self._line[0].name), node)
+        owners = [each.name for each in self._line if any(_key(s) == node.attr for s in each.body)]
+        is_stored = not isinstance(node.ctx, ast.Load)
+        node.value.id = self._line[0].name if is_stored or not owners else owners[0]
+        return node
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        return ast.copy_location(ast.Name(self._line[0].name, node.ctx), node) if node.id == self._parameter else node
 
 
 def without_bases(tree: ast.Module) -> None:
@@ -43,13 +137,6 @@ def without_bases(tree: ast.Module) -> None:
 
 def _asks_super(node: ast.ClassDef) -> bool:
     return any(isinstance(n, ast.Name) and n.id == "super" for n in walk_tree(node))
-
-
-def has_bases(tree: ast.Module) -> bool:
-    """Return whether a class of a module has a base that is a class of the module."""
-    names = {each.name for each in tree.body if isinstance(each, ast.ClassDef)}
-    bases = (base for each in tree.body if isinstance(each, ast.ClassDef) for base in each.bases)
-    return any(isinstance(base, ast.Name) and base.id in names for base in bases)
 
 
 def _with_heirs(kind: ast.expr, heirs: dict[str, list[str]]) -> ast.expr:
@@ -134,6 +221,7 @@ class Dispatch:
     def __init__(self, taken: set[str]) -> None:
         self._taken = taken
         self._names: dict[tuple[Any, ...], str] = {}
+        self._values: dict[str, str] = {}  # what the functions return, by name
         self.made: list[ast.stmt] = []
 
     def call(self, node: ast.Call, owner: ast.expr, method: str, classes: list[str]) -> ast.expr | None:
@@ -161,7 +249,20 @@ class Dispatch:
                 name, number = f"{stem}_{number}", number + 1
             self._taken.add(name)
             self._names[key] = name
-            lines = [f"def {name}({', '.join(['thing', *given])}):"]
-            lines += [f"    if isinstance(thing, {each}):\n        return {value}" for each in classes]
-            self.made += ast.parse("\n".join([*lines, "    raise TypeError('no such class')"])).body
+            text = f"def {name}({', '.join(['thing', *given])}):\n    raise TypeError('no such class')"
+            self.made += ast.parse(text).body
+            self._values[name] = value
+            self.extend(self.made[-1], classes)
         return self._names[key]
+
+    def extend(self, function: Any, classes: list[str]) -> bool:
+        """Add classes to a function that chooses by them; returns whether it is one, and some of them are new."""
+        if function.name not in self._values:
+            return False
+        known = {each.test.args[1].id for each in function.body[:-1]}
+        tests = [
+            ast.parse(f"if isinstance(thing, {each}):\n    return {self._values[function.name]}").body[0]
+            for each in classes if each not in known
+        ]  # fmt: skip
+        function.body[-1:-1] = tests
+        return bool(tests)

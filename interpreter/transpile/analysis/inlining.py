@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import child_nodes, scope_of, walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_sized, placed
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_sized, name_of, placed
 
 _MANAGERS = ("contextmanager", "contextlib.contextmanager")
 _HARMLESS = ("errstate", "printoptions", "nullcontext")  # managers of the library that change no result
@@ -23,17 +23,12 @@ class _Impossible(Exception):
     """A use cannot be written in place."""
 
 
-def has_managers(tree: ast.Module) -> bool:
-    """Return whether a module has ``with`` statements."""
-    return any(isinstance(node, ast.With) for node in walk_tree(tree))
-
-
 def with_generators_in_place(tree: ast.Module, is_meant: Callable[[ast.expr], bool]) -> ast.Module | None:
     """Return a module in which loops over its own generators are written in place; None if there are none.
 
     ``is_meant`` says which loops, by what they iterate over; loops over endless generators always are.
     """
-    inliner = _Generators(copy.deepcopy(tree), is_meant)
+    inliner = _Generators(_Delegations().visit(copy.deepcopy(tree)), is_meant)
     tree = inliner.visit(inliner.tree)
     return inliner.finished(tree) if inliner.count else None
 
@@ -99,20 +94,22 @@ class _Inlining(ast.NodeTransformer):
         ``stored`` are the variables that what takes the place of ``yield`` assigns.
         """
         given = function.args
-        if given.vararg or given.kwarg or given.posonlyargs or any(isinstance(a, ast.Starred) for a in call.args):
+        if given.kwarg or given.posonlyargs or any(isinstance(a, ast.Starred) for a in call.args):
             raise _Impossible
         names = [each.arg for each in given.args]
         values: dict[str, ast.expr] = {}
         arguments = list(call.args)
         if isinstance(call.func, ast.Attribute):
             arguments.insert(0, call.func.value)
-        if len(arguments) > len(names) or any(k.arg is None for k in call.keywords):
+        if (len(arguments) > len(names) and not given.vararg) or any(k.arg is None for k in call.keywords):
             raise _Impossible
         values |= dict(zip(names, arguments))
+        if given.vararg:
+            values[given.vararg.arg] = ast.Tuple(arguments[len(names) :], ast.Load())
         values |= {str(k.arg): k.value for k in call.keywords}
         defaults = dict(zip(names[len(names) - len(given.defaults) :], given.defaults))
         defaults |= {a.arg: d for a, d in zip(given.kwonlyargs, given.kw_defaults) if d is not None}
-        everything = [*names, *(a.arg for a in given.kwonlyargs)]
+        everything = [*names, *(a.arg for a in given.kwonlyargs), *([given.vararg.arg] if given.vararg else [])]
         if set(values) - set(everything) or any(name not in values | defaults for name in everything):
             raise _Impossible
         local = scope_of(function)[0]
@@ -166,15 +163,36 @@ def _stored_in(statements: Iterable[ast.AST]) -> set[str]:
 
 def is_endless(function: ast.FunctionDef) -> bool:
     """Return whether a generator has a loop that nothing ends."""
-    loops = (each for each in walk_tree(function) if isinstance(each, ast.While))
-    return _is_generator(function) and any(
-        isinstance(each.test, ast.Constant) and bool(each.test.value) and not [*_own(each.body, ast.Break, ast.Return)]
-        for each in loops
-    )
+    loops = (each for each in walk_tree(function) if isinstance(each, (ast.While, ast.For)))
+    return is_generator(function) and any(
+        _goes_on(each) and not [*_own(each.body, ast.Break, ast.Return)] for each in loops
+    )  # fmt: skip
 
 
-def _is_generator(function: ast.FunctionDef) -> bool:
+def _goes_on(loop: ast.While | ast.For) -> bool:
+    """Return whether nothing but its body ends a loop."""
+    if isinstance(loop, ast.For):
+        return isinstance(loop.iter, ast.Call) and name_of(loop.iter) == "count"
+    return isinstance(loop.test, ast.Constant) and bool(loop.test.value)
+
+
+def is_generator(function: ast.FunctionDef) -> bool:
     return any(True for _ in _own(function.body, ast.Yield, ast.YieldFrom))
+
+
+class _Delegations(ast.NodeTransformer):
+    """Writes ``yield from (x for y in z)`` as the loop that it is."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.stmt:
+        inner = node.value.value if isinstance(node.value, ast.YieldFrom) else None
+        if not isinstance(inner, ast.GeneratorExp):
+            return node
+        body: ast.stmt = ast.Expr(ast.Yield(inner.elt))
+        for clause in reversed(inner.generators):
+            for test in reversed(clause.ifs):
+                body = ast.If(test, [body], [])
+            body = ast.For(clause.target, clause.iter, [body], [])
+        return placed(body, node)
 
 
 class _Generators(_Inlining):
@@ -216,25 +234,25 @@ class _Generators(_Inlining):
     def _generator(self, node: ast.expr) -> ast.FunctionDef | None:
         """Return the generator whose items an expression gives, if loops over it are to be written in place."""
         function = self.called(node)
-        if function is not None and _is_generator(function):
+        if function is not None and is_generator(function):
             return function if is_endless(function) or self._is_meant(node) else None
-        is_wrapped = isinstance(node, ast.Call) and _name_of(node) in ("enumerate", "islice") and node.args
+        is_wrapped = isinstance(node, ast.Call) and name_of(node) in ("enumerate", "islice") and node.args
         return self._generator(node.args[0]) if is_wrapped and isinstance(node, ast.Call) else None
 
     def _counted(self, node: ast.For) -> list[ast.stmt] | None:
         """Return a loop over the first items of a generator, or over its items by number, as one over the generator."""
         call = node.iter
-        if not isinstance(call, ast.Call) or _name_of(call) not in ("enumerate", "islice"):
+        if not isinstance(call, ast.Call) or name_of(call) not in ("enumerate", "islice"):
             return None
-        name = self.fresh("number" if _name_of(call) == "enumerate" else "left")
+        name = self.fresh("number" if name_of(call) == "enumerate" else "left")
         stored, loaded = ast.Name(name, ast.Store()), ast.Name(name, ast.Load())
-        if _name_of(call) == "enumerate" and isinstance(node.target, ast.Tuple) and len(node.target.elts) == 2:
+        if name_of(call) == "enumerate" and isinstance(node.target, ast.Tuple) and len(node.target.elts) == 2:
             start = call.args[1] if len(call.args) > 1 else ast.Constant(0)
             count = ast.Assign([node.target.elts[0]], loaded)
             step: ast.stmt = ast.Assign([copy.copy(stored)], ast.BinOp(copy.copy(loaded), ast.Add(), ast.Constant(1)))
             loop = ast.For(node.target.elts[1], call.args[0], [count, step, *node.body], [])
             return [ast.Assign([stored], start), loop]
-        if _name_of(call) != "islice" or len(call.args) != 2 or any(True for _ in _own(node.body, ast.Continue)):
+        if name_of(call) != "islice" or len(call.args) != 2 or any(True for _ in _own(node.body, ast.Continue)):
             return None
         step = ast.Assign([copy.copy(stored)], ast.BinOp(copy.copy(loaded), ast.Sub(), ast.Constant(1)))
         end = ast.If(ast.Compare(copy.copy(loaded), [ast.LtE()], [ast.Constant(0)]), [ast.Break()], [])
@@ -247,7 +265,7 @@ class _Generators(_Inlining):
         target, value = node.targets[0], node.value
         if len(node.targets) > 1 or not isinstance(target, ast.Name):
             return node
-        if isinstance(value, ast.Call) and _name_of(value) == "list" and len(value.args) == 1:
+        if isinstance(value, ast.Call) and name_of(value) == "list" and len(value.args) == 1:
             item = self.fresh("item")
             clause = ast.comprehension(ast.Name(item, ast.Store()), value.args[0], [], 0)
             value = ast.ListComp(ast.Name(item, ast.Load()), [clause])
@@ -267,7 +285,7 @@ class _Generators(_Inlining):
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """Write the first items of an endless generator as the call of a function that makes a list of them."""
         self.generic_visit(node)
-        name, given = _name_of(node), node.args
+        name, given = name_of(node), node.args
         if name == "islice" and len(given) == 2:
             return self._taken(given[0], given[1]) or node
         if name == "takewhile" and len(given) == 2:
@@ -391,7 +409,7 @@ class _Generators(_Inlining):
 
 def _is_own_generator(node: ast.stmt) -> bool:
     is_plain = isinstance(node, ast.FunctionDef) and not node.decorator_list and not node.name.startswith("__")
-    return is_plain and isinstance(node, ast.FunctionDef) and _is_generator(node)
+    return is_plain and isinstance(node, ast.FunctionDef) and is_generator(node)
 
 
 def _is_quiet(function: ast.FunctionDef) -> bool:
@@ -399,10 +417,6 @@ def _is_quiet(function: ast.FunctionDef) -> bool:
     calls = [n for n in walk_tree(function) if isinstance(n, ast.Call) and isinstance(n.func, ast.Attribute)]
     own = {n.id for n in walk_tree(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
     return all(ast.unparse(n.func).partition(".")[0] in {"math", *own} for n in calls)
-
-
-def _name_of(call: ast.Call) -> str:
-    return ast.unparse(call.func).rpartition(".")[2]
 
 
 def _listed(nodes: Any) -> list[Any]:

@@ -18,6 +18,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     NOTHING,
     NUMBERS,
     POSE,
+    RECORD,
     SEQUENCES,
     SET,
     SHAPE,
@@ -311,6 +312,8 @@ def _round(
 def _absolute(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
+    if args and args[0].kinds & RECORD:
+        return NOTHING  # until the method is called that gives it
     return args[0] if args and not args[0].only(BOOL) else T_INT
 
 
@@ -320,7 +323,8 @@ def _reduce(
     if len(args) < 2:
         return NOTHING
     start = args[2] if len(args) > 2 else infer.elements(args[1])
-    return start | infer.call(args[0], node, [start, infer.elements(args[1])], {})
+    once = start | infer.call(args[0], node, [start, infer.elements(args[1])], {})
+    return once | infer.call(args[0], node, [once, infer.elements(args[1])], {})
 
 
 def _product(

@@ -1,6 +1,6 @@
 """Python that says the same with less: what the translation does not know, in terms of what it knows.
 
-Functions of Python's library become functions of the program (``_LIBRARY``), operator methods become methods that
+Functions of Python's library become functions of the program (``LIBRARY``), operator methods become methods that
 operators call, alternative constructors static methods, fixed arguments (``partial``) arguments of the calls. What
 evaluates Python sees the program as it was written.
 """
@@ -14,204 +14,42 @@ import string
 from collections.abc import Callable, Mapping
 from typing import Any, TypeGuard
 
-from scenelang.interpreter.transpile.analysis.decorators import has_decorators, without_decorators
-from scenelang.interpreter.transpile.analysis.enumerations import has_enumerations, without_enumerations
+from scenelang.interpreter.transpile.analysis.decorators import without_decorators
+from scenelang.interpreter.transpile.analysis.enumerations import without_enumerations
+from scenelang.interpreter.transpile.analysis.grids import PATHS as GRID_PATHS
+from scenelang.interpreter.transpile.analysis.grids import Grids
 from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
-from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, has_bases, without_bases
-from scenelang.interpreter.transpile.analysis.inlining import has_managers, without_managers
-from scenelang.interpreter.transpile.analysis.matches import Matches, has_matches
-from scenelang.interpreter.transpile.analysis.plain_classes import has_descriptions, with_plain_classes
+from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, without_bases, without_hooks
+from scenelang.interpreter.transpile.analysis.inlining import without_managers
+from scenelang.interpreter.transpile.analysis.library import COUNTER_METHODS, EAGER, GETTERS, LIBRARY, OWN_METHODS
+from scenelang.interpreter.transpile.analysis.library_classes import with_library_classes
+from scenelang.interpreter.transpile.analysis.matches import Matches
+from scenelang.interpreter.transpile.analysis.plain_classes import with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_repeatable, is_sized, placed
+from scenelang.interpreter.transpile.analysis.rewriting import (
+    OPERATOR_METHODS,
+    Substitution,
+    is_registering,
+    is_repeatable,
+    is_sized,
+    name_of,
+    placed,
+)
 
-# Functions of the library in Python, by their modules.
-_SOURCES = {
-    "itertools": """
-def pairwise(items):
-    rest = list(items)
-    return list(zip(rest, rest[1:]))
-def starmap(function, rows):
-    return [function(*row) for row in rows]
-def takewhile(predicate, items):
-    taken = []
-    for item in items:
-        if not predicate(item):
-            break
-        taken.append(item)
-    return taken
-def counted_while(predicate, start=0, step=1):
-    taken = []
-    item = start
-    while predicate(item):
-        taken.append(item)
-        item = item + step
-    return taken
-def first_of_cycle(items, count):
-    row = list(items)
-    return [row[i % len(row)] for i in range(count)] if row else []
-def dropwhile(predicate, items):
-    rest = list(items)
-    start = 0
-    while start < len(rest) and predicate(rest[start]):
-        start += 1
-    return rest[start:]
-def groupby(items, key=None):
-    groups = []
-    for item in items:
-        name = item if key is None else key(item)
-        if groups and groups[-1][0] == name:
-            groups[-1][1].append(item)
-        else:
-            groups.append((name, [item]))
-    return groups
-def compress(items, selectors):
-    return [item for item, is_selected in zip(items, selectors) if is_selected]
-""",
-    "operator": """
-def itemgetter(index):
-    return lambda row: row[index]
-def lt(a, b):
-    return a < b
-def gt(a, b):
-    return a > b
-def truediv(a, b):
-    return a / b
-def neg(a):
-    return -a
-""",
-    "math": """
-def log1p(x):
-    return math.log(1 + x)
-""",
-    "bisect": """
-def bisect_left(items, x):
-    low, high = 0, len(items)
-    while low < high:
-        middle = (low + high) // 2
-        if items[middle] < x:
-            low = middle + 1
-        else:
-            high = middle
-    return low
-def bisect_right(items, x):
-    low, high = 0, len(items)
-    while low < high:
-        middle = (low + high) // 2
-        if x < items[middle]:
-            high = middle
-        else:
-            low = middle + 1
-    return low
-""",
-    "heapq": """
-def heappush(heap, item):
-    place = len(heap)
-    heap.append(item)
-    while place > 0 and item < heap[(place - 1) // 2]:
-        heap[place] = heap[(place - 1) // 2]
-        place = (place - 1) // 2
-    heap[place] = item
-def heappop(heap):
-    last = heap.pop()
-    if len(heap) == 0:
-        return last
-    first = heap[0]
-    place = 0
-    child = 1
-    while child < len(heap):
-        if child + 1 < len(heap) and not heap[child] < heap[child + 1]:
-            child += 1
-        heap[place] = heap[child]
-        place = child
-        child = 2 * place + 1
-    while place > 0 and last < heap[(place - 1) // 2]:
-        heap[place] = heap[(place - 1) // 2]
-        place = (place - 1) // 2
-    heap[place] = last
-    return first
-def nsmallest(n, items):
-    return sorted(items)[:n]
-def nlargest(n, items):
-    return sorted(items, reverse=True)[:n]
-""",
-    "statistics": """
-def pvariance(values):
-    middle = sum(values) / len(values)
-    return sum((value - middle) ** 2 for value in values) / len(values)
-def pstdev(values):
-    middle = sum(values) / len(values)
-    return math.sqrt(sum((value - middle) ** 2 for value in values) / len(values))
-def fmean(values):
-    return sum(values) / len(values)
-def mean(values):
-    return sum(values) / len(values)
-def median(values):
-    ordered = sorted(values)
-    n = len(ordered)
-    return ordered[n // 2] if n % 2 else (ordered[n // 2 - 1] + ordered[n // 2]) / 2
-""",
-}
-_LIBRARY = {
-    f"{module}.{function.name}": ast.unparse(function)
-    for module, source in _SOURCES.items()
-    for function in ast.parse(source).body
-    if isinstance(function, ast.FunctionDef)
-}
-_LIBRARY["collections.Counter"] = """
-def Counter(items=()):
-    counts = collections.defaultdict(int)
-    if isinstance(items, dict):
-        for item, number in dict(items).items():
-            counts[item] += number
-    else:
-        for item in items:
-            counts[item] += 1
-    return counts
-"""
-_COUNTING = ("update", "subtract", "elements", "total")  # methods of counters that dictionaries do not have, or others
-# Methods that only texts and counters have, by their names and numbers of arguments.
-_OWN_METHODS = {
-    ("partition", 1): """
-def partition(text, separator):
-    place = text.find(separator)
-    if place < 0:
-        return (text, "", "")
-    return (text[:place], separator, text[place + len(separator):])
-""",
-    ("rpartition", 1): """
-def rpartition(text, separator):
-    place = text.rfind(separator)
-    if place < 0:
-        return ("", "", text)
-    return (text[:place], separator, text[place + len(separator):])
-""",
-    ("most_common", 0): """
-def most_common(counts):
-    return sorted(counts.items(), key=lambda pair: -pair[1])
-""",
-    ("most_common", 1): """
-def most_common_few(counts, n):
-    return sorted(counts.items(), key=lambda pair: -pair[1])[:n]
-""",
-}
-_LIBRARY["bisect.bisect"] = _LIBRARY["bisect.bisect_right"].replace("bisect_right", "bisect")
 _SILENT = ("logging", "warnings")  # modules whose functions only tell people something
 
-_BINARY: dict[type[ast.operator], str] = {
-    ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
-    ast.FloorDiv: "floordiv", ast.BitOr: "or_", ast.BitAnd: "and_", ast.BitXor: "xor",
-}  # fmt: skip
 _TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
 _ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
 _METHODS = (
-    *_BINARY.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter", "call",
-    "bool", *_ORDER,
+    *OPERATOR_METHODS.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter",
+    "call", "bool", *_ORDER,
 )  # fmt: skip
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
 _COUNT = "itertools.count"
 _WRITTEN = (
     _COUNT,
+    *GETTERS,
     "itertools.islice",
     "numpy.ndindex",
     "numpy.c_",
@@ -222,31 +60,25 @@ _WRITTEN = (
     "numpy.nonzero",
     "itertools.repeat",
 )  # by `_Library` itself
+_REWRITTEN = frozenset([*LIBRARY, *_CONSTANTS, *_WRITTEN, *GRID_PATHS])
+_FIRST = ast.Pass(lineno=1, col_offset=0, end_lineno=1, end_col_offset=0)  # a place for what has none
 _PURE = ("iter", "range", "len", "reversed", "abs", "round", "int", "float")
 _CONSUMERS = ("list", "tuple", "set", "sum", "sorted", "min", "max", "any", "all", "enumerate", "zip")
+_UNORDERED = ("set", "sum", "sorted", "min", "max", "any", "all")  # to which the order of a set does not matter
 MOST_PASSES = 6  # each finds the types of what the one before has made
 
 
 def lowered(tree: ast.Module) -> ast.Module:
     """Return a module without constructs that the translation does not know; the same one if it has none."""
     paths = _imported(tree)
-    nodes = walk_tree(tree)
-    used = any(
-        _path(each, paths) in (*_LIBRARY, *_CONSTANTS, *_WRITTEN) or _method(each) in _OWN_METHODS for each in nodes
-    )
-    has_methods = any(isinstance(each, ast.ClassDef) and _is_lowered(each) for each in nodes)
-    has_other = "functools.partial" in paths.values() or any(each in paths.values() for each in _SILENT)
-    has_other |= any(_Targets.is_meant(each.target) for each in nodes if isinstance(each, (ast.For, ast.comprehension)))
-    if not used and not has_methods and not has_other and not has_bases(tree):
-        if not (
-            has_enumerations(tree)
-            or has_matches(tree)
-            or has_managers(tree)
-            or has_descriptions(tree)
-            or has_decorators(tree)
-        ):
-            return tree
-    tree = copy.deepcopy(tree)
+    if _is_plain(tree, paths):
+        return tree
+    whole, tree = tree, copy.deepcopy(tree)
+    before = ast.dump(tree)
+    path_of = lambda node: _path(node, paths)
+    tree = Grids(path_of).visit(tree)
+    classes_of_library = with_library_classes(tree, path_of)
+    tree.body[_first_statement(tree) : 0] = [placed(each, _FIRST, is_new=True) for each in classes_of_library]
     tree = _Targets().visit(with_plain_classes(without_decorators(tree)))
     tree = without_managers(Matches(tree).visit(tree))
     tree = without_enumerations(tree)
@@ -257,6 +89,7 @@ def lowered(tree: ast.Module) -> ast.Module:
     for cls in classes:
         is_tested = cls.name in tested and any("Protocol" in ast.unparse(base) for base in cls.bases)
         cls.bases = [base for base in cls.bases if is_tested or not _is_marker(base)]
+    without_hooks(tree)
     without_bases(tree)
     is_sorted = any(map(_orders, walk_tree(tree)))
     for cls in classes:
@@ -267,7 +100,27 @@ def lowered(tree: ast.Module) -> ast.Module:
     for node in walk_tree(*made):
         _at(node, 1)
     tree.body[_first_statement(tree) : 0] = made
-    return tree
+    return tree if made or ast.dump(tree) != before else whole
+
+
+def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
+    """Return whether a module has nothing that is written otherwise, as most answers."""
+    for node in walk_tree(tree):
+        if isinstance(node, (ast.ClassDef, ast.Match, ast.With)):
+            return False
+        if isinstance(node, ast.FunctionDef) and (node.args.kwarg or not all(map(is_registering, node.decorator_list))):
+            return False
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "str":
+            return False
+        if isinstance(node, ast.Name) and node.id in ("frozenset", "iter", "next", "complex", "SimpleNamespace"):
+            return False
+        if isinstance(node, ast.Constant) and type(node.value) is complex:
+            return False
+        if isinstance(node, (ast.For, ast.comprehension)) and _Targets.is_meant(node.target):
+            return False
+        if (_path(node, paths) or "") in _REWRITTEN or _method(node) in OWN_METHODS:
+            return False
+    return not any(path in ("functools.partial", *_SILENT) for path in paths.values())
 
 
 def _at(node: ast.AST, line: int) -> None:
@@ -317,9 +170,33 @@ class _Library(ast.NodeTransformer):
         self._paths = paths
         self._names = {each.id for each in nodes if isinstance(each, ast.Name)}
         self._functions = {each.name for each in nodes if isinstance(each, ast.FunctionDef)}
-        counts = any(isinstance(each, ast.Attribute) and each.attr in _COUNTING for each in nodes)
-        self._other = {"collections.Counter"} if counts else set()
+        self._counters = self._counting(tree)
+        self._other = {"collections.Counter"} if self._counters is None else set()
+        methods = {
+            m.name for n in nodes if isinstance(n, ast.ClassDef) for m in n.body if isinstance(m, ast.FunctionDef)
+        }
+        self._other |= {f"operator.{name}" for name in ("add", "mul") if name not in methods}  # which numbers have
         self.made: dict[str, str] = {}
+
+    def _counting(self, tree: ast.Module) -> set[str] | None:
+        """Return the names of what holds counters; None if a method may be one of a counter, or of something else."""
+        counters: set[str] = set()
+        others: set[str] = set()
+        for node in walk_tree(tree):
+            targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+            value = getattr(node, "value", None)
+            if isinstance(node, (ast.Assign, ast.AnnAssign)) and value is not None:
+                calls = [n for n in walk_tree(value) if _path(n, self._paths) == "collections.Counter"]
+                made = isinstance(value, ast.Call) and any(value.func is n for n in calls)
+                is_counter = made or (isinstance(node, ast.AnnAssign) and bool(calls))
+                (counters if is_counter else others).update(filter(None, map(name_of, targets)))
+            elif isinstance(node, ast.arg):
+                kinds = [n for n in walk_tree(node) if _path(n, self._paths) == "collections.Counter"]
+                (counters if kinds else others).add(node.arg)
+        owners = {
+            name_of(n.value) for n in walk_tree(tree) if isinstance(n, ast.Attribute) and n.attr in COUNTER_METHODS
+        }  # fmt: skip
+        return None if owners - others - counters or owners & counters & others else counters
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
         return self._replaced(node)
@@ -327,13 +204,23 @@ class _Library(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         if _path(node, self._paths) == "numpy.newaxis":
             return ast.copy_location(ast.Constant(None), node)
-        return self._replaced(node) if _path(node, self._paths) in (*_LIBRARY, *_CONSTANTS) else self._inner(node)
+        return self._replaced(node) if _path(node, self._paths) in (*LIBRARY, *_CONSTANTS) else self._inner(node)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         """Write calls whose arguments decide what they are: the beginning of a fresh iterator, indices of an array."""
         path = _path(node.func, self._paths)
         self.generic_visit(node)
-        source = _OWN_METHODS.get(_method(node) or ("", 0))
+        if isinstance(node.func, ast.Attribute) and node.func.attr in COUNTER_METHODS and not node.keywords:
+            if name_of(node.func.value) in (self._counters or ()):
+                name = f"counter_{node.func.attr}"
+                self.made[name] = COUNTER_METHODS[node.func.attr]
+                return placed(ast.Call(ast.Name(name, ast.Load()), [node.func.value, *node.args], []), node)
+        node.args = [_method_of_text(each) for each in node.args]
+        if path in GETTERS:
+            return _getter(path, node) or node
+        if path is not None and path.rpartition(".")[2] in EAGER:
+            node.args = [_listed(each) for each in node.args]
+        source = OWN_METHODS.get(_method(node) or ("", 0))
         if source is not None and path is None and isinstance(node.func, ast.Attribute):
             if node.func.attr not in self._functions:
                 name = ast.parse(source).body[0].name  # type: ignore[attr-defined]
@@ -352,14 +239,15 @@ class _Library(ast.NodeTransformer):
             return node
         if isinstance(node.func, ast.Name) and node.func.id == "zip":
             return self._counted(node)
-        if path == "itertools.islice" and len(node.args) == 2 and isinstance(node.args[0], ast.Call):
+        if path == "itertools.islice" and len(node.args) in (2, 3) and isinstance(node.args[0], ast.Call):
             endless = node.args[0]
             if _path(endless.func, self._paths) == "itertools.cycle" and len(endless.args) == 1:
                 node.func = self._function("itertools.first_of_cycle", node)
-                node.args = [endless.args[0], node.args[1]]
+                node.args = [endless.args[0], *node.args[1:]]
                 return node
             listed = ast.Call(ast.Name("list", ast.Load()), [node.args[0]], [])
-            return placed(ast.Subscript(listed, ast.Slice(None, node.args[1], None), ast.Load()), node)
+            first, last = [None, *node.args[1:]][-2:]
+            return placed(ast.Subscript(listed, ast.Slice(first, last, None), ast.Load()), node)
         if path == "numpy.ndindex" and not any(isinstance(each, (ast.Starred, ast.Attribute)) for each in node.args):
             sizes: list[ast.expr] = [ast.Call(ast.Name("range", ast.Load()), [each], []) for each in node.args]
             product = ast.Attribute(ast.Name("itertools", ast.Load()), "product", ast.Load())
@@ -500,14 +388,14 @@ class _Library(ast.NodeTransformer):
 
     def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
         given = {each.name: f"{node.module}.{each.name}" for each in node.names}
-        node.names = [n for n in node.names if given[n.name] not in _LIBRARY or given[n.name] in self._other]
+        node.names = [n for n in node.names if given[n.name] not in LIBRARY or given[n.name] in self._other]
         return node if node.names else None
 
     def _replaced(self, node: ast.Name | ast.Attribute) -> ast.expr:
         path = _path(node, self._paths)
         if path in _CONSTANTS:
             return ast.copy_location(ast.Constant(_CONSTANTS[path]), node)
-        if path not in _LIBRARY or path in self._other:
+        if path not in LIBRARY or path in self._other:
             return node
         return self._function(path, node)
 
@@ -516,8 +404,44 @@ class _Library(ast.NodeTransformer):
         own = path.rpartition(".")[2]
         is_taken = own in self._names and self._paths.get(own) != path
         name = f"{own}_of_library" if is_taken else own
-        self.made[name] = _LIBRARY[path].replace(f"def {own}(", f"def {name}(", 1)
+        self.made[name] = LIBRARY[path].replace(f"def {own}(", f"def {name}(", 1)
         return ast.copy_location(ast.Name(name, ast.Load()), node)
+
+
+def _method_of_text(node: ast.expr) -> ast.expr:
+    """Return ``str.strip`` as a function that calls the method."""
+    is_method = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "str"
+    if not is_method or not isinstance(node, ast.Attribute):
+        return node
+    return placed(ast.parse(f"lambda text: text.{node.attr}()", mode="eval").body, node, is_new=True)
+
+
+def _listed(node: ast.expr) -> ast.expr:
+    """Return a list in place of an iterator that is used up at once."""
+    return ast.copy_location(ast.ListComp(node.elt, node.generators), node) if type(node) is ast.GeneratorExp else node
+
+
+def _getter(path: str, node: ast.Call) -> ast.expr | None:
+    """Return the function that `attrgetter`, `itemgetter` or `methodcaller` makes; None for computed names."""
+    given = [each.value for each in node.args if isinstance(each, ast.Constant)]
+    if path == "operator.methodcaller":
+        if not given or not all(map(is_repeatable, node.args)) or not str(given[0]).isidentifier():
+            return None
+        function = ast.Attribute(ast.Name("each", ast.Load()), str(given[0]), ast.Load())
+        parts: list[ast.expr] = [ast.Call(function, node.args[1:], node.keywords)]
+    elif node.keywords or len(given) != len(node.args) or not given:
+        return None
+    elif path == "operator.attrgetter":
+        names = [name for name in given if type(name) is str]
+        if len(names) < len(given) or not all(part.isidentifier() for name in names for part in name.split(".")):
+            return None
+        body = ast.parse(", ".join(f"each.{name}" for name in names), mode="eval").body
+        parts = body.elts if isinstance(body, ast.Tuple) else [body]
+    else:
+        parts = [ast.Subscript(ast.Name("each", ast.Load()), each, ast.Load()) for each in node.args]
+    body = parts[0] if len(parts) == 1 else ast.Tuple(parts, ast.Load())
+    made = ast.Lambda(ast.arguments([], [ast.arg("each")], None, [], [], None, []), body)
+    return placed(made, node, is_new=True)
 
 
 class _Targets(ast.NodeTransformer):
@@ -658,18 +582,7 @@ def _is_marker(base: ast.expr) -> bool:
     return ast.unparse(base.value if isinstance(base, ast.Subscript) else base) in _MARKERS
 
 
-def _is_lowered(node: ast.ClassDef) -> bool:
-    return any(map(_is_marker, node.bases)) or any(
-        isinstance(each, ast.FunctionDef)
-        and (
-            _dunder(each.name)
-            or each.name in ("__post_init__", *_TEXTS)
-            or _decorators(each) & {"classmethod", f"{each.name}.setter", *_CACHED}
-        )
-        for each in node.body
-    )
-
-
+_PLAIN_FIELD = re.compile(r"['\"]?((int|float|str|bool|None|tuple|Tuple|Color|\.\.\.|[\[\], |])+)['\"]?")
 _UNSET = re.compile(r"(dataclasses\.)?field\(init=False(, repr=False)?\)")  # which the class assigns itself
 _CACHED = ("cached_property", "functools.cached_property")
 
@@ -822,6 +735,18 @@ class OperatorMethods(ast.NodeTransformer):
             node.body.insert(place, each)
         return node
 
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
+        """Add the classes to a function that chooses by them which have become known since it was made."""
+        first = node.body[0].test if isinstance(node.body[0], ast.If) else None
+        if isinstance(first, ast.Call) and first.args:
+            classes = sorted(each.name for each in self._classes_of(first.args[0]))
+            if self._dispatch.extend(node, classes):
+                self.count += 1
+                for each in walk_tree(node):
+                    _at(each, 1)
+        self.generic_visit(node)
+        return node
+
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         self.generic_visit(node)
         kinds = self._kinds_of(node.value)
@@ -839,18 +764,24 @@ class OperatorMethods(ast.NodeTransformer):
 
     def _has(self, node: ast.expr, method: str) -> bool:
         classes = self._classes_of(node)
-        return len(classes) == 1 and method in classes[0].methods
+        return bool(classes) and all(method in each.methods for each in classes)
 
     def _call(self, node: ast.expr, owner: ast.expr, method: str, arguments: list[ast.expr]) -> ast.expr:
         self.count += 1
         function = ast.copy_location(ast.Attribute(owner, method, ast.Load()), node)
-        return ast.copy_location(ast.Call(function, arguments, []), node)
+        made = ast.copy_location(ast.Call(function, arguments, []), node)
+        names = sorted(each.name for each in self._classes_of(owner))
+        chosen = self._dispatch.call(made, owner, method, names) if len(names) > 1 else None
+        return chosen or made
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
-        method = _BINARY.get(type(node.op), "")
+        method = OPERATOR_METHODS.get(type(node.op), "")
         if self._has(node.left, method):
-            return self._call(node, node.left, method, [node.right])
+            right = node.right
+            if self._has(right, "in_any_order"):
+                right = self._call(right, right, "in_any_order", [])
+            return self._call(node, node.left, method, [right])
         if not self._classes_of(node.left) and is_repeatable(node.left) and self._has(node.right, f"r{method}"):
             return self._call(node, node.right, f"r{method}", [node.left])
         return node
@@ -871,7 +802,7 @@ class OperatorMethods(ast.NodeTransformer):
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
         self.generic_visit(node)
-        method = _BINARY.get(type(node.op), "")
+        method = OPERATOR_METHODS.get(type(node.op), "")
         target = node.target
         if isinstance(target, ast.Attribute) and self._has(target.value, f"set_{target.attr}"):
             asked = ast.copy_location(ast.Attribute(copy.deepcopy(target.value), target.attr, ast.Load()), target)
@@ -970,8 +901,11 @@ class OperatorMethods(ast.NodeTransformer):
                 made = self._dispatch.call(node, function.value, function.attr, names)
                 self.count += made is not None
                 return made or node
-        if ast.unparse(function) in ("replace", "dataclasses.replace") and len(node.args) == 1:
+        name = ast.unparse(function).removeprefix("dataclasses.")
+        if name == "replace" and len(node.args) == 1:
             return self._replaced(node) or node
+        if name in ("asdict", "astuple") and len(node.args) == 1 and not node.keywords:
+            return self._fields(node, is_table=name == "asdict") or node
         if isinstance(function, ast.Name) and function.id == "sum" and len(node.args) == 2 and not node.keywords:
             if self._has(node.args[1], "add"):
                 self.count += 1
@@ -985,6 +919,9 @@ class OperatorMethods(ast.NodeTransformer):
         if isinstance(function, ast.Name) and function.id in ("len", "abs") and len(node.args) == 1:
             if self._has(node.args[0], function.id):
                 return self._call(node, node.args[0], function.id, [])
+        if isinstance(function, ast.Name) and function.id in _UNORDERED and len(node.args) == 1:
+            if self._has(node.args[0], "in_any_order"):
+                node.args = [self._call(node.args[0], node.args[0], "in_any_order", [])]
         if isinstance(function, ast.Name) and function.id in _CONSUMERS and node.args:
             node.args = [self._items(node.args[0]), *node.args[1:]]
         if isinstance(function, (ast.Name, ast.Attribute, ast.Subscript)) and self._is_instance(function):
@@ -1008,6 +945,23 @@ class OperatorMethods(ast.NodeTransformer):
         made = ast.Call(ast.Name(classes[0].name, ast.Load()), [], [ast.keyword(n, v) for n, v in zip(names, values)])
         placed(made, node)
         return made
+
+    def _fields(self, node: ast.Call, is_table: bool) -> ast.expr | None:
+        """Return a table, or tuple, of the fields of a data class, if none of them is one with fields or items."""
+        given, classes = node.args[0], self._classes_of(node.args[0])
+        if len(classes) != 1 or not classes[0].is_dataclass or not is_repeatable(given):
+            return None
+        annotated = {
+            each.target.id: ast.unparse(each.annotation) for each in classes[0].node.body
+            if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
+        }  # fmt: skip
+        names = [name for name, _ in classes[0].fields]
+        if not all(_PLAIN_FIELD.fullmatch(annotated.get(name, "")) for name in names):
+            return None  # which are copied, too
+        self.count += 1
+        values: list[ast.expr] = [ast.Attribute(copy.deepcopy(given), name, ast.Load()) for name in names]
+        keys: list[ast.expr | None] = [ast.Constant(name) for name in names]
+        return placed(ast.Dict(keys, values) if is_table else ast.Tuple(values, ast.Load()), node)
 
     def _items(self, node: ast.expr) -> ast.expr:
         return self._call(node, node, "iter", []) if self._has(node, "iter") else node

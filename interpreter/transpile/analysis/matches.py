@@ -17,11 +17,6 @@ class _Unsupported(Exception):
     """A pattern has no test that the translation knows."""
 
 
-def has_matches(tree: ast.Module) -> bool:
-    """Return whether a module has ``match`` statements."""
-    return any(isinstance(node, ast.Match) for node in walk_tree(tree))
-
-
 class Matches(ast.NodeTransformer):
     """Converts ``match`` statements; those with other patterns stay as they are.
 
@@ -40,7 +35,9 @@ class Matches(ast.NodeTransformer):
         self.generic_visit(node)
         before: list[ast.stmt] = []
         subject = node.subject
-        if not isinstance(subject, ast.Name):
+        if _is_display(subject, node.cases):
+            subject, before = self._named_parts(subject, _captured(node.cases))
+        elif not isinstance(subject, ast.Name):
             name = "subject"
             while name in self._taken:
                 name += "_"
@@ -56,6 +53,21 @@ class Matches(ast.NodeTransformer):
         for each in branches:
             placed(each, node)
         return [*before, *branches]
+
+    def _named_parts(self, subject: Any, captured: set[str]) -> tuple[ast.Tuple, list[ast.stmt]]:
+        """Return a tuple of variables that no pattern assigns, and the statements that assign the items to them."""
+        before: list[ast.stmt] = []
+        names: list[ast.expr] = []
+        for n, each in enumerate(subject.elts):
+            if not isinstance(each, (ast.Name, ast.Constant)) or getattr(each, "id", None) in captured:
+                name = f"subject_{n}"
+                while name in self._taken:
+                    name += "_"
+                self._taken.add(name)
+                before.append(placed(ast.Assign([ast.Name(name, ast.Store())], each), each))
+                each = ast.copy_location(ast.Name(name, ast.Load()), each)
+            names.append(each)
+        return ast.copy_location(ast.Tuple(names, ast.Load()), subject), before
 
     def _branch(self, subject: ast.expr, case: ast.match_case, other: list[ast.stmt]) -> list[ast.stmt]:
         tests, bound = self._pattern(subject, case.pattern)
@@ -94,11 +106,15 @@ class Matches(ast.NodeTransformer):
 
     def _alternatives(self, subject: ast.expr, pattern: ast.MatchOr) -> tuple[list[ast.expr], dict[str, ast.expr]]:
         found = [self._pattern(subject, each) for each in pattern.patterns]
-        if any(bound for _, bound in found) or not all(tests for tests, _ in found):
+        if any(bound for _, bound in found):
             raise _Unsupported
+        if not all(tests for tests, _ in found):
+            return [], {}  # one of them always matches
         return [ast.BoolOp(ast.Or(), [_all(tests) for tests, _ in found])], {}
 
     def _sequence(self, subject: ast.expr, patterns: list[ast.pattern]) -> tuple[list[ast.expr], dict[str, ast.expr]]:
+        if isinstance(subject, ast.Tuple):
+            return self._parts([], zip(patterns, subject.elts))
         stars = [n for n, each in enumerate(patterns) if isinstance(each, ast.MatchStar)]
         count = len(patterns) - len(stars)
         size = ast.Call(ast.Name("len", ast.Load()), [subject], [])
@@ -122,11 +138,17 @@ class Matches(ast.NodeTransformer):
         return self._parts(tests, parts)
 
     def _mapping(self, subject: ast.expr, pattern: ast.MatchMapping) -> tuple[list[ast.expr], dict[str, ast.expr]]:
-        if pattern.rest is not None:
-            raise _Unsupported
         kind = ast.Call(ast.Name("isinstance", ast.Load()), [subject, ast.Name("dict", ast.Load())], [])
         tests: list[ast.expr] = [kind, *(ast.Compare(key, [ast.In()], [subject]) for key in pattern.keys)]
-        parts = [(p, ast.Subscript(subject, key, ast.Load())) for key, p in zip(pattern.keys, pattern.patterns)]
+        parts: list[tuple[ast.pattern, ast.expr]] = [
+            (p, ast.Subscript(subject, key, ast.Load())) for key, p in zip(pattern.keys, pattern.patterns)
+        ]
+        if pattern.rest is not None:
+            keys = ", ".join(map(ast.unparse, pattern.keys))
+            key, value = f"{pattern.rest}_key", f"{pattern.rest}_value"  # no names of the subject or the patterns
+            items = f"{ast.unparse(subject)}.items()"
+            text = f"{{{key}: {value} for {key}, {value} in {items} if {key} not in ({keys},)}}"
+            parts.append((ast.MatchAs(None, pattern.rest), ast.parse(text, mode="eval").body))
         return self._parts(tests, parts)
 
     def _class(self, subject: ast.expr, pattern: ast.MatchClass) -> tuple[list[ast.expr], dict[str, ast.expr]]:
@@ -152,6 +174,29 @@ class Matches(ast.NodeTransformer):
             tests += more
             bound |= names
         return tests, bound
+
+
+def _is_display(subject: ast.expr, cases: list[ast.match_case]) -> bool:
+    """Return whether a subject is a tuple of items, and each pattern has one part for each of them."""
+    if not isinstance(subject, ast.Tuple) or any(isinstance(each, ast.Starred) for each in subject.elts):
+        return False
+    return all(_fits(each.pattern, len(subject.elts)) for each in cases)
+
+
+def _captured(cases: list[ast.match_case]) -> set[str]:
+    """Return the variables that patterns assign."""
+    nodes = walk_tree(*(each.pattern for each in cases))
+    names = {n.name for n in nodes if isinstance(n, (ast.MatchAs, ast.MatchStar)) and n.name}
+    return names | {n.rest for n in nodes if isinstance(n, ast.MatchMapping) and n.rest}
+
+
+def _fits(pattern: ast.pattern | None, count: int) -> bool:
+    if isinstance(pattern, ast.MatchOr):
+        return all(_fits(each, count) for each in pattern.patterns)
+    if isinstance(pattern, ast.MatchAs):
+        return pattern.pattern is None or _fits(pattern.pattern, count)
+    is_row = isinstance(pattern, ast.MatchSequence) and len(pattern.patterns) == count
+    return is_row and not any(isinstance(each, ast.MatchStar) for each in pattern.patterns)  # type: ignore[union-attr]
 
 
 def _all(tests: list[ast.expr]) -> ast.expr:

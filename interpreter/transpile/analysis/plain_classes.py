@@ -9,35 +9,26 @@ import copy
 from collections.abc import Iterable
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import parents_of
+from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, is_registered, name_of, parents_of
 
 _EXCEPTIONS = (
     "Exception", "ValueError", "TypeError", "KeyError", "IndexError", "RuntimeError", "LookupError", "ArithmeticError",
     "AssertionError", "NotImplementedError",
 )  # fmt: skip
 _PROTOCOLS = ("Protocol", "typing.Protocol")
+_KEYWORD_MARKERS = ("KW_ONLY", "dataclasses.KW_ONLY")  # annotation after which fields are passed by name
 _CHECKED = ("runtime_checkable", "typing.runtime_checkable")
-
-
-def has_descriptions(tree: ast.Module) -> bool:
-    """Return whether a module has anything that this module makes plain."""
-    if any(_is_called(node, "SimpleNamespace") for node in walk_tree(tree)):
-        return True
-    for node in walk_tree(tree):
-        if isinstance(node, ast.FunctionDef) and node.args.kwarg is not None:
-            return True
-        if isinstance(node, ast.ClassDef):
-            bases = {ast.unparse(base).rpartition(".")[2] for base in node.bases}
-            if bases & {"TypedDict", *_EXCEPTIONS} or any(map(_is_protocol, node.bases)) or _has_aliases(node):
-                return True
-    return False
 
 
 def with_plain_classes(tree: ast.Module) -> ast.Module:
     """Make the descriptions of a module plain, in place."""
+    assigned = {n.attr for n in walk_tree(tree) if isinstance(n, ast.Attribute) and not isinstance(n.ctx, ast.Load)}
     for node in walk_tree(tree):
         if isinstance(node, ast.ClassDef):
             _write_aliases(node)
+            _write_attributes(node, assigned)
+            node.body = [each for each in node.body if not _is_keyword_marker(each)]
+    _leave_out_aliases(tree)
     _leave_out_typed_dicts(tree)
     _leave_out_exceptions(tree)
     _name_classes_of_protocols(tree)
@@ -54,6 +45,10 @@ def _is_protocol(base: ast.expr) -> bool:
     return ast.unparse(base.value if isinstance(base, ast.Subscript) else base) in _PROTOCOLS
 
 
+def _is_keyword_marker(node: ast.stmt) -> bool:
+    return isinstance(node, ast.AnnAssign) and ast.unparse(node.annotation) in _KEYWORD_MARKERS
+
+
 def _replace_names(tree: ast.AST, known: dict[str, str]) -> None:
     for node in walk_tree(tree):
         if isinstance(node, ast.Name) and node.id in known:
@@ -61,10 +56,6 @@ def _replace_names(tree: ast.AST, known: dict[str, str]) -> None:
 
 
 # --- members --------------------------------------------------------------------------------------------------------
-
-
-def _has_aliases(node: ast.ClassDef) -> bool:
-    return any(isinstance(s, ast.Assign) and isinstance(s.value, (ast.Name, ast.Tuple)) for s in node.body)
 
 
 def _write_aliases(node: ast.ClassDef) -> None:
@@ -86,6 +77,17 @@ def _write_aliases(node: ast.ClassDef) -> None:
     node.body = body
 
 
+def _write_attributes(node: ast.ClassDef, assigned: set[str]) -> None:
+    """Write annotated attributes of a class that nobody assigns as plain ones, in place, unless they are fields."""
+    bases = {ast.unparse(base).rpartition(".")[2] for base in node.bases}
+    has_fields = any("dataclass" in ast.unparse(d) for d in node.decorator_list) or bases & {"NamedTuple", "TypedDict"}
+    for n, each in enumerate(node.body):
+        if not isinstance(each, ast.AnnAssign) or each.value is None or not isinstance(each.target, ast.Name):
+            continue
+        if each.target.id not in assigned and (not has_fields or "ClassVar" in ast.unparse(each.annotation)):
+            node.body[n] = ast.copy_location(ast.Assign([each.target], each.value), each)
+
+
 # --- classes --------------------------------------------------------------------------------------------------------
 
 
@@ -96,6 +98,31 @@ def _classes(tree: ast.Module) -> list[ast.ClassDef]:
 def _leave_out(tree: ast.Module, names: Iterable[str]) -> None:
     gone = {*names}
     tree.body = [each for each in tree.body if not (isinstance(each, ast.ClassDef) and each.name in gone)]
+
+
+_TYPES = ("tuple", "list", "dict", "set", "frozenset", "type", "Callable", "Optional", "Union", "Sequence", "Iterable")
+
+
+def _leave_out_aliases(tree: ast.Module) -> None:
+    """Leave out names for types, such as ``Cell = tuple[int, int]``, that only annotations use."""
+    parents = parents_of(tree)
+    for each in [*tree.body]:
+        target = each.targets[0] if isinstance(each, ast.Assign) and len(each.targets) == 1 else None
+        value = each.value if isinstance(each, ast.Assign) else None
+        if not isinstance(target, ast.Name) or not isinstance(value, ast.Subscript):
+            continue
+        uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == target.id and n is not target]
+        if name_of(value.value) in _TYPES and all(is_annotation(n, parents) or _is_alias(n, parents) for n in uses):
+            tree.body.remove(each)
+
+
+def _is_alias(name: ast.AST, parents: dict[ast.AST, ast.AST]) -> bool:
+    """Return whether a name is part of another alias."""
+    while isinstance(parents.get(name), (ast.Subscript, ast.Tuple, ast.List)):
+        name = parents[name]
+    parent = parents.get(name)
+    is_type = isinstance(name, ast.Subscript) and name_of(name.value) in _TYPES
+    return is_type and isinstance(parent, ast.Assign) and isinstance(parents.get(parent), ast.Module)
 
 
 def _leave_out_typed_dicts(tree: ast.Module) -> None:
@@ -183,7 +210,7 @@ def _name_rest(tree: ast.Module) -> None:
 def _name_rest_of(tree: ast.Module, function: ast.FunctionDef) -> bool:
     rest = function.args.kwarg
     assert rest is not None
-    if any("register" in ast.unparse(each) for each in function.decorator_list):
+    if is_registered(function):
         return False
     parents = parents_of(tree)
     owner = parents.get(function)

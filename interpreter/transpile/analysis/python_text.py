@@ -383,7 +383,7 @@ def _parse(text: PythonText) -> None:
                 )  # reports scope errors that the parser does not detect; executes nothing
             return
         except SyntaxError as error:
-            older = ["" if _MAGIC.match(line) else line for line in _without_type_parameters(lines)]
+            older = ["" if _MAGIC.match(line) else line for line in without_type_parameters(lines)]
             if older != lines:
                 lines = older
                 continue
@@ -402,7 +402,7 @@ _PARAMETERS = re.compile(r"^(\s*(?:def|class)\s+\w+\s*)(\[(?:[^\[\]]|\[[^\[\]]*\
 _TYPE = re.compile(r"^(\s*)type (\s*)(\w+)(\s*)(\[(?:[^\[\]]|\[[^\[\]]*\])*\])?(?=\s*=[^=])")
 
 
-def _without_type_parameters(lines: list[str]) -> list[str]:
+def without_type_parameters(lines: list[str]) -> list[str]:
     """Return lines without the type parameters and type statements of Python 3.12; all columns stay."""
     found = [_PARAMETERS.sub(lambda m: m[1] + " " * len(m[2]), line) for line in lines]
     name = lambda m: m[1] + m[3] + " " * (len(m[0]) - len(m[1]) - len(m[3]))
@@ -448,7 +448,7 @@ def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
     if not isinstance(statement, ast.Assign) or not isinstance(statement.targets[0], ast.Name):
         return None
     call = statement.value
-    if not isinstance(call, ast.Call) or len(call.args) != 2 or call.keywords:
+    if not isinstance(call, ast.Call) or len(call.args) != 2 or any(k.arg != "defaults" for k in call.keywords):
         return None
     func = call.func
     name = func.id if isinstance(func, ast.Name) else func.attr if isinstance(func, ast.Attribute) else ""
@@ -463,8 +463,13 @@ def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
         return None
     if not all(field.isidentifier() and not iskeyword(field) for field in names):
         return None
+    given = call.keywords[0].value if call.keywords else ast.Tuple([], ast.Load())
+    if not isinstance(given, (ast.Tuple, ast.List)) or len(given.elts) > len(names):
+        return None
+    defaults: list[ast.expr | None] = [*([None] * (len(names) - len(given.elts))), *given.elts]
     body: list[ast.stmt] = [
-        ast.AnnAssign(ast.Name(field, ast.Store()), ast.Name("Any", ast.Load()), None, simple=1) for field in names
+        ast.AnnAssign(ast.Name(field, ast.Store()), ast.Name("Any", ast.Load()), default, simple=1)
+        for field, default in zip(names, defaults)
     ]
     class_def = ast.ClassDef(statement.targets[0].id, [ast.Name("NamedTuple", ast.Load())], [], body, [])
     for node in walk_tree(class_def):

@@ -11,6 +11,13 @@ from scenelang.interpreter.transpile.analysis.python_text import child_nodes, wa
 
 Node = TypeVar("Node", bound=ast.AST)
 
+# The names of operator methods as plain ones: ``__add__`` is ``add``, ``__radd__`` ``radd``.
+OPERATOR_METHODS: dict[type[ast.operator], str] = {
+    ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "truediv", ast.MatMult: "matmul", ast.Mod: "mod",
+    ast.FloorDiv: "floordiv", ast.Pow: "pow", ast.BitOr: "or_", ast.BitAnd: "and_", ast.BitXor: "xor",
+    ast.LShift: "lshift", ast.RShift: "rshift",
+}  # fmt: skip
+
 
 def placed(node: Node, origin: ast.AST, is_new: bool = False) -> Node:
     """Return a node whose parts without a place are where another is; all of them if it is new."""
@@ -38,6 +45,23 @@ class Substitution(ast.NodeTransformer):
         if other is None or not isinstance(node.ctx, ast.Load):
             return node
         return copy.deepcopy(other)
+
+
+def name_of(node: ast.AST | None) -> str:
+    """Return the last name of a variable or attribute, or of what a call calls; no name for anything else."""
+    found = node.func if isinstance(node, ast.Call) else node
+    return str(getattr(found, "attr", getattr(found, "id", "")))
+
+
+def is_registering(decorator: ast.expr, *names: str) -> bool:
+    """Return whether a decorator registers a function as a word, or as the animation."""
+    function = decorator.func if isinstance(decorator, ast.Call) else decorator
+    return isinstance(function, ast.Name) and function.id in (names or ("register", "register_animation"))
+
+
+def is_registered(node: ast.AST) -> bool:
+    """Return whether a function is registered."""
+    return any(map(is_registering, getattr(node, "decorator_list", ())))
 
 
 def is_repeatable(node: ast.expr) -> bool:

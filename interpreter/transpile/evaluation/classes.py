@@ -697,13 +697,27 @@ def _of_function(evaluator: Evaluating, value: Any, name: str) -> Any:
         if value.type is str and name == "format":
             return Native(name, lambda text, *rest, **named: format_text(evaluator, text, rest, named))
         names = next((METHODS[each] for each in value.type.__mro__ if each in METHODS), frozenset[str]())
-        if name in names or (value.type, name) in ((dict, "fromkeys"), (chain, "from_iterable")):
+        if (value.type, name) == (chain, "from_iterable"):
+            return Native(name, lambda rows: _chained(evaluator, rows))
+        if name in names or (value.type, name) == (dict, "fromkeys"):
             return Native(name, getattr(value.type, name))
     if type(value) is Native and isinstance(value.type, type) and issubclass(value.type, BaseException):
         return _basic(evaluator, name)
     if name.startswith("__") and name not in ("__doc__", "__wrapped__", "__module__"):
         raise UnsupportedPython(_UNSAFE, None, "python-forbidden")
     return MISSING
+
+
+def _chained(evaluator: Evaluating, rows: Any) -> Any:
+    """Return the items of rows; those of shapes as a list, for which the program adds their primitives to one."""
+    rows = evaluator.iterate(rows)
+    first = next(rows, MISSING)
+    if is_shape(first):
+        items = evaluator.spread(first)
+        for row in rows:
+            items += evaluator.spread(row) if is_shape(row) else evaluator.iterate(row)
+        return items
+    return chain.from_iterable(chain([] if first is MISSING else [first], rows))
 
 
 def _of_property(value: Property, name: str) -> Any:

@@ -167,7 +167,7 @@ class PythonEvaluator:
             ast.Compare: self._compare, ast.IfExp: self._conditional, ast.Subscript: self._subscript,
             ast.Slice: self._slice, ast.Tuple: lambda node, frame: self.checked(tuple(self._items(node.elts, frame))),
             ast.List: lambda node, frame: self._items(node.elts, frame),
-            ast.Set: lambda node, frame: set(self._items(node.elts, frame)), ast.Dict: self._dict,
+            ast.Set: self._set, ast.Dict: self._dict,
             ast.Lambda: lambda node, frame: self._function(node, "<lambda>", frame), ast.JoinedStr: self._joined,
             ast.FormattedValue: self._formatted, ast.NamedExpr: self._walrus, ast.GeneratorExp: self._generator,
             ast.ListComp: lambda node, frame: list(self._comprehension(node, frame)),
@@ -234,9 +234,12 @@ class PythonEvaluator:
     def iterate(self, value: Any) -> Iterator[Any]:
         """Iterate over a value; every item is a step."""
         if type(value) is Residual:
-            if value.kind != "shape":
+            if value.size is not None:
+                value = [value[i] for i in range(value.size)]
+            elif value.kind != "shape":
                 raise UnsupportedPython("a value that is known only in the finished scene cannot be iterated over here")
-            value = value.parts()
+            else:
+                value = value.parts()
         self.touch(value)
         for item in value:
             self.tick()
@@ -609,6 +612,14 @@ class PythonEvaluator:
                 items.append(self.eval(node, frame))
         return items
 
+    def _set(self, node: ast.Set, frame: Frame) -> set[Any]:
+        """Return a set in the order of Python, whose compiler adds constants in the order of a frozen set."""
+        items = self._items(node.elts, frame)
+        is_constant = len(items) > 2 and all(map(_is_constant, node.elts))
+        found: set[Any] = set()
+        found.update(frozenset(tuple(frozenset(items))) if is_constant else items)
+        return found
+
     def _dict(self, node: ast.Dict, frame: Frame) -> dict[Any, Any]:
         found: dict[Any, Any] = {}
         for key, value in zip(node.keys, node.values):
@@ -829,6 +840,16 @@ class PythonEvaluator:
         scope = Frame({}, frame, is_comprehension=True, function=frame.function, first=frame.first)
         return self._generated(node, 0, first, scope)
 
+    def _gathered(self, node: Any, level: int, frame: Frame) -> list[Residual] | None:
+        """Return the shape whose primitives a comprehension only adds to its list, as a list; else None."""
+        part = node.generators[level]
+        if level + 1 < len(node.generators) or part.ifs or type(node) is not ast.ListComp:
+            return None
+        if not isinstance(part.target, ast.Name) or not isinstance(node.elt, ast.Name) or node.elt.id != part.target.id:
+            return None
+        value = self.eval(part.iter, frame)
+        return self.spread(value) if is_shape(value) else list(self.iterate(value))
+
     def _generated(self, node: Any, level: int, items: Iterable[Any], frame: Frame) -> Generator[Any, Any, Any]:
         part = node.generators[level]
         for item in items:
@@ -836,6 +857,9 @@ class PythonEvaluator:
             if not all(self.eval(test, frame) for test in part.ifs):
                 continue
             if level + 1 < len(node.generators):
+                if (gathered := self._gathered(node, level + 1, frame)) is not None:
+                    yield from gathered
+                    continue
                 inner = self.iterate(self.eval(node.generators[level + 1].iter, frame))
                 yield from self._generated(node, level + 1, inner, frame)
             elif isinstance(node, ast.DictComp):
@@ -1030,3 +1054,10 @@ class PythonEvaluator:
 
 def _kinds(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else (value,)
+
+
+def _is_constant(node: ast.expr) -> bool:
+    """Return whether Python knows the value of an expression before it runs."""
+    if isinstance(node, ast.Tuple):
+        return all(map(_is_constant, node.elts))
+    return isinstance(node, ast.Constant) or (isinstance(node, ast.UnaryOp) and _is_constant(node.operand))

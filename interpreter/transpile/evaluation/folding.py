@@ -211,9 +211,11 @@ def fold(text: PythonText, root: str | None, errors: Sequence[Diagnostic], way: 
     items = items_of(text.tree)
     wrong = {number for number, item in enumerate(items) if any(map(_inside(text, item), errors))}
     start = {number for number, item in enumerate(items) if root is not None and root in item.names}
+    reached = closure(items, start, is_user=False)
+    if any(d.span is not None and d.span.start == d.span.end for d in errors):
+        wrong |= reached  # an error in the Python of a library function, which has no place
     if not start or not all(any(_inside(text, items[number])(d) for number in wrong) for d in errors):
         return Remaining(None)
-    reached = closure(items, start, is_user=False)
     evaluated = closure(items, wrong & reached, is_user=True) & reached
     if not start & evaluated:
         return Remaining(_rewritten(text, items, reached - evaluated, {}))
@@ -551,7 +553,9 @@ class Folding:
         def make(*arguments: Any, **named: Any) -> Residual:
             given = [self._whole(each) if name in _BOXES else each for each in arguments]
             named = {key: self._whole(each) if name in _BOXES else each for key, each in named.items()}
-            return self._residual(name, given, named, kind)
+            found = self._residual(name, given, named, kind)
+            found.size = 3 if name in _BOXES else None
+            return found
 
         return make
 

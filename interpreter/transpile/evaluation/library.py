@@ -65,6 +65,7 @@ from scenelang.interpreter.transpile.evaluation.modules import plain_modules, si
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
+    Cache,
     ClassMethod,
     DataField,
     Frame,
@@ -259,18 +260,17 @@ class PythonLibrary:
             return made
 
         def cached(function: Any) -> Any:
-            known: dict[Any, Any] = {}
-            calls = [0]
+            known, calls = Cache(), Cache(count=0)
 
             def look(*arguments: Any, **named: Any) -> Any:
-                calls[0] += 1
+                calls["count"] += 1
                 key = (arguments, tuple(named.items()))
                 if key not in known:
                     known[key] = call(function, arguments, named)
                 return known[key]
 
             kind = named_tuple(self.evaluator, "CacheInfo", "hits misses maxsize currsize")
-            info = lambda: create(self.evaluator, kind, (calls[0] - len(known), len(known), None, len(known)), {})
+            info = lambda: create(self.evaluator, kind, (calls["count"] - len(known), len(known), None, len(known)), {})
             made = Native(getattr(function, "name", "cached"), look)
             made.attributes = {
                 "is_method": True, "cache_clear": Native("cache_clear", known.clear),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 
+from scenelang.interpreter.transpile.analysis.rewriting import is_registering
+
 _GROWN = ("append", "extend")
 
 # What a loop does with the lists of a function is decided by the text of the function: a list that is only added to,
@@ -35,11 +37,11 @@ class ListUsage:
         self.grown: dict[ast.For, set[str]] = {}
         self.stored: dict[ast.For, set[str]] = {}
         self._function = function
-        self._is_animation = any(_is_registering(each, "register_animation") for each in function.decorator_list)
+        self._is_animation = any(is_registering(each, "register_animation") for each in function.decorator_list)
         self.spread: set[ast.AST] = set()
         self.yielding: set[ast.For] = set()
         self.bodies: dict[ast.For, list[ast.stmt]] = {}
-        self._is_registered = not is_called and any(_is_registering(each) for each in function.decorator_list)
+        self._is_registered = not is_called and any(is_registering(each) for each in function.decorator_list)
         self._parents: dict[ast.AST, ast.AST] = {
             child: node for node in ast.walk(function) for child in ast.iter_child_nodes(node)
         }
@@ -164,11 +166,6 @@ _LEAVING = (ast.Return, ast.Break, ast.Yield, ast.YieldFrom, ast.Try, ast.With, 
 
 def leaves(statement: ast.stmt) -> bool:
     return any(isinstance(each, (*_LEAVING, ast.Continue)) for each in ast.walk(statement))
-
-
-def _is_registering(node: ast.expr, *names: str) -> bool:
-    function = node.func if isinstance(node, ast.Call) else node
-    return isinstance(function, ast.Name) and function.id in (names or ("register", "register_animation"))
 
 
 def _is_stored(node: ast.AST) -> bool:

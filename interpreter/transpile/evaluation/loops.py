@@ -26,6 +26,7 @@ from scenelang.interpreter.transpile.evaluation.list_usage import ListUsage, lea
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
+    Cache,
     ClassMethod,
     Frame,
     IntMember,
@@ -855,6 +856,8 @@ def _contents(value: Any) -> list[Any] | None:
         return [*value.names.values(), *value.bases, *(each for each in made if each is not MISSING)]
     if kind is PythonObject:
         return [value.cls, *value.fields.values()]
+    if kind is Cache:
+        return list(value.values())
     if isinstance(value, ValueObject):
         return [value.cls, *value.fields.values(), *(_items(value.plain()) or ())]
     if kind in (Property, StaticMethod, ClassMethod, Super, Residual, Poison) or value is MISSING:
@@ -883,7 +886,7 @@ _UNCHANGING = (
     "Fraction", "Decimal", "Pattern", "Match", "date", "datetime", "time", "timedelta", "mappingproxy", "ellipsis",
     "NotImplementedType",
 )  # fmt: skip
-_OWN = (PythonFunction, PythonObject, PythonClass, BoundMethod, Native, Frame, list, dict, set, deque)
+_OWN = (PythonFunction, PythonObject, PythonClass, BoundMethod, Native, Frame, list, dict, set, deque, Cache)
 
 
 def _hidden(function: Any) -> list[Any]:
@@ -932,8 +935,12 @@ def _signature(value: Any) -> Any:
     kind = type(value)
     if kind is Frame:
         return tuple((name, id(each)) for name, each in value.names.items())
-    if kind in (PythonObject, PythonClass):
-        return tuple((name, id(each)) for name, each in (value.fields if kind is PythonObject else value.names).items())
+    if kind is PythonClass:
+        return tuple((name, id(each)) for name, each in value.names.items())
+    if kind is PythonObject:
+        return tuple((name, id(each)) for name, each in value.own_fields().items())
+    if kind is Cache:
+        return None
     if kind in (PythonFunction, Native):
         return tuple((name, id(each)) for name, each in value.attributes.items())
     if isinstance(value, ValueObject):

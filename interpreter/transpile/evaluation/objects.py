@@ -58,6 +58,10 @@ class Evaluating(Caller, Protocol):
     types: dict[type, Native]
     loops: Any
 
+    def iterate(self, value: Any) -> Iterator[Any]:
+        """Iterate over a value; every item is a step."""
+        ...
+
     def spread(self, shape: Any) -> list[Any]:
         """Return a shape for a list to which its primitives are added."""
         ...
@@ -230,6 +234,10 @@ class Property:
     is_cached: bool = False
 
 
+class Cache(dict[Any, Any]):
+    """Results of a function that is cached: that there are more of them changes nothing that a program can see."""
+
+
 @dataclass(slots=True, eq=False)
 class StaticMethod:
     """Function of a class without a bound argument."""
@@ -384,6 +392,13 @@ class PythonObject:
         """Return a bound method, else None."""
         function = self.cls.find(name)
         return None if function is MISSING or function is None else BoundMethod(function, self, self.cls.caller)
+
+    def own_fields(self) -> dict[str, Any]:
+        """Return the fields without the values of cached properties, which follow from the others."""
+        return {
+            name: value for name, value in self.fields.items()
+            if not (type(found := self.cls.find(name)) is Property and found.is_cached)
+        }  # fmt: skip
 
     def compared(self) -> tuple[Any, ...] | None:
         """Return the values of a dataclass that are compared, else None."""

@@ -99,7 +99,7 @@ class Residual:
 
     ``kind`` is "shape", "pose", "array", "int", "float", "number" (one of both, or numpy's), "bool" or "any"; ``name``
     stands for it in what remains.
-    ``primitives`` returns those of a shape, if they are known.
+    ``primitives`` returns those of a shape, if they are known; ``size`` is the length of an array, if it is.
     """
 
     node: ast.expr
@@ -108,6 +108,7 @@ class Residual:
     name: str = ""
     primitives: Callable[[], list[Residual]] | None = None
     known: Known | None = None
+    size: int | None = None
     python_name: ClassVar[str] = "list"
 
     def __post_init__(self) -> None:

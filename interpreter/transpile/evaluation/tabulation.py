@@ -31,7 +31,7 @@ from scenelang.interpreter.transpile.analysis.python_text import (
     variable_of,
     walk_tree,
 )
-from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, parents_of, placed
+from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, is_registered, parents_of, placed
 from scenelang.interpreter.transpile.evaluation import NeedsPrimitives, UnsupportedPython
 from scenelang.interpreter.transpile.evaluation.evaluator import StepBudget
 from scenelang.interpreter.transpile.evaluation.folding import Folding, defaults_of, fixed_parameter, items_of
@@ -217,7 +217,7 @@ class _Tabulation:
         tops = [each for each in self._tree.body if isinstance(each, (ast.FunctionDef, ast.ClassDef))]
         wrong = [each for each in tops if self._has_error(each)]
         for each in wrong:
-            if each.name not in self._shaped and not _is_registered(each):
+            if each.name not in self._shaped and not is_registered(each):
                 if isinstance(each, ast.FunctionDef) or self._has_error_of_class(each):
                     self._opaque.add(each.name)
                 else:
@@ -237,7 +237,7 @@ class _Tabulation:
         while changed:
             before = len(self._opaque) + len(self._methods)
             for each in tops:
-                if each.name in self._shaped or _is_registered(each):
+                if each.name in self._shaped or is_registered(each):
                     continue
                 if isinstance(each, ast.FunctionDef):
                     self._opaque |= {each.name} if self._uses_opaque(names, each) else set()
@@ -338,6 +338,8 @@ class _Tabulation:
                 if not self._is_shapeless(node):
                     raise _Failure(ast.unparse(node))
                 return self._put(_Site([node]))
+            if node not in self._parents:
+                raise _Failure  # all statements of the module
             node = self._parents[node]
         if isinstance(node, ast.FunctionDef) and isinstance(self._parents[node], (ast.Module, ast.ClassDef)):
             raise _Failure
@@ -595,7 +597,7 @@ class _Tabulation:
         told: set[tuple[str, str]] = set()
         for site in self._sites:
             function = next((n for n in self._around(site.nodes[0]) if isinstance(n, ast.FunctionDef)), None)
-            if function is None or not _is_registered(function) or not site.rows:
+            if function is None or not is_registered(function) or not site.rows:
                 continue
             parameters = {each.arg for each in walk_tree(function.args) if isinstance(each, ast.arg)}
             for key in site.keys:
@@ -813,6 +815,9 @@ class _Run(Folding):
         """Return a residual value, which nobody writes."""
         return value
 
+    def _seed(self, *rest: Any) -> None:
+        """Do nothing: no data depends on what is drawn."""
+
     def _stated(self, node: ast.expr, kind: str, prefix: str) -> Residual:
         return Residual(ast.Name(prefix, ast.Load()), kind, self)
 
@@ -852,7 +857,8 @@ class _Run(Folding):
         nodes: list[ast.expr] = []
         parts: list[list[str]] = []
         for value in given:
-            fields = value.fields if type(value) is PythonObject and value.cls.name in self._classes else None
+            is_record = type(value) is PythonObject and value.cls.name in self._classes
+            fields = value.own_fields() if is_record else None
             is_point = isinstance(value, np.ndarray) and value.ndim == 1 and value.size <= _MOST_COORDINATES
             parts.append([_POINT] if is_point else [] if fields is None else list(fields))
             value = tuple(value.tolist()) if is_point else value
@@ -946,7 +952,7 @@ class _Run(Folding):
             return self._member(cls, value.fields.get("name"))
         names = [each.name for each in cls.data or () if each.in_init]
         has_own = any(cls.find(name) is not MISSING for name in ("__post_init__", "__setattr__"))
-        if cls.name not in self._classes or cls.data is None or has_own or names != list(value.fields):
+        if cls.name not in self._classes or cls.data is None or has_own or names != list(value.own_fields()):
             raise UnsupportedPython("no data")
         given = {each.name: self.data(value.fields[each.name]) for each in cls.data}
         named = [ast.keyword(each.name, given.pop(each.name)) for each in cls.data if each.is_keyword]
@@ -1131,10 +1137,6 @@ def _comprehended(node: Any) -> set[str]:
 
 def _methods_of(node: ast.ClassDef) -> list[ast.FunctionDef]:
     return [each for each in node.body if isinstance(each, ast.FunctionDef)]
-
-
-def _is_registered(node: ast.AST) -> bool:
-    return any("register" in ast.unparse(each) for each in getattr(node, "decorator_list", ()))
 
 
 def _leaves(node: ast.stmt) -> bool:

@@ -398,19 +398,20 @@ def _is_set_before(w: Writer, variable: PythonVariable, node: ast.AST) -> bool:
             block = getattr(outer, name, None)
             if isinstance(block, list) and current in block:
                 before = block[: block.index(current)]
-                if any(_is_inside(store, statement) for store in variable.stores for statement in before):
+                if any(_is_inside(w, store, statement) for store in variable.stores for statement in before):
                     return True
-        if isinstance(outer, ast.For) and any(_is_inside(store, outer.target) for store in variable.stores):
+        if isinstance(outer, ast.For) and any(_is_inside(w, store, outer.target) for store in variable.stores):
             return True
         current = outer
     return False
 
 
-def _is_inside(node: ast.AST, outer: ast.AST) -> bool:
-    """Return whether ``node`` is inside the text of ``outer``."""
-    start = (getattr(outer, "lineno", 0), getattr(outer, "col_offset", 0))
-    end = (getattr(outer, "end_lineno", 0), getattr(outer, "end_col_offset", 0))
-    return start <= (getattr(node, "lineno", 0), getattr(node, "col_offset", 0)) < end
+def _is_inside(w: Writer, node: ast.AST, outer: ast.AST) -> bool:
+    """Return whether a node is, or is part of, another, by the tree: rewritten Python has no places of its own."""
+    inner: ast.AST | None = node
+    while inner is not None and inner is not outer:
+        inner = w.parent(inner)
+    return inner is outer
 
 
 def _branch_value(block: Block, variable: PythonVariable, is_missing: bool) -> Code:

@@ -21,6 +21,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     TUPLE,
     AbstractType,
 )
+from scenelang.interpreter.transpile.analysis.rewriting import name_of
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
 from scenelang.interpreter.transpile.writing import helpers
 from scenelang.interpreter.transpile.writing.code import (
@@ -602,16 +603,12 @@ def write_chain_from_iterable(w: Writer, node: ast.Call) -> Code:
     return form("apply", Name("append"), write_iterable(w, items))
 
 
-def _name_of_call(call: ast.Call) -> str:
-    return call.func.id if isinstance(call.func, ast.Name) else ""
-
-
 def write_cycle(w: Writer, node: ast.Call) -> Code:
     """Return a cycle as a mutable list that ``next`` rotates; as a list, it would end after one turn."""
     outer = w.parent(node)
     variable = w.variable(outer.targets[0]) if isinstance(outer, ast.Assign) else None
     calls = [w.parent(read) for read in w.reads_of(variable)] if variable is not None else [outer]
-    if not all(isinstance(call, ast.Call) and _name_of_call(call) in ("next", "zip") for call in calls):
+    if not all(isinstance(call, ast.Call) and name_of(call) in ("next", "zip") for call in calls):
         raise w.unsupported("`cycle` but in `next`, `zip` and `islice`", node, "use an index modulo the length")
     return form("mutable", write_iterable(w, arguments_of(w, node, "iterable", "itertools.cycle")["iterable"]))
 

@@ -328,7 +328,14 @@ class Namer:
                 hidden = hidden | {v.text for v in scope}
             if type(node) is Name and node.text in hidden and node.text not in _RESERVED | self._own:
                 node.text = f"std/{node.text}"
-            stack.extend((child, hidden) for child in children(node))
+            stack.extend((child, hidden) for child in _without_fields(node))
+
+
+def _without_fields(node: Code) -> Iterable[Code]:
+    """Return the parts of a form; the names of the fields of a record are none of a builtin."""
+    if not is_form(node, "define-record") or not isinstance(node, FormCode):
+        return children(node)
+    return [part for each in node.items[2:] if isinstance(each, FormCode) for part in each.items[1:]]
 
 
 def _own_names(node: Code) -> Iterator[str]:

@@ -106,6 +106,9 @@ def _name(w: Writer, node: ast.Name) -> Code:
     if path is not None:
         return _library_value(w, node, path)
     variable = w.names.variables[node]
+    record = next((c for c in w.names.classes.values() if c.variable is variable), None)
+    if record is not None and "__init__" in record.methods and variable is not None:
+        return VariableRef(w.records.part(record, "make"), w.span(node))  # the class as a value makes instances
     function = w.single_function(node)
     is_argument = isinstance(w.parent(node), (ast.Call, ast.keyword, ast.Starred))
     if function is not None and is_argument and any(p.variable.is_keyword for p in function.parameters):

@@ -396,14 +396,22 @@ def write_argsort(w: Writer, node: ast.Call) -> Code:
 
 
 def write_meshgrid(w: Writer, node: ast.Call) -> Code:
-    given = arguments_of(w, node, "x y", "np.meshgrid")
+    given = arguments_of(w, node, "x y indexing?", "np.meshgrid")
     x, y = PythonVariable("x", None, is_temporary=True), PythonVariable("y", None, is_temporary=True)
     rows = form("stack-arrays", form("make-list", form("length", VariableRef(y)), VariableRef(x)))
     columns = form("transpose", form("stack-arrays", form("make-list", form("length", VariableRef(x)), VariableRef(y))))
+    order = given.get("indexing")
+    if order is not None and not (isinstance(order, ast.Constant) and order.value in ("ij", "xy")):
+        raise w.unsupported("a computed argument `indexing`", order)
+    is_matrix = order is not None and isinstance(order, ast.Constant) and order.value == "ij"
+    names = ("y", "x") if is_matrix else ("x", "y")  # with "ij" the first array changes along the first axis
     bindings = FormCode(
-        [FormCode([VariableRef(x), write_array(w, given["x"])]), FormCode([VariableRef(y), write_array(w, given["y"])])]
+        [
+            FormCode([VariableRef(x), write_array(w, given[names[0]])]),
+            FormCode([VariableRef(y), write_array(w, given[names[1]])]),
+        ]
     )
-    return form("let*", bindings, form("list", rows, columns))
+    return form("let*", bindings, form("list", *((columns, rows) if is_matrix else (rows, columns))))
 
 
 def write_defaultdict(w: Writer, node: ast.Call) -> Code:

@@ -423,7 +423,8 @@ def _class_items(w: Writer, record: Class) -> list[BlockItem]:
     fields: list[Code] = []
     for name, default in record.fields:
         value = _default_factory(default, w.facts.types)
-        if constructor is not None:
+        is_required = value is None and any(default is not None for _, default in record.fields[: len(fields)])
+        if constructor is not None or is_required:  # which calls pass by its name, after others with defaults
             fields.append(FormCode([Name(kebab(name)), none()]))
         elif value is not None:
             fields.append(FormCode([Name(kebab(name)), w.expr(value)]))
