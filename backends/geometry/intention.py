@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -56,6 +56,7 @@ _FEW_OF_ONE_SHAPE = 8  # fewer siblings of which one differs in one extent: a di
 _MAX_SIBLINGS = 1_000  # of a group that are examined
 _MAX_GROUPS = 400  # of a frame that are examined
 _MAX_PARTS = 20_000  # solids of a group that are compared
+_MAX_COMPANIONS = 12  # groups of one home that are compared with each other
 _MAX_SUSPECTS = 8  # of a row that are left out in turn
 _MAX_SIDES = 200  # solids of an object whose outline is compared
 _LIFTS = 2  # levels by which objects that are alone in their parents are looked at together
@@ -171,7 +172,9 @@ def intentions(facts: FrameFacts) -> list[Intention]:
     if not len(facts.solids):
         return []
     frame = _Frame(facts)
-    every = [intention for group in _groups(frame) for intention in group.intentions()]
+    groups = _groups(frame)
+    every = [intention for group in groups for intention in group.intentions()]
+    every += _beside_companions(groups)
     every += [frame.asymmetric(part) for part in asymmetries(facts)]
     every.sort(key=lambda i: (-i.confidence, _GRAVITY.index(i.kind), i.instance))
     kept: list[Intention] = []
@@ -286,6 +289,49 @@ def _groups(frame: _Frame) -> list[_Group]:
             if len(shown) >= _MIN_EQUAL:
                 groups[key] = _Group(frame, home, np.array(shown))
     return list(groups.values())
+
+
+def _beside_companions(groups: Sequence[_Group]) -> Iterator[Intention]:
+    """Yield the one of several siblings that is not where all others are beside theirs of another word.
+
+    A lid on each box, a plate before each chair. Of the two that miss each other, that which misses others too is
+    wrong, else the smaller one.
+    """
+    homes: dict[tuple[int, int], list[_Group]] = {}
+    for group in groups:
+        homes.setdefault((group.home, len(group)), []).append(group)
+    for alike in homes.values():
+        if not 2 <= len(alike) <= _MAX_COMPANIONS or len(alike[0]) > _MAX_SUSPECTS**2:
+            continue
+        missed = [(a, b, *miss) for a, b in combinations(alike, 2) if (miss := _missed_companion(a, b)) is not None]
+        blame = Counter(int(g.members[k]) for a, b, i, j, _ in missed for g, k in ((a, i), (b, j)))
+        for a, b, i, j, length in missed:
+            (group, member), (other, _) = sorted(
+                ((a, i), (b, j)), key=lambda side: (-blame[int(side[0].members[side[1]])], side[0].size)
+            )
+            rest = f'{len(a) - 1} of {len(a)} "{group.word}" are beside theirs alike'
+            evidence = f'is {length:.3g} from its place beside "{other.word}": {rest}'
+            yield group.intention("spacing", member, evidence, DOUBTFUL)
+
+
+def _missed_companion(first: _Group, second: _Group) -> tuple[int, int, float] | None:
+    """Return the one pair of nearest siblings whose offset is not that of the other pairs, and the difference."""
+    places, others = (group.places @ group.axes.T + group.zero for group in (first, second))
+    apart = np.linalg.norm(places[:, None] - others[None], axis=2)
+    match = np.argmin(apart, axis=1)
+    if len(np.unique(match)) < len(match) or (np.argmin(apart, axis=0)[match] != np.arange(len(match))).any():
+        return None
+    offsets = others[match] - places
+    local = np.einsum("nji,nj->ni", first.axes @ first.turns, offsets)
+    size = min(first.size, second.size)
+    for vectors in (offsets, local):
+        away = np.linalg.norm(vectors - np.median(vectors, axis=0), axis=1)
+        odd = np.flatnonzero(away > EXACT * size)
+        if len(odd) == 1 and ASTRAY * size <= away[odd[0]] <= NEARBY * min(first.spacing, second.spacing):
+            return int(odd[0]), int(match[odd[0]]), float(away[odd[0]])
+        if not len(odd):
+            return None
+    return None
 
 
 def _rotation(matrices: FloatArray) -> FloatArray:

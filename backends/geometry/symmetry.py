@@ -88,6 +88,8 @@ def _objects(facts: FrameFacts, first: IntArray, end: IntArray) -> Iterator[tupl
     """Yield instances with the solids of objects, and of their parts that have several solids: a head on its body."""
     bodies, entities = facts.bodies, facts.ancestry
     joined = bodies.joined[bodies.body]
+    if len(np.unique(facts.clusters)) == 1 and not facts.ground.solids.any():  # the scene is one object
+        joined = np.zeros_like(joined)
     order = np.argsort(joined, kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(joined[order])) + 1):
         around = np.flatnonzero((first <= rows.min()) & (end > rows.max()))  # ancestors come first

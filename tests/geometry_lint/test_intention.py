@@ -23,6 +23,7 @@ WORDS = """
 (bind "leaf" (lambda () (transform (call "cube" :scale [.8 2 .04]) (translate [.4 1 0]))))
 (bind "blade" (lambda (:turn)
   (transform (call "cube" :scale [.1 .8 .03]) (@ (rotate (- turn) [0 0 1]) (translate [0 1 0])))))
+(bind "lid" (lambda () (call "cube" :scale [.5 .02 .4])))
 (bind "box" (lambda () (call "cube" :scale [.5 .2 .4])))
 (bind "pawn" (lambda ((:dx 0) (:knob #t)) (union
   (transform (call "cube" :scale [.4 .2 .4]) (translate [0 .1 0]))
@@ -72,6 +73,9 @@ FAULTS = {
         "".join(f'(call "blade" :turn {a})' for a in (0, 90, math.pi, 1.5 * math.pi)), "angle"),
     "one mark of a dial": (
         "".join(f'(call "blade" :turn {120 if i == 4 else math.radians(30 * i)!r})' for i in range(12)), "angle"),
+    "one lid beside its box": (
+        "".join(placed(x, y, z + dz, word=word) for x, z, shift in ((0, 0, 0), (2.1, .7, .2), (3.3, 2.9, 0))
+                for word, y, dz in (("box", 0.1, 0.0), ("lid", 0.21, shift))), "spacing"),
     "one is out of line": (row(6, n2=placed(2.0, 0.0, 0.4)), "spacing"),
     "one is out of its spacing": (row(8, n5=placed(5.4, 0.0, 0.0)), "spacing"),
     "one of two mirrored rows": (
@@ -134,6 +138,11 @@ SOUND = {
     "each smaller than the one before": "".join(placed(i * 1.5, 0.0, 0.0, options=f":s {0.6**i!r}") for i in range(7)),
     "each farther than the one before": "".join(placed(1.3**i, 0.0, 0.0) for i in range(8)),
     "a round thing turned": "".join(placed(i, 0.0, 0.0, 0.7 * (i == 2), word="post") for i in range(0, 18, 2)),
+    "lids that all lie otherwise": "".join(
+        placed(x, y, z + dz, word=word)
+        for x, z, shift in ((0, 0, 0), (2.1, 0.7, 0.1), (3.3, 2.9, 0.2))
+        for word, y, dz in (("box", 0.1, 0.0), ("lid", 0.21, shift))
+    ),
     "one of four elsewhere": row(3) + placed(6.0, 1.0, 4.0),
 }
 
