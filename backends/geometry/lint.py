@@ -19,6 +19,7 @@ from scenelang.backends.facts.contacts import are_slim, axes_of
 from scenelang.backends.facts.frame import FrameFacts, Verdict
 from scenelang.backends.facts.statics import PLANE
 from scenelang.backends.facts.tolerances import (
+    BURIED,
     CONTACT_ERROR,
     COPLANAR_AREA,
     DETOUR,
@@ -271,9 +272,34 @@ class CheckedFrame:
             facts.is_enclosed(row, along) or self._is_round(i) or self._is_round(j)  # a float on its line
         ):
             note = note or "a rod"
+        if self._is_pinned(row, along) or self._ends_in(i, j) or self._ends_in(j, i):
+            note = note or "a rod"
+        if (
+            self._is_round(lower)
+            and abs(along[1]) >= UPRIGHT
+            and depth <= BURIED * float(facts.bodies.size[bodies[0], 1])
+        ):
+            note = note or "it is round"
         if self._is_seam(i, j, depth, along):
             note = note or "a seam"
         return Finding("deep", subject, other, depth, (x, y, z), note=note)
+
+    def _is_pinned(self, row: int, along: FloatArray) -> bool:
+        """Return whether a round solid is set into a face along its own axis, as a pin, a knob or a lamp is."""
+        pair = self.facts.contacts.pairs[row]
+        is_along = np.abs(axes_of(self.solids, pair) @ along) >= PARALLEL
+        round_ones = self.solids.solids.that_are("is_curved")[pair] & is_along
+        return abs(float(along[1])) < UPRIGHT and bool(round_ones.any()) and self.facts.is_enclosed(row, along)
+
+    def _ends_in(self, i: int, j: int) -> bool:
+        """Return whether a round rod ends within a round solid, as a strut does at its hub."""
+        if not self.solids.solids.that_are("is_curved")[[i, j]].all() or not are_slim(self.solids, np.array([i]))[0]:
+            return False
+        low, high = self.solids.boxes
+        axis = axes_of(self.solids, np.array([i]))[0]
+        reach = axis * float(np.linalg.norm(self.solids.solids.matrices[i][:, :3], axis=0).max())
+        ends = np.stack([(low + high)[i] / 2.0 + reach, (low + high)[i] / 2.0 - reach])
+        return bool(((ends >= low[j]) & (ends <= high[j])).all(axis=1).any())
 
     def _is_seam(self, i: int, j: int, depth: float, along: FloatArray) -> bool:
         """Return whether a shape without a word of its own runs a little into what it is built with."""
@@ -323,7 +349,7 @@ class CheckedFrame:
         height = float(bodies.size[body, 1])
         room = min(self.solids.touch, TOUCH_OF_SOLIDS * float(np.linalg.norm(bodies.size[body])))
         if depth <= max(SUNK_BASE * height, CONTACT_ERROR * room) or (
-            lower is None and (self._is_beside_ground(body) or self._is_in_pit(body))
+            lower is None and (bodies.floating[body] or self._is_beside_ground(body) or self._is_in_pit(body))
         ):
             return None
         rows = bodies.members[body]
