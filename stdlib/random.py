@@ -531,7 +531,7 @@ def _noise_at(point: list[float], seed: int) -> float:
         return low + u * (corner(1, b, c) - low)
 
     def layer(c: int) -> float:
-        """Interpolate along x and y."""
+        """Interpolate along x and y in the plane z = ``c`` of the cell, 0 or 1."""
         low = row(0, c)
         return low + v * (row(1, c) - low)
 

@@ -47,7 +47,13 @@ def head_of(phrase: str) -> str:
 
 
 def flies(phrase: str) -> bool:
-    """Return whether the head of a phrase names what flies."""
+    """Return whether the last noun of a phrase is one of things that fly or hang in the sky.
+
+    Examples
+    --------
+    >>> flies("paper planes"), flies("plane table")
+    (True, False)
+    """
     return _is_among(phrase, FLYING)
 
 

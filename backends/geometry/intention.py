@@ -276,15 +276,17 @@ class _Frame:
 
 
 def _groups(frame: _Frame) -> list[_Group]:
-    """Return the groups of siblings, one of those that share the entity around them."""
+    """Return the groups of visible siblings of one word; of homes that are one entity, those of the first."""
     visible = np.flatnonzero((frame.last > frame.first) & (frame.ancestry.parent >= 0))
     order = visible[np.lexsort((visible, frame.words[visible], frame.homes[visible]))]
     edges = np.flatnonzero(np.diff(frame.homes[order]) | np.diff(frame.words[order])) + 1
     groups: dict[tuple[int, int], _Group] = {}
     for members in np.split(order, edges):
-        home = int(frame.homes[members[0]]) if len(members) else -1
-        key = (int(frame.ancestry.node[home]), int(frame.words[members[0]])) if home >= 0 else (-1, -1)
-        if len(members) >= _MIN_EQUAL and key not in groups and len(groups) < _MAX_GROUPS:
+        if not len(members):
+            continue
+        home = int(frame.homes[members[0]])
+        key = (int(frame.ancestry.node[home]), int(frame.words[members[0]]))
+        if home >= 0 and len(members) >= _MIN_EQUAL and key not in groups and len(groups) < _MAX_GROUPS:
             shown = [m for m in members[:_MAX_SIBLINGS].tolist() if frame.box(m) is not None]
             if len(shown) >= _MIN_EQUAL:
                 groups[key] = _Group(frame, home, np.array(shown))
@@ -713,11 +715,12 @@ class _Group:
         """Yield charts around the centers of the single objects of the home, and around their four sides."""
         normal = [*(k for k in range(3) if k != self.up), self.up]
         for instance in self.frame.single_objects(self.home) if self.up >= 0 else ():
-            center, half = self.frame.center(instance)
-            center, half = (center - self.zero) @ self.axes, half @ np.abs(self.axes)
+            middle, half_extents = self.frame.center(instance)
+            center, half = (middle - self.zero) @ self.axes, half_extents @ np.abs(self.axes)
             word = f'"{self.frame.ancestry.entity(instance).word}"'
             yield replace(_polar(self.places, self.up, center[normal[:2]]), rule=word)
             offsets = (self.places - center)[:, normal[:2]]
+            # Quarter turns to the side of the object that a sibling is at: a table is faced across its long sides.
             is_first = np.abs(offsets[:, 0]) - half[normal[0]] > np.abs(offsets[:, 1]) - half[normal[1]]
             angles = np.where(is_first, np.where(offsets[:, 0] > 0, 0.0, 2.0), np.where(offsets[:, 1] > 0, 1.0, 3.0))
             coordinates = np.stack([angles * math.pi / 2.0, np.ones(len(self)), self.places[:, self.up]], axis=1)

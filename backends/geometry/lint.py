@@ -274,12 +274,9 @@ class CheckedFrame:
             note = note or "a rod"
         if self._is_pinned(row, along) or self._ends_in(i, j) or self._ends_in(j, i):
             note = note or "a rod"
-        if (
-            self._is_round(lower)
-            and abs(along[1]) >= UPRIGHT
-            and depth <= BURIED * float(facts.bodies.size[bodies[0], 1])
-        ):
-            note = note or "it is round"
+        sits = abs(along[1]) >= UPRIGHT and low[upper, 1] > (low + high)[lower, 1] / 2.0
+        if sits and self._is_round(lower) and depth <= BURIED * facts.bodies.size[bodies[0], 1]:
+            note = note or "it is round"  # a hat on a head
         if self._is_seam(i, j, depth, along):
             note = note or "a seam"
         return Finding("deep", subject, other, depth, (x, y, z), note=note)

@@ -483,7 +483,7 @@ def _misspelled_parameters(diagnostics: list[Diagnostic], program: Program) -> l
         span = parameter.target.span
         function = next(node for node in _functions(program) if parameter in node.parameters)
         message = f"the parameter `:{spelled}` is never used, but `{passed}` is read here and passed as `:{passed}`"
-        name_span = replace_end(span, spelled)
+        name_span = span_of_name(span, spelled)
         fix = Fix(f"Change to `{passed}`", (Edit(name_span, passed),), safe=True)
         warning = Diagnostic("keyword", message, span, f"did you mean `:{passed}`?", fixes=(fix,), near=(f":{passed}",),
                          expected=f":{passed}", found=f":{spelled}")  # fmt: skip
@@ -493,7 +493,7 @@ def _misspelled_parameters(diagnostics: list[Diagnostic], program: Program) -> l
     return diagnostics
 
 
-def replace_end(span: Span, name: str) -> Span:
+def span_of_name(span: Span, name: str) -> Span:
     """Return the span of a parameter's name without its colon and type."""
     start = span.start + (1 if span.text.startswith(":") else 0)
     return Span(span.source, start, start + len(name))

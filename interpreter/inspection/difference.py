@@ -95,7 +95,7 @@ class ComparedSolid:
 
     @property
     def symmetry(self) -> Symmetry:
-        """Aspects of the orientation that are compared."""
+        """Which turns leave the primitive as it is, so that two poses that differ by one are equal."""
         if self.is_computed:
             return Symmetry(unknown=True)
         return _NO_ORIENTATION if self.is_block else class_of(self.word).symmetry

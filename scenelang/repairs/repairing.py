@@ -398,7 +398,7 @@ class _Version:
 
     @cached_property
     def size(self) -> float:
-        """Diagonal of the box of all corners, or 1."""
+        """Diagonal of the box of all corners, in scene units; 1 for an empty scene, since it divides."""
         spread = np.ptp(self.corners, axis=0) if len(self.corners) else np.zeros(3)
         return float(np.linalg.norm(spread)) or 1.0
 

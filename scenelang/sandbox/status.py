@@ -222,7 +222,10 @@ _POLL_INTERVAL = 0.05  # seconds
 
 
 def running(thread: int) -> Chain:
-    """Return the call chain of an evaluating thread, innermost first, as in a diagnostic; the first has no name."""
+    """Return the call chain of a thread that evaluates, innermost first, as in a diagnostic.
+
+    The first link is the expression being evaluated, which has no name.
+    """
     frame = sys._current_frames().get(thread)
     chain: list[tuple[str, Span | None]] = []
     text: Source | None = None

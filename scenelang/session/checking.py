@@ -163,9 +163,10 @@ def with_options(source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[
 
 
 def with_parameters(source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
-    """Return diagnostics in which the fix of a word bound to parts, without a function, also adds parameters.
+    """Return diagnostics in which the fix for ``(bind "word" PARTS)``, which lacks a function, also adds parameters.
 
-    They are the keywords that the calls of the word pass and its parts read. Errors about these names are left out.
+    The parameters are the keywords that occur both in calls of the word and in its parts; errors about these names,
+    which the fix corrects as well, are left out.
     """
     changed: dict[int, Diagnostic | None] = {}
     for d in diagnostics:

@@ -13,7 +13,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # behind the tests, whose packages have the names of some benchmarks
 from everyday import findings_of, is_found, is_note
 
-NAMES = ("second", "third", "fourth", "fifth")
+NAMES = ("second", "third", "fourth", "fifth", "sixth")
 SETS = [BENCHMARKS / "everyday", *(BENCHMARKS / "everyday" / name for name in NAMES)]
 FAULTS = [(folder, fault) for folder in SETS for fault in json.loads((folder / "faults" / "faults.json").read_text())]
 SOUND = [
@@ -33,7 +33,8 @@ MISSED = {
     "26_arrob.scene",  # the upper block of a cantilever that is one word: one body
     "29_ossit.scene",  # a digit that is 14 % of the spacing from its place
     "30_yabbo.scene",  # one of two ears
-    "01_dinner_table.scene",  # a fork and a knife that have changed places
+    "07_treppe.scene",  # a step of another height: the steps differ all
+    "26_korbanlage.scene",  # a basket at the upper edge of its board
     "34_haustuer.scene",  # a handle near the doorstep
     "39_bathtub.scene",  # a duck below the water
     "40_bogenlampe.scene",  # a lamp whose foot is too small: it may be anchored, a note
@@ -41,7 +42,8 @@ MISSED = {
 ALARMED = {  # known false alarms: posts in footings, what stands by a tiny overlap, what is heavy, bolted or magnetic
     "25_leiterwagen", "50_hux", "51_arax", "53_cadge", "05_canal_lock", "33_wippe", "15_telescope",
     "13_ski_rack", "16_forklift", "21_glunk", "25_trundlebox", "29_knife_magnet", "33_drachen",
-    "41_diving_board", "31_fassrampe.good",
+    "41_diving_board", "31_fassrampe.good", "07_schirmstaender", "09_seesaw", "12_steg", "13_glurmhenge",
+    "17_staffelei", "19_vogelhaus", "09_holzeule.good",
 }  # fmt: skip
 
 
