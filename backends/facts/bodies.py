@@ -87,6 +87,10 @@ class BodySet:
         """Extents (B, 3) of their boxes."""
         return self.high - self.low
 
+    def extent(self, members: IntArray) -> FloatArray:
+        """Return the extents (3,) of the box around several bodies."""
+        return np.asarray(self.high[members].max(axis=0) - self.low[members].min(axis=0), np.float64)
+
 
 def physics_of(entity: Entity) -> dict[str, Any]:
     """Return the validated physics attributes of an entity; raises SceneError("attribute")."""
@@ -264,8 +268,8 @@ class _Grouping:
         ancestry, word = self.ancestry, self.ancestry.entity(instance).word
         if is_shape(ancestry.entity(instance)):
             return False
-        others = self.pairs[self._rows_between(part, np.setdiff1d(np.arange(len(self.solids)), part))]
-        others = np.setdiff1d(others, part)
+        inside = np.isin(self.pairs, part)
+        others = self.pairs[inside[:, ::-1] & ~inside]
         siblings = ancestry.at_depth(int(ancestry.depth[instance]))[ancestry.primitives[self.solids.row[others]]]
         return len(others) > 0 and all(
             at >= 0 and ancestry.parent[at] == ancestry.parent[instance] and ancestry.entity(at).word == word

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from scenelang.backends.facts.bodies import BodySet, grouped, is_shape
 from scenelang.backends.facts.contacts import Contacts, are_slim, area_of, axes_of, own_sides
-from scenelang.backends.facts.ground import LOWEST_POINT, Ground, ground_of, walls_of
+from scenelang.backends.facts.ground import LOWEST_POINT, Ground, areas, ground_of, walls_of
 from scenelang.backends.facts.statics import PLANE, STANDS, Balance, BodyContact, Statics, members_of
 from scenelang.backends.facts.tolerances import (
     BRACKET_SPAN,
@@ -351,7 +351,6 @@ class FrameFacts:
         """Yield the contacts of a group that could be glue or hinges, and its joints in the other reading of bodies."""
         if self.bodies.loose[members].any():
             return
-        low, high = self.bodies.low[members, 1].min(), self.bodies.high[members, 1].max()
         sideways: list[BodyContact] = []
         for link, normal in self.statics.links_of(members.tolist(), group):
             if link.row < 0:
@@ -366,11 +365,11 @@ class FrameFacts:
                     yield link, "glued"
         if sideways:
             span = np.ptp(np.concatenate([link.points for link in sideways]), axis=0)
-            breadth = self.bodies.high[members].max(axis=0) - self.bodies.low[members].min(axis=0)
-            breadth[int(np.argmax(np.abs(sideways[0].normal)))] = np.inf
+            extent = self.bodies.extent(members)
+            across = [k for k in (0, 2) if k != int(np.argmax(np.abs(sideways[0].normal)))]
             is_hung = not any(self._stands_on(link, members) for body in members for link in self.statics.of_body[body])
-            is_broad = is_hung and bool((span[[0, 2]] >= BRACKET_SPAN * breadth[[0, 2]]).any())
-            if is_broad or span[1] >= HINGE_SPAN * (high - low):
+            is_broad = is_hung and bool((span[across] >= BRACKET_SPAN * extent[across]).any())
+            if is_broad or span[1] >= HINGE_SPAN * extent[1]:
                 yield sideways[0], "glued"
 
     def words_of(self, body: int) -> tuple[str, ...]:
@@ -420,13 +419,12 @@ class FrameFacts:
 
     def _is_on_its_edge(self, members: IntArray, balance: Balance) -> bool:
         """Return whether a group with flat feet tips by so little that it may be rounding; what is round would roll."""
-        extent = self.bodies.high[members].max(axis=0) - self.bodies.low[members].min(axis=0)
         rows = {link.row for body in members for link in self.statics.of_body[int(body)] if link.row >= 0}
         touching = self.contacts.pairs[sorted(rows)]
         own = touching[np.isin(self.bodies.body[touching], members)]
         form = self.solids.solids
         rolls = form.that_are("is_rounded")[own] | (form.that_are("is_curved")[own] & self._lies(own))
-        return not rolls.any() and 0.0 < balance.beyond <= NEARLY * float(extent[[0, 2]].max())
+        return not rolls.any() and 0.0 < balance.beyond <= NEARLY * float(self.bodies.extent(members)[[0, 2]].max())
 
     def _lies(self, rows: IntArray) -> BoolArray:
         """Return whether the axes (K,) of round solids are level, so that they may roll."""
@@ -456,13 +454,10 @@ class FrameFacts:
         low, high = self.solids.boxes
         if self.ground.reason != LOWEST_POINT or len(np.unique(self.clusters)) > 1:
             return False
-        lowest, area = (
-            low[:, 1] <= low[:, 1].min() + self.solids.touch,
-            np.prod(np.ptp([low.min(0), high.max(0)], 0)[[0, 2]]),
-        )
-        base = float(np.prod((high - low)[lowest][:, [0, 2]], axis=1).sum())
+        lowest = low[:, 1] <= low[:, 1].min() + self.solids.touch
+        base, area = float(areas(low, high)[lowest].sum()), float(areas(low.min(axis=0), high.max(axis=0)))
         straddles = bool(low[:, 1].min() < -self.solids.touch and high[:, 1].max() > self.solids.touch)
-        return straddles and base < SMALL_BASE * float(area)
+        return straddles and base < SMALL_BASE * area
 
     def _why_falling(self, members: IntArray) -> str:
         """Return why bodies without balance may be meant; empty if nothing says so."""

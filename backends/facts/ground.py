@@ -78,40 +78,45 @@ def ground_of(solids: Bodies, bodies: BodySet, child: IntArray) -> Ground:
 def _is_terrain(solids: Bodies, i: int) -> bool:
     """Return whether a solid that is not convex covers the scene and has one surface above any place: no roof."""
     low, high = solids.boxes
-    footprint = float(np.prod((high - low)[i, [0, 2]]))
+    footprint = float(areas(low[i], high[i]))
     surface = solids.surface(i)
-    if surface is None or footprint < TERRAIN_AREA * float(np.prod((high.max(axis=0) - low.min(axis=0))[[0, 2]])):
+    if surface is None or footprint < TERRAIN_AREA * float(areas(low.min(axis=0), high.max(axis=0))):
         return False
     mesh = surface.to_mesh64()
     corners = np.asarray(mesh.vert_properties[:, :3])[np.asarray(mesh.tri_verts)][:, :, [0, 2]]
     sides = corners[:, 1:] - corners[:, :1]
-    areas = (sides[:, 0, 1] * sides[:, 1, 0] - sides[:, 0, 0] * sides[:, 1, 1]) / 2.0  # of faces seen from above
-    return TERRAIN_AREA * footprint <= float(areas[areas > 0.0].sum()) <= footprint / TERRAIN_AREA
+    faces = (sides[:, 0, 1] * sides[:, 1, 0] - sides[:, 0, 0] * sides[:, 1, 1]) / 2.0  # areas seen from above
+    return TERRAIN_AREA * footprint <= float(faces[faces > 0.0].sum()) <= footprint / TERRAIN_AREA
+
+
+def areas(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the horizontal areas (...,) of boxes with corners (..., 3)."""
+    return np.asarray(np.prod((high - low)[..., [0, 2]], axis=-1), np.float64)
 
 
 def _broad_ground(low: FloatArray, high: FloatArray, group: IntArray, touch: float) -> BoolArray:
     """Return which solids (N,) are a broad, flat ground under the rest: one solid, or the tiles of a ``group``."""
     least, most = low.min(axis=0), high.max(axis=0)
-    area, middle = float(np.prod((most - least)[[0, 2]])), (low + high)[:, 1] / 2.0
+    area, middle = float(areas(least, most)), (low + high)[:, 1] / 2.0
     is_ground = np.zeros(len(low), bool)
     candidates = [np.array([i]) for i in np.flatnonzero(_is_broad(low, high, area)).tolist()]
     for number in np.unique(group).tolist():
         tiles = np.flatnonzero(group == number)
         if len(tiles) > 1 and _is_broad(low[tiles].min(axis=0)[None], high[tiles].max(axis=0)[None], area)[0]:
-            covered = float(np.prod((high - low)[tiles][:, [0, 2]], axis=1).sum())
+            covered = float(areas(low, high)[tiles].sum())
             if covered >= GROUND_AREA * area:
                 candidates.append(tiles)
     for rows in candidates:
         bottom, top = float(low[rows, 1].min()), float(high[rows, 1].max())
         rest = np.setdiff1d(np.arange(len(low)), rows)
         # Under the rest: at least half of it is above, and nearly none below, such as the legs of a table.
-        own = float(np.prod((high[rows].max(axis=0) - low[rows].min(axis=0))[[0, 2]]))
+        own = float(areas(low[rows].min(axis=0), high[rows].max(axis=0)))
         is_terrain = len(rows) == 1 and own >= TERRAIN_AREA * area
         level = bottom if is_terrain else top  # what stands in a valley is below the hills
         above, below = np.count_nonzero(middle[rest] > level), np.count_nonzero(middle[rest] < bottom)
         if bottom > touch and (np.abs(low[rest, 1]) <= touch).any():
             continue  # the rest stands on y = 0, as the poles of a stall beside its counter
-        broadest = float(np.prod((high - low)[rest][:, [0, 2]], axis=1).max(initial=0.0))
+        broadest = float(areas(low, high)[rest].max(initial=0.0))
         if len(rest) and own > GROUND_MARGIN * broadest and 2 * above >= len(rest) and below <= GROUND_BELOW * len(low):
             is_ground[rows] = True
     if is_ground.any():

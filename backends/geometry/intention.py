@@ -19,7 +19,7 @@ import numpy as np
 
 from scenelang.backends.facts.frame import FrameFacts
 from scenelang.backends.facts.tolerances import PARALLEL, Tolerance
-from scenelang.backends.geometry.symmetry import Asymmetry, asymmetries
+from scenelang.backends.geometry.symmetry import Asymmetry, asymmetries, innermost, unit_columns
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.interpreter.scene.bounds import entity_box
@@ -236,8 +236,7 @@ class _Frame:
 
     def asymmetric(self, part: Asymmetry) -> Intention:
         """Return the intention about a part that breaks the symmetry of its body."""
-        around = (self.first <= part.rows[0]) & (self.last > part.rows[-1])
-        instance = int(np.flatnonzero(around)[-1])  # the innermost one, since ancestors come first
+        instance = innermost(self.facts, self.first, self.last, part.rows)
         pair = tuple(part.counterpart.tolist())
         return Intention("symmetry", instance, part.evidence, DOUBTFUL, part.rows, part.move, counterpart=pair)
 
@@ -336,12 +335,6 @@ def _missed_companion(first: _Group, second: _Group) -> tuple[int, int, float] |
     return None
 
 
-def _rotation(matrices: FloatArray) -> FloatArray:
-    """Return matrices (..., 3, 3) with columns of unit length."""
-    lengths = np.linalg.norm(matrices, axis=-2, keepdims=True)
-    return np.asarray(matrices / np.maximum(lengths, 1e-300), np.float64)
-
-
 def _nearest(points: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return for each point the number of the nearest other one, and its distance."""
     distances = np.linalg.norm(points[:, None] - points[None], axis=2)
@@ -380,12 +373,12 @@ class _Group:
     def __init__(self, frame: _Frame, home: int, members: IntArray) -> None:
         self.frame, self.home, self.members = frame, home, members
         poses, pose = frame.ancestry.poses[members], frame.ancestry.poses[home]
-        self.axes, self.zero = _rotation(pose[:, :3]), pose[:, 3]
+        self.axes, self.zero = unit_columns(pose[:, :3]), pose[:, 3]
         boxes = [frame.box(int(m)) for m in members]
         centers, sizes = (np.array([box[i] for box in boxes if box is not None]) for i in range(2))
         self.sizes = sizes * np.linalg.norm(poses[:, :, :3], axis=1)
         world = np.einsum("nij,nj->ni", poses[:, :, :3], centers) + poses[:, :, 3]
-        rotations = _rotation(poses[:, :, :3])
+        rotations = unit_columns(poses[:, :, :3])
         turned = self._turned_inside() if np.ptp(self.sizes, axis=0).max() > EXACT * self.sizes.max() else None
         if turned is not None:
             rotations, world, self.sizes = turned
@@ -425,7 +418,7 @@ class _Group:
             return None
         largest = int(np.argmax(lengths[0].prod(axis=1)))
         sizes = np.broadcast_to(2.0 * lengths[0, largest], (len(self.members), 3))
-        return _rotation(matrices[:, largest, :, :3]), matrices[:, :, :, 3].mean(axis=1), np.asarray(sizes)
+        return unit_columns(matrices[:, largest, :, :3]), matrices[:, :, :, 3].mean(axis=1), np.asarray(sizes)
 
     @cached_property
     def spacing(self) -> float:

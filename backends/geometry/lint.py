@@ -183,7 +183,7 @@ class CheckedFrame:
     def _overlaps(self, hidden: dict[int, int], twins: set[frozenset[int]]) -> Iterator[Finding]:
         """Yield bodies that are sunk into what they stand on, and pairs of bodies that are in each other."""
         facts, deepest = self.facts, dict[tuple[int, int], Finding]()
-        group, bearings = facts.fastened, self._bearings()
+        group = facts.fastened
         for link in facts.statics.links:
             pair = frozenset((link.body, link.other))
             if link.depth <= 0.0 or pair in twins:
@@ -197,7 +197,7 @@ class CheckedFrame:
                 finding = self._overlap(link.row, joined=bool(group[link.body] == group[link.other]))
             if finding is None:
                 continue
-            if finding.kind == "deep" and pair in bearings:
+            if finding.kind == "deep" and pair in self._bearings:
                 finding = replace(finding, note=finding.note or "a rod")
             other = -1 if finding.other is None else int(facts.bodies.body[finding.other])
             key = (int(facts.bodies.body[finding.body]), other)
@@ -205,6 +205,7 @@ class CheckedFrame:
                 deepest[key] = finding
         yield from deepest.values()
 
+    @cached_property
     def _bearings(self) -> set[frozenset[int]]:
         """Return the pairs of bodies with round parts on one axis: an axle crosses the spokes of its wheel too."""
         facts, pairs = self.facts, self.facts.contacts.pairs

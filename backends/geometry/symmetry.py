@@ -86,20 +86,31 @@ def asymmetries(facts: FrameFacts) -> Iterator[Asymmetry]:
 
 def _objects(facts: FrameFacts, first: IntArray, end: IntArray) -> Iterator[tuple[int, IntArray]]:
     """Yield instances with the solids of objects, and of their parts that have several solids: a head on its body."""
-    bodies, entities = facts.bodies, facts.ancestry
+    bodies = facts.bodies
     joined = bodies.joined[bodies.body]
     if len(np.unique(facts.clusters)) == 1 and not facts.ground.solids.any():  # the scene is one object
         joined = np.zeros_like(joined)
+    parts = _parts(facts, joined, first, end)
     order = np.argsort(joined, kind="stable")
     for rows in np.split(order, np.flatnonzero(np.diff(joined[order])) + 1):
-        around = np.flatnonzero((first <= rows.min()) & (end > rows.max()))  # ancestors come first
-        if _MIN_UNITS <= len(rows) <= _MAX_SOLIDS:
-            yield int(around[-1]), rows
-        inside = (first >= rows.min()) & (end <= rows.max() + 1) & (end - first >= _MIN_UNITS)
-        for instance in np.flatnonzero(inside & (end - first <= _MAX_SOLIDS)).tolist():
-            own = np.arange(first[instance], end[instance])
-            if len(own) < len(rows) and not entities.entity(instance).is_primitive and np.isin(own, rows).all():
-                yield instance, own
+        if len(rows) < _MIN_UNITS:
+            continue
+        if len(rows) <= _MAX_SOLIDS:
+            yield innermost(facts, first, end, rows), rows
+        for instance in parts.get(int(joined[rows[0]]), ()):
+            if end[instance] - first[instance] < len(rows):
+                yield instance, np.arange(first[instance], end[instance])
+
+
+def _parts(facts: FrameFacts, joined: IntArray, first: IntArray, end: IntArray) -> dict[int, list[int]]:
+    """Return for each object the instances with several solids, all of the object; ``joined`` (N,) is that of each."""
+    changes = np.concatenate([[0], np.cumsum(np.diff(joined) != 0)])
+    several = np.flatnonzero((end - first >= _MIN_UNITS) & (end - first <= _MAX_SOLIDS))
+    parts: dict[int, list[int]] = {}
+    for instance in several[changes[first[several]] == changes[end[several] - 1]].tolist():
+        if not facts.ancestry.entity(instance).is_primitive:
+            parts.setdefault(int(joined[first[instance]]), []).append(instance)
+    return parts
 
 
 def _units(facts: FrameFacts, instance: int, rows: IntArray) -> IntArray:
@@ -111,18 +122,28 @@ def _units(facts: FrameFacts, instance: int, rows: IntArray) -> IntArray:
 
 def _axes(facts: FrameFacts, pose: FloatArray, rows: IntArray) -> Iterator[FloatArray]:
     """Yield the axes (3, 3) in which an object may be symmetric: those of its instance, and of its largest solid."""
-    own = _directions(pose[:, :3])
+    own = unit_columns(pose[:, :3])
     yield own
     low, high = facts.solids.boxes
     largest = rows[np.argmax(np.prod(high[rows] - low[rows], axis=1))]
-    other = _directions(facts.solids.solids.matrices[largest][:, :3])
+    other = unit_columns(facts.solids.solids.matrices[largest][:, :3])
     if np.abs(other.T @ other - np.eye(3)).max() < 1e-6 and np.sort(np.abs(own.T @ other), axis=None)[-3] < 1.0 - 1e-6:
         yield other
 
 
-def _directions(matrix: FloatArray) -> FloatArray:
-    """Return the columns of a matrix with unit length."""
-    return np.asarray(matrix / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300), np.float64)
+def unit_columns(matrices: FloatArray) -> FloatArray:
+    """Return matrices (..., 3, 3) with columns of unit length: the directions of the axes of poses."""
+    lengths = np.linalg.norm(matrices, axis=-2, keepdims=True)
+    return np.asarray(matrices / np.maximum(lengths, 1e-300), np.float64)
+
+
+def innermost(facts: FrameFacts, first: IntArray, end: IntArray, rows: IntArray) -> int:
+    """Return the innermost instance around solids; instances have the solids from ``first`` to before ``end``."""
+    ancestry, lowest, highest = facts.ancestry, rows.min(), rows.max()
+    instance = int(ancestry.primitives[facts.solids.row[lowest]])
+    while end[instance] <= highest:
+        instance = int(ancestry.parent[instance])
+    return instance
 
 
 class _Outlines:
@@ -194,9 +215,7 @@ class _Outlines:
         )
         if not len(left) or not len(right):
             return strays[:0]
-        mirrored = self.centers[left].copy()
-        mirrored[:, axis] = 2.0 * plane - mirrored[:, axis]
-        far = np.linalg.norm(mirrored[:, None] - self.centers[right][None], axis=2)
+        far = np.linalg.norm(self._mirrored(axis, plane, left)[:, None] - self.centers[right][None], axis=2)
         far[self.names[left][:, None] != self.names[right][None]] = np.inf
         pairs = [(i, int(np.argmin(far[i]))) for i in range(len(left)) if np.isfinite(far[i]).any()]
         pairs = [(i, j) for i, j in pairs if int(np.argmin(far[:, j])) == i]
@@ -216,6 +235,12 @@ class _Outlines:
     def _image(self, axis: int, plane: float, which: IntArray) -> FloatArray:
         """Return the reach (K, 18) of the mirror images of solids."""
         return np.asarray(self.reach[which][:, _MIRRORED[axis]] + 2.0 * plane * _DIRECTIONS[:, axis], np.float64)
+
+    def _mirrored(self, axis: int, plane: float, which: IntArray) -> FloatArray:
+        """Return the centers (K, 3) of the mirror images of solids."""
+        centers = self.centers[which].copy()
+        centers[:, axis] = 2.0 * plane - centers[:, axis]
+        return np.asarray(centers, np.float64)
 
     def _fit(self, axis: int, plane: float, which: IntArray) -> tuple[np.ndarray, np.ndarray]:
         """Return which solids have a mirror image among them, and which have one that is another solid."""
@@ -246,9 +271,7 @@ class _Outlines:
             return None
         first, second = np.split(strays, 2)
         image = self._image(axis, plane, first)
-        mirrored = self.centers[first].copy()
-        mirrored[:, axis] = 2.0 * plane - mirrored[:, axis]
-        offsets = self.centers[second] - mirrored
+        offsets = self.centers[second] - self._mirrored(axis, plane, first)
         rest, extent = len(self.rows) - len(strays), float(self._extent(second).max())
         if np.linalg.norm(offsets - offsets[0], axis=1).max() > extent:
             return None  # several parts differ
