@@ -752,6 +752,16 @@ class Pen:
         """    pen = Pen()
     return concat_shapes(draw(A(1.0)), draw(B(size), n), draw([A(2.0), B(n)]), pen.line(n), pen.line("abc"))""",
     ),
+    "names that methods of values would take": (
+        """class Point(NamedTuple):
+    x: float
+    y: float
+    def size(self): return self.x + self.y
+def point_size(p): return 5.0
+""",
+        """    table = {Point(1, 2): 0.5, Point(2, 3): 1.5}
+    return concat_shapes(*[box(p.size(), table[p], point_size(p)) for p in (Point(1, 2), Point(2, 3))])""",
+    ),
     "hooks of subclasses": (
         """class Base:
     registry = {}

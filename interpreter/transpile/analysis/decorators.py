@@ -7,14 +7,14 @@ import copy
 
 from scenelang.interpreter.transpile.analysis.dispatching import without_dispatch
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import Substitution, parents_of, placed
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, names_in, parents_of, placed
 
 
 def without_decorators(tree: ast.Module) -> ast.Module:
     """Write, in place, what the decorators of a module make of the functions that they decorate."""
     without_dispatch(tree)
     known = {each.name: each for each in tree.body if isinstance(each, ast.FunctionDef)}
-    taken = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name)} | {*known}
+    taken = names_in(tree)
     body: list[ast.stmt] = []
     for each in tree.body:
         made = _written(each, known, taken) if isinstance(each, ast.FunctionDef) else None

@@ -7,7 +7,7 @@ import copy
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import placed
+from scenelang.interpreter.transpile.analysis.rewriting import free_name, names_in, placed
 
 _DISPATCHING = ("singledispatch", "singledispatchmethod")
 _BUILTINS = ("bool", "int", "float", "str", "list", "tuple", "dict", "set")
@@ -89,9 +89,9 @@ def _write(
     rows = [(kind, each) for each, kinds in found for kind in kinds]
     if any(kind not in classes and kind not in _BUILTINS for kind, _ in rows):
         return
-    taken = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name)}
+    taken = names_in(tree)
     for each, kinds in found:
-        each.name = _free(f"{function.name}_{kinds[0]}".lower(), taken)
+        each.name = free_name(f"{function.name}_{kinds[0]}".lower(), taken)
         each.decorator_list = []
     rows.sort(key=lambda row: (-_depth(row[0], classes), row[0] != "bool"))  # the narrowest class first
     names = [each.arg for each in function.args.args]
@@ -108,14 +108,6 @@ def _write(
     function.decorator_list = [
         d for d in function.decorator_list if ast.unparse(d).rpartition(".")[2] not in _DISPATCHING
     ]
-
-
-def _free(name: str, taken: set[str]) -> str:
-    number, made = 2, name
-    while made in taken:
-        made, number = f"{name}_{number}", number + 1
-    taken.add(made)
-    return made
 
 
 def _depth(name: str, classes: dict[str, ast.ClassDef]) -> int:

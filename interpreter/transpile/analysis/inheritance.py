@@ -10,7 +10,7 @@ import copy
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import Substitution, placed
+from scenelang.interpreter.transpile.analysis.rewriting import Substitution, free_name, placed
 
 _HOOK = "__init_subclass__"
 
@@ -243,12 +243,7 @@ class Dispatch:
     def _function(self, stem: str, given: list[str], value: str, classes: list[str]) -> str:
         key = (stem, *given, value, *classes)
         if key not in self._names:
-            number = 2
-            name = stem
-            while name in self._taken:
-                name, number = f"{stem}_{number}", number + 1
-            self._taken.add(name)
-            self._names[key] = name
+            self._names[key] = name = free_name(stem, self._taken)
             text = f"def {name}({', '.join(['thing', *given])}):\n    raise TypeError('no such class')"
             self.made += ast.parse(text).body
             self._values[name] = value

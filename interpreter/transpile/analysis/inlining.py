@@ -13,7 +13,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import child_nodes, scope_of, walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import Substitution, is_sized, name_of, placed
+from scenelang.interpreter.transpile.analysis.rewriting import (
+    Substitution,
+    free_name,
+    is_sized,
+    name_of,
+    names_in,
+    placed,
+)
 
 _MANAGERS = ("contextmanager", "contextlib.contextmanager")
 _HARMLESS = ("errstate", "printoptions", "nullcontext")  # managers of the library that change no result
@@ -65,8 +72,7 @@ class _Inlining(ast.NodeTransformer):
             for m in cls.body
             if isinstance(m, ast.FunctionDef)
         }
-        self.taken = {n.id for n in walk_tree(tree) if isinstance(n, ast.Name)}
-        self.taken |= {n.arg for n in walk_tree(tree) if isinstance(n, ast.arg)}
+        self.taken = names_in(tree)
         self.count = 0
 
     def called(self, node: ast.expr) -> ast.FunctionDef | None:
@@ -82,11 +88,7 @@ class _Inlining(ast.NodeTransformer):
 
     def fresh(self, name: str) -> str:
         """Return a name that nothing has, and take it."""
-        number, made = 2, name
-        while made in self.taken:
-            made, number = f"{name}_{number}", number + 1
-        self.taken.add(made)
-        return made
+        return free_name(name, self.taken)
 
     def body_for(self, function: ast.FunctionDef, call: ast.Call, stored: set[str]) -> list[ast.stmt]:
         """Return the body of a function for the arguments of a call: assignments of these come first.

@@ -29,6 +29,7 @@ from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import (
     OPERATOR_METHODS,
     Substitution,
+    free_name,
     is_registering,
     is_repeatable,
     is_sized,
@@ -315,12 +316,7 @@ class _Library(ast.NodeTransformer):
         return array, name, clauses
 
     def _new(self, name: str) -> str:
-        number = 2
-        made = name
-        while made in self._names:
-            made, number = f"{name}_{number}", number + 1
-        self._names.add(made)
-        return made
+        return free_name(name, self._names)
 
     @staticmethod
     def _held(items: ast.expr, found: tuple[Any, ...], origin: ast.AST) -> list[ast.stmt]:

@@ -27,6 +27,30 @@ def placed(node: Node, origin: ast.AST, is_new: bool = False) -> Node:
     return node
 
 
+def names_in(tree: ast.AST) -> set[str]:
+    """Return all names that a tree uses or defines: of variables, parameters, functions, classes and modules."""
+    names: set[str] = set()
+    for node in walk_tree(tree):
+        if isinstance(node, ast.Name):
+            names.add(node.id)
+        elif isinstance(node, ast.arg):
+            names.add(node.arg)
+        elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            names.add(node.name)
+        elif isinstance(node, ast.alias):
+            names.add(node.asname or node.name)
+    return names
+
+
+def free_name(stem: str, taken: set[str]) -> str:
+    """Return a name that starts with ``stem`` and is not taken, and add it to those that are."""
+    number, name = 2, stem
+    while name in taken:
+        name, number = f"{stem}_{number}", number + 1
+    taken.add(name)
+    return name
+
+
 def parents_of(tree: ast.AST) -> dict[ast.AST, ast.AST]:
     """Return the parent of each node."""
     return {child: node for node in walk_tree(tree) for child in child_nodes(node)}

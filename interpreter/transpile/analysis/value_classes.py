@@ -23,7 +23,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     TypeFacts,
 )
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
-from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, parents_of, placed
+from scenelang.interpreter.transpile.analysis.rewriting import free_name, is_annotation, names_in, parents_of, placed
 from scenelang.interpreter.transpile.analysis.scopes import Class
 
 _SORTING = ("sorted", "min", "max", "sort")
@@ -59,7 +59,7 @@ def values_of(tree: ast.Module, facts: TypeFacts) -> Values | None:
     classes |= {c for node in walk_tree(tree) for c in _ordered(node, facts)}
     parents = parents_of(tree)
     found = {c.name: c for c in classes if _is_simple(c)}
-    known = Values(found, facts.type)
+    known = Values(found, facts.type, names_in(tree))
     while True:
         wrong = {
             name for node in walk_tree(tree) for name in known.classes_at(node) if not known.fits(node, parents)
@@ -113,8 +113,9 @@ def _is_simple(record: Class) -> bool:
 class Values(ast.NodeTransformer):
     """Writes instances of some classes as tuples of their fields."""
 
-    def __init__(self, found: dict[str, Class], type_of: Callable[[ast.expr], AbstractType]) -> None:
-        self._found, self._type = found, type_of
+    def __init__(self, found: dict[str, Class], type_of: Callable[[ast.expr], AbstractType], taken: set[str]) -> None:
+        self._found, self._type, self._taken = found, type_of, taken
+        self._functions: dict[tuple[str, str], str] = {}  # names of those that methods become
 
     def _class_of(self, node: ast.expr) -> Class | None:
         """Return the class of which an expression is an instance, if there is only one."""
@@ -228,9 +229,11 @@ class Values(ast.NodeTransformer):
         index = [name for name, _ in record.fields].index(node.attr)
         return placed(ast.Subscript(node.value, ast.Constant(index), ast.Load()), node)
 
-    @staticmethod
-    def _function(record: Class, method: str) -> str:
-        return f"{record.name}_{method}".lower()
+    def _function(self, record: Class, method: str) -> str:
+        key = (record.name, method)
+        if key not in self._functions:
+            self._functions[key] = free_name(f"{record.name}_{method}".lower(), self._taken)
+        return self._functions[key]
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
         self.generic_visit(node)
