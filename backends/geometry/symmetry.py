@@ -71,10 +71,12 @@ def asymmetries(facts: FrameFacts) -> Iterator[Asymmetry]:
     first, last = ancestry.ranges(ancestry.primitives[facts.solids.row])
     for instance, rows in _objects(facts, first, last + 1):
         key = (int(ancestry.node[instance]), int(rows[0] - first[instance]))
-        left -= len(rows) ** 2
-        if key in seen or left < 0 or facts.ground.solids[rows].any():
+        if key in seen or facts.ground.solids[rows].any():
             continue
         seen.add(key)
+        left -= len(rows) ** 2
+        if left < 0:
+            return
         units = _units(facts, instance, rows)
         for axes in _axes(facts, ancestry.poses[instance], rows):
             outlines = _Outlines(facts, axes, rows)

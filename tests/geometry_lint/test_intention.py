@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scenelang.backends.facts.frame import FrameFacts
+from scenelang.backends.geometry import symmetry
 from scenelang.backends.geometry.intention import Intention, intentions
 from scenelang.grammar.datum import Source
 from scenelang.session.session import Session
@@ -180,6 +181,15 @@ ONE_SIDED = {
 def test_a_part_that_breaks_the_symmetry_of_its_body(name: str, turn: float) -> None:
     _, (asymmetry,) = analyzed(f"(transform (union {' '.join(LOPSIDED[name])}) (rotate {turn} [0 1 0]))")
     assert asymmetry.kind == "symmetry"
+
+
+def test_equal_objects_do_not_use_up_the_comparisons(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(symmetry, "_MAX_COMPARISONS", 300)
+    words = f"""(bind "bear" (lambda () (union {" ".join(LOPSIDED["an ear too low"])})))"""
+    copies = "".join(placed(3.0 * i, 0.0, 0.0, word="pawn") for i in range(40))
+    text = f'{WORDS} {words} (bind "scene" (lambda () (union {copies} {placed(0.0, 0.0, 5.0, word="bear")})))'
+    facts = FrameFacts(session.evaluate(Source("a.scene", text)).require().frames[0])
+    assert [intention.kind for intention in intentions(facts)] == ["symmetry"]
 
 
 @pytest.mark.parametrize("name", ONE_SIDED)
