@@ -13,7 +13,7 @@ def escape(a: float, b: float, most: int) -> int:
     return n
 
 
-def run(width: int = 60, most: int = 40) -> str:
+def run(width: int = 80, most: int = 60) -> str:
     height = width // 2
     rows = []
     for j in range(height):
