@@ -18,7 +18,7 @@ $(VENV)/.dev: $(VENV)/.run
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[dev]"
 	touch $@
 
-SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -path 'grammar/*.json' -o -name '*.scene' \
+SOURCES := $(shell find $(ROOMS) -name node_modules -prune -o \( -name '*.py' -o -name '*.lark' -o -name '*.scene' \
   -o -name 'py.typed' -o -name 'catalogue.toml' -o -name '*.tsv.gz' -o -path '*/inference/prompts/*' -o -path '*/viewer/static/*' -o -path '*/deepslate/static/*' \) -print)
 
 # The list of these files, which changes when one is deleted or moved too.
@@ -260,9 +260,11 @@ blocks: install
 train-toy: $(VENV)/.dev $(VENV)/.package
 	PYTHONPATH=tests $(BIN)/python -m toy.train
 
-# The parser's tables from the grammars; committed, so that only a change of a grammar needs it.
+# The parser's tables from the grammars, and the names of the builtins; committed, so that only a change of a grammar or a
+# new builtin needs it.
 tables: $(VENV)/.dev install
-	$(BIN)/python -P -m scenelang.grammar.lalr grammar
+	$(BIN)/python -P -m scenelang.grammar.tables.making grammar/tables
+	$(BIN)/python -P -m scenelang.stdlib.library stdlib/index.py
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install

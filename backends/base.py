@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass, field
@@ -28,6 +27,8 @@ from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.primitives import geometric_words
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from scenelang.interpreter.scene.entity import Scene
 
 GROUP = "scenelang.backends"
@@ -264,7 +265,9 @@ def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None
 @cache
 def _descriptions() -> Mapping[str, Mapping[str, Any]]:
     """Return the data of ``descriptions.json`` by the value of the entry point."""
+
     import json
+    from pathlib import Path
 
     text = Path(__file__).with_name("descriptions.json").read_text("utf-8")
     data: dict[str, Mapping[str, Any]] = json.loads(text)
@@ -359,6 +362,8 @@ def for_file(path: Path | str, work: Work | None = None) -> Backend:
     SceneError
         "backend" if no backend writes such files.
     """
+    from pathlib import Path
+
     ending = Path(path).suffix.lower()
     candidates = all_backends(work)
     for longest in ("".join(Path(path).suffixes[-2:]).lower(), ending):  # .mjcf.xml before .xml

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import errno
-import json
 import os
 import stat
 import sys
-import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 # Without O_NONBLOCK, opening a named pipe would block until another process writes to it.
 _NONBLOCK = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
@@ -41,6 +41,8 @@ def output_path(program: str, output: str | None, ending: str, is_generated: Cal
     Raises SceneError("file") for a program from standard input, and if the default path exists and was not written by
     scenelang, which ``is_generated`` checks.
     """
+    from pathlib import Path
+
     if output:
         return Path(output)
     if program == "-":
@@ -127,6 +129,8 @@ def atomic_write(path: Path | str, mode: int | None = None) -> Iterator[Path]:
     to is written, and the link stays. ``mode`` is the permissions of the file, by default those of any new file. Raises
     SceneError("file") if the directory or the file cannot be written.
     """
+    from pathlib import Path
+
     target = Path(os.path.realpath(path))  # a link stays
     check_replaceable(target)
     try:
@@ -168,7 +172,9 @@ def _temporary_prefix() -> str:
 
 @cache
 def _machine() -> str:
-    return f"{zlib.crc32(os.uname().nodename.encode()):08x}" if hasattr(os, "uname") else "0"
+    from zlib import crc32
+
+    return f"{crc32(os.uname().nodename.encode()):08x}" if hasattr(os, "uname") else "0"
 
 
 def _sweep(folder: Path) -> None:
@@ -188,6 +194,8 @@ def _sweep(folder: Path) -> None:
 
 def _is_running(process: int) -> bool:
     """Return whether a process runs; True if that cannot be known."""
+    from pathlib import Path
+
     if sys.platform == "win32":
         return True  # os.kill would terminate it
     try:
@@ -222,6 +230,8 @@ def write_text(path: Path | str, text: str) -> None:
 
 def write_json(path: Path, data: Any) -> None:
     """Write ``data`` to a JSON file atomically; raises SceneError("file")."""
+    import json
+
     write_text(path, json.dumps(data))
 
 
@@ -272,8 +282,10 @@ def replaced_folder(path: Path) -> Iterator[Path]:
 @contextmanager
 def _temporary_folder(folder: Path, main: Path | None = None) -> Iterator[tuple[Path, Path]]:
     """Yield an empty folder in ``folder``, and a path beside it for what it replaces; both are removed afterwards."""
+
     import shutil
     import tempfile
+    from pathlib import Path
 
     try:
         _sweep(folder)
@@ -295,6 +307,8 @@ def _temporary_folder(folder: Path, main: Path | None = None) -> Iterator[tuple[
 
 def _meant(error: OSError, staged: Path, folder: Path) -> Path:
     """Return the path in ``folder`` of the file in ``staged`` that an error is about: the last, unless it is named."""
+    from pathlib import Path
+
     written = sorted((path for path in staged.rglob("*") if path.is_file()), key=lambda file: file.stat().st_mtime_ns)
     path = Path(error.filename) if error.filename else [staged, *written][-1]
     return folder / path.relative_to(staged) if path.is_relative_to(staged) else path
@@ -302,6 +316,8 @@ def _meant(error: OSError, staged: Path, folder: Path) -> Path:
 
 def _move_all(staged: Path, folder: Path, backup: Path) -> None:
     """Move every file to ``folder``; if one fails, restore the files that were replaced."""
+    from pathlib import Path
+
     files = sorted(staged.iterdir())
     targets = {file: Path(os.path.realpath(folder / file.name)) for file in files}  # links stay
     for target in targets.values():
@@ -357,6 +373,8 @@ def program_files(names: Iterable[str]) -> list[str]:
     for name in names:
         programs = [name]
         if name != "-" and os.path.isdir(name):
+            from pathlib import Path
+
             programs = [str(path) for path in _programs(Path(name))] or [name]
         for program in programs:
             by_real_path.setdefault(program if program == "-" else os.path.realpath(program), program)

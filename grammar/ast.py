@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Span, Symbol, dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.lalr import END, Builders, Misfit, Tables, load_tables
+from scenelang.grammar.lalr import END, Builders, Misfit, Tables, tables_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -448,7 +448,9 @@ class _Builder:
 @cache
 def _core() -> tuple[Tables, Builders]:
     """Load the tables of ``core.lark`` with the functions that build its nodes."""
-    tables = load_tables("core")
+    from scenelang.grammar.tables import core
+
+    tables = tables_of(core)
     return tables, tables.builders(_Builder())
 
 
@@ -554,7 +556,9 @@ def _strict_terminal(value: Any) -> str:
 
 @cache
 def _strict_tables() -> Tables:
-    return load_tables("strict")
+    from scenelang.grammar.tables import strict
+
+    return tables_of(strict)
 
 
 def check_strict(datums: Sequence[Datum]) -> None:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, ListDatum, Source, Span, Symbol
 from scenelang.grammar.layout import MAX_DEPTH, AuthorLayout, Hidden, Row, Trivia
 from scenelang.grammar.layout_styles import head_of, is_keyword
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.reader import atom_value, block_comments, terminals, without_comments
 
 # Tokenizing a text: tokens and comments, that is, everything except white space.
@@ -82,7 +83,7 @@ def essence_of(tokens: Iterable[Token]) -> list[tuple[str, str]]:
 # Gaps between two datums: comments on separate lines, at the end of a line or beside a datum, and empty lines.
 
 
-_DIRECTIVE = re.compile(r";+\s*fmt:\s*(off|on|skip)\s*")
+_DIRECTIVE = lazy_pattern(r";+\s*fmt:\s*(off|on|skip)\s*")
 
 
 @dataclass(frozen=True, slots=True)

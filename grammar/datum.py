@@ -31,10 +31,10 @@ def rare_collection() -> Iterator[None]:
 
 
 # Data classes. Those of the standard library write and compile up to eight methods of each class when it is defined: 83
-# classes took a third of the time of ``check``. Here the constructor is written for the first instance, and the other
-# methods are shared. They are data classes to type checkers and to the functions of ``dataclasses``. Every class that
-# declares settings (``grammar/settings``) must be one of them. A module takes ``dataclass``, ``field``, ``fields`` and
-# ``replace`` either from here or from ``dataclasses``, never from both, because the two kinds of fields do not mix.
+# classes took a third of the time of ``check``. Here the constructor is compiled for classes of many instances, and the
+# other methods are shared. They are data classes to type checkers and to the functions of ``dataclasses``. Every class
+# that declares settings (``grammar/settings``) must be one of them. A module takes ``dataclass``, ``field``, ``fields``
+# and ``replace`` either from here or from ``dataclasses``, never from both, because the two kinds of fields do not mix.
 
 T = TypeVar("T")
 _MISSING: Any = object()
@@ -75,7 +75,7 @@ def dataclass(
     def decorate(kind: type[T]) -> type[T]:
         """Add the shared methods, and a constructor that compiles itself when the first instance is created."""
         declared = _own_fields(kind)
-        record_class = _with_slots(kind, declared) if slots else kind
+        itself: list[type] = []  # the data class, which the methods refer to before it exists
         by_name = {entry.name: entry for entry in getattr(kind, "__record__", ())} | {
             entry.name: entry for entry in declared
         }
@@ -83,10 +83,10 @@ def dataclass(
         methods: dict[str, Any] = {
             "__record__": tuple(by_name.values()),
             "__match_args__": () if kw_only else tuple(name for name, entry in by_name.items() if entry.init),
-            "__init__": _first_constructor(record_class, frozen=frozen, kw_only=kw_only),
-            "__signature__": _Signature(record_class, frozen=frozen, kw_only=kw_only),
-            "__dataclass_fields__": _Standard("__dataclass_fields__", record_class, options),
-            "__dataclass_params__": _Standard("__dataclass_params__", record_class, options),
+            "__init__": _first_constructor(itself, frozen=frozen, kw_only=kw_only),
+            "__signature__": _Signature(itself, frozen=frozen, kw_only=kw_only),
+            "__dataclass_fields__": _Standard("__dataclass_fields__", itself, options),
+            "__dataclass_params__": _Standard("__dataclass_params__", itself, options),
         }
         if repr:
             methods["__repr__"] = _repr
@@ -96,10 +96,19 @@ def dataclass(
             methods |= {"__setattr__": _refuse_to_set, "__delattr__": _refuse_to_delete}
         if frozen and slots:
             methods |= {"__getstate__": _state, "__setstate__": _set_state}
-        for name, method in methods.items():
-            if name not in kind.__dict__ or (name == "__hash__" and kind.__dict__[name] is None):
-                setattr(record_class, name, method)
-        return record_class
+        own = kind.__dict__
+        methods = {
+            name: method
+            for name, method in methods.items()
+            if name not in own or (name == "__hash__" and own[name] is None)
+        }
+        if slots:
+            itself.append(_with_slots(kind, declared, methods))
+        else:
+            itself.append(kind)
+            for name, method in methods.items():
+                setattr(kind, name, method)
+        return cast("type[T]", itself[0])
 
     return decorate
 
@@ -122,26 +131,69 @@ def _own_fields(kind: type) -> list[Field]:
     return declared
 
 
-def _with_slots(kind: type[T], declared: list[Field]) -> type[T]:
-    """Return a copy of a class with slots for its fields, because a class cannot gain slots once it exists."""
+def _with_slots(kind: type, declared: list[Field], methods: Mapping[str, Any]) -> type:
+    """Return a copy of a class with slots for its fields, because a class cannot gain slots once it exists.
+
+    It is made with its methods: each one that is set later updates the class and those derived from it.
+    """
     names = tuple(entry.name for entry in declared)
     namespace = {
         name: value for name, value in kind.__dict__.items() if name not in (*names, "__dict__", "__weakref__")
     }
     metaclass: Any = type(kind)
-    slotted = metaclass(kind.__name__, kind.__bases__, {**namespace, "__slots__": names})
+    slotted: type = metaclass(kind.__name__, kind.__bases__, {**namespace, **methods, "__slots__": names})
     slotted.__qualname__ = kind.__qualname__
-    return cast("type[T]", slotted)
+    return slotted
 
 
-def _first_constructor(kind: type, *, frozen: bool, kw_only: bool) -> Callable[..., None]:
-    """Return a constructor that replaces itself by the real one when the first instance is created."""
+_FEW = 20  # instances of a class before its constructor is compiled: half of the classes of a command have fewer
+
+
+def _first_constructor(itself: list[type], *, frozen: bool, kw_only: bool) -> Callable[..., None]:
+    """Return a constructor that replaces itself by a compiled one, if the class gets more than a few instances.
+
+    ``itself`` contains the class, once it exists. Compiling a constructor takes as long as 40 calls of this one.
+    """
+    left = _FEW
 
     def __init__(self: Any, *values: Any, **named: Any) -> None:
-        _complete(kind, frozen=frozen, kw_only=kw_only)
-        kind.__init__(self, *values, **named)  # type: ignore[misc]
+        nonlocal left
+        left -= 1
+        kind: Any = itself[0]
+        if left < 0 or not _construct(self, kind, () if kw_only else values, named) or (kw_only and values):
+            _complete(kind, frozen=frozen, kw_only=kw_only)
+            kind.__init__(self, *values, **named)
 
     return __init__
+
+
+def _construct(self: Any, kind: Any, values: tuple[Any, ...], named: dict[str, Any]) -> bool:
+    """Set the fields of a new instance; return whether the arguments fit, which a compiled constructor reports."""
+    fields: tuple[Field, ...] = kind.__record__
+    names = [entry.name for entry in fields if entry.init]
+    given = dict(zip(names, values))
+    if len(values) > len(names) or not named.keys() <= set(names[len(values) :]):
+        return False
+    given |= named
+    if not all(
+        entry.name in given or entry.default is not _MISSING or entry.factory is not _MISSING
+        for entry in fields
+        if entry.init
+    ):
+        return False
+    for entry in fields:
+        if entry.name in given:
+            value = given[entry.name]
+        elif entry.factory is not _MISSING:
+            value = entry.factory()
+        elif entry.default is not _MISSING:
+            value = entry.default
+        else:
+            continue
+        object.__setattr__(self, entry.name, value)
+    if hasattr(kind, "__post_init__"):
+        self.__post_init__()
+    return True
 
 
 def _complete(kind: type, *, frozen: bool, kw_only: bool) -> None:
@@ -184,36 +236,37 @@ class _Standard:
     ``options`` are the arguments ``frozen``, ``eq`` and ``kw_only`` of the decorator.
     """
 
-    def __init__(self, name: str, kind: type, options: Mapping[str, bool]) -> None:
-        self._name, self._kind, self._options = name, kind, options
+    def __init__(self, name: str, itself: list[type], options: Mapping[str, bool]) -> None:
+        self._name, self._itself, self._options = name, itself, options
 
     def __get__(self, instance: object, owner: type) -> Any:
         """Build an equal class of the standard library, and store its attribute in place of this descriptor."""
         import dataclasses
 
+        kind: Any = self._itself[0]
         namespace: dict[str, Any] = {"__annotations__": {}}
-        for entry in self._kind.__record__:  # type: ignore[attr-defined]
+        for entry in kind.__record__:
             options: dict[str, Any] = {"init": entry.init, "repr": entry.repr, "compare": entry.compare}
             options["kw_only"] = self._options["kw_only"]
             options |= {} if entry.default is _MISSING else {"default": entry.default}
             options |= {} if entry.factory is _MISSING else {"default_factory": entry.factory}
             namespace[entry.name] = dataclasses.field(metadata=entry.metadata, **options)
-            namespace["__annotations__"][entry.name] = _annotation(self._kind, entry.name)
-        standard: Any = type(self._kind.__name__, (), namespace)
+            namespace["__annotations__"][entry.name] = _annotation(kind, entry.name)
+        standard: Any = type(kind.__name__, (), namespace)
         standard = dataclasses.dataclass(frozen=self._options["frozen"], eq=self._options["eq"])(standard)
         value = getattr(standard, self._name)
-        setattr(self._kind, self._name, value)
+        setattr(kind, self._name, value)
         return value
 
 
 class _Signature:
     """Attribute that ``inspect.signature`` reads before the constructor, which must be the real one by then."""
 
-    def __init__(self, kind: type, *, frozen: bool, kw_only: bool) -> None:
-        self._kind, self._frozen, self._kw_only = kind, frozen, kw_only
+    def __init__(self, itself: list[type], *, frozen: bool, kw_only: bool) -> None:
+        self._itself, self._frozen, self._kw_only = itself, frozen, kw_only
 
     def __get__(self, instance: object, owner: type) -> Any:
-        _complete(self._kind, frozen=self._frozen, kw_only=self._kw_only)
+        _complete(self._itself[0], frozen=self._frozen, kw_only=self._kw_only)
         raise AttributeError("__signature__")
 
 

@@ -495,17 +495,30 @@ def near_names(name: str, candidates: Iterable[str]) -> list[str]:
     """
     if len(name) > _MAX_NAME:
         return []
+    cutoff = _MIN_RATIO if len(name) > 3 else _MIN_SHORT_RATIO
     lowered = {
         candidate.lower(): candidate for candidate in candidates if candidate != name and len(candidate) <= _MAX_NAME
     }
     anagrams = [lowered[other] for other in lowered if len(other) == len(name) > 2 and _is_swap(other, name.lower())]
     if anagrams:
         return anagrams[:2]
+    return [lowered[match] for match in close_matches(name.lower(), lowered, 2, cutoff)]
+
+
+def close_matches(word: str, others: Iterable[str], most: int, ratio: float) -> list[str]:
+    """Return at most ``most`` similar words, the most similar first, as ``difflib.get_close_matches`` does."""
+    candidates = [other for other in others if may_resemble(word, other, ratio)]
+    if not candidates:  # importing `difflib` takes as long as comparing the letters of a thousand words
+        return []
     from difflib import get_close_matches
 
-    cutoff = _MIN_RATIO if len(name) > 3 else _MIN_SHORT_RATIO
+    return get_close_matches(word, candidates, most, ratio)
 
-    return [lowered[match] for match in get_close_matches(name.lower(), lowered, n=2, cutoff=cutoff)]
+
+def may_resemble(a: str, b: str, ratio: float) -> bool:
+    """Return False if so few letters are the same that the ratio of ``difflib`` is below ``ratio``."""
+    shared = sum(min(a.count(letter), b.count(letter)) for letter in set(a))
+    return 2 * shared >= ratio * (len(a) + len(b))
 
 
 def _is_swap(a: str, b: str) -> bool:

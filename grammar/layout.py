@@ -8,7 +8,6 @@ memoized by datum and column, which keeps trying out several styles cheap.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -31,12 +30,13 @@ from scenelang.grammar.layout_styles import (
     styles_of,
     takes_lines,
 )
+from scenelang.grammar.patterns import lazy_pattern
 
 # The text around datums: comments, empty lines, and the author's line breaks.
 
 NOTE = "\0"  # separates code from an end-of-line comment until all lines are known and can be aligned
 # control characters, line and paragraph separators, bidirectional marks, surrogates
-_UNSEEN = re.compile(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
+_UNSEEN = lazy_pattern(r"[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 _MAX_UNEVENNESS = 12  # columns; aligned further apart, a comment is hard to assign to its line
 
 

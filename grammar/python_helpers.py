@@ -5,12 +5,13 @@ The transpiler, the prompts and the reference take names, parameters and counter
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-_PARAMETER = re.compile(r"(\w+):[^=]*?(=[^,]*?(?:\([^)]*\))?)?(?:,|$)")
+from scenelang.grammar.patterns import lazy_pattern
+
+_PARAMETER = lazy_pattern(r"(\w+):[^=]*?(=[^,]*?(?:\([^)]*\))?)?(?:,|$)")
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,20 +27,21 @@ from scenelang.grammar.datum import (
     dataclass,
 )
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
-from scenelang.grammar.lalr import END, Misfit, Tables, load_tables
+from scenelang.grammar.lalr import END, Misfit, Tables, tables_of
+from scenelang.grammar.patterns import lazy_pattern
 
 # Splitting a text into top-level chunks, so that an edited chunk can be read again without the others.
 #
 # This scanner only matches brackets; the reader decides whether a chunk is valid. If brackets do not match, a chunk
 # ends where the next form seems to begin: at an opening bracket in the first column.
 
-_TOKEN = re.compile(
+_TOKEN = lazy_pattern(
     r"""(?P<space>\s+)|(?P<comment>;[^\n]*)|(?P<block>\#\|)|(?P<hide>\#;)|(?P<string>"(?:[^"\\]|\\.)*")"""
     r"""|(?P<open>[(\[])|(?P<close>[)\]])|(?P<prefix>'|`|,@|,)|(?P<atom>[^\s()\[\]";'`,]+)|(?P<other>.)""",
     re.S,
 )
-_EDGE = re.compile(r"#\||\|#")
-_FIRST_COLUMN = re.compile(r"^[(\[]", re.M)
+_EDGE = lazy_pattern(r"#\||\|#")
+_FIRST_COLUMN = lazy_pattern(r"^[(\[]", re.M)
 
 
 @dataclass(frozen=True)
@@ -352,7 +353,9 @@ _WRONG = "WRONG"
 @cache
 def _tables() -> Tables:
     """Load the tables of ``reader.lark``."""
-    return load_tables("reader")
+    from scenelang.grammar.tables import reader
+
+    return tables_of(reader)
 
 
 def terminals() -> list[tuple[str, str]]:
@@ -392,7 +395,7 @@ def _tokens(text: str) -> Iterator[tuple[str, Place]]:
 _OPENER = {"RPAR": "LPAR", "RSQB": "LSQB"}
 _CLOSING = {"LPAR": ")", "LSQB": "]"}
 _OPEN_ENDED = ("PREFIX", "DATUM_COMMENT")
-_INDEXED = re.compile(r"""[^\s()\[\]";'`,]\[""")  # where there may be an atom just before an array
+_INDEXED = lazy_pattern(r"""[^\s()\[\]";'`,]\[""")  # where there may be an atom just before an array
 
 
 class _Token(NamedTuple):
@@ -415,7 +418,8 @@ def _located_tokens(text: str) -> Iterator[_Token]:
         yield _Token(terminal, text[start:end], start, end, line, column, source.position(end)[0])
 
 
-class _ReadProblem(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _ReadProblem:
     """Error in the brackets of a text; ``notes`` are messages with the offsets of the brackets that they are about."""
 
     name: str
@@ -432,7 +436,8 @@ class _ReadProblem(NamedTuple):
         return Diagnostic(self.name, self.message, Span(source, self.start, self.end), self.hint, notes)
 
 
-class _LocatedProblem(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _LocatedProblem:
     """Problem with the offsets of the token ``at`` which it shows and of the token before."""
 
     problem: _ReadProblem
@@ -451,7 +456,8 @@ def _bracket_problem(text: str) -> _LocatedProblem | None:
     return None
 
 
-class _Unindented(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Unindented:
     """Opener with a later line that is not indented beyond it: probably a missing closing bracket.
 
     ``closing`` are the brackets that close all such openers, ``start`` is the offset of the line's first token.
@@ -604,10 +610,10 @@ def _bad_dot(token: _Token) -> _ReadProblem:
 
 # --- atoms -----------------------------------------------------------------------------------------------------
 
-_INTEGER = re.compile(r"[+-]?\d+\Z")
-_FLOAT = re.compile(r"[+-]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][+-]?\d+)?\Z")
-_NUMBER_LIKE = re.compile(r"[+-]?\.?\d")
-_HANDLE = re.compile(r"<([A-Za-z][A-Za-z0-9_-]*\*?)>\Z")
+_INTEGER = lazy_pattern(r"[+-]?\d+\Z")
+_FLOAT = lazy_pattern(r"[+-]?(?:\d+\.\d*|\.\d+|\d+)(?:[eE][+-]?\d+)?\Z")
+_NUMBER_LIKE = lazy_pattern(r"[+-]?\.?\d")
+_HANDLE = lazy_pattern(r"<([A-Za-z][A-Za-z0-9_-]*\*?)>\Z")
 _LITERALS = {"#t": True, "#true": True, "#f": False, "#false": False}
 
 
@@ -636,7 +642,7 @@ def atom_value(text: str) -> Any:
     return Symbol(text)
 
 
-_KEYWORD_NAME = re.compile(r"""[^\s()\[\]{}";'`,:|#]+\Z""")
+_KEYWORD_NAME = lazy_pattern(r"""[^\s()\[\]{}";'`,:|#]+\Z""")
 
 
 def is_keyword_name(text: str) -> bool:
@@ -672,7 +678,7 @@ def _short(text: str) -> str:
 _ESCAPES = {
     "n": "\n", "t": "\t", "r": "\r", '"': '"', "\\": "\\", "a": "\a", "b": "\b", "0": "\0",
 }  # fmt: skip
-_ESCAPE = re.compile(r"\\(?:x([0-9A-Fa-f]+);|u([0-9A-Fa-f]{4})|([ \t]*\r?\n[ \t]*)|(.))", re.S)
+_ESCAPE = lazy_pattern(r"\\(?:x([0-9A-Fa-f]+);|u([0-9A-Fa-f]{4})|([ \t]*\r?\n[ \t]*)|(.))", re.S)
 
 
 def _unescape(body: str) -> str:
@@ -781,7 +787,7 @@ def _without_skipped(items: tuple[Any, ...]) -> tuple[Any, ...]:
     return tuple(item for item in items if item is not _SKIPPED) if _SKIPPED in items else items
 
 
-_BLOCK = re.compile(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
+_BLOCK = lazy_pattern(r'"(?:[^"\\]|\\.)*"|#;|;[^\n]*|#\||\|#', re.S)
 
 
 def block_comments(text: str) -> list[tuple[int, int]]:
@@ -822,6 +828,11 @@ def read_comments(source: Source) -> tuple[Span, ...]:
 def read(source: Source) -> ReadResult:
     """Read all datums of ``source``. Never raises: errors are returned in ``diagnostics``."""
     return _read(source, source.text)
+
+
+def read_part(part: Span) -> ReadResult:
+    """Read the datums of a part of a source, whose spans are those of the whole source. Never raises."""
+    return _read(part.source, " " * part.start + part.text)
 
 
 def read_pieces(source: Source) -> ReadResult:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from scenelang.grammar.datum import Source, Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.reader import Chunk, lexemes, split
 
 MAX_CHUNKS = 4  # malformed forms of a text that are repaired; each costs up to 16 checks of the program
@@ -188,9 +189,9 @@ def quote_edits(text: str) -> list[BracketEdit]:
     return []
 
 
-_QUOTE = re.compile(r'(?<!\\)"')
-_COMMENT = re.compile(r'"(?:[^"\\\n]|\\.)*"|;[^\n]*')
-_WORD_END = re.compile(r"""[^\s()\[\]";]+(?=[\s()\[\]";]|\Z)""")
+_QUOTE = lazy_pattern(r'(?<!\\)"')
+_COMMENT = lazy_pattern(r'"(?:[^"\\\n]|\\.)*"|;[^\n]*')
+_WORD_END = lazy_pattern(r"""[^\s()\[\]";]+(?=[\s()\[\]";]|\Z)""")
 
 
 def _blanked(match: re.Match[str]) -> str:

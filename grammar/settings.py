@@ -8,19 +8,14 @@ for users.
 from __future__ import annotations
 
 import math
-import numbers
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import wraps
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from scenelang.grammar.datum import dataclass, field, fields, replace
 from scenelang.grammar.diagnostics import SceneError, missing_part
-
-if TYPE_CHECKING:
-    import inspect
-
 
 _SUFFIXES = {"k": 10**3, "m": 10**6, "g": 10**9}
 _MAX_SIDE = 16_384  # pixels of an image
@@ -197,29 +192,15 @@ def typed(function: _Function) -> _Function:
     this installation lacks. Classes are compared by name, because importing them all would make the import of the
     package slow.
     """
-    inspected: list[tuple[inspect.Signature, dict[str, str], set[str]]] = []
+    annotations = {name: str(annotation) for name, annotation in function.__annotations__.items()}
 
     @wraps(function)
     def checked(*arguments: Any, **named: Any) -> Any:
         """Check the arguments, call the function, and convert the errors of Python that a user can cause."""
-        if not inspected:  # at the first call: inspection is slow
-            import inspect
-
-            signature = inspect.signature(function)
-            parameters = signature.parameters.values()
-            several = {p.name for p in parameters if p.kind is inspect.Parameter.VAR_POSITIONAL}
-            stated = {p.name: "Any" if p.annotation is p.empty else str(p.annotation) for p in parameters}
-            inspected.append((signature, stated, several))
-        signature, annotations, several = inspected[0]
-        try:
-            bound = signature.bind(*arguments, **named)
-        except TypeError as error:
-            raise SceneError("value", f"`{function.__name__}`: {error}") from None
-        for name, argument in bound.arguments.items():
-            for value in argument if name in several else (argument,):
-                if fits(value, annotations[name]):
-                    continue
-                raise SceneError("value", f"`{name}`: expected {_expected(annotations[name])}, got {_shown(value)}")
+        for name, value in _bound(function, arguments, named):
+            annotation = annotations.get(name, "Any")
+            if not fits(value, annotation):
+                raise SceneError("value", f"`{name}`: expected {_expected(annotation)}, got {_shown(value)}")
         try:
             return function(*arguments, **named)
         except BrokenPipeError:
@@ -238,6 +219,36 @@ def typed(function: _Function) -> _Function:
 
     return cast(_Function, checked)
 
+
+def _bound(
+    function: Callable[..., Any], arguments: Sequence[Any], named: Mapping[str, Any]
+) -> Iterable[tuple[str, Any]]:
+    """Return the arguments of a call with the names of their parameters; raises SceneError if the call has no meaning.
+
+    ``inspect`` decides where a call is not plain, because importing it takes a twentieth of ``check``.
+    """
+    code = function.__code__
+    names = code.co_varnames[: code.co_argcount + code.co_kwonlyargcount]
+    is_plain = not (hasattr(function, "__wrapped__") or code.co_flags & _TAKES_MORE or code.co_posonlyargcount)
+    given = dict(zip(names[: code.co_argcount], arguments))
+    has_default = names[code.co_argcount - len(function.__defaults__ or ()) : code.co_argcount]
+    optional = {*has_default, *(function.__kwdefaults__ or ())}
+    is_complete = len(given) == len(arguments) and given.keys() | named.keys() | optional >= set(names)
+    if is_plain and is_complete and named.keys() <= set(names) - given.keys():
+        given |= named
+        return [(name, given[name]) for name in names if name in given]
+    import inspect
+
+    signature = inspect.signature(function)
+    try:
+        bound = signature.bind(*arguments, **named).arguments
+    except TypeError as error:
+        raise SceneError("value", f"`{function.__name__}`: {error}") from None
+    several = {p.name for p in signature.parameters.values() if p.kind is inspect.Parameter.VAR_POSITIONAL}
+    return [(name, value) for name in bound for value in (bound[name] if name in several else (bound[name],))]
+
+
+_TAKES_MORE = 0x04 | 0x08  # flags of functions with ``*arguments`` and ``**named``, as in ``inspect``
 
 _EXPECTED = {
     "int": "a whole number", "float": "a finite number", "str": "a string", "bool": "True or False", "bytes": "bytes",
@@ -294,6 +305,15 @@ def _parts(annotation: str, separator: str) -> list[str]:
     return [part.strip() for part in parts]
 
 
+def _is_real(value: Any) -> bool:
+    """Return whether a value is a real number; ``numbers`` is only imported for those of other libraries."""
+    if isinstance(value, int | float):
+        return True
+    from numbers import Real
+
+    return isinstance(value, Real)
+
+
 def _is_finite(value: Any) -> bool:
     """Return whether a number has a finite value as a float."""
     try:
@@ -339,7 +359,7 @@ _KINDS: Mapping[str, Callable[[Any], bool]] = {
     "Any": lambda value: True,
     "None": lambda value: value is None,
     "int": lambda value: hasattr(type(value), "__index__") and not isinstance(value, bool),
-    "float": lambda value: isinstance(value, numbers.Real) and not isinstance(value, bool) and _is_finite(value),
+    "float": lambda value: _is_real(value) and not isinstance(value, bool) and _is_finite(value),
     "str": lambda value: isinstance(value, str),
     "bytes": lambda value: isinstance(value, bytes),
     "bool": lambda value: isinstance(value, bool) or type(value).__name__ == "bool_",
@@ -351,7 +371,7 @@ _KINDS: Mapping[str, Callable[[Any], bool]] = {
     "View": lambda value: bool({"Viewpoint", "Camera", "PlacedCamera"} & _classes(value)),
     "TextIO": lambda value: hasattr(value, "write"),
     "PictureSource": lambda value: True,
-    "npt.ArrayLike": lambda value: _is_several(value) or isinstance(value, numbers.Real),
+    "npt.ArrayLike": lambda value: _is_several(value) or _is_real(value),
 }
 _FORMS: Mapping[str, Callable[[Any, str], bool]] = {
     "Literal": _is_literal,

@@ -7,11 +7,11 @@ import sys
 from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
+    from pathlib import Path
 
 _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
 
@@ -21,6 +21,8 @@ def user_folder(purpose: str) -> Path:
 
     Follows the XDG Base Directory Specification.
     """
+    from pathlib import Path
+
     base = os.environ.get(f"XDG_{purpose}_HOME")
     return (Path(base) if base else Path.home() / _FOLDERS[purpose]) / "scenelang"
 
@@ -71,7 +73,9 @@ def write_cached(kind: str, name: str, arrays: Mapping[str, Any]) -> None:
     arrays
         Arrays by name.
     """
+
     import tempfile
+    from pathlib import Path
 
     temporary = None
     with suppress(OSError, RuntimeError):

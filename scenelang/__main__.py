@@ -27,19 +27,21 @@ def entry() -> NoReturn:
 def _run(*, handles_sigint: bool) -> NoReturn:
     """Complete a command line for the shell, print help, or run a command; importing as little as each needs."""
     import gc
-    import warnings
     from signal import SIG_IGN, SIGINT, default_int_handler, signal
 
     _open_streams()
     _set_encodings()
-    gc.set_threshold(50_000, 20, 50)  # what is imported stays
+    gc.disable()  # what is imported stays: collections on the way took a fifth of the start-up
     if "_ARGCOMPLETE" in os.environ:  # called by the shell's completion
         from scenelang.cli.main import build_parser
         from scenelang.console.shell_completion import complete
 
         complete(build_parser)
     if not sys.warnoptions:  # library warnings are for developers
-        warnings.simplefilter("ignore")
+        if "warnings" in sys.modules:
+            sys.modules["warnings"].simplefilter("ignore")
+        else:
+            sys.warnoptions.append("ignore")  # read when the module is imported
     from scenelang.cli.command_table import prints_help
 
     if prints_help(sys.argv[1:]):

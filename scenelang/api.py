@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TextIO
@@ -604,12 +603,11 @@ def _with_given(
 
 def _entries(path: Path, embeddings: str | Path | None) -> Mapping[str, ZEntry]:
     """Return the entries of an embeddings file; "auto" is the one beside the program, if it exists."""
-    from scenelang.files import zfile
+    from scenelang.files import existing_beside, zfile
 
     if embeddings is None:
         return {}
     if embeddings != "auto":
         return zfile.read_entries(Path(embeddings))
-    beside_program = zfile.beside(str(path))
-    exists = os.path.exists(beside_program)  # unlike Path.exists, false for a name that is too long
-    return zfile.read_entries(beside_program) if exists else {}
+    beside_program = existing_beside(str(path))
+    return zfile.read_entries(beside_program) if beside_program is not None else {}

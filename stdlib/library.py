@@ -2,81 +2,118 @@
 
 from __future__ import annotations
 
+import os
+import sys
+from collections.abc import Iterator, Mapping
 from functools import cache
-from pathlib import Path
+from importlib import import_module
 
 from scenelang.interpreter.runtime.types import Builtin, Library, Registry
-from scenelang.stdlib import (
-    arrays,
-    colors,
-    control,
-    entities,
-    lists,
-    mutation,
-    numbers,
-    paths,
-    predicates,
-    profiles,
-    python,
-    random,
-    sequences,
-    solids,
-    strings,
-)
+from scenelang.stdlib import index
 from scenelang.stdlib.numbers import CONSTANTS
 
-TOPICS: tuple[Registry, ...] = (
-    entities.registry,
-    entities.poses,
-    solids.registry,
-    profiles.registry,
-    paths.registry,
-    numbers.registry,
-    predicates.registry,
-    lists.registry,
-    sequences.registry,
-    control.calling,
-    mutation.registry,
-    mutation.tables,
-    strings.registry,
-    arrays.registry,
-    random.registry,
-    control.registry,
-    colors.registry,
+# Registries as ``module.attribute``, in the order of the reference.
+TOPICS = (
+    "entities.registry",
+    "entities.poses",
+    "solids.registry",
+    "profiles.registry",
+    "paths.registry",
+    "numbers.registry",
+    "predicates.registry",
+    "lists.registry",
+    "sequences.registry",
+    "control.calling",
+    "mutation.registry",
+    "mutation.tables",
+    "strings.registry",
+    "arrays.registry",
+    "random.registry",
+    "control.registry",
+    "colors.registry",
 )
 
 # Registries whose names must be imported: `(import "std/python.scene")`.
-IMPORTED: dict[str, Registry] = {"python.scene": python.registry}
+IMPORTED = {"python.scene": "python.registry"}
 
 PRELUDE = ("prelude.scene", "combinators.scene")
 
 
-def _collect(topics: tuple[Registry, ...]) -> dict[str, Builtin]:
-    """Return the entries of all topics by name; a name in two topics is an error."""
-    builtins: dict[str, Builtin] = {}
-    for registry in topics:
-        for name, entry in registry.entries.items():
-            if name in builtins:
-                raise ValueError(f"{name} is registered by two topics, {builtins[name].topic} and {entry.topic}")
-            builtins[name] = entry
-    return builtins
+def registry_of(topic: str) -> Registry:
+    """Return the registry of a topic of ``TOPICS`` or ``IMPORTED``; its module is imported."""
+    module, _, attribute = topic.partition(".")
+    registry: Registry = getattr(import_module(f"scenelang.stdlib.{module}"), attribute)
+    return registry
+
+
+class _Builtins(Mapping[str, Builtin]):
+    """Builtins by name; the module of one is imported when it is looked up.
+
+    Most programs use a few modules, and importing all of them takes a sixth of ``check``.
+    """
+
+    def __init__(self, topics: tuple[str, ...]) -> None:
+        """Create the mapping of some topics, whose names are known from ``index``."""
+        self._topics = {name: topic for topic in topics for name in index.NAMES[topic]}
+
+    def __getitem__(self, name: str) -> Builtin:
+        return registry_of(self._topics[name]).entries[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._topics
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._topics)
+
+    def __len__(self) -> int:
+        return len(self._topics)
+
+
+def index_text() -> str:
+    """Return the text of ``index``: the names of the builtins of each topic.
+
+    Raises
+    ------
+    ValueError
+        If two topics define the same name.
+    """
+    homes: dict[str, str] = {}
+    for topic in (*TOPICS, *IMPORTED.values()):
+        for name in registry_of(topic).entries:
+            if name in homes:
+                raise ValueError(f"{name} is registered by two topics, {homes[name]} and {topic}")
+            homes[name] = topic
+    rows = []
+    for topic in (*TOPICS, *IMPORTED.values()):
+        names = " ".join(name for name in homes if homes[name] == topic)
+        rows.append(f'    "{topic}": {names!r}.split(),\n')
+    title = '"""Names of the builtins by topic, written by ``make tables``."""'
+    return f"{title}\n\nNAMES: dict[str, list[str]] = {{\n{''.join(rows)}}}\n"
 
 
 def _modules() -> dict[str, str]:
     """Return the source of every module of the package that is written in the language, by file name."""
-    paths = sorted(Path(__file__).parent.glob("*.scene"))
-    return {path.name: path.read_text("utf-8") for path in paths}
+    folder = os.path.dirname(__file__)
+    modules = {}
+    for name in sorted(name for name in os.listdir(folder) if name.endswith(".scene")):
+        with open(os.path.join(folder, name), encoding="utf-8") as file:
+            modules[name] = file.read()
+    return modules
 
 
 @cache
 def build_library() -> Library:
     """Return the standard library; cached, since it is immutable."""
-    _collect((*TOPICS, *IMPORTED.values()))  # check that no topic shares a name with an imported module
     return Library(
-        builtins=_collect(TOPICS),
+        builtins=_Builtins(TOPICS),
         constants={name: value for name, (value, _) in CONSTANTS.items()},
         modules={**dict.fromkeys(IMPORTED, ""), **_modules()},
         prelude=PRELUDE,
         constant_docs={name: doc for name, (_, doc) in CONSTANTS.items()},
-        imported={module: registry.entries for module, registry in IMPORTED.items()},
+        imported={module: _Builtins((topic,)) for module, topic in IMPORTED.items()},
     )
+
+
+if __name__ == "__main__":
+    with open(sys.argv[1], "w", encoding="utf-8") as output:
+        output.write(index_text())

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import number_text
 from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, vector_of
@@ -858,7 +859,7 @@ def is_odd(rt: Runtime, n: int) -> bool:
 
 _MAX_SIMPLE_DIGITS = 32  # that are divided off one by one
 _DIGITS = "0123456789abcdefghijklmnopqrstuvwxyz"
-_DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
+_DECIMAL = lazy_pattern(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\Z", re.ASCII)
 
 
 def _check_radix(name: str, radix: int) -> None:

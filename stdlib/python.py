@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime import parts
 from scenelang.interpreter.runtime.show import show
@@ -362,7 +363,7 @@ def _array_text(rt: Runtime, value: Any, text: Callable[[Any], str]) -> str:
 # --- the operator % on strings ---------------------------------------------------------------------------------
 
 # Python's library reference, "printf-style String Formatting".
-_FIELD = re.compile(
+_FIELD = lazy_pattern(
     r"%(?:\((?P<key>[^()]*)\))?(?P<flags>[-+ #0]*)(?P<width>\*|\d+)?(?:\.(?P<precision>\*|\d+)?)?[hlL]?(?P<kind>.?)",
     re.S,
 )

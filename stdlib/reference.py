@@ -15,6 +15,7 @@ from functools import cache
 
 from scenelang.grammar.datum import Source, comment_above, print_datum
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.python_helpers import HELPERS, Helper
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, PAPER_FORMS, TOP_LEVEL
@@ -26,7 +27,7 @@ from scenelang.stdlib.numbers import CONSTANTS
 COMBINATORS = "combinators.scene"
 
 
-_KEYWORD = re.compile(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
+_KEYWORD = lazy_pattern(r"(?<![^\s(\[]):([^\s()\[\]:]+)")
 
 
 class RecordKind(Enum):
@@ -352,9 +353,9 @@ def _documentation(lines: list[str]) -> list[str]:
 # For the prompts of language models (paper, appendix "Language Model Prompts"). Names and parameters come from the
 # transpiler; the description of a helper is that of its counterpart in the language, in Python's terms.
 
-_CLAUSE = re.compile(r"(?<=[^.])(?:: |; |\. ).*", re.S)
-_LISP = re.compile(r"[,:;] `\(.*", re.S)
-_ARRAY = re.compile(r"\[([^\][]+)\]")
+_CLAUSE = lazy_pattern(r"(?<=[^.])(?:: |; |\. ).*", re.S)
+_LISP = lazy_pattern(r"[,:;] `\(.*", re.S)
+_ARRAY = lazy_pattern(r"\[([^\][]+)\]")
 # Terms of the language and their equivalents in Python.
 _WORDS: Mapping[str, str] = {
     "an entity or parts": "a shape", "an entity": "a shape", "the entity of a word": "the shape of a word",

@@ -6,10 +6,10 @@ import operator
 import re
 from collections.abc import Callable, Iterator
 from itertools import pairwise
-from string import Formatter
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.values.values import Symbol, make_list
@@ -292,7 +292,7 @@ def string_ci_equal(rt: Runtime, *texts: str) -> bool:
 # Python's format strings (library reference, "Format String Syntax"), without attribute or item access in fields.
 
 
-_SPEC = re.compile(r"(?:.?[<>=^])?[-+ ]?z?#?0?(?P<width>\d*)[_,]?(?:\.(?P<precision>\d+))?(?P<kind>.?)\Z", re.S)
+_SPEC = lazy_pattern(r"(?:.?[<>=^])?[-+ ]?z?#?0?(?P<width>\d*)[_,]?(?:\.(?P<precision>\d+))?(?P<kind>.?)\Z", re.S)
 
 
 class _Fields:
@@ -322,6 +322,8 @@ class _Fields:
 def _parse(template: str) -> Iterator[tuple[str, str | None, str | None, str | None]]:
     """Iterate over the fields of a template: literal text before it, name, specification and conversion."""
     try:
+        from string import Formatter  # compiles patterns of its own
+
         yield from Formatter().parse(template)
     except ValueError as error:
         hint = "write {{ or }} for a literal brace"

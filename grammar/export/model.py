@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from scenelang.grammar.ast import STRICT_HEADS, STRICT_MEASURES, STRICT_OPERATORS
+from scenelang.grammar.patterns import lazy_pattern
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,8 +216,8 @@ def choice(*options: Expression) -> Expression:
 # Parsing rules in Lark's notation: literals in quotes, ``*``, ``+``, ``?``, ``[optional]``, ``|``.
 
 
-_TOKEN = re.compile(r'"((?:[^"\\]|\\.)+)"|([A-Z][A-Z0-9_]*)|([a-z][a-z0-9_]*)|([()\[\]|*+?])|(\s+)')
-_RULE = re.compile(r"^\??([a-z][a-z0-9_]*)\s*:(.*(?:\n[ \t]+\|.*)*)", re.M)
+_TOKEN = lazy_pattern(r'"((?:[^"\\]|\\.)+)"|([A-Z][A-Z0-9_]*)|([a-z][a-z0-9_]*)|([()\[\]|*+?])|(\s+)')
+_RULE = lazy_pattern(r"^\??([a-z][a-z0-9_]*)\s*:(.*(?:\n[ \t]+\|.*)*)", re.M)
 
 
 def parse_rules(text: str) -> dict[str, Expression]:

@@ -9,13 +9,13 @@ shapes are compared only if both are known: a small table that is always right i
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.checker.common import (
     A_PART,
     accepts,
@@ -904,7 +904,7 @@ def _check_mutable(inference: KindInference, node: Any, name: str, argument: Any
     return False
 
 
-_CXR = re.compile(r"c[ad]{1,4}r")
+_CXR = lazy_pattern(r"c[ad]{1,4}r")
 
 
 def _check_cxr(inference: KindInference, node: Any, name: str, argument: Any, kind: Kind) -> bool:

@@ -6,13 +6,13 @@ The lattice of kinds itself is ``interpreter/compile/kinds``.
 from __future__ import annotations
 
 import math
-import re
 import sys
 from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import ListDatum, Source, Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError, near_names
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.reader import piece_at, read
 from scenelang.interpreter.compile.kinds import (
     ANY,
@@ -266,7 +266,7 @@ def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
     return hint + shown_text, (Fix("Write three components", (edit,)),)
 
 
-_QUOTED_NUMBER = re.compile(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')
+_QUOTED_NUMBER = lazy_pattern(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')
 
 
 def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:

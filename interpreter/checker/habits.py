@@ -16,6 +16,7 @@ from typing import Any
 
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, near_names
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.checker.idioms import (
     COLON,
     FORMS,
@@ -43,7 +44,7 @@ _MAX_SHOWN = 60  # characters of code in a message
 
 # --- tree of a text that may be malformed ----------------------------------------------------------------------------
 
-_TOKEN = re.compile(
+_TOKEN = lazy_pattern(
     r"""(?P<space>\s+)|(?P<comment>;[^\n]*|\#\|.*?\|\#)|(?P<string>"(?:[^"\\]|\\.)*")|(?P<open>[(\[{])"""
     r"""|(?P<close>[)\]}])|(?P<prefix>'|`|,@|,)|(?P<atom>[^\s()\[\]{}";'`,]+)|(?P<other>.)""",
     re.S,
@@ -320,7 +321,7 @@ def _named(source: Source, tree: Tree) -> Iterator[Habit]:
     yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(source, tree.start, tree.end, message, hint, fix))
 
 
-_MEMBER = re.compile(rf"({WORD})\.({WORD})\Z")
+_MEMBER = lazy_pattern(rf"({WORD})\.({WORD})\Z")
 
 # Methods of other languages, and the functions of this one.
 _METHODS = {
@@ -450,7 +451,7 @@ def _assignments(source: Source, root: Tree) -> Iterator[Habit]:
                                     f"write `{_shown(text)}`", fix))  # fmt: skip
 
 
-_DECIMAL = re.compile(r":[\w-]+\s+-?\d+,\d\Z")
+_DECIMAL = lazy_pattern(r":[\w-]+\s+-?\d+,\d\Z")
 
 
 def _is_decimal(text: str, comma: Tree) -> bool:
@@ -541,7 +542,7 @@ def _comment(source: Source, start: int, end: int, row: Spelling) -> Habit:
     return Habit(begin, end, (), frozenset(), _diagnostic(source, begin, begin + length, message, row.hint, fix))
 
 
-_HIDDEN = re.compile(r'"(?:[^"\\]|\\.)*"|(?<!#);[^\n]*(?=\n|$)', re.S)
+_HIDDEN = lazy_pattern(r'"(?:[^"\\]|\\.)*"|(?<!#);[^\n]*(?=\n|$)', re.S)
 
 
 def _masked(text: str) -> str:
@@ -637,7 +638,7 @@ def _is_parameter(tree: Tree) -> bool:
 
 _WITH_DEFAULT = 2  # items of a parameter with its default
 
-_NOT_AN_ENTITY = re.compile(r'[-+.]?\d|["\':#]')
+_NOT_AN_ENTITY = lazy_pattern(r'[-+.]?\d|["\':#]')
 
 
 def _is_entity(tree: Tree) -> bool:
@@ -703,7 +704,7 @@ def _with_prefixes(items: list[Tree]) -> list[Tree]:
     return joined
 
 
-_VARIABLE = re.compile(r"\?([a-z]+)(/2)?( \.\.\.)?")
+_VARIABLE = lazy_pattern(r"\?([a-z]+)(/2)?( \.\.\.)?")
 
 
 def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) -> str:
@@ -726,7 +727,7 @@ def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) 
 
 # --- whole languages -------------------------------------------------------------------------------------------------
 
-_LINE_START = re.compile(r"^\s*[(\[;'`\"#)]")  # of a line of this language outside all brackets
+_LINE_START = lazy_pattern(r"^\s*[(\[;'`\"#)]")  # of a line of this language outside all brackets
 _SHARE = 3  # a third of the lines of a piece, or three lines, decide its language; fewer may be chance
 
 
@@ -830,7 +831,7 @@ def _language(lines: Sequence[str]) -> tuple[str, str] | None:
     return best[2], best[3]
 
 
-_DEFINED = re.compile(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", re.M)
+_DEFINED = lazy_pattern(r"(?:def|function|module|class|const|let|var)\s+(\w+)|^(\w+)\s*=", re.M)
 
 
 def _names_in(lines: Sequence[str]) -> frozenset[str]:

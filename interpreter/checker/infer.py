@@ -11,7 +11,6 @@ and inside the body of a ``guard`` it is not reported.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Protocol
@@ -19,6 +18,7 @@ from typing import Any, Protocol
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.checker import calls, scene_forms
 from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
 from scenelang.interpreter.compile.analyze import called_builtin, pattern_variables, walk
@@ -612,7 +612,7 @@ def _constant(inference: KindInference, node: ast.Constant) -> Kind:
     return kind_of_value(node.value)
 
 
-_ATOM = re.compile(r"(?!none$|None$)[^\s()\[\]]+")
+_ATOM = lazy_pattern(r"(?!none$|None$)[^\s()\[\]]+")
 
 
 def _handle(inference: KindInference, node: ast.HandleLiteral) -> Kind:

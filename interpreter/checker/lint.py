@@ -11,7 +11,8 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, with_edits
-from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, is_typo
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, close_matches, is_typo
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.checker.book import KindBook, findings, reached_forms
 from scenelang.interpreter.checker.common import infix_fix
@@ -118,7 +119,7 @@ def misspellings(program: Program) -> list[Diagnostic]:
 
 
 # The string after the head of a top-level form, which may bind it as a word.
-_SECOND = re.compile(r'^\([^\s()\[\]"]+\s+"([^"]+)"', re.M)
+_SECOND = lazy_pattern(r'^\([^\s()\[\]"]+\s+"([^"]+)"', re.M)
 
 
 def unread_attributes(program: Program) -> list[Diagnostic]:
@@ -151,13 +152,11 @@ def _near_word(word: str, known: Sequence[str]) -> str | None:
     Typing errors depend on the keyboard: "cune" is "cube", whose differing letters are adjacent keys, but "tube" is a
     word of its own.
     """
-    from difflib import get_close_matches
-
     slips = [other for other in known if is_typo(word, other)]
     near = (
         slips
         or [other for other in known if sorted(other.lower()) == sorted(word.lower())]
-        or get_close_matches(word, known, 1, _SIMILARITY)
+        or close_matches(word, known, 1, _SIMILARITY)
     )
     return near[0] if near else None
 
@@ -184,11 +183,9 @@ def _near_primitive(word: str) -> str | None:
 
 def _is_misspelled(word: str, name: str) -> bool:
     """Return whether a word is a misspelling of a long name of a primitive."""
-    from difflib import SequenceMatcher
-
     if len(name) < _MIN_LETTERS or word[:1] != name[0] or word.startswith(name) or abs(len(word) - len(name)) > 1:
         return False
-    return sorted(word) == sorted(name) or SequenceMatcher(None, word, name).ratio() >= _SIMILARITY
+    return sorted(word) == sorted(name) or bool(close_matches(name, [word], 1, _SIMILARITY))
 
 
 def _repeated_word(word: str, calls: Mapping[str, int]) -> str | None:
@@ -199,10 +196,8 @@ def _repeated_word(word: str, calls: Mapping[str, int]) -> str | None:
 
 def _near_unused(word: str, program: Program, facts: FormFacts) -> str | None:
     """Return a bound word that nothing mentions and that resembles ``word``, which is not bound, or None."""
-    from difflib import get_close_matches
-
     used = {text for form in program.facts for text in form.strings}
-    near = get_close_matches(
+    near = close_matches(
         word,
         [other for other in _callable_words(program, facts) if other in program.words and other not in used],
         1,
@@ -311,8 +306,8 @@ def _mentions(text: str, longest: int) -> Counter[str]:
     return counts
 
 
-_WORD = re.compile(r"[^\s()\[\]]+")
-_QUOTE = re.compile(r"['`,@]")
+_WORD = lazy_pattern(r"[^\s()\[\]]+")
+_QUOTE = lazy_pattern(r"['`,@]")
 
 
 # --- forms that are added to a session -------------------------------------------------------------------------------
@@ -358,8 +353,8 @@ def new_form_warnings(
 # --- consequential findings, which are reported only because of another mistake --------------------------------------
 
 
-_DEFINES = re.compile(r"\(\s*([^\s()\[\]]+)\s+\(?([^\s()\[\]]+)")
-_NAMES = re.compile(r"\s*\(([^()\[\]]*)\)")
+_DEFINES = lazy_pattern(r"\(\s*([^\s()\[\]]+)\s+\(?([^\s()\[\]]+)")
+_NAMES = lazy_pattern(r"\s*\(([^()\[\]]*)\)")
 _DEFINING = frozenset(("define", "define-values", "define-record", "define-syntax", "define-macro", "param"))
 
 
@@ -443,13 +438,11 @@ def _is_defined_wrongly(unbound: Diagnostic, diagnostics: Sequence[Diagnostic]) 
 
 def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
     """Iterate over the names that a form with a misspelled head, such as ``(defien x 1)``, was meant to define."""
-    from difflib import get_close_matches
-
     span = diagnostic.span
     assert span is not None
     match = _DEFINES.match(span.source.text, max(0, span.start - 1))
     if match is not None and match.start(1) == span.start:
-        meant = get_close_matches(match[1].lower().replace("_", "-"), _DEFINING, 1, 0.7)
+        meant = close_matches(match[1].lower().replace("_", "-"), _DEFINING, 1, 0.7)
         names = _NAMES.match(span.source.text, match.end(1)) if meant == ["define-values"] else None
         yield from names[1].split() if names is not None else (match[2],) if meant else ()
 
@@ -539,9 +532,9 @@ def _is_about(diagnostic: Diagnostic, passed: str, spelled: str) -> bool:
 # --- fixes that follow from the location of a diagnostic, and their application to a text ----------------------------
 
 
-_FRACTION = re.compile(r"([+-]?\d+)/(\d+)\Z")
-_TOKENS = re.compile(r"""(?:"(?:[^"\\]|\\.)*"|;[^\n]*|#\|.*?\|#|[()\[\]'`,]|[^\s()\[\]";'`,]+)""", re.S)
-_NAME = re.compile(r"[^\s()\[\]\";'`,“”„]+\Z")
+_FRACTION = lazy_pattern(r"([+-]?\d+)/(\d+)\Z")
+_TOKENS = lazy_pattern(r"""(?:"(?:[^"\\]|\\.)*"|;[^\n]*|#\|.*?\|#|[()\[\]'`,]|[^\s()\[\]";'`,]+)""", re.S)
+_NAME = lazy_pattern(r"[^\s()\[\]\";'`,“”„]+\Z")
 
 
 def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
@@ -580,7 +573,7 @@ def with_fixes(diagnostic: Diagnostic) -> Diagnostic:
     return replace(diagnostic, fixes=(fix,)) if fix is not None else diagnostic
 
 
-_SYMBOL = re.compile(r"expects a (?:Word|String|string)\b.*, got a symbol: '?([^\s']+)\Z")
+_SYMBOL = lazy_pattern(r"expects a (?:Word|String|string)\b.*, got a symbol: '?([^\s']+)\Z")
 
 
 def _quotes_fix(span: Span, name: str) -> Fix | None:
@@ -592,8 +585,8 @@ def _quotes_fix(span: Span, name: str) -> Fix | None:
     return Fix("Write double quotes", (Edit(Span(span.source, at, at + len(name) + 2), f'"{name}"'),), safe=True)
 
 
-_UNKNOWN = re.compile(r"has no parameter `:([^`]+)`")
-_MEANT = re.compile(r"did you mean `:?([^`]+)`")
+_UNKNOWN = lazy_pattern(r"has no parameter `:([^`]+)`")
+_MEANT = lazy_pattern(r"did you mean `:?([^`]+)`")
 
 
 def _keyword_fix(call: Span, name: str, hint: str) -> Fix | None:
@@ -731,7 +724,7 @@ def _is_within(fix: Fix, source: Source) -> bool:
 # ``; lint: allow-file`` applies to the whole file. Errors cannot be suppressed.
 
 
-_ALLOW = re.compile(r";+\s*lint:\s*allow(?P<file>-file)?\s+(?P<names>.+)")
+_ALLOW = lazy_pattern(r";+\s*lint:\s*allow(?P<file>-file)?\s+(?P<names>.+)")
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from three.js, Babylon.js, A-Frame, Blender, OpenSCAD, POV-Ray, trimesh and pyre
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from itertools import pairwise
@@ -17,6 +16,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.scene.primitives import geometry_attributes, is_word
 from scenelang.interpreter.values.values import Keyword
 
@@ -129,7 +129,7 @@ def _compounds() -> Mapping[str, tuple[str | None, str]]:
     return meanings | dict.fromkeys(("uv-sphere", "ico-sphere"), ("sphere", _IS.format("sphere")))
 
 
-_CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|[_\s]+")
+_CAMEL = lazy_pattern(r"(?<=[a-z0-9])(?=[A-Z])|[_\s]+")
 
 
 def _normal(name: str) -> str:

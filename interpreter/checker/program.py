@@ -12,7 +12,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.ast import FormError, parse_core
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
-from scenelang.grammar.reader import read_pieces
+from scenelang.grammar.reader import read_part, read_pieces
 from scenelang.interpreter.checker.book import KindBook
 from scenelang.interpreter.checker.rules import FactCache, FormFacts
 from scenelang.interpreter.expand.expand import (
@@ -82,6 +82,10 @@ class FileExpander(Expander):
         if text not in _PLAIN_TYPES:
             self._file.names.record.open_ended = True  # the result depends on the program's records
         return super().annotated_type(text, span)
+
+    def keep_global(self, variable: Variable) -> None:
+        """Let the next definition of the variable's name define this variable."""
+        self._globals[variable.name] = variable
 
     def global_variable(self, name: str, span: Span) -> Variable:
         """Return the variable of a global name, the same one as in the previous version of the file.
@@ -778,21 +782,18 @@ def roll_back(file: SourceFile, snapshot: Snapshot) -> None:
 class Prelude:
     """Predefined names of every program.
 
-    Library modules written in the language are expanded once per process, and only when a program uses a name that is
-    neither a form nor a builtin.
+    A definition of the library modules written in the language is read and expanded when a program first needs its
+    body: as a value, or to check the arguments of a call. Reading all of them took a seventh of ``check``.
     """
 
     def __init__(self, library: Library) -> None:
         self.library = library
         self.scope = Scope(None, self._lookup)
-        self.definitions: dict[Variable, ast.Define] = {}
+        self.definitions = PreludeDefinitions(self.scope)
         self._exports: dict[str, Any] = {}
-        self._pending = list(library.prelude)
-        self._homes = library.prelude_names
-        self._loading = False
 
     def _lookup(self, name: str) -> Any:
-        """Return the binding of a predefined name; library modules are loaded until one defines it."""
+        """Return the binding of a predefined name, or None."""
         if name in FORMS:
             return Special(name)
         if name.startswith(STD):
@@ -802,39 +803,62 @@ class Prelude:
             return builtin
         if name in self.library.constants:
             return ConstantBinding(self.library.constants[name])
-        module = self._homes.get(name)
-        while module in self._pending and not self._loading:
-            self._load(self._pending.pop(0))
+        place = self.library.prelude_names.get(name)
+        if place is not None and name not in self._exports:
+            variable = self.definitions.declare(name, place)
+            is_paper_form = name in PAPER_FORMS
+            self._exports[name] = PaperForm(PAPER_FORMS[name], variable) if is_paper_form else variable
         return self._exports.get(name)
-
-    def _load(self, module: str) -> None:
-        """Expand a library module and collect its definitions."""
-        self._loading = True
-        source = Source(f"{STD}{module}", self.library.modules[module])
-        unit = SourceFile(source, self.scope)
-        unit.forms = top_forms(source)
-        unit.scan()
-        unit.finish()
-        for form in unit.asts():
-            assert isinstance(form, ast.Define)
-            self.definitions[form.target] = form
-        errors = [d for d in unit.diagnostics() if d.is_error]
-        assert not errors, errors[0].message
-        for symbol, binding in unit.scope.bindings.items():
-            name = str(symbol)
-            if name in PAPER_FORMS:
-                binding = PaperForm(PAPER_FORMS[name], binding)
-            self._exports[name] = binding
-        self._loading = False
 
     def names(self) -> Iterator[str]:
         """Iterate over all predefined names."""
-        while self._pending and not self._loading:
-            self._load(self._pending.pop(0))
         yield from self.library.builtins
         yield from self.library.constants
         # Names that start with `%` are private to the library.
-        yield from (name for name in self._exports if not name.startswith("%"))
+        yield from (name for name in self.library.prelude_names if not name.startswith("%"))
+
+
+class PreludeDefinitions(Mapping[Variable, ast.Define]):
+    """Core forms of the definitions that programs have referred to; each is expanded when it is first asked for."""
+
+    def __init__(self, scope: Scope) -> None:
+        """Create the mapping; ``scope`` resolves the names in the definitions."""
+        self._scope = scope
+        self._places: dict[Variable, Span] = {}
+        self._expanded: dict[Variable, ast.Define] = {}
+
+    def declare(self, name: str, place: Span) -> Variable:
+        """Return the variable of a definition, whose text is at ``place``."""
+        start = place.source.text.index(name, place.start + len("(define "))
+        variable = Variable(name, Span(place.source, start, start + len(name)), is_global=True, recursive=True)
+        self._places[variable] = place
+        return variable
+
+    def __getitem__(self, variable: Variable) -> ast.Define:
+        if variable not in self._expanded:
+            self._expanded[variable] = self._expand(variable, self._places[variable])
+        return self._expanded[variable]
+
+    def __iter__(self) -> Iterator[Variable]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def _expand(self, variable: Variable, place: Span) -> ast.Define:
+        """Read and expand one definition, as a file of its own whose spans are those of the whole module."""
+        unit = SourceFile(place.source, self._scope)
+        unit.expander.keep_global(variable)
+        result = read_part(place)
+        unit.forms = [TopForm((datum,), result.diagnostics) for datum in result.forms]
+        unit.scan()
+        unit.finish()
+        errors = [d for d in unit.diagnostics() if d.is_error]
+        assert not errors, errors[0].message
+        (form,) = unit.asts()
+        assert isinstance(form, ast.Define)
+        assert form.target is variable
+        return form
 
 
 @lru_cache(maxsize=4)

@@ -6,12 +6,12 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise
-from string import Formatter
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, near_names
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, close_matches, may_resemble, near_names
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.other_tools import calls_of_other_tools, hint_for_primitive
 from scenelang.interpreter.compile.analyze import called_builtin, children, pattern_variables, strings_in, walk
@@ -51,7 +51,7 @@ def optional_parameters(form: Any, word: str | None) -> Iterator[Diagnostic]:
 
 
 # The directives of C, Python, Common Lisp and Scheme, in the order of their values.
-_DIRECTIVE = re.compile(r"~[asdfgvwADSFGVW]|%(?:\.\d+)?[sdifgeuxr]")
+_DIRECTIVE = lazy_pattern(r"~[asdfgvwADSFGVW]|%(?:\.\d+)?[sdifgeuxr]")
 
 
 def unused_values(nodes: Iterable[Any]) -> Iterator[Diagnostic]:
@@ -76,6 +76,8 @@ def _taken_values(template: str) -> int | None:
     """Return the number of values that a template of ``format`` takes, or None if it is malformed."""
     count = last = 0
     try:
+        from string import Formatter
+
         for _, name, spec, _ in Formatter().parse(template):
             nested = [inner_name for _, inner_name, _, _ in Formatter().parse(spec or "")]
             for field in (name, *nested):
@@ -753,13 +755,15 @@ def _misspelled_attributes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
     known = {attribute.name for attribute in (SCALE, COLOR, *MATERIALS, *PHYSICS)} | _all_geometry()
     for argument in node.arguments:
         if type(argument) is ast.Constant and type(argument.value) is Keyword and argument.value not in known:
-            near = [name for name in near_names(str(argument.value), known) if _is_typo(str(argument.value), name)]
+            written = str(argument.value)
+            typos = {name for name in known if _is_typo(written, name)}  # rare, and faster than the names that are near
+            near = [name for name in near_names(written, known) if name in typos] if typos else ()
             if near:
-                span, written = argument.span, f":{near[0]}"
-                fix = Fix(f"Change to `{written}`", (Edit(span, written),))
+                span, meant = argument.span, f":{near[0]}"
+                fix = Fix(f"Change to `{meant}`", (Edit(span, meant),))
                 message = f"no primitive uses the attribute `{argument.span.text}`"
-                yield "", Diagnostic("idle-attribute", message, span, f"did you mean `{written}`?", fixes=(fix,),
-                                     found=f":{argument.value}", near=(written,))  # fmt: skip
+                yield "", Diagnostic("idle-attribute", message, span, f"did you mean `{meant}`?", fixes=(fix,),
+                                     found=f":{argument.value}", near=(meant,))  # fmt: skip
 
 
 _BYTE = 255  # largest color component in other tools
@@ -783,6 +787,8 @@ def _bytes(node: Any) -> Iterator[tuple[str, Diagnostic]]:
 
 def _is_typo(name: str, near: str) -> bool:
     """Return whether a name is so similar to another that it is probably a misspelling of it."""
+    if not may_resemble(near, name, _TYPO):
+        return False
     from difflib import SequenceMatcher
 
     return SequenceMatcher(None, near, name).ratio() >= _TYPO
@@ -804,9 +810,7 @@ def near_attribute(word: str, name: str) -> str | None:
     for attribute in known:
         if name.lower() in attribute.aliases and name != "transparency":
             return attribute.name
-    from difflib import get_close_matches
-
-    near = get_close_matches(name.lower(), [attribute.name for attribute in known], n=1, cutoff=_NEAR)
+    near = close_matches(name.lower(), [attribute.name for attribute in known], 1, _NEAR)
     return near[0] if near else None
 
 

@@ -16,7 +16,6 @@ closures.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
@@ -24,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.compile import calls, generated, intrinsics
 from scenelang.interpreter.compile.analyze import (
     FrameLayout,
@@ -72,7 +72,7 @@ _MAX_LOOPS = 50  # of a function: the inner loops of a nest are analyzed once fo
 _MAX_ARITY = 8  # parameters of a function; ``_ADAPTERS`` of ``compile`` has one adapter for each number of them
 _MAX_UNCHARGED = 32  # arguments of a builtin; ``call_builtin`` charges for more (``_MIN_CHARGED`` of ``procedures``)
 _MAX_INLINE_LIST = 4  # items of ``(list ...)`` that are written as nested pairs
-_FRAME = re.compile(r"\bF\b")  # the frame of a generated function, in its text
+_FRAME = lazy_pattern(r"\bF\b")  # the frame of a generated function, in its text
 
 
 @dataclass(eq=False, slots=True)

@@ -5,7 +5,6 @@ The result shows a program without macros and derived forms.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Any
@@ -24,6 +23,7 @@ from scenelang.grammar.datum import (
     atom_text,
 )
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyze import children, pattern_variables, walk
 from scenelang.interpreter.expand.forms import FORMS, PAPER_FORMS
@@ -36,7 +36,7 @@ from scenelang.interpreter.values.values import NIL, Array, Embedding, Matrix, P
 
 _NOWHERE = Span(Source("<expansion>", ""), 0, 0)
 # Characters that are replaced in the name of a renamed variable.
-_UNREADABLE = re.compile(r"[^A-Za-z0-9!?*<>=/_-]+")
+_UNREADABLE = lazy_pattern(r"[^A-Za-z0-9!?*<>=/_-]+")
 _PLAIN = (int, float, bool, str, type(None))  # types of atoms whose printed text always reads as an equal atom
 
 

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import dataclass
+from scenelang.grammar.patterns import lazy_pattern
 
 if TYPE_CHECKING:
     from scenelang.grammar.export.model import Expression, Grammar
@@ -463,7 +464,7 @@ member: template | ",@" expr | "(" "unquote-splicing" expr ")"
 
 _LITERAL_WORDS = frozenset({"else", "=>", "syntax-rules", "_"})  # literal words of a usage text
 _RULES = "(syntax-rules () ((_ pattern) template))"
-_TOKEN = re.compile(r'"[^"]*"|[()]|[^\s()"]+|\s+')
+_TOKEN = lazy_pattern(r'"[^"]*"|[()]|[^\s()"]+|\s+')
 
 
 def snippet(form: Form) -> str:

@@ -8,12 +8,12 @@ numbered after those of the earlier frames.
 
 from __future__ import annotations
 
-import re
 from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
@@ -144,7 +144,7 @@ def _concatenated(graph: Graph, by_depth: list[tuple[Level, Level]]) -> Ancestry
 
 # --- numbers ---------------------------------------------------------------------------------------------------------
 
-_NUMBERED = re.compile(r"z([1-9]\d{0,17})\Z")  # 18 digits fit 64 bits
+_NUMBERED = lazy_pattern(r"z([1-9]\d{0,17})\Z")  # 18 digits fit 64 bits
 Path = tuple[int, ...]
 
 

@@ -8,7 +8,8 @@ from functools import cache, cached_property, partial
 from itertools import islice
 from typing import Any, Protocol
 
-from scenelang.grammar.datum import dataclass, field
+from scenelang.grammar.datum import Source, Span, dataclass, field
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Frames
@@ -377,7 +378,7 @@ BASE_TYPES: Mapping[str, Type] = {
         Type("Template", _instance(Entity, Pair, type(NIL), MutableList, Procedure)),
     )
 }
-_GENERIC = re.compile(r"(\w+)\[(.*)\]\Z", re.S)
+_GENERIC = lazy_pattern(r"(\w+)\[(.*)\]\Z", re.S)
 
 
 def _split_arguments(text: str) -> list[str]:
@@ -460,7 +461,7 @@ class Signature:
     keywords: tuple[BuiltinParameter, ...]
 
 
-_PARAMETER = re.compile(r"\[(?P<inner>[^\s\[\]]+(?:\[.*?\])?)\]|(?P<plain>\.\.\.|[^\s\[\]]+(?:\[[^\s]*\])?)")
+_PARAMETER = lazy_pattern(r"\[(?P<inner>[^\s\[\]]+(?:\[.*?\])?)\]|(?P<plain>\.\.\.|[^\s\[\]]+(?:\[[^\s]*\])?)")
 
 
 def parse_signature(text: str) -> Signature:
@@ -539,7 +540,7 @@ class Builtin(Procedure):
         return f"({self.name}{' ' if self.parameters else ''}{self.parameters}) -> {self.result}"
 
 
-_DEFINED = re.compile(r"^\(define \(?([^\s()]+)", re.M)
+_DEFINED = lazy_pattern(r"^\(define \(?([^\s()]+)", re.M)
 
 
 @dataclass(frozen=True, eq=False)
@@ -568,9 +569,15 @@ class Library:
     imported: Mapping[str, Mapping[str, Builtin]] = field(default_factory=dict)
 
     @cached_property
-    def prelude_names(self) -> dict[str, str]:
-        """Modules of the names that the prelude defines."""
-        return {name: module for module in self.prelude for name in _DEFINED.findall(self.modules[module])}
+    def prelude_names(self) -> dict[str, Span]:
+        """Definitions of the prelude by name: each from its parenthesis at the start of a line to the next one."""
+        places: dict[str, Span] = {}
+        for module in self.prelude:
+            source = Source(f"{STD}{module}", self.modules[module])
+            definitions = [*_DEFINED.finditer(source.text)]
+            ends = [*(match.start() for match in definitions[1:]), len(source.text)]
+            places |= {match[1]: Span(source, match.start(), end) for match, end in zip(definitions, ends)}
+        return places
 
     @cached_property
     def names(self) -> frozenset[str]:

@@ -8,7 +8,6 @@ the best value so far are opened. Boxes are cached on entities, which are immuta
 
 from __future__ import annotations
 
-import heapq
 from collections.abc import Callable, Sequence
 from math import isfinite
 from typing import Any
@@ -141,6 +140,8 @@ def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, bes
     The heap orders subtrees by upper bound, and deeper ones first on ties. Each entry has the coordinate as a function
     of a point p in the frame of the subtree: ``(a, b, c) . p + t``.
     """
+    from heapq import heappop, heappush  # needed for turned parts only
+
     heap: list[tuple[float, int, int, Entity, float, float, float, float]] = []
     serial = 0
     for part, box in open_parts:
@@ -149,9 +150,9 @@ def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, bes
             m = part.cdr
             a, b, c, t = (sign * x for x in m[4 * axis : 4 * axis + 4])
             serial += 1
-            heapq.heappush(heap, (-bound, 0, serial, part.car, a, b, c, t))
+            heappush(heap, (-bound, 0, serial, part.car, a, b, c, t))
     while heap:
-        bound, depth, _, entity, a, b, c, t = heapq.heappop(heap)
+        bound, depth, _, entity, a, b, c, t = heappop(heap)
         if -bound <= best + _TOLERANCE * max(1.0, abs(best)):
             break
         charge(1 + (len(entity.children) >> 2))
@@ -178,7 +179,7 @@ def _maximize(open_parts: Sequence[tuple[Any, Box]], axis: int, sign: float, bes
                 best = upper
             else:
                 serial += 1
-                heapq.heappush(heap, (-upper, depth - 1, serial, child, i, j, k, offset))
+                heappush(heap, (-upper, depth - 1, serial, child, i, j, k, offset))
     return best
 
 

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Sequence
+from functools import cache, partial
 from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
+
+# The messages of argparse are in English, as the others are: looking for translations loads `locale` for each command.
+argparse._ = str  # type: ignore[attr-defined]
 
 AnyParser = TypeVar("AnyParser", bound=argparse.ArgumentParser)
 
@@ -108,10 +113,33 @@ def top_parser(kind: type[AnyParser], version: type[argparse.Action]) -> AnyPars
         usage="scenelang [-h] [--version] COMMAND ...",
         description="The Scene Language: scenes as programs, words and embeddings.",
         epilog=_listing(),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=formatter(argparse.RawDescriptionHelpFormatter),
     )
     parser.add_argument("--version", action=version, nargs=0, help="show the version and exit")
     return parser
+
+
+def formatter(kind: type[argparse.HelpFormatter]) -> Any:
+    """Return a class of help for ``argparse``, as wide as the terminal.
+
+    The size is read once; argparse asks ``shutil`` for it with every argument, which loads libraries of compression.
+    """
+    return partial(kind, width=_columns() - 2)
+
+
+@cache
+def _columns() -> int:
+    """Return the width of the terminal in characters, as ``shutil.get_terminal_size`` does."""
+    stated = os.environ.get("COLUMNS", "")
+    if stated.isdecimal() and int(stated) > 0:
+        return int(stated)
+    try:
+        return os.get_terminal_size(1).columns or _DEFAULT_COLUMNS
+    except OSError:
+        return _DEFAULT_COLUMNS
+
+
+_DEFAULT_COLUMNS = 80
 
 
 def prints_help(words: Sequence[str]) -> bool:

@@ -7,12 +7,13 @@ any more, 143 ended (SIGTERM).
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import sys
 from collections.abc import Sequence
 
 from scenelang.cli.command_table import COMMANDS as COMMANDS
-from scenelang.cli.command_table import CommandRow, top_parser
+from scenelang.cli.command_table import CommandRow, formatter, top_parser
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
 from scenelang.console.reports import Parser
 from scenelang.grammar.diagnostics import (
@@ -55,6 +56,13 @@ def main(argv: Sequence[str] | None = None, supervised: bool = False) -> int:
         return _report_missing(error)
 
 
+def _collect_garbage() -> None:
+    """Collect garbage from now on, but not what has been imported, which stays."""
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
+    gc.enable()
+
+
 def _main(words: list[str], *, supervised: bool) -> int:
     """Parse the arguments, and run the command in this process or in a supervised one."""
     if not words:
@@ -66,6 +74,7 @@ def _main(words: list[str], *, supervised: bool) -> int:
         print(f"scenelang: error: unknown command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
         return 2
     arguments = build_parser(words[0] if words else "").parse_args(words)
+    _collect_garbage()
     if not (supervised and COMMANDS[arguments.command].kind.evaluates and is_supported()):
         return _run(arguments)
     stream = sys.stdout if arguments.command == "check" and arguments.json else None
@@ -185,8 +194,9 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
     parser = top_parser(Parser, _Version)
     quiet = argparse.SUPPRESS
     subparsers = parser.add_subparsers(prog="scenelang", dest="command", required=True, metavar="COMMAND", help=quiet)
+    help_formatter = formatter(argparse.HelpFormatter)
     for name in [only] if only in COMMANDS else COMMANDS:
-        subparser = subparsers.add_parser(name, help=COMMANDS[name].help)
+        subparser = subparsers.add_parser(name, help=COMMANDS[name].help, formatter_class=help_formatter)
         if only in (None, name):
             _add_arguments(subparser, name, COMMANDS[name])
     return parser

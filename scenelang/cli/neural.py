@@ -38,7 +38,7 @@ from scenelang.cli.options import (
     z_path,
 )
 from scenelang.console.reports import print_json, say
-from scenelang.files.zfile import beside
+from scenelang.files import beside
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import amount, settings_in
 from scenelang.learning import inversion, neural

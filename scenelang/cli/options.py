@@ -8,22 +8,23 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from functools import wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
-from scenelang.backends import base
 from scenelang.backends.files import check_folder as check_folder
 from scenelang.console.reports import once, print_diagnostics, print_json, progress_line, say
+from scenelang.files import existing_beside
 from scenelang.grammar import settings
 from scenelang.grammar.diagnostics import Diagnostic, capped, printable
 from scenelang.grammar.diagnostics import UsageError as UsageError
 from scenelang.grammar.diagnostics import usage_errors as usage_errors
 from scenelang.grammar.settings import Setting, settings_in
 from scenelang.interpreter.loading import is_present
-from scenelang.interpreter.scene.modelling.solid import compute_all
 from scenelang.interpreter.values.limits import Limits
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scenelang.backends import base
     from scenelang.backends.neural.weights import Models
     from scenelang.grammar.datum import Source
     from scenelang.interpreter.runtime.runtime import ZEntry
@@ -129,12 +130,16 @@ def add_camera(group: Any, size_help: str, several: bool = False) -> None:
 
 def add_backend_options(parser: argparse.ArgumentParser, work: base.Work) -> None:
     """Add the options of the backends that do ``work``; read them with ``backend_settings_of``."""
+    from scenelang.backends import base
+
     add_settings(parser.add_argument_group("options of backends"), base.settings_for(work), "backend_")
     parser.set_defaults(work=work)
 
 
 def backend_settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the backend options that were given, by name."""
+    from scenelang.backends import base
+
     return given_settings(arguments, base.settings_for(arguments.work), "backend_")
 
 
@@ -211,20 +216,23 @@ def models_of(arguments: argparse.Namespace) -> Models:
 
 def z_path(arguments: argparse.Namespace) -> Path | None:
     """Return the embeddings file to use: the given one, else the one beside the program if it exists."""
-    from scenelang.files.zfile import beside
+    if arguments.z is not None:
+        from pathlib import Path
 
-    if arguments.z is not None or arguments.file == "-":
-        return None if arguments.z is None else Path(arguments.z)
-    path = beside(arguments.file)
-    return path if os.path.exists(path) else None
+        return Path(arguments.z)
+    if arguments.file == "-":
+        return None
+    return existing_beside(arguments.file)
 
 
 def z_entries(arguments: argparse.Namespace) -> dict[str, ZEntry]:
     """Return the entries of the embeddings file, if there is one; raises SceneError."""
+    path = z_path(arguments)
+    if path is None:
+        return {}
     from scenelang.files.zfile import read_entries
 
-    path = z_path(arguments)
-    return read_entries(path) if path is not None else {}
+    return read_entries(path)
 
 
 def session_of(arguments: argparse.Namespace) -> Session:
@@ -283,6 +291,7 @@ def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> LoadedScene:
 
 def compute_solids(arguments: argparse.Namespace, roots: Sequence[Entity]) -> None:
     """Compute the solids of frames within the limits of a command."""
+    from scenelang.interpreter.scene.modelling.solid import compute_all
     from scenelang.sandbox.supervision import noting
 
     with bounded(arguments):

@@ -9,10 +9,8 @@ import sys
 import time
 from collections.abc import Sequence
 from itertools import chain, islice
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scenelang.backends.base import require
 from scenelang.cli.options import (
     UsageError,
     add_limits,
@@ -109,6 +107,8 @@ def run_check(arguments: argparse.Namespace) -> int:
     if arguments.picture:
         if not (arguments.evaluate or arguments.geometry or arguments.physics or arguments.that):
             raise UsageError("value", "--picture requires --run, --that, --geometry or --physics")
+        from pathlib import Path
+
         from scenelang.backends.pictures.exhibit import check_picture
 
         check_picture(Path(arguments.picture))
@@ -145,6 +145,8 @@ def _diagnostics_in(arguments: argparse.Namespace, session: Session, path: str) 
 
 def _picture_finding(arguments: argparse.Namespace, scene: EntityScene, stated: Sequence[Declaration]) -> None:
     """Write an image of the gravest finding, if there is one."""
+    from pathlib import Path
+
     from scenelang.backends.pictures.exhibit import save_marked
 
     with bounded(arguments):
@@ -173,6 +175,8 @@ def _marked_finding(
 
 def _save_picture(arguments: argparse.Namespace, subject: Any) -> None:
     """Write an image of the subject of an error."""
+    from pathlib import Path
+
     from scenelang.backends.pictures.exhibit import save_exhibit
 
     with bounded(arguments):
@@ -360,6 +364,8 @@ def run_fmt(arguments: argparse.Namespace) -> int:
 
 def _deliver(arguments: argparse.Namespace, name: str, file: FormattedFile) -> None:
     """Write or print one formatted file, as the options ask."""
+    from pathlib import Path
+
     if file.after is None:
         return
     only_shown = arguments.check or arguments.diff
@@ -447,6 +453,8 @@ def add_transpile(parser: argparse.ArgumentParser) -> None:
 
 def run_transpile(arguments: argparse.Namespace) -> int:
     """Translate Python and print or write the program."""
+    from pathlib import Path
+
     from scenelang.session.session import Options, Session
 
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
@@ -496,6 +504,8 @@ def add_import(parser: argparse.ArgumentParser) -> None:
 
 def run_import(arguments: argparse.Namespace) -> int:
     """Convert a file of another program to a scene program."""
+    from pathlib import Path
+
     from scenelang.session.session import IMPORTED_ENDINGS, SCRIPT_ENDINGS, other_file_error
 
     output = Path(arguments.output) if arguments.output else None
@@ -506,7 +516,7 @@ def run_import(arguments: argparse.Namespace) -> int:
     path = Path(arguments.file)
     if path.suffix.lower() not in (*IMPORTED_ENDINGS, *SCRIPT_ENDINGS):
         message = f"`{path.name}` is no file that can be imported; expected {', '.join((*IMPORTED_ENDINGS, '.py'))}"
-        raise other_file_error(path) or SceneError("file", message)
+        raise other_file_error(str(path)) or SceneError("file", message)
     if path.suffix.lower() == ".scad":
         from scenelang.backends.openscad.converting import imported
     elif path.suffix.lower() in SCRIPT_ENDINGS:
@@ -656,6 +666,8 @@ def add_lsp(parser: argparse.ArgumentParser) -> None:
 
 def run_lsp(arguments: argparse.Namespace) -> int:
     """Serve an editor on standard input and output."""
+    from scenelang.backends.base import require
+
     require("pygls", "'scenelang[lsp]'")
     from importlib.metadata import version
 
@@ -686,9 +698,13 @@ def add_mcp(parser: argparse.ArgumentParser) -> None:
 
 def run_mcp(arguments: argparse.Namespace) -> int:
     """Serve agents on standard input and output."""
+    from pathlib import Path
+
     folder = Path(arguments.project)
     if not folder.is_dir():
         raise UsageError("file", f"not a folder: {arguments.project}")
+    from scenelang.backends.base import require
+
     require("mcp", "'scenelang[mcp]'")
     from importlib.metadata import version
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -78,6 +77,8 @@ def say(text: str, end: str = "\n", flush: bool = False) -> None:
 
 def print_json(data: Any) -> None:
     """Print one JSON document to standard output, written incrementally."""
+    import json
+
     for piece in json.JSONEncoder().iterencode(data):
         sys.stdout.write(piece)
     sys.stdout.write("\n")
@@ -110,6 +111,8 @@ def print_diagnostics(
         Whether to add the command that explains those without a hint.
     """
     if as_json:
+        import json
+
         print(json.dumps([to_json(d) for d in diagnostics]), file=stream)
         return
     for diagnostic in diagnostics:

@@ -13,10 +13,12 @@ from typing import Any
 from argcomplete import autocomplete
 from argcomplete.completers import SuppressCompleter
 
+from scenelang.grammar.patterns import lazy_pattern
+
 Completer = Callable[..., Iterable[str]]
 _PROGRAMS = (".scene", ".py", ".txt", ".ipynb", ".json")  # file extensions of programs
 _CAMERAS = ("turntable", "top", "isometric", "follow")
-_BINDING = re.compile(r'\(bind\s+"([^"]*)"')
+_BINDING = lazy_pattern(r'\(bind\s+"([^"]*)"')
 
 
 def complete(build_parser: Callable[[str], argparse.ArgumentParser]) -> None:

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
     from scenelang.interpreter.runtime.runtime import ZEntry
 
-_SUFFIX = ".z.safetensors"
 # Keys of the header, and the name of a tensor.
 _KEY = "scenelang"
 WORDING = "scenelang-wording"
@@ -36,12 +35,6 @@ MATRIX = "/encodings"  # not a valid handle name
 _MAX_HEADER_SIZE = 4_000_000  # bytes
 Decoded = TypeVar("Decoded")
 Vectors: TypeAlias = "Mapping[str, npt.NDArray[Any]]"
-
-
-def beside(program: str) -> Path:
-    """Return the path of a program's embeddings file: ``chess.z.safetensors`` for ``chess.scene``."""
-    path = Path(program)
-    return path.with_suffix(_SUFFIX) if path.name else path / _SUFFIX
 
 
 def read_z(path: Path) -> tuple[dict[str, ZEntry], dict[str, npt.NDArray[Any]]]:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 from scenelang.backends.neural.weights import Models
 from scenelang.backends.neural.wording import Wording, prompt_for
 from scenelang.console.reports import table
-from scenelang.files import zfile
+from scenelang.files import beside, zfile
 from scenelang.files.zfile import Made
 from scenelang.grammar.datum import Handle, Source
 from scenelang.grammar.diagnostics import SceneError
@@ -208,7 +208,7 @@ class Embeddings:
             If the program cannot be read ("file"), or is a flattened scene without embeddings ("unsupported").
         """
         check_program(program)
-        return Embeddings(zfile.beside(str(program)))
+        return Embeddings(beside(str(program)))
 
     @staticmethod
     @typed
@@ -220,7 +220,7 @@ class Embeddings:
             return Embeddings(None)
         if given != "auto":
             return Embeddings(given)
-        return Embeddings(None if scene.name.startswith("<") else zfile.beside(scene.name))
+        return Embeddings(None if scene.name.startswith("<") else beside(scene.name))
 
     @property
     def exists(self) -> bool:

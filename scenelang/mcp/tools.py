@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 from scenelang.backends.base import frame_of
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import check_declarations
-from scenelang.files.zfile import beside, read_entries
+from scenelang.files import beside
+from scenelang.files.zfile import read_entries
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, printable, render_text, suggest, to_json
 from scenelang.interpreter.inspection.instance_paths import part_of

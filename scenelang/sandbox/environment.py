@@ -7,7 +7,6 @@ whatever becomes of ``os.environ``, so that memory is overwritten, too.
 
 from __future__ import annotations
 
-import ctypes
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -96,6 +95,8 @@ def hidden_variables() -> Iterator[None]:
 
 def _overwrite(block: bytes) -> None:
     """Put variables in the place of those with which the program was started."""
+    import ctypes
+
     with open("/proc/self/stat", "rb") as file:
         fields = file.read().rpartition(b")")[2].split()  # from the third on: the second may contain spaces
     start, end = int(fields[_ENV_START - 3]), int(fields[_ENV_END - 3])

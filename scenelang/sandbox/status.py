@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import mmap
 import os
 import struct
@@ -65,6 +64,9 @@ class Status:
 
     def __init__(self) -> None:
         self._page = mmap.mmap(-1, _PAGE_BYTES)  # shared with forked processes
+        import json  # before a process that records its place is confined or short of memory
+
+        self._json = json
 
     # --- the phase ---------------------------------------------------------------------------------------------
 
@@ -145,7 +147,7 @@ class Status:
     def _write_record(self, at: int, data: Any) -> None:
         """Write a record under a sequence lock (odd during the write), so that readers detect torn reads."""
         sequence, _ = _PLACE.unpack_from(self._page, at)
-        text = b"" if data is None else json.dumps(data).encode()
+        text = b"" if data is None else self._json.dumps(data).encode()
         if len(text) > _REASON_AT - _PLACE_AT - _PLACE.size:
             text = b""
         _PLACE.pack_into(self._page, at, (sequence | 1) & 0xFFFFFFFF, 0)
@@ -159,7 +161,7 @@ class Status:
             start = at + _PLACE.size
             text = self._page[start : start + length]
             if not sequence & 1 and _PLACE.unpack_from(self._page, at) == (sequence, length):
-                return json.loads(text) if text else None
+                return self._json.loads(text) if text else None
             time.sleep(0.001)
         return None
 

@@ -9,7 +9,6 @@ little.
 
 from __future__ import annotations
 
-import ctypes
 import gc
 import os
 import re
@@ -26,6 +25,7 @@ from typing import Any, NoReturn
 
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.values.limits import (
     Limits,
@@ -35,7 +35,6 @@ from scenelang.interpreter.values.limits import (
     time_error,
     wall_guard,
 )
-from scenelang.sandbox.confinement import confine
 from scenelang.sandbox.environment import hidden_variables
 from scenelang.sandbox.status import Chain, Phase, Sampler, Status, cpu_seconds_of, resident_bytes_of
 
@@ -142,6 +141,8 @@ class Link:
         """Confine the evaluating thread to reading ``folders``, and sample its position."""
         with hidden_variables():
             if self._confined:
+                from scenelang.sandbox.confinement import confine
+
                 confine(folders)
             sampler = Sampler(self._status, threading.get_ident())
             try:
@@ -208,6 +209,8 @@ def become_child(status: Status, confined: bool = True) -> None:
 
 def _die_with_parent(number: int) -> None:
     """Have the kernel send a signal to this process when its parent ends."""
+    import ctypes
+
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(number), 0, 0, 0)
 
 
@@ -271,6 +274,8 @@ def supervise(work: Callable[[], int], report: Callable[[Diagnostic], None]) -> 
     sys.stdout.flush()
     sys.stderr.flush()
     gc.freeze()
+    import ctypes
+
     ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
     signal.pthread_sigmask(signal.SIG_BLOCK, _INTERRUPT)
     pid = os.fork()
@@ -526,9 +531,9 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
 
 
 _MAX_BOUNDED_LENGTH = 40_000  # characters, with imports
-_COMMENT = re.compile(r"^[ \t]*;.*$", re.M)
-_IMPORT = re.compile(r'\(\s*import\s+"([^"\\]*)"')
-_UNCERTAIN = re.compile(r"define-macro|\|")  # bars, in which a symbol may be written differently
+_STRING_OR_COMMENT = lazy_pattern(r'"(?:[^"\\]|\\.)*"|;[^\n]*', re.S)
+_IMPORT = lazy_pattern(r'\(\s*import\s+"([^"\\]*)"')
+_UNCERTAIN = lazy_pattern(r"define-macro|\||#;|#\\")  # bars, datum comments and characters, which may hide a quote
 
 
 def is_bounded(paths: Sequence[str]) -> bool:
@@ -540,9 +545,11 @@ def is_bounded(paths: Sequence[str]) -> bool:
     while pending:
         path = pending.pop()
         text = _program_text(path, left) if path not in visited else ""
-        text = _COMMENT.sub("", text) if text is not None and '"' not in "".join(_COMMENT.findall(text)) else text
-        names = _IMPORT.findall(text or "")
-        if text is None or _UNCERTAIN.search(text) or text.count("import") != len(names):
+        if text is None or _UNCERTAIN.search(text):
+            return False
+        code = _STRING_OR_COMMENT.sub(lambda match: "" if match[0].startswith(";") else match[0], text)
+        names = _IMPORT.findall(code)
+        if code.count("import") != len(names):
             return False
         left -= len(text)
         visited.add(path)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import (
     Atom,
@@ -41,7 +41,8 @@ _MAX_SHOWN_LENGTH = 30  # characters of a value in a hint
 _CONSEQUENCES = frozenset(("unused", "unreachable-word", "unreachable-code", "constant-condition", "ambiguous-root"))
 
 
-class Examined(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Examined:
     """Diagnostics, the scene if it was evaluated, and the entity or mesh that an error is about, for an image of it."""
 
     diagnostics: Sequence[Diagnostic]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.session.session import Options, Session
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
 
 
-_BARE = re.compile(r"\s*\(\s*(?:not\s*\(\s*)?([^\s()]+)")  # a relation outside of `assert-that`
+_BARE = lazy_pattern(r"\s*\(\s*(?:not\s*\(\s*)?([^\s()]+)")  # a relation outside of `assert-that`
 
 
 def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
@@ -24,6 +23,8 @@ def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
 
     Raises SceneError with the first mistake.
     """
+    from pathlib import Path
+
     source = declaration_source(asked) if asked.lstrip().startswith("(") else session.source(asked)
     bare = _BARE.match(source.text)
     if bare is not None and bare[1] in RELATIONS:

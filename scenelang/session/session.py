@@ -14,7 +14,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import cache, partial
-from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
@@ -43,6 +42,7 @@ from scenelang.grammar.diagnostics import (
     error_of,
     moved_diagnostic,
 )
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.grammar.reader import MAX_NESTING, read, read_pieces
 from scenelang.grammar.settings import typed
 from scenelang.interpreter.checker.book import findings
@@ -64,6 +64,8 @@ from scenelang.sandbox.supervision import limited, link, spent_seconds
 from scenelang.stdlib.library import build_library
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from scenelang.backends.surfaces.assets import AssetFiles
     from scenelang.interpreter.evaluation.interactive import TopLevel
     from scenelang.interpreter.expand.expand import RunMacro
@@ -75,8 +77,8 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-IMPORT_FORM = re.compile(r'\(import\s+"([^"\n]*)"')
-_REGISTERS = re.compile(r"^[ \t]*@register", re.M)
+IMPORT_FORM = lazy_pattern(r'\(import\s+"([^"\n]*)"')
+_REGISTERS = lazy_pattern(r"^[ \t]*@register", re.M)
 _STACK_BYTES = 512 * 1024 * 1024
 _STACK_BYTES_PER_CALL = 8 * 1024
 _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
@@ -290,6 +292,8 @@ class Session:
     @staticmethod
     def _folder(main: Source) -> Path:
         """Return the folder of a file; the current folder for a text without one."""
+        from pathlib import Path
+
         return Path(main.name).parent if not main.name.startswith("<") else Path.cwd()
 
     def _project(self, main: Source) -> Path:
@@ -327,19 +331,24 @@ class Session:
 
     def folders(self, main: Source) -> tuple[str, ...]:
         """Return the folders that an evaluation may read, in addition to the package."""
-        return ("/",) if self.options.allow_outside else (str(self._project(main)), str(self._folder(main).resolve()))
+        if self.options.allow_outside:
+            return ("/",)
+        folder = (os.path.dirname(main.name) if not main.name.startswith("<") else "") or os.curdir
+        return tuple(map(os.path.realpath, (self.options.project or folder, folder)))
 
     def importer(self, main: Source, texts: Mapping[Path, str] | None = None) -> Callable[[str, Source, Span], Source]:
         """Return a function that loads imported files relative to the importing file, within the project folder.
 
         ``texts`` contains the unsaved texts of files open in an editor, by resolved path.
         """
-        project = self._project(main)
 
         def load(path: str, importing: Source, span: Span) -> Source:
             """Read the file of an ``import`` form at ``span``, after checking that it may be read."""
+            from pathlib import Path
+
             from scenelang.interpreter.scene.primitives.asset import is_hidden
 
+            project = self._project(main)
             folder = Path(importing.name).parent if not importing.name.startswith("<") else Path.cwd()
             try:
                 target = (folder / path).resolve()
@@ -404,6 +413,8 @@ class Session:
     @typed
     def fix_file(self, path: str) -> tuple[Source, int]:
         """Apply ``autofix`` to a file in place; raises SceneError if it cannot be read or written."""
+        from pathlib import Path
+
         source, number = self.autofix(self.source(path))
         if number:
             mark = "\ufeff" if read_regular(path, 3).startswith(BOM_UTF8) else ""
@@ -588,6 +599,8 @@ class Session:
 
     def _is_imported(self, source: Source) -> bool:
         """Return whether a program in the same or the parent folder imports this one."""
+        from pathlib import Path
+
         if source.name.startswith("<"):
             return False
         path = Path(source.name).resolve()
@@ -882,7 +895,7 @@ def is_python(source: Source) -> bool:
     return source.name.startswith("<") and (bool(_REGISTERS.search(source.text)) or imports_bpy(source.text))
 
 
-_IMPORTS_BPY = re.compile(r"^[ \t]*(?:import[ \t]+(?:[\w.]+[ \t]*,[ \t]*)*bpy\b|from[ \t]+bpy\b)", re.M)
+_IMPORTS_BPY = lazy_pattern(r"^[ \t]*(?:import[ \t]+(?:[\w.]+[ \t]*,[ \t]*)*bpy\b|from[ \t]+bpy\b)", re.M)
 
 
 def imports_bpy(text: str) -> bool:
@@ -1018,23 +1031,24 @@ IMPORTED_ENDINGS = (".scad", ".schem", ".litematic", ".nbt")  # of OpenSCAD, and
 SCRIPT_ENDINGS = (".py", ".txt")  # of Blender scripts, and of responses that contain one
 
 
-def other_file_error(path: Path) -> SceneError | None:
+def other_file_error(path: str) -> SceneError | None:
     """Return the error for a file of another kind, with a hint what to do with it; None if it may be a program."""
     from scenelang.interpreter.scene.primitives import MESH_ENDINGS
 
-    ending = path.suffix.lower()
+    name = os.path.basename(path)
+    ending = os.path.splitext(name)[1].lower()
     if ending in MESH_ENDINGS:
-        hint = f'a mesh is a primitive: `(call "asset" :file "{path.name}")`'
-        return SceneError("file", f"`{path.name}` is a mesh, not a program", hint)
+        hint = f'a mesh is a primitive: `(call "asset" :file "{name}")`'
+        return SceneError("file", f"`{name}` is a mesh, not a program", hint)
     if ending in IMPORTED_ENDINGS:
-        hint = f"`scenelang import {path.name}` writes a program"
-        return SceneError("file", f"`{path.name}` is of another program", hint)
+        hint = f"`scenelang import {name}` writes a program"
+        return SceneError("file", f"`{name}` is of another program", hint)
     return None
 
 
 def _read_source(path: str, shown: str) -> Source:
     """Read a program, ``-`` for standard input; ``shown`` is its name in diagnostics. Raises SceneError."""
-    wrong = other_file_error(Path(path))
+    wrong = other_file_error(path)
     if wrong is not None:
         raise wrong
     try:
@@ -1049,7 +1063,7 @@ def _read_source(path: str, shown: str) -> Source:
         raise SceneError("file", f"{shown} exceeds the maximum program size of {_MAX_FILE_SIZE:,} bytes")
     name = "<stdin>" if path == "-" else shown
     try:
-        text = data.decode("utf-8-sig")
+        text = data.removeprefix(BOM_UTF8).decode("utf-8")
     except UnicodeDecodeError as error:
         line = data[: error.start].count(b"\n") + 1
         raise SceneError(

@@ -16,7 +16,7 @@ import numpy as np
 from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.surfaces.appearance import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
-from scenelang.files.zfile import beside
+from scenelang.files import beside
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text
 from scenelang.grammar.reader import read

@@ -208,7 +208,8 @@ def test_plain_values_become_params() -> None:
 
 
 def test_embeddings_beside_the_program_are_used(tmp_path: Path) -> None:
-    from scenelang.files.zfile import beside, set_entry
+    from scenelang.files import beside
+    from scenelang.files.zfile import set_entry
     from scenelang.interpreter.values.values import Vector
 
     program = tmp_path / "a.scene"

@@ -21,7 +21,7 @@ from scenelang.backends.neural.splats.files import read_gaussians
 from scenelang.backends.neural.splats.gaussians import apply_pose, view_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.cli.main import main
-from scenelang.files.zfile import beside
+from scenelang.files import beside
 
 torch = later("torch")
 

@@ -17,10 +17,12 @@ from scenelang.interpreter.runtime.procedures import Closure
 from scenelang.interpreter.runtime.types import BASE_TYPES, BuiltinParameter, Signature
 from scenelang.interpreter.values.limits import Limits
 from scenelang.interpreter.values.values import Procedure
-from scenelang.stdlib.library import IMPORTED, TOPICS, build_library
+from scenelang.stdlib.library import IMPORTED, TOPICS, build_library, registry_of
 from scenelang.stdlib.reference import records
 
-BUILTINS = {name: entry for topic in (*TOPICS, *IMPORTED.values()) for name, entry in topic.entries.items()}
+BUILTINS = {
+    name: entry for topic in (*TOPICS, *IMPORTED.values()) for name, entry in registry_of(topic).entries.items()
+}
 COMBINATORS = sorted(record.name for record in records() if record.topic == "combinators")
 FEW, MANY = 2, 12  # calls per number of arguments
 SMALL, LARGE = 200, 50_000  # n; the arguments have n, 2n and 4n items

@@ -14,9 +14,9 @@ from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Builtin, Library
 from scenelang.interpreter.values.limits import Limits
 from scenelang.interpreter.values.values import NIL, MutableList, Pair, Vector, make_list
-from scenelang.stdlib.library import IMPORTED, TOPICS
+from scenelang.stdlib.library import IMPORTED, TOPICS, registry_of
 
-ALL_TOPICS = (*TOPICS, *IMPORTED.values())
+ALL_TOPICS = tuple(map(registry_of, (*TOPICS, *IMPORTED.values())))
 BUILTINS: dict[str, Builtin] = {name: entry for topic in ALL_TOPICS for name, entry in topic.entries.items()}
 LIBRARY = Library(BUILTINS, {}, {}, (), {})
 

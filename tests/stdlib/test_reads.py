@@ -31,9 +31,11 @@ from scenelang.interpreter.values.values import (
     Vector,
     make_list,
 )
-from scenelang.stdlib.library import IMPORTED, TOPICS, build_library
+from scenelang.stdlib.library import IMPORTED, TOPICS, build_library, registry_of
 
-BUILTINS = {name: entry for topic in (*TOPICS, *IMPORTED.values()) for name, entry in topic.entries.items()}
+BUILTINS = {
+    name: entry for topic in (*TOPICS, *IMPORTED.values()) for name, entry in registry_of(topic).entries.items()
+}
 FEW, MANY = 14, 600  # calls tried of a builtin
 
 

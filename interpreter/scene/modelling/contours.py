@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
+from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.curves import bezier
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS
@@ -528,7 +529,7 @@ def _flattened(control: FloatArray, tolerance: float) -> FloatArray:
 # --- SVG -------------------------------------------------------------------------------------------------------------
 
 
-_WRONG = re.compile(r"[^MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]")
+_WRONG = lazy_pattern(r"[^MmZzLlHhVvCcSsQqTtAa0-9eE+\-.,\s]")
 _MAX_SVG_CHARACTERS = 1_000_000  # of a path's data
 MAX_PIECES = 100_000  # points and control points of outlines
 

@@ -8,11 +8,11 @@ declare.
 from __future__ import annotations
 
 import io
+import os
 import struct
 import unicodedata
 from collections.abc import Callable, Iterator
 from functools import cache, lru_cache
-from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,8 @@ from scenelang.interpreter.scene.modelling.contours import Contours, OutlinePen,
 from scenelang.interpreter.scene.primitives.asset import located
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from fontTools.ttLib import TTFont
 
 MAX_FONT_BYTES = 32_000_000
@@ -33,7 +35,7 @@ _MAX_SUBTABLES = 1_000  # of kerning
 _TOLERANCE_EMS = 1.0 / 2000.0  # distance of flattened curves from the outline
 _STEPS_PER_FONT = 1024  # charged before a font is read, so that the meter checks the clock
 _MAX_LISTED_CHARACTERS = 8  # that a font lacks, in a message
-_BUNDLED = Path(__file__).parent / "fonts" / "DejaVuSans.ttf"
+_BUNDLED = os.path.join(os.path.dirname(__file__), "fonts", "DejaVuSans.ttf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -366,12 +368,15 @@ class Typeface:
 @cache
 def bundled() -> Typeface:
     """Return DejaVu Sans, with Latin, Greek and Cyrillic letters, punctuation, arrows and signs of mathematics."""
-    return Typeface(_BUNDLED.read_bytes(), "DejaVu Sans")
+    with open(_BUNDLED, "rb") as file:
+        return Typeface(file.read(), "DejaVu Sans")
 
 
 @lru_cache(maxsize=16)
 def _loaded(path: str, version: int, size: int) -> Typeface:
     """Load a font file; ``version`` and ``size`` are part of the cache key."""
+    from pathlib import Path
+
     with open(path, "rb") as file:
         return Typeface(file.read(MAX_FONT_BYTES + 1), Path(path).name)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
@@ -11,6 +10,8 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.base import Attribute, Box, Primitive, Support, Symmetry, color_of
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from scenelang.interpreter.scene.primitives.mesh import Mesh
 
 FILE = Attribute(
@@ -125,6 +126,8 @@ class MeshFile(Primitive):
         return {"color": list(self.color)}
 
     def display_name(self, word: str) -> str | None:
+        from pathlib import PurePosixPath
+
         return (PurePosixPath(self.file).stem if self.file else None) or self.common_name
 
     @property

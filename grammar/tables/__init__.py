@@ -1,0 +1,1 @@
+"""Tables of the parsers, and the program that makes them."""
