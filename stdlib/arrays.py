@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -42,6 +42,8 @@ from scenelang.stdlib.operands import (
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
+
+_NUMBERS = frozenset((int, float))
 
 registry = Registry("arrays")
 
@@ -311,12 +313,18 @@ def mean(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     return _reduction(rt, "mean", xs, axis, np.mean)
 
 
-def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, binary: Any, reduction: Any) -> Any:
-    """Return the minimum or maximum of one sequence, of several numbers, or elementwise of arrays."""
+def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, binary: str, reduction: str) -> Any:
+    """Return the minimum or maximum of one sequence, of several numbers, or elementwise of arrays.
+
+    ``binary`` and ``reduction`` are the names of numpy's functions.
+    """
+    if axis is None and len(values) > 1 and all(map(_NUMBERS.__contains__, map(type, values))):
+        rt.charge(len(values) >> 3)
+        return min(values) if name == "min" else max(values)
     if len(values) == 1:
         argument = values[0]
         if is_array(argument) or axis is not None:
-            return _reduction(rt, name, argument, axis, reduction)
+            return _reduction(rt, name, argument, axis, getattr(np, reduction))
         if type(argument) is int or type(argument) is float:
             return argument
         values = tuple(items(rt, argument, name, ordered=False))
@@ -333,7 +341,7 @@ def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, 
         result = arrays[0]
         for other in arrays[1:]:
             rt.charge(1 + (other.size >> 6))
-            result = binary(result, other)
+            result = getattr(np, binary)(result, other)
         return from_numpy(result)
     rt.charge(len(values) >> 3)
     return min(values) if name == "min" else max(values)
@@ -344,7 +352,7 @@ def _extreme(rt: Runtime, name: str, values: tuple[Any, ...], axis: int | None, 
                  "`:axis`, of several arrays elementwise. `min-of` takes any values that have an order.",
                  ("(list (min 3 1 2) (min '(5 4)) (min [[1 2] [3 0]] :axis 0))", "(1 4 [1 0])"))  # fmt: skip
 def min_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
-    return _extreme(rt, "min", values, axis, np.minimum, np.min)
+    return _extreme(rt, "min", values, axis, "minimum", "min")
 
 
 @registry.define("max", "values::Any more::Any ... [:axis::Integer]", "Any",
@@ -352,7 +360,7 @@ def min_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
                  "`:axis`, of several arrays elementwise. `max-of` takes any values that have an order.",
                  ("(list (max 3 1 2) (max '(5 4)) (max [1 5] [3 2]))", "(3 5 [3 5])"))  # fmt: skip
 def max_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
-    return _extreme(rt, "max", values, axis, np.maximum, np.max)
+    return _extreme(rt, "max", values, axis, "maximum", "max")
 
 
 @registry.define("argmin", "xs::ArrayLike [:axis::Integer]", "Any",
@@ -564,6 +572,8 @@ def cross(rt: Runtime, a: Any, b: Any) -> Any:
         if len(a) != 3 or len(b) != 3:
             raise SceneError("value", f"`cross` expects two vectors of length 3, got lengths {len(a)} and {len(b)}")
         (ax, ay, az), (bx, by, bz) = a, b
+        if type(ax) is type(bx) is float:  # all numbers of a vector have one type
+            return Vector((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
         return from_numpy(to_numpy(rt, Vector((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))))
     left, right = to_numpy(rt, a, "cross"), to_numpy(rt, b, "cross")
     for data, name in ((left, "a"), (right, "b")):
@@ -585,7 +595,7 @@ def _flat(rt: Runtime, name: str, value: Any) -> list[float]:
     return flat
 
 
-def _length(numbers: list[float]) -> float:
+def _length(numbers: Sequence[float]) -> float:
     """Return the Euclidean norm; ``hypot`` is exact where squares overflow or vanish, but slower."""
     total = 0.0
     for number in numbers:
@@ -598,6 +608,8 @@ def _length(numbers: list[float]) -> float:
                  "Return the length of a vector: the square root of the sum of squares.",
                  ("(norm [3 4])", "5.0"))  # fmt: skip
 def norm(rt: Runtime, v: Any) -> float:
+    if type(v) is Vector and len(v) == 3:
+        return _length(v)
     return _length(_flat(rt, "norm", v))
 
 

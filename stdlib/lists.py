@@ -379,7 +379,7 @@ def _tail_from(rt: Runtime, x: Any, xs: Any, same: Same, name: str) -> Any:
 @registry.define("member", "x::Any xs::Sequence [same::Function]", "Any",
                  "Return the rest of a list from the first item equal to `x`, or #f. Numbers compare by value. "
                  "`contains?` returns a Boolean.",
-                 ("(list (member 2 '(1 2 3)) (member 9 '(1 2 3)))", "((2 3) #f)"))  # fmt: skip
+                 ("(list (member 2 '(1 2 3)) (member 9 '(1 2 3)))", "((2 3) #f)"), "member")  # fmt: skip
 def member(rt: Runtime, x: Any, xs: Any, same: Any = None) -> Any:
     return _tail_from(rt, x, xs, _equality(same), "member")
 

@@ -116,6 +116,7 @@ def set_array(rt: Runtime, array: MutableArray, keys: tuple[Any, ...], value: An
         '(let ((xs (mutable \'(1 2 3))) (t (table))) (set-ref! xs -1 9) (set-ref! t "a" 5) (list xs t))',
         '((mutable-list 1 2 9) (table "a" 5))',
     ),
+    intrinsic="set-ref!",
 )
 def set_ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> None:
     if not more:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 registry = Registry("random")
 
 _INT64 = 1 << 63
+_NUMBERS = frozenset((int, float))
+_MAX_EXTENT = 1e300  # of the range of a draw that cannot overflow
 _BLOCK_DRAWS = 4096  # between two checks of the limits
 _MAX_NOISE_COORDINATE = 1e15  # beyond, floats have no fraction for the noise to interpolate
 _NOISE_BYTES_PER_POINT = 512  # of temporary arrays, which the memory limit counts
@@ -165,6 +167,9 @@ def _shape(rt: Runtime, name: str, size: Any) -> Any:
                  "Return a uniform random number from 0 up to but excluding 1; with `:size`, an array of that shape.",
                  ("(let ((x (random))) (and (<= 0 x) (< x 1)))", "#t"))  # fmt: skip
 def random(rt: Runtime, *, size: Any = None, stream: Any = None) -> Any:
+    if size is None:
+        value: float = numpy_source(rt, "random", stream).random()
+        return value
     shape = _shape(rt, "random", size)
     source = numpy_source(rt, "random", stream)
     return _sample("random", lambda: source.random(shape))
@@ -175,6 +180,12 @@ def random(rt: Runtime, *, size: Any = None, stream: Any = None) -> Any:
                  "array of that shape.",
                  ("(array-shape (uniform -1 1 :size '(2 3)))", "(2 3)"))  # fmt: skip
 def uniform(rt: Runtime, low: Any = 0.0, high: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
+    if size is None and type(low) in _NUMBERS and type(high) in _NUMBERS:
+        extent = high - low
+        if -_MAX_EXTENT < extent < _MAX_EXTENT:
+            # what numpy's ``uniform`` does, for which it converts its arguments to arrays
+            value: float = low + extent * numpy_source(rt, "uniform", stream).random()
+            return value
     shape = _shape(rt, "uniform", size)
     bounds = [_parameter(rt, "uniform", bound) for bound in (low, high)]
     source = numpy_source(rt, "uniform", stream)

@@ -521,6 +521,7 @@ def _item(rt: Runtime, sequence: Any, key: Any) -> Any:
     "or an attribute of an embedding or a field of a record for its keyword. For tables and embeddings a third "
     "argument is the default for a missing key; otherwise further indices select in the item: `(ref rows i j)`.",
     ('(list (ref \'(a b c) -1) (ref (table "x" 1) "y" 0) (ref [[1 2] [3 4]] 1 0))', "(c 0 3)"),
+    intrinsic="ref",
 )
 def ref(rt: Runtime, collection: Any, key: Any, *more: Any) -> Any:
     kind = type(collection)

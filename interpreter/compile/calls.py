@@ -625,6 +625,28 @@ def slow_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[list[Any]]
     return run
 
 
+def spread_call(rt: Runtime, builtin: Builtin, span: Span) -> Callable[..., Any]:
+    """Return a function that calls ``builtin`` with positional arguments that need no check."""
+    function = builtin.function
+
+    def run(*values: Any) -> Any:
+        try:
+            return function(rt, *values)
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return run
+
+
+def called(function: Callable[..., Any], arguments: Sequence[Node]) -> Node:
+    """Return a node that calls a Python function with two or three evaluated arguments."""
+    if len(arguments) == 2:
+        a, b = arguments
+        return lambda frame: function(a(frame), b(frame))
+    x, y, z = arguments
+    return lambda frame: function(x(frame), y(frame), z(frame))
+
+
 def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
     """Compile a call of a builtin. Types are checked inline for up to three positional arguments."""
     signature = builtin.signature
@@ -634,8 +656,9 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
         error = builtin_arity_error(builtin, count)
         return _raiser(arguments, error.name, error.message, error.hint, span)
-    if keywords or count > 3 or calls_others(builtin, count):
-        slow = slow_call(rt, builtin, span)
+    slow = slow_call(rt, builtin, span)
+    is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
+    if is_wrong or count > _MAX_DIRECT or calls_others(builtin, count):
         return lambda frame: slow([argument(frame) for argument in arguments])
     checks = tuple(
         [
@@ -643,6 +666,8 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
             for parameter in parameters_of(builtin, count)
         ]
     )
+    if keywords or count > 3:
+        return _builtin_many(rt, builtin, arguments, checks, slow if keywords else None, span)
     return _FIXED[count](rt, builtin, arguments, checks, span)
 
 
@@ -726,12 +751,48 @@ def _builtin2(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
 def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], span: Span) -> Node:
     """Compile a call of a builtin with three arguments."""
     function = builtin.function
+    (a, b, c), (check_a, check_b, check_c) = arguments, checks
 
     def node(frame: Frame) -> Any:
-        values = [argument(frame) for argument in arguments]
+        x = first = a(frame)
+        y = second = b(frame)
+        z = third = c(frame)
         try:
-            x, y, z = [value if check is None else check(value) for check, value in zip(checks, values)]
+            if check_a is not None:
+                x = check_a(first)
+            if check_b is not None:
+                y = check_b(second)
+            if check_c is not None:
+                z = check_c(third)
             return function(rt, x, y, z)
+        except Mismatch:
+            raise mismatch(builtin, checks, (first, second, third), span) from None
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
+def _builtin_many(
+    rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], named: Any, span: Span
+) -> Node:
+    """Compile a call of a builtin with more arguments, or one that also takes keywords.
+
+    ``named`` is the function that calls a builtin of the latter kind where one of the arguments is a keyword.
+    """
+    function = builtin.function
+    is_checked = any(check is not None for check in checks)
+
+    def node(frame: Frame) -> Any:
+        values = converted = [argument(frame) for argument in arguments]
+        if named is not None:
+            for value in values:
+                if isinstance(value, Keyword):
+                    return named(values)
+        try:
+            if is_checked:
+                converted = [value if check is None else check(value) for check, value in zip(checks, values)]
+            return function(rt, *converted)
         except Mismatch:
             raise mismatch(builtin, checks, values, span) from None
         except (SceneError, *_ARITHMETIC) as error:
@@ -740,6 +801,7 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
     return node
 
 
+_MAX_DIRECT = 16  # arguments of a call without an array of them; ``call_builtin`` charges for more than 32
 _FIXED: dict[int, Callable[..., Node]] = {0: _builtin0, 1: _builtin1, 2: _builtin2, 3: _builtin3}
 
 

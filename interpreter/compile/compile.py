@@ -476,13 +476,34 @@ class Compiler:
 
         return calls.counted_loop(self.rt, plan.mark, starts, binders, body, self.rt.hot, generate_loop)
 
+    def repeated(self, node: Any, context: Context) -> Node:
+        """Compile the body or the test of a loop, which generated code replaces after ``rt.hot`` turns.
+
+        Unlike a function or a named ``let``, a loop may be entered once and turn a million times.
+        """
+        cold = self.compile(node, context)
+        if self.rt.hot is None or type(node) in (ast.Constant, ast.Reference):
+            return cold
+        left, replacement = self.rt.hot, None
+
+        def run(frame: Frame) -> Any:
+            nonlocal left, replacement
+            if replacement is not None:
+                return replacement(frame)
+            left -= 1
+            if left == 0:
+                replacement = expression_function(self, node, context.layout) or cold
+            return cold(frame)
+
+        return run
+
     def while_loop(self, node: ast.While, context: Context) -> Node:
         """Compile ``while``."""
         region = self.analysis.regions[id(node)]
         layout = FrameLayout(context.layout) if region.has_frame else context.layout
         inner = Context(layout)
-        test = self.compile(node.test, inner)
-        body = self.compile(node.body, inner)
+        test = self.repeated(node.test, inner)
+        body = self.repeated(node.body, inner)
         tick = self.rt.tick
 
         def run(outer: Frame) -> None:
@@ -675,6 +696,12 @@ class Compiler:
         if len(operands) == 1 and name in intrinsics.UNARY:
             slow_one = calls.slow_call(self.rt, builtin, node.span)
             return intrinsics.UNARY[name](self.compile(operands[0], context.inner), lambda x: slow_one([x]))
+        if name in intrinsics.ITEMS:
+            count, make = intrinsics.ITEMS[name]
+            if len(operands) != count:
+                return None
+            fast = make(self.rt, calls.spread_call(self.rt, builtin, node.span))
+            return calls.called(fast, self.compile_all(operands, context.inner))
         if name not in intrinsics.BINARY:
             return None
         if len(operands) > 2 and name in ("add", "mul", "matmul"):
@@ -830,6 +857,14 @@ def loop_function(
     """
     try:
         return generate.FunctionWriter(compiler, layout, loop.function.body).loop(loop, tail)
+    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+        return None
+
+
+def expression_function(compiler: Compiler, node: Any, layout: FrameLayout) -> Node | None:
+    """Return generated code for the value of an expression in a frame; None if it cannot be generated."""
+    try:
+        return generate.FunctionWriter(compiler, layout, node).expression(node)
     except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
         return None
 

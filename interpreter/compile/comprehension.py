@@ -39,7 +39,7 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
     for index, clause in enumerate(node.clauses):
         outer = context.inner if index == 0 and not node.accumulators else inner
         levels.append(_level(compiler, clause, outer, inner, node.span))
-    body = compiler.compile(node.body, inner)
+    body = compiler.repeated(node.body, inner)
     kind = _KINDS[node.kind]
     step = kind.step(rt, body, node.span)
     if accumulators:

@@ -282,6 +282,19 @@ class FunctionWriter(Text):
             self.line(f"return {dest.name}")
         return self._compiled()
 
+    def expression(self, node: Any) -> Callable[[Frame], Any]:
+        """Write and compile an expression whose variables are in a frame; return ``g(frame)``."""
+        self.line("def g(f):")
+        self.indent = 1
+        self.line("try:")
+        self.indent = 2
+        self.frames[self.base] = "f"
+        self.preload(node)
+        result = self.fresh("t")
+        self.into(node, Dest(result))
+        self.line(f"return {result}")
+        return self._compiled()
+
     def preload(self, root: Any) -> None:
         """Copy variables of the enclosing code, which the loop ``root`` refers to and nothing changes, to local ones.
 
@@ -1076,6 +1089,12 @@ class FunctionWriter(Text):
             slow = self.constant(self.slow(builtin, node))
             text = f"Pair({x.text}, {y.text}) if type({y.text}) is not MutableList else {slow}({x.text}, {y.text})"
             return self.temporary(CodeText(text, CONS))
+        if name in intrinsics.ITEMS:
+            count, make = intrinsics.ITEMS[name]
+            if len(operands) != count:
+                return None
+            fast = self.constant(make(self.rt, calls.spread_call(self.rt, builtin, node.span)))
+            return self.temporary(CodeText(f"{fast}({', '.join(code.text for code in self.operands(operands))})"))
         if name not in _BINARY:
             return None
         if len(operands) > 2 and name in ("add", "mul", "matmul"):

@@ -9,11 +9,14 @@ evaluation. The names of the operations are those of ``Builtin.intrinsic``; gene
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.runtime.procedures import Frame, Node
 from scenelang.interpreter.scene.pose import compose
-from scenelang.interpreter.values.values import NIL, Matrix, Pair, Vector
+from scenelang.interpreter.values.values import NIL, Keyword, Matrix, MutableList, Pair, Symbol, Table, Vector
+
+if TYPE_CHECKING:
+    from scenelang.interpreter.runtime.runtime import Runtime
 
 Slow = Callable[[Any, Any], Any]
 _NUMBERS = frozenset((int, float))
@@ -514,4 +517,92 @@ ARITHMETIC: Mapping[str, Callable[[Slow], Slow]] = {
     "sub": subtracter,
     "mul": multiplier,
     "div": divider,
+}
+
+
+# --- items of collections ----------------------------------------------------------------------------------------
+#
+# Functions of evaluated operands, which closures and generated code call alike.
+
+
+def item_reader(rt: Runtime, slow: Slow) -> Slow:
+    """Return a function for ``(ref collection key)``: items of mutable lists, vectors and strings, values of tables."""
+    read = rt.read
+
+    def item(collection: Any, key: Any) -> Any:
+        kind = type(collection)
+        if type(key) is int:
+            if kind is MutableList:
+                items = collection.items
+                if -1 < key < len(items):
+                    read(collection)
+                    return items[key]
+            elif kind is Vector or kind is str:
+                if -1 < key < len(collection):
+                    return collection[key]
+            elif kind is Pair and -1 < key < _SHORT:
+                rest = collection
+                try:
+                    for _ in range(key):
+                        rest = rest.cdr
+                    return rest.car
+                except AttributeError:  # the list is shorter, which the builtin reports
+                    pass
+        elif kind is Table and type(key) is str:  # a text is its own key
+            entry = collection.entries.get(key)
+            if entry is not None:
+                read(collection)
+                return entry[1]
+        return slow(collection, key)
+
+    return item
+
+
+def item_writer(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable[[Any, Any, Any], Any]:
+    """Return a function for ``(set-ref! collection key value)``: items of mutable lists."""
+    write = rt.write
+
+    def assign(collection: Any, key: Any, value: Any) -> Any:
+        if type(key) is int and type(collection) is MutableList:
+            items = collection.items
+            if -1 < key < len(items):
+                write(collection)
+                items[key] = value
+                return None
+        return slow(collection, key, value)
+
+    return assign
+
+
+def member_finder(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable[[Any, Any, Any], Any]:
+    """Return a function for ``(member x list equal?)``, as ``case`` compares: an atom in a short list."""
+    charge, is_equal = rt.charge, rt.library.builtins["equal?"]
+
+    def member(x: Any, items: Any, same: Any) -> Any:
+        kind = type(x)
+        if kind not in _ATOMS or same is not is_equal or (kind is not int and len(x) > _MAX_TEXT):
+            return slow(x, items, same)
+        rest, tail, count = items, False, 0
+        while type(rest) is Pair and count < _SHORT:
+            count += tail is False
+            if tail is False and type(rest.car) is kind and rest.car == x:
+                tail = rest
+            rest = rest.cdr
+        if rest is not NIL:  # an improper or a long list
+            return slow(x, items, same)
+        charge(count)
+        return tail
+
+    return member
+
+
+_MAX_TEXT = 256  # characters that are compared without a charge
+_SHORT = 16  # items of a list that are passed without a charge, as in the builtins
+_ATOMS = frozenset((str, int, Keyword, Symbol))  # types whose values are equal if Python's are
+
+# By the names of intrinsics: the number of operands, and the function above.
+ITEMS: Mapping[str, tuple[int, Callable[[Runtime, Any], Callable[..., Any]]]] = {
+    "ref": (2, item_reader),
+    "set-ref!": (3, item_writer),
+    "member": (3, member_finder),
 }

@@ -257,6 +257,9 @@ class KeyReader(Protocol):
         """Function that counts steps of work."""
 
 
+_ATOMS = frozenset((str, int, Keyword, Symbol))
+
+
 def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
     """Return whether two values are structurally equal.
 
@@ -271,6 +274,9 @@ def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
     typed
         Whether 1 and 1.0 differ, as for ``equal?``; otherwise numbers are compared by value, as for ``contains?``.
     """
+    kind = type(a)
+    if kind is type(b) and kind in _ATOMS and (kind is int or len(a) <= _CHARGE_INTERVAL):
+        return bool(a == b)
     stack = [(a, b)]
     compared: set[tuple[int, int]] = set()
     while stack:
