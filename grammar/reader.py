@@ -25,6 +25,7 @@ from scenelang.grammar.datum import (
     Span,
     Symbol,
     dataclass,
+    replace,
 )
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.lalr import END, Misfit, Tables, tables_of
@@ -570,7 +571,7 @@ class _Brackets:
             elif last is not None and last.line != opener.line:
                 notes = (("the form ends here", last.start),)
             problem = _problem("unclosed", f"unclosed `{opener.text}`", opener, 1, Completeness.INCOMPLETE, hint)
-            return problem._replace(notes=notes)
+            return replace(problem, notes=notes)
         if last is not None and last.type in _OPEN_ENDED:
             message = f"expected a datum after `{last.text}`"
             return _problem("unclosed", message, last, len(last.text), Completeness.INCOMPLETE)
