@@ -543,12 +543,12 @@ class _Brackets:
             if self.early_close is None:
                 return wrong
             note = "the previous form ends here, although the next line is indented", self.early_close.start
-            return wrong._replace(notes=(note,))
+            return replace(wrong, notes=(note,))
         opener = self.openers[-1]
         if opener.type != _OPENER[kind]:
             closing = _CLOSING[opener.type]
             message = f"mismatched closing `{token.text}`: expected `{closing}` to close `{opener.text}`"
-            return _wrong("extra-close", message, token)._replace(notes=(("opened here", opener.start),))
+            return replace(_wrong("extra-close", message, token), notes=(("opened here", opener.start),))
         self.openers.pop()
         self.indents.pop()
         self.depths.pop()

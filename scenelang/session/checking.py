@@ -80,9 +80,8 @@ class Examination:
         examined = self._once(source, prepare)
         if not self.complete or is_python(source):
             return examined
-        return examined._replace(
-            diagnostics=with_hidden(source, examined.diagnostics, lambda fixed: self._once(fixed, prepare).diagnostics)
-        )
+        diagnostics_of = lambda fixed: self._once(fixed, prepare).diagnostics
+        return replace(examined, diagnostics=with_hidden(source, examined.diagnostics, diagnostics_of))
 
     def _once(self, source: Source, prepare: Callable[[Scene], None]) -> Examined:
         """Examine a text as it is. Fixes are tested where the program has no scene, else edits that repair its scene.
