@@ -34,10 +34,10 @@ def _point(name: str, role: str, value: Vector) -> Vector:
     return value
 
 
-def _finite(name: str, make: Callable[[], Matrix]) -> Matrix:
+def _finite(name: str, make: Callable[..., Matrix], *arguments: Any) -> Matrix:
     """Return the pose that ``make`` computes; raise SceneError if it is impossible or not finite."""
     try:
-        matrix = make()
+        matrix = make(*arguments)
     except ValueError as error:
         raise SceneError("value", f"`{name}`: {error}") from None
     if not pose.is_finite(matrix):
@@ -58,7 +58,7 @@ def translate(rt: Runtime, offset: Vector) -> Matrix:
         if type(x) is float and isfinite(x + y + z):
             return Matrix((1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z))
     x, y, z = _point("translate", "`offset`", offset)
-    return _finite("translate", lambda: pose.translation(x, y, z))
+    return _finite("translate", pose.translation, x, y, z)
 
 
 @poses.define(
@@ -70,7 +70,7 @@ def rotate(rt: Runtime, angle: Any, axis: Vector, point: Any = _ORIGIN) -> Matri
     _point("rotate", "`axis`", axis)
     if point is not _ORIGIN:
         _point("rotate", "`point`", point)
-    return _finite("rotate", lambda: pose.rotation(angle, axis, point))
+    return _finite("rotate", pose.rotation, angle, axis, point)
 
 
 @poses.define(
@@ -82,7 +82,10 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
     if origin is not _ORIGIN:
         _point("scale", "`origin`", origin)
     if type(factors) in (int, float):  # one factor for all axes
-        return _finite("scale", lambda: pose.scaling(factors, factors, factors, origin))
+        if origin is _ORIGIN and -_EXACT < factors < _EXACT:
+            factor = float(factors)
+            return Matrix((factor, 0.0, 0.0, 0.0, 0.0, factor, 0.0, 0.0, 0.0, 0.0, factor, 0.0))
+        return _finite("scale", pose.scaling, factors, factors, factors, origin)
     numbers = numbers_of(factors, rt)
     if numbers is None:
         message = f"`scale` expects one or three numbers, got {type_name(factors)}: {show(factors, 60)}"
@@ -91,7 +94,7 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
         x, y, z = _point("scale", "`factors`", vector_of(numbers))
     except Mismatch:
         raise SceneError("pose", "a factor of `scale` is too large") from None
-    return _finite("scale", lambda: pose.scaling(x, y, z, origin))
+    return _finite("scale", pose.scaling, x, y, z, origin)
 
 
 @poses.define(
@@ -108,7 +111,7 @@ def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
     if point is not _ORIGIN:
         _point("reflect", "the point", point)
     mirror = normal
-    return _finite("reflect", lambda: pose.reflection(point, mirror))
+    return _finite("reflect", pose.reflection, point, mirror)
 
 
 @poses.define(
@@ -120,7 +123,7 @@ def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
 def look_at(rt: Runtime, eye: Vector, target: Vector, up: Any = (0.0, 1.0, 0.0)) -> Matrix:
     for role, value in (("`eye`", eye), ("`target`", target), ("`up`", up)):
         _point("look-at", role, value)
-    return _finite("look-at", lambda: pose.facing(eye, target, up))
+    return _finite("look-at", pose.facing, eye, target, up)
 
 
 @poses.define(

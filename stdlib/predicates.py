@@ -216,6 +216,7 @@ def eqv(rt: Runtime, a: Any, b: Any) -> bool:
     "Boolean",
     "Return whether all have the same structure, content and types: 1 and 1.0 differ. `=` compares numbers by value.",
     ("(list (equal? '(1 (2)) '(1 (2))) (equal? 1 1.))", "(#t #f)"),
+    intrinsic="equal?",
 )
 def equal(rt: Runtime, a: Any, b: Any, *more: Any) -> bool:
     record_read(rt, a, b, *more)

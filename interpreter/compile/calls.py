@@ -7,7 +7,7 @@ frames no longer exist when the error is raised.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -671,6 +671,67 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     return _FIXED[count](rt, builtin, arguments, checks, span)
 
 
+def keyword_places(builtin: Builtin, arguments: Sequence[Any]) -> dict[int, str]:
+    """Return where a call names its keyword arguments: the positions of keywords that the signature has.
+
+    Empty for a call whose keywords are wrong or only known when it is evaluated, and for one that calls others.
+    """
+    known = {parameter.name for parameter in builtin.signature.keywords}
+    places: dict[int, str] = {}
+    position = 0
+    while known and position < len(arguments):
+        argument = arguments[position]
+        value = argument.value if type(argument) is ast.Constant else None
+        if type(value) is Keyword:
+            if value not in known or value in places.values() or position + 1 == len(arguments):
+                return {}
+            places[position] = str(value)
+            position += 1
+        position += 1
+    count = len(arguments) - 2 * len(places)
+    signature = builtin.signature
+    is_wrong = count < len(signature.required) or (count > len(signature.positional) and signature.rest is None)
+    return {} if is_wrong or len(arguments) > _MAX_DIRECT or calls_others(builtin, count) else places
+
+
+def keyword_call(
+    rt: Runtime, builtin: Builtin, arguments: Sequence[Node], names: Mapping[int, str], span: Span
+) -> Node:
+    """Compile a call of a builtin with keyword arguments, whose positions are the keys of ``names``."""
+    slow = slow_call(rt, builtin, span)
+    named = {position + 1: name for position, name in names.items()}
+    positions = [index for index in range(len(arguments)) if index not in names and index not in named]
+    keywords = {parameter.name: parameter for parameter in builtin.signature.keywords}
+    is_checked = not builtin.checks_arguments
+    checks = [
+        (index, p.type.checker(rt))
+        for index, p in zip(positions, parameters_of(builtin, len(positions)))
+        if is_checked and p.type.is_checked
+    ]
+    checks += [(index, keywords[name].type.checker(rt)) for index, name in named.items()]
+    places = [(index, name.replace("-", "_")) for index, name in named.items()]
+    function = builtin.function
+
+    def node(frame: Frame) -> Any:
+        values = [argument(frame) for argument in arguments]
+        converted = values[:]
+        try:
+            for index, check in checks:
+                converted[index] = check(values[index])
+        except Mismatch:
+            return slow(values)  # which reports the argument
+        positional = [converted[index] for index in positions]
+        for value in positional:
+            if type(value) is Keyword:
+                return slow(values)
+        try:
+            return function(rt, *positional, **{name: converted[index] for index, name in places})
+        except (SceneError, *_ARITHMETIC) as error:
+            raise _placed(builtin, error, span) from None
+
+    return node
+
+
 def calls_others(builtin: Builtin, count: int) -> bool:
     """Return whether a builtin calls functions that it is given; the call chain of an error in them shows its call."""
     return any(parameter.type.name == "Function" for parameter in parameters_of(builtin, count))
@@ -787,7 +848,7 @@ def _builtin_many(
         values = converted = [argument(frame) for argument in arguments]
         if named is not None:
             for value in values:
-                if isinstance(value, Keyword):
+                if type(value) is Keyword:
                     return named(values)
         try:
             if is_checked:

@@ -685,6 +685,9 @@ class Compiler:
         arguments = self.compile_all(node.arguments, context.inner)
         if builtin.name == "apply" and context.tail:
             return calls.tail_apply(self.rt, builtin, arguments, node.span)
+        names = calls.keyword_places(builtin, node.arguments)
+        if names:
+            return calls.keyword_call(self.rt, builtin, arguments, names, node.span)
         return calls.builtin_call(self.rt, builtin, arguments, node.span)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application, context: Context) -> Node | None:

@@ -18,10 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
+from scenelang.grammar.datum import Keyword
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.patterns import lazy_pattern
 from scenelang.interpreter.compile import calls, generated, intrinsics
@@ -1072,8 +1074,11 @@ class FunctionWriter(Text):
         parameters = (*signature.required, *signature.optional)
         count = len(node.arguments)
         is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
-        if signature.keywords or is_wrong or count > _MAX_UNCHARGED or calls.calls_others(builtin, count):
-            return self.by_values(lambda nodes: calls.builtin_call(self.rt, builtin, nodes, node.span), node.arguments)
+        is_general = is_wrong or count > _MAX_UNCHARGED or calls.calls_others(builtin, count)
+        if is_general or (signature.keywords and not all(map(_is_plain, node.arguments))):
+            names = calls.keyword_places(builtin, node.arguments)
+            call = partial(calls.keyword_call, names=names) if names else calls.builtin_call
+            return self.by_values(lambda nodes: call(self.rt, builtin, nodes, span=node.span), node.arguments)
         values = self.operands(node.arguments)
         if builtin.name == "list" and signature.rest is not None and count <= _MAX_INLINE_LIST:
             return self.list_of(values)
@@ -1125,6 +1130,13 @@ class FunctionWriter(Text):
         if name == "null?":
             return CodeText(f"({x} is NIL or (type({x}) is not Pair and {slow}({x})))", BOOLEAN, False, False)
         return CodeText(f"({x}.{name} if type({x}) is Pair else {slow}({x}))", ANY, False, False)
+
+
+def _is_plain(argument: Any) -> bool:
+    """Return whether an argument is certainly no keyword."""
+    return type(argument) in (ast.ArrayLiteral, ast.Call) or (
+        type(argument) is ast.Constant and type(argument.value) is not Keyword
+    )
 
 
 # Start value of the result of a ``for`` form; the other kinds start with an empty list.

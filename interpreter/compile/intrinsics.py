@@ -527,7 +527,7 @@ ARITHMETIC: Mapping[str, Callable[[Slow], Slow]] = {
 
 def item_reader(rt: Runtime, slow: Slow) -> Slow:
     """Return a function for ``(ref collection key)``: items of mutable lists, vectors and strings, values of tables."""
-    read = rt.read
+    read, charge = rt.read, rt.charge
 
     def item(collection: Any, key: Any) -> Any:
         kind = type(collection)
@@ -540,7 +540,9 @@ def item_reader(rt: Runtime, slow: Slow) -> Slow:
             elif kind is Vector or kind is str:
                 if -1 < key < len(collection):
                     return collection[key]
-            elif kind is Pair and -1 < key < _SHORT:
+            elif kind is Pair and -1 < key < _LONG:
+                if key >= _SHORT:
+                    charge(key >> 4)
                 rest = collection
                 try:
                     for _ in range(key):
@@ -574,6 +576,20 @@ def item_writer(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable[[
     return assign
 
 
+def equality_tester(rt: Runtime, slow: Slow) -> Slow:
+    """Return a function for ``(equal? a b)`` of two atoms."""
+
+    def is_equal(a: Any, b: Any) -> Any:
+        if a is b and type(a) in _ATOMS:
+            return True
+        kind = type(a)
+        if kind is type(b) and kind in _ATOMS and (kind is int or len(a) <= _MAX_TEXT):
+            return a == b
+        return slow(a, b)
+
+    return is_equal
+
+
 def member_finder(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable[[Any, Any, Any], Any]:
     """Return a function for ``(member x list equal?)``, as ``case`` compares: an atom in a short list."""
     charge, is_equal = rt.charge, rt.library.builtins["equal?"]
@@ -582,7 +598,8 @@ def member_finder(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable
         kind = type(x)
         if kind not in _ATOMS or same is not is_equal or (kind is not int and len(x) > _MAX_TEXT):
             return slow(x, items, same)
-        rest, tail, count = items, False, 0
+        tail: Any = False
+        rest, count = items, 0
         while type(rest) is Pair and count < _SHORT:
             count += tail is False
             if tail is False and type(rest.car) is kind and rest.car == x:
@@ -598,6 +615,7 @@ def member_finder(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable
 
 _MAX_TEXT = 256  # characters that are compared without a charge
 _SHORT = 16  # items of a list that are passed without a charge, as in the builtins
+_LONG = 4096  # items of a list that are passed between two charges
 _ATOMS = frozenset((str, int, Keyword, Symbol))  # types whose values are equal if Python's are
 
 # By the names of intrinsics: the number of operands, and the function above.
@@ -605,4 +623,5 @@ ITEMS: Mapping[str, tuple[int, Callable[[Runtime, Any], Callable[..., Any]]]] = 
     "ref": (2, item_reader),
     "set-ref!": (3, item_writer),
     "member": (3, member_finder),
+    "equal?": (2, equality_tester),
 }

@@ -418,16 +418,18 @@ def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -
 def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[Any]) -> None:
     """Convert the positional arguments of a builtin in place; raise ``SceneError`` for a wrong number or type."""
     signature = builtin.signature
-    parameters = (*signature.required, *signature.optional)
-    if len(positional) < len(signature.required) or (len(positional) > len(parameters) and signature.rest is None):
-        raise builtin_arity_error(builtin, len(positional))
+    parameters, rest = signature.positional, signature.rest
+    count = len(positional)
+    if count < len(signature.required) or (count > len(parameters) and rest is None):
+        raise builtin_arity_error(builtin, count)
     if builtin.checks_arguments:
         return
-    for index, parameter in enumerate(parameters[: len(positional)]):
-        positional[index] = convert(runtime, builtin, parameter, positional[index])
-    if signature.rest is not None:
-        for index in range(len(parameters), len(positional)):
-            positional[index] = convert(runtime, builtin, signature.rest, positional[index])
+    for index, parameter in enumerate(parameters[:count]):
+        if parameter.type.is_checked:
+            positional[index] = convert(runtime, builtin, parameter, positional[index])
+    if rest is not None and rest.type.is_checked:
+        for index in range(len(parameters), count):
+            positional[index] = convert(runtime, builtin, rest, positional[index])
 
 
 def _keywords(runtime: Runtime, builtin: Builtin, named: dict[str, Any]) -> dict[str, Any]:

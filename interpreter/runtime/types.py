@@ -447,7 +447,7 @@ class BuiltinParameter:
     rest: bool = False  # takes all remaining arguments
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Signature:
     """Parameters of a builtin by kind: required, optional and keyword parameters, and one for the remaining arguments.
 
@@ -459,6 +459,11 @@ class Signature:
     optional: tuple[BuiltinParameter, ...]
     rest: BuiltinParameter | None
     keywords: tuple[BuiltinParameter, ...]
+
+    @cached_property
+    def positional(self) -> tuple[BuiltinParameter, ...]:
+        """Required and optional parameters."""
+        return (*self.required, *self.optional)
 
 
 _PARAMETER = lazy_pattern(r"\[(?P<inner>[^\s\[\]]+(?:\[.*?\])?)\]|(?P<plain>\.\.\.|[^\s\[\]]+(?:\[[^\s]*\])?)")

@@ -30,6 +30,8 @@ def about(linear: Sequence[float], point: Sequence[float]) -> Matrix:
     """Return the pose with the 3x3 ``linear`` part (row-major) that maps ``point`` to itself."""
     a, b, c, d, e, f, g, h, i = linear
     x, y, z = point
+    if x == y == z == 0.0:
+        return Matrix((a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0))
     return Matrix((
         a, b, c, x - (a * x + b * y + c * z),
         d, e, f, y - (d * x + e * y + f * z),

@@ -426,7 +426,29 @@ def table_key(value: Any, charge: Charge = _uncharged) -> Any:
         return value
     if kind is int or kind is float:
         return value if -_MIN_LONG < value < _MIN_LONG else _long_key(value)
+    if kind is Pair:
+        short = _short_key(value)
+        if short is not None:
+            return short
     return _key(value, typed=False, charge=charge)
+
+
+def _short_key(pair: Any) -> tuple[Any, ...] | None:
+    """Return the key that ``_key`` returns for a list of a few numbers, such as a cell of a grid, else None."""
+    out: list[Any] = []
+    while type(pair) is Pair:
+        item = pair.car
+        if (type(item) is not int and type(item) is not float) or len(out) > _MAX_SHORT_KEY:
+            return None
+        out += ("(", item if -_MIN_LONG < item < _MIN_LONG else _long_key(item))
+        pair = pair.cdr
+    if pair is not NIL:
+        return None
+    out.append(")")
+    return tuple(out)
+
+
+_MAX_SHORT_KEY = 12  # parts of a key without a charge, which ``_key`` makes for 16
 
 
 def _long_key(number: int | float) -> Any:
