@@ -224,20 +224,23 @@ def typed(lines: int) -> Iterator[Pair]:
 
 
 ROWS = (
-    Row("edit of a comment, 500 lines", partial(edited, "a comment"), "from scratch", (Goal(0.005, "ours"),)),
-    Row("edit of a blank line, 500 lines", partial(edited, "a blank line"), "from scratch", (Goal(0.005, "ours"),)),
+    Row("edit of a comment, 500 lines", partial(edited, "a comment"), "from scratch", (Goal(0.005, "ours"),), rounds=3),
+    Row(
+        "edit of a blank line, 500 lines", partial(edited, "a blank line"), "from scratch",
+        (Goal(0.005, "ours"),), rounds=3,
+    ),
     Row(
         "edit of a helper that all use, 500 lines", partial(edited, "a helper that all use"), "from scratch",
-        (Goal(0.3, "ours"),),
+        (Goal(0.3, "ours"),), rounds=3,
     ),
-    Row("edit of one word, 500 lines", partial(edited, "one word"), "from scratch", (Goal(0.05, "ours"),)),
+    Row("edit of one word, 500 lines", partial(edited, "one word"), "from scratch", (Goal(0.05, "ours"),), rounds=3),
     Row(
         "edit of an unused definition, 500 lines", partial(edited, "an unused definition"), "from scratch",
-        (Goal(0.05, "ours"),),
+        (Goal(0.05, "ours"),), rounds=3,
     ),
-    Row("edit of one word, `,watch`", partial(watched, in_repl), "from scratch", (Goal(0.05, "ours"),)),
-    Row("edit of one word, `view`, its picture", partial(watched, in_view), "from scratch"),
-    Row("a word bound in the REPL", bound_in_repl, "from scratch", (Goal(0.05, "ours"),)),
+    Row("edit of one word, `,watch`", partial(watched, in_repl), "from scratch", (Goal(0.05, "ours"),), rounds=3),
+    Row("edit of one word, `view`, its picture", partial(watched, in_view), "from scratch", rounds=3),
+    Row("a word bound in the REPL", bound_in_repl, "from scratch", (Goal(0.05, "ours"),), rounds=3),
     Row("check after an edit, 3,000 lines", partial(checked, 3_000), "from scratch", (Goal(0.1),)),
     Row("key in the language server, 500 lines", partial(typed, 500), goals=(Goal(0.02, "ours"),), rounds=20),
     Row("key in the language server, 3,000 lines", partial(typed, 3_000), goals=(Goal(0.05, "ours"),), rounds=20),

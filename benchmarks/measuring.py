@@ -95,6 +95,8 @@ def figures_of(row: Row) -> Figures:
     for pair in row.pairs():
         medians.append(interleaved(pair, row.rounds))
         memory += pair.ours.memory_used if isinstance(pair.ours, Child) else []
+    if not medians:
+        raise Absent("there is no such program")
     others = [other for _, other in medians if other is not None]
     ratios = [ours / other for ours, other in medians if other is not None]
     return Figures(

@@ -25,8 +25,9 @@ def reference() -> dict[str, Any]:
 
 
 def by_reference(text: str) -> Callable[[], Any]:
-    """Return the evaluation of a response by the reference."""
+    """Return the evaluation of a response by the reference, without its rounding for golden files."""
     model = reference()
+    model["flatten"].__globals__["_plain"] = dict
     code = model["extract"](text)
     return lambda: model["flatten"](code)
 
@@ -68,14 +69,14 @@ def translations() -> Iterator[Pair]:
 
 _LONG_ROW = "published programs, reference >= 5 ms"
 ROWS = (
-    Row(f"{_LONG_ROW}, median", partial(evaluations, True), "reference", (Goal(5.0),)),
-    Row(f"{_LONG_ROW}, worst", partial(evaluations, True), "reference", summary=max),
+    Row(f"{_LONG_ROW}, median", partial(evaluations, True), "reference", (Goal(5.0),), rounds=3),
+    Row(f"{_LONG_ROW}, worst", partial(evaluations, True), "reference", rounds=3, summary=max),
     Row(
         "published programs, reference < 5 ms, slowest", partial(evaluations, False), "reference",
-        (Goal(0.006, "ours"),), summary=max,
+        (Goal(0.006, "ours"),), rounds=3, summary=max,
     ),
-    Row("check of published programs, median", checks),
-    Row("check of published programs, slowest", checks, summary=max),
+    Row("check of published programs, median", checks, rounds=3),
+    Row("check of published programs, slowest", checks, rounds=3, summary=max),
     Row("translation of responses, median", translations, goals=(Goal(0.05, "ours"),), rounds=3),
     Row("translation of responses, slowest", translations, rounds=3, summary=max),
 )  # fmt: skip

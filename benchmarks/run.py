@@ -24,7 +24,7 @@ MODULES = (
     "pictures", "exports", "labelled", "solids", "blocks",
 )  # fmt: skip
 SAID = {True: "reached", False: "MISSED", None: "not measured"}
-LONGEST = 300  # seconds of one row, which then failed
+LONGEST = 600  # seconds of one row, which then failed
 
 
 def control() -> float:
