@@ -26,7 +26,6 @@ def entry_of(rows: Mapping[str, Row], results: Mapping[str, Figures | str], cont
     middle = statistics.median(control)
     quartiles = statistics.quantiles(control, n=4) if len(control) > 1 else [middle] * 3
     return {
-        "commit": commit(),
         "date": datetime.datetime.now(datetime.UTC).date().isoformat(),
         "machine": {"cpu": cpu_model(), "python": platform.python_version()},
         "control": {"seconds": short(middle), "spread": short((quartiles[2] - quartiles[0]) / middle)},

@@ -109,12 +109,12 @@ def run(only: str) -> int:
     if not rows:
         print(f"no row has {only!r} in its name")
         return 2
-    steadiness, results = [], {}
+    name, steadiness, results = history.commit(), [], {}  # the commit at the start: a run takes a while
     for module, row in rows:
         steadiness.append(control())
         results[row.name] = measured(module, row)
         print(line_of(row, results[row.name]), flush=True)
-    entry = history.entry_of({row.name: row for _, row in rows}, results, steadiness)
+    entry = {"commit": name} | history.entry_of({row.name: row for _, row in rows}, results, steadiness)
     print(f"control: {statistics.median(steadiness) * 1e3:.1f} ms, within {100 * entry['control']['spread']:.0f} %")
     if shutil.which(VALGRIND[0]) is None:
         print("valgrind is absent: no instruction counts")
