@@ -117,7 +117,7 @@ ROWS = (
     ),
     *(
         Row(f"a labelled sample, {side**3:,} instances", partial(grown, side), "1,000 instances", rounds=1)
-        for side in (22, 100)
+        for side in (22, 46)
     ),
 )  # fmt: skip
 

@@ -148,11 +148,11 @@ ROWS = (
     ),
     Row(
         "1,000,000 cubes placed by a loop", lambda: [Pair(of("placed", 1_000_000))], goals=(Goal(2.0, "ours"),),
-        rounds=3,
+        rounds=2,
     ),
     Row(
         "1,000,000 placed cubes, flattened", lambda: [Pair(of("placed, flat", 1_000_000))],
-        goals=(Goal(0.3, "ours"), Goal(200, "memory")), rounds=3,
+        goals=(Goal(0.3, "ours"), Goal(200, "memory")), rounds=2,
     ),
 )  # fmt: skip
 

@@ -138,7 +138,7 @@ ROWS = (
     Row(
         "draft of 200 primitives, the fifth in a process",
         lambda: [Pair(of("fifth"), peer("fifth", "pyvista", *_PICTURE))], "PyVista, no shadows", (Goal(1.0, "ours"),),
-        rounds=2,
+        rounds=1,
     ),
     Row(
         "draft of 200 primitives beside Mitsuba alone", partial(drafts, "mitsuba", *_PICTURE, "16"),
@@ -147,7 +147,7 @@ ROWS = (
     Row("draft of the chess set, 512 x 512", draft_beside_final, "final, 16 samples", (Goal(1.0),), rounds=1),
     Row(
         "load 8,000 cubes into Mitsuba", lambda: [Pair(of("loaded", "placed", "3"), of("loaded", "plain", "3"))],
-        "one shape per cube", (Goal(1.0),), rounds=2,
+        "one shape per cube", (Goal(1.0),), rounds=1,
     ),
     Row(
         "load 160,000 cubes into Mitsuba", lambda: [Pair(of("loaded", "placed", "4", memory="memory"))],

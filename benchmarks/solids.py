@@ -87,7 +87,7 @@ def surfaces() -> Iterator[Pair]:
 
 
 ROWS = (
-    Row("draft of 25 booleans", drafts, "25 cubes", (Goal(1.3),), rounds=4),
+    Row("draft of 25 booleans", drafts, "25 cubes", (Goal(1.3),), rounds=2),
     Row("union of the fractal tree, 6 levels", lambda: unions(6), "Manifold, all at once", (Goal(0.5),), rounds=1),
     Row("surface of a rounded part, stored", surfaces, "computed", (Goal(0.2),), rounds=1),
 )
