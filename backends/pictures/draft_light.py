@@ -430,16 +430,10 @@ class Surface:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """Light that reaches N samples.
+    """Light that reaches N samples: shares ``key`` (N,) of the key light and ``ambient`` (N,) of the ambient light."""
 
-    ``shadows`` attenuate the key light, ``ambient`` (N,) the ambient light. ``row`` and ``column`` (N,) are the
-    samples' positions in the picture.
-    """
-
-    shadows: list[Shadow]
+    key: Float32Array
     ambient: Float32Array
-    row: IntArray
-    column: IntArray
 
 
 def hidden_share(solids: Solids) -> FloatArray:
@@ -485,14 +479,7 @@ def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> 
     """Return the radiance (N, 3) that visible surfaces reflect: of ambient light, occluders, and the key light."""
     environment = stage.studio.environment
     key, sky = np.array(environment.key, np.float32), np.array(environment.ambient, np.float32)
-    facing = np.maximum(visible.normals @ stage.studio.key_direction, 0.0).astype(np.float32)
-    reached = (facing > 0.0).astype(np.float32)
-    at = np.flatnonzero((visible.ids != SKY) & (facing > 0.0))
-    samples = samples_at(visible.points[at], visible.normals[at], reach.column[at], reach.row[at])
-    for shadow, hidden in reach.shadows:
-        part = key_light(shadow, environment.radius, samples)
-        reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
-    facing *= reached
+    facing = np.maximum(visible.normals @ stage.studio.key_direction, 0.0).astype(np.float32) * reach.key
     solid = visible.ids >= 0
     around = _surroundings(stage, visible, solid)
     # Occluders are assumed to have the same color and to be lit in turn, less where the point is more occluded.
@@ -502,8 +489,23 @@ def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> 
     )
     bounced = np.where(solid[:, None], albedo, np.float32(_GROUND_ALBEDO)) * lit
     color = np.asarray(albedo * (around * share + bounced * (1.0 - share) + key * facing[:, None]), np.float32)
-    _add_gloss(stage, visible, color, albedo, reached, reach.ambient)
+    _add_gloss(stage, visible, color, albedo, reach)
     return color
+
+
+def key_reach(stage: Stage, visible: Surface, shadows: list[Shadow], row: IntArray, column: IntArray) -> Float32Array:
+    """Return the share (N,) of the key light that reaches visible surfaces; 0 where they face away from it.
+
+    ``row`` and ``column`` (N,) are the samples' positions in the picture.
+    """
+    facing = visible.normals @ stage.studio.key_direction
+    reached = (facing > 0.0).astype(np.float32)
+    at = np.flatnonzero((visible.ids != SKY) & (facing > 0.0))
+    samples = samples_at(visible.points[at], visible.normals[at], column[at], row[at])
+    for shadow, hidden in shadows:
+        part = key_light(shadow, stage.studio.environment.radius, samples)
+        reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
+    return reached
 
 
 def _surroundings(stage: Stage, visible: Surface, solid: npt.NDArray[np.bool_]) -> Float32Array:
@@ -549,8 +551,7 @@ def _add_gloss(
     visible: Surface,
     color: Float32Array,
     albedo: Float32Array,
-    reached: Float32Array,
-    ambient: Float32Array,
+    reach: Reach,
 ) -> None:
     """Replace part of the diffuse reflection in ``color`` of glossy surfaces with specular reflection.
 
@@ -572,8 +573,8 @@ def _add_gloss(
     rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
     toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
     fresnel = _schlick(normal_reflectance, toward, rough)
-    room = _room(stage, part, toward, rough) * ambient[rows][:, None]
-    highlight = _highlight(stage, part, normal_reflectance, toward, rough) * reached[rows][:, None]
+    room = _room(stage, part, toward, rough) * reach.ambient[rows][:, None]
+    highlight = _highlight(stage, part, normal_reflectance, toward, rough) * reach.key[rows][:, None]
     scattered = color[rows] * (1.0 - metallic) * (1.0 - base[:, None])
     color[rows] = scattered + fresnel * room + highlight
 
