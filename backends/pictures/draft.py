@@ -11,7 +11,7 @@ size. Such drafts differ from those by sample by one of 255 levels on average.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -27,6 +27,7 @@ from scenelang.backends.pictures.draft_light import (
     ShadowMap,
     Surface,
     albedo_of,
+    batches,
     ground_depths,
     hidden_share,
     key_reach,
@@ -38,6 +39,7 @@ from scenelang.backends.pictures.draft_light import (
     sky_light,
     sky_maps,
     smoothed,
+    tap_group,
 )
 from scenelang.backends.pictures.film import (
     STILL_ENDINGS,
@@ -209,24 +211,18 @@ def _shade(scene: _Shading, pixels: Surface, report: Callable[[float], None]) ->
     inside = _is_inside(scene, pixels)
     reach = _pixel_reach(scene, pixels, inside)
     report(0.3)
-    for part in _split(np.flatnonzero(inside), _BATCH_SAMPLES):
+    for part in batches(np.flatnonzero(inside), _BATCH_SAMPLES):
         light = Reach(reach.key[part], reach.ambient[part])
         for output, values in zip(flat, _shaded(stage, pixels.take(part), light, []), strict=True):
             output[part] = values
     report(0.6)
-    for part in _split(np.flatnonzero(~inside), _BATCH_SAMPLES // _SAMPLES**2):
+    for part in batches(np.flatnonzero(~inside), _BATCH_SAMPLES // _SAMPLES**2):
         row, column, owner, weight = _distinct(scene, part)
         for output, values in zip(flat, scene.at_samples(row, column), strict=True):
             for channel in range(values.shape[1]):
                 output[part, channel] = np.bincount(owner, values[:, channel] * weight, len(part))
     report(1.0)
     return outputs
-
-
-def _split(indices: IntArray, size: int) -> Iterator[IntArray]:
-    """Yield ``indices`` (N,) in batches of ``size``."""
-    for start in range(0, len(indices), size):
-        yield indices[start : start + size]
 
 
 def _pixel_reach(scene: _Shading, pixels: Surface, inside: npt.NDArray[np.bool_]) -> Reach:
@@ -246,7 +242,7 @@ def _pixel_reach(scene: _Shading, pixels: Surface, inside: npt.NDArray[np.bool_]
     if scene.by_pixel or not light.shadows:
         return Reach(key, ambient)
     uneven = _is_uneven(key.reshape(size)).reshape(-1) & inside
-    for part in _split(np.flatnonzero(uneven), _BATCH_SAMPLES // _SAMPLES**2):
+    for part in batches(np.flatnonzero(uneven), _BATCH_SAMPLES // _SAMPLES**2):
         rows, columns = _samples_of(part, stage.width)
         seen = _surface(stage, scene.caster, scene.rays, scene.keys, rows.reshape(-1), columns.reshape(-1))
         share = key_reach(stage, seen, light.shadows, rows.reshape(-1), columns.reshape(-1))
@@ -448,13 +444,14 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCach
     near = occlusion(
         points, normals, np.where(np.isfinite(depth), reach, depth), (first.ids >= 0).reshape(shape), focal
     )
-    row, column = np.divmod(np.arange(first.ids.size), shape[1])
     at = np.flatnonzero(first.ids != SKY)
+    row, column = np.divmod(at, shape[1])
     places = sky_direction_count(stage.solids)
     maps = _cached_maps(stage, cache, "sky", places, lambda solids: sky_maps(solids, places))
+    samples = samples_at(first.points[at], first.normals[at], column, row)
     far = np.ones(first.ids.size, np.float32)
-    far[at] = sky_light(maps, samples_at(first.points[at], first.normals[at], column[at], row[at]))
-    return smoothed(near * far.reshape(shape), depth)
+    far[at] = sky_light(maps, samples, tap_group(row, column))
+    return near * np.clip(smoothed(far.reshape(shape), depth), np.float32(0.02), np.float32(1.0))
 
 
 def _shaded(

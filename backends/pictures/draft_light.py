@@ -7,6 +7,7 @@ sky, and a small-scale term in screen space, from neighboring pixels.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -38,6 +39,8 @@ _MIN_SEARCH_TEXELS, _MIN_PENUMBRA_TEXELS, _MAX_PENUMBRA_SHARE = 2.0, 0.9, 0.11
 _KEY_LIFT_TEXELS, _SKY_LIFT_TEXELS = 0.6, 0.8  # offset of points along their normals, against self-shadowing
 _SKY_SIZE = 128  # texels of a sky map
 _SKY_DIRECTIONS, _FEW_SKY_DIRECTIONS, _MANY_SOLIDS = 18, 6, 40_000
+_GROUPS = 2  # neighboring pixels evaluate different halves of the taps; with four groups, surfaces showed a pattern
+_FAR_POINT = 1e3  # coordinate of what occludes nothing
 _FAR_DEPTH = 1e9  # stands for the infinite depth of the backdrop where depths are subtracted
 
 
@@ -159,7 +162,7 @@ class Samples:
     normals: Float32Array
     turn: Rotation
 
-    def part(self, which: slice) -> Samples:
+    def part(self, which: slice | IntArray) -> Samples:
         """Return some of the samples."""
         cosine, sine = self.turn
         return Samples(self.points[:, which], self.normals[:, which], (cosine[which], sine[which]))
@@ -260,10 +263,14 @@ def _noise(column: IntArray, row: IntArray) -> Float32Array:
 
 def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
     """Return the map's depths at texels (N,), infinity outside the map."""
-    last = np.float32(shadow.size + 1)
-    column = np.clip(np.rint(u) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
-    row = np.clip(np.rint(v) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
-    return np.asarray(shadow.framed[row * np.int32(shadow.size + 2) + column], np.float32)
+    return np.asarray(shadow.framed[_framed_index(u, v, shadow.size, shadow.size)], np.float32)
+
+
+def _framed_index(x: Float32Array, y: Float32Array, width: int, height: int) -> npt.NDArray[np.int32]:
+    """Return the indices (N,) of positions in an image of that size within a frame of one pixel."""
+    column = np.clip(np.rint(x) + np.float32(1.0), np.float32(0.0), np.float32(width + 1)).astype(np.int32)
+    row = np.clip(np.rint(y) + np.float32(1.0), np.float32(0.0), np.float32(height + 1)).astype(np.int32)
+    return row * np.int32(width + 2) + column
 
 
 def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
@@ -307,30 +314,59 @@ def sky_direction_count(solids: Solids) -> int:
     return _SKY_DIRECTIONS if len(solids) < _MANY_SOLIDS else _FEW_SKY_DIRECTIONS
 
 
-def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
-    """Return the fraction (N,) of ambient light at ``samples`` that is not blocked by large objects."""
-    count = samples.points.shape[1]
-    total = np.full(count, 0.1, np.float32)
-    open_ = np.full(count, 0.1, np.float32)
-    for start in range(0, count, _BATCH_POINTS):
-        part = slice(start, start + _BATCH_POINTS)
-        chunk = samples.part(part)
-        for shadow in maps:
-            weight = np.maximum(-_rotated(shadow.axes[2:].astype(np.float32), chunk.normals)[0], np.float32(0.0))
-            lit = np.ones(len(weight), np.float32)
-            at, receivers = _receivers(shadow, chunk, _SKY_LIFT_TEXELS)
-            receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
-            for dx, dy in ((0.3, 0.0), (-0.9, 0.3)):
-                lit[at] -= np.float32(0.5) * (receivers.above(shadow, dx, dy) > shadow.texel)
-            total[part] += weight
-            open_[part] += weight * lit
-    return np.asarray(open_ / total, np.float32)
+def sky_light(maps: list[ShadowMap], samples: Samples, group: IntArray) -> Float32Array:
+    """Return the fraction (N,) of ambient light at ``samples`` that is not blocked by large objects.
+
+    ``group`` (N,) is the ``tap_group`` of each sample. A sample sees the directions of its group, which stand for all:
+    the result may be outside [0, 1] before it is ``smoothed``.
+    """
+    total = np.full(samples.points.shape[1], 0.1, np.float32)
+    for shadow in maps:
+        total += _facing(shadow, samples.normals)
+    blocked = np.zeros(len(total), np.float32)
+    for number in range(_GROUPS):
+        for part in batches(np.flatnonzero(group == number), _BATCH_POINTS):
+            blocked[part] = _blocked_light(maps[number::_GROUPS], samples.part(part))
+    return np.asarray(1.0 - np.float32(_GROUPS) * blocked / total, np.float32)
+
+
+def _blocked_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
+    """Return the light (N,) from the directions of ``maps`` that does not reach ``samples``."""
+    blocked = np.zeros(samples.points.shape[1], np.float32)
+    for shadow in maps:
+        at, receivers = _receivers(shadow, samples, _SKY_LIFT_TEXELS)
+        receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
+        hits = np.zeros(len(at), np.float32)
+        for dx, dy in ((0.3, 0.0), (-0.9, 0.3)):
+            hits += receivers.above(shadow, dx, dy) > shadow.texel
+        blocked[at] += np.float32(0.5) * _facing(shadow, samples.normals)[at] * hits
+    return blocked
+
+
+def _facing(shadow: ShadowMap, normals: Float32Array) -> Float32Array:
+    """Return the cosine (N,) between ``normals`` (3, N) and the direction of the light, 0 if they face away."""
+    cosine = _rotated(-shadow.axes[2:].astype(np.float32), normals)[0]
+    return np.asarray(np.maximum(cosine, np.float32(0.0)), np.float32)
+
+
+def tap_group(row: IntArray, column: IntArray) -> IntArray:
+    """Return the group (N,) of taps that pixels of an image evaluate: neighbors another.
+
+    Interleaved sampling (Keller and Heidrich, 2001): ``smoothed`` gives all groups equal weight.
+    """
+    return (row + column) % _GROUPS
+
+
+def batches(indices: IntArray, size: int) -> Iterator[IntArray]:
+    """Yield ``indices`` (N,) in batches of ``size``, which bounds the memory."""
+    for start in range(0, len(indices), size):
+        yield indices[start : start + size]
 
 
 def occlusion(
     points: Float32Array, normals: Float32Array, depth: Float32Array, solid: npt.NDArray[np.bool_], focal: float
 ) -> Float32Array:
-    """Return the screen-space ambient visibility (H, W) in (0, 1] of each pixel.
+    """Return the screen-space ambient visibility (H, W) in (0, 1] of each pixel, smoothed.
 
     Parameters
     ----------
@@ -344,41 +380,79 @@ def occlusion(
         Focal length in pixels.
     """
     height, width = depth.shape
-    visible = np.flatnonzero(np.isfinite(depth).reshape(-1))
-    out = np.ones(height * width, np.float32)
+    reach = np.minimum(np.float32(_NEAR_REACH * focal) / depth, np.float32(0.35 * width)).reshape(-1)
+    visible = np.flatnonzero(np.isfinite(depth))
+    visible = visible[_has_solid_around(solid, visible, reach[visible])]
+    group = tap_group(*np.divmod(visible, width))
+    # Within a frame, and where nothing occludes, points are far away: taps need no test.
+    away = np.where(solid[:, :, None], points, np.float32(_FAR_POINT))
+    occluders = [np.pad(away[:, :, k], 1, constant_values=np.float32(_FAR_POINT)).reshape(-1) for k in range(3)]
     flat_points, flat_normals = points.reshape(-1, 3), normals.reshape(-1, 3)
-    flat_depth, flat_solid = depth.reshape(-1), solid.reshape(-1)
-    for start in range(0, len(visible), _BATCH_POINTS):
-        part = visible[start : start + _BATCH_POINTS]
-        row, column = np.divmod(part, width)
-        p, n = flat_points[part], flat_normals[part]
-        reach = np.minimum(_NEAR_REACH * focal / flat_depth[part], 0.35 * width).astype(np.float32)
-        angle = 2.0 * math.pi * _noise(column, row)
-        cosine, sine = reach * np.cos(angle), reach * np.sin(angle)
-        blocked = np.zeros(len(part), np.float32)
-        for dx, dy in _disk(_NEAR_TAPS, 1.2):  # denser in the middle, at contacts
-            c = np.rint(column + dx * cosine - dy * sine).astype(np.int64)
-            r = np.rint(row + dx * sine + dy * cosine).astype(np.int64)
-            inside = (c >= 0) & (c < width) & (r >= 0) & (r < height)
-            index = np.where(inside, r * width + c, part)
-            away = flat_points[index] - p
-            square = np.einsum("ni,ni->n", away, away) + np.float32(1e-9)
-            rise = np.einsum("ni,ni->n", away, n) / np.sqrt(square)
-            fade = np.maximum(np.float32(0.0), np.float32(1.0) - square / np.float32(_NEAR_REACH**2))
-            blocks = np.maximum(rise - np.float32(0.08), np.float32(0.0)) * fade
-            blocked += np.where(flat_solid[index], blocks, np.float32(0.0))
-        out[part] = np.maximum(np.float32(1.0) - blocked * np.float32(1.5 / _NEAR_TAPS), np.float32(0.15))
-    return out.reshape(height, width)
+    out = np.ones(height * width, np.float32)
+    for number in range(_GROUPS):
+        taps = _disk(_NEAR_TAPS, 1.2)[number::_GROUPS]  # denser in the middle, at contacts
+        for part in batches(visible[group == number], _BATCH_POINTS):
+            p, n = flat_points[part].T.copy(), flat_normals[part].T.copy()
+            blocked = _blocked_share(occluders, (height, width), part, reach[part], (p, n), taps)
+            out[part] -= np.float32(1.5) * blocked
+    return np.maximum(smoothed(out.reshape(height, width), depth), np.float32(0.15))
+
+
+def _has_solid_around(solid: npt.NDArray[np.bool_], pixels: IntArray, reach: Float32Array) -> npt.NDArray[np.bool_]:
+    """Return which of ``pixels`` (N,) have a solid one in the square of half width ``reach`` (N,) around them."""
+    height, width = solid.shape
+    count = np.zeros((height + 1, width + 1), np.int32)  # of solid pixels above and to the left
+    np.cumsum(np.cumsum(solid, 0, np.int32), 1, out=count[1:, 1:])
+    row, column = np.divmod(pixels, width)
+    far = np.ceil(reach).astype(np.int64)
+    top, bottom = np.maximum(row - far, 0), np.minimum(row + far + 1, height)
+    left, right = np.maximum(column - far, 0), np.minimum(column + far + 1, width)
+    inside = count[bottom, right] - count[top, right] - count[bottom, left] + count[top, left]
+    return np.asarray(inside > 0, bool)
+
+
+def _blocked_share(
+    occluders: list[Float32Array],
+    size: tuple[int, int],
+    pixels: IntArray,
+    reach: Float32Array,
+    surface: tuple[Float32Array, Float32Array],
+    taps: list[tuple[float, float]],
+) -> Float32Array:
+    """Return the mean (N,) over ``taps`` of how much the occluders that they hit block.
+
+    ``occluders`` are the coordinates of the pixels of an image of ``size`` (height, width) in a frame of one pixel,
+    ``reach`` (N,) the radius of the taps in pixels, and ``surface`` the points and the normals (3, N) of ``pixels``.
+    """
+    height, width = size
+    row, column = np.divmod(pixels, width)
+    angle = np.float32(2.0 * math.pi) * _noise(column, row)
+    cosine, sine = reach * np.cos(angle), reach * np.sin(angle)
+    x, y = column.astype(np.float32), row.astype(np.float32)
+    (px, py, pz), (nx, ny, nz) = surface
+    total = np.zeros(len(pixels), np.float32)
+    for dx, dy in taps:
+        index = _framed_index(x + dx * cosine - dy * sine, y + dx * sine + dy * cosine, width, height)
+        ax, ay, az = (values[index] - own for values, own in zip(occluders, (px, py, pz), strict=True))
+        square = ax * ax + ay * ay + az * az + np.float32(1e-9)
+        rise = (ax * nx + ay * ny + az * nz) / np.sqrt(square)
+        fade = np.maximum(np.float32(0.0), np.float32(1.0) - square * np.float32(1.0 / _NEAR_REACH**2))
+        total += np.maximum(rise - np.float32(0.08), np.float32(0.0)) * fade
+    return np.asarray(total / np.float32(len(taps)), np.float32)
 
 
 def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
-    """Return the 5 x 5 mean of ``values`` (H, W) over pixels of similar ``depth``, by a separable bilateral filter."""
+    """Return the 5 x 5 mean of ``values`` (H, W) over pixels of similar ``depth``, by a separable bilateral filter.
+
+    The outermost pixels have half the weight of the others, so that even and odd ones count equally (``tap_group``).
+    """
     near = np.where(np.isfinite(depth), depth, np.float32(_FAR_DEPTH))
     for axis in (0, 1):
         total = values.copy()
         weight = np.ones_like(values)
         for shift in (-2, -1, 1, 2):
-            same = (np.abs(np.roll(near, shift, axis=axis) - near) < np.float32(0.03) * near).astype(np.float32)
+            share = np.float32(1.0 / abs(shift))
+            same = share * (np.abs(np.roll(near, shift, axis=axis) - near) < np.float32(0.03) * near)
             total += same * np.roll(values, shift, axis=axis)
             weight += same
         values = total / weight
