@@ -347,7 +347,7 @@ def _above_horizon(stage: Stage, rays: Rays) -> Float32Array:
 def _shadows(stage: Stage, cache: DraftCache, *, is_coarse: bool) -> list[Shadow]:
     """Return the shadow maps of opaque and of transparent solids."""
     side = max(stage.width, stage.height)
-    size = min(1024, max(192, side * 3 // 2)) if is_coarse else 1024 if side <= 640 else 2048
+    size = min(1024, max(192, side * 3 // 2)) if is_coarse else max(256, min(1024, 2 * side)) if side <= 640 else 2048
     direction, opaque = stage.studio.key_direction, stage.solids.opacity >= 1.0
 
     def cast(solids: Solids) -> ShadowMap:

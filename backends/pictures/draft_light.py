@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -37,14 +38,16 @@ _BIAS = 1e-4  # a blocker must be so far above a point's tangent plane
 # The penumbra's radius, in texels, or relative to the map's size.
 _MIN_SEARCH_TEXELS, _MIN_PENUMBRA_TEXELS, _MAX_PENUMBRA_SHARE = 2.0, 0.9, 0.11
 _KEY_LIFT_TEXELS, _SKY_LIFT_TEXELS = 0.6, 0.8  # offset of points along their normals, against self-shadowing
-_SKY_SIZE = 128  # texels of a sky map
+_CELLS = 64  # of a map, per axis, in which blockers are counted
+_SKY_SIZE, _SKY_REACH_TEXELS = 128, 4.0  # texels of a sky map, and the radius of its taps
+_SKY_SOLIDS = 1 << 15  # cast at once, which bounds the memory
 _SKY_DIRECTIONS, _FEW_SKY_DIRECTIONS, _MANY_SOLIDS = 18, 6, 40_000
 _GROUPS = 2  # neighboring pixels evaluate different halves of the taps; with four groups, surfaces showed a pattern
 _FAR_POINT = 1e3  # coordinate of what occludes nothing
 _FAR_DEPTH = 1e9  # stands for the infinite depth of the backdrop where depths are subtracted
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ShadowMap:
     """Shadow map: depths seen from a light.
 
@@ -56,17 +59,42 @@ class ShadowMap:
         Rows right, up and forward (away from the light).
     center : (3,)
         Center of the square of half width ``_MAP_HALF_WIDTH`` that the map covers.
-    framed
-        The depths within a frame of infinity, ((S + 2)^2,): taps outside the map need no test.
     """
 
     depth: Float32Array
     axes: FloatArray
     center: FloatArray
-    framed: Float32Array = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "framed", np.pad(self.depth, 1, constant_values=np.float32(np.inf)).reshape(-1))
+    @cached_property
+    def framed(self) -> Float32Array:
+        """The depths within a frame of infinity, ((S + 2)^2,): taps outside the map need no test."""
+        return np.pad(self.depth, 1, constant_values=np.float32(np.inf)).reshape(-1)
+
+    @cached_property
+    def blockers(self) -> npt.NDArray[np.int32]:
+        """The number of cells with a blocker, of ``_CELLS`` per axis, above and to the left of each cell's corner."""
+        starts = np.arange(0, self.size, self.cell)
+        rows = np.logical_or.reduceat(np.isfinite(self.depth), starts, 0)
+        return _corner_sums(np.logical_or.reduceat(rows, starts, 1))
+
+    @property
+    def cell(self) -> int:
+        """Width of a cell in texels."""
+        return -(-self.size // _CELLS)
+
+    def is_near(self, u: Float32Array, v: Float32Array, reach: float) -> npt.NDArray[np.bool_]:
+        """Return which of the texels (N,) may have a blocker within ``reach`` texels, by the cells around them."""
+        cells = len(self.blockers) - 1
+        far = math.ceil(reach / self.cell)
+        edges = np.arange(-1 - far, cells + 1 + far)  # of cells, and of as many around the map as reach it
+        low, high = np.clip(edges - far, 0, cells), np.clip(edges + far + 1, 0, cells)
+        count = self.blockers[high][:, high] - self.blockers[low][:, high] - self.blockers[high][:, low]
+        near = (count + self.blockers[low][:, low] > 0).reshape(-1)
+        share, first = np.float32(1.0 / self.cell), np.float32(1 + far)
+        last = np.float32(len(edges) - 1)
+        column = np.clip(u * share + first, np.float32(0.0), last).astype(np.int32)
+        row = np.clip(v * share + first, np.float32(0.0), last).astype(np.int32)
+        return np.asarray(near.take(row * np.int32(len(edges)) + column), bool)
 
     @property
     def size(self) -> int:
@@ -122,16 +150,19 @@ class _Receivers:
             radius,
         )
 
-    def above(self, shadow: ShadowMap, dx: float, dy: float) -> Float32Array:
-        """Return the heights (N,) of blockers above the points' planes, at the tap (dx, dy) of the unit disk."""
-        cosine, sine = self.turn
-        du, dv = self.radius * (dx * cosine - dy * sine), self.radius * (dx * sine + dy * cosine)
-        plane = self.depth + du * self.slope_u + dv * self.slope_v
-        above: Float32Array = plane - _tap(shadow, self.u + du, self.v + dv)
-        return above
+    def heights(self, shadow: ShadowMap, taps: list[tuple[float, float]]) -> Iterator[Float32Array]:
+        """Yield the heights (N,) of blockers above the points' planes at each of the ``taps`` of the unit disk."""
+        cosine, sine = (self.radius * part for part in self.turn)
+        for dx, dy in taps:
+            du, dv = dx * cosine - dy * sine, dx * sine + dy * cosine
+            plane = self.depth + du * self.slope_u + dv * self.slope_v
+            du += self.u
+            dv += self.v
+            plane -= shadow.framed.take(_framed_index(du, dv, shadow.size, shadow.size))
+            yield np.asarray(plane, np.float32)
 
 
-def shadow_map(solids: Solids, direction: FloatArray, size: int, inverse: FloatArray | None = None) -> ShadowMap:
+def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
     """Return the shadow map of solids for parallel light.
 
     Parameters
@@ -142,16 +173,18 @@ def shadow_map(solids: Solids, direction: FloatArray, size: int, inverse: FloatA
         Unit vector towards the light.
     size
         Texels per side.
-    inverse : (N, 3, 3), optional
-        Inverses of the poses, if they are known.
     """
+    axes, center = _light_view(direction)
+    caster = caster_for(solids, parallel_rays(center, axes, _MAP_HALF_WIDTH, size))
+    return ShadowMap(depths_of(caster.cast()), axes, center)
+
+
+def _light_view(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the axes (3, 3) and the center (3,) of the shadow map of light from ``direction`` (3,)."""
     forward = -direction
     right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
     right /= np.linalg.norm(right)
-    axes = np.stack([right, np.cross(right, forward), forward])
-    center = direction * _LIGHT_DISTANCE
-    caster = caster_for(solids, parallel_rays(center, axes, _MAP_HALF_WIDTH, size), inverse)
-    return ShadowMap(depths_of(caster.cast()), axes, center)
+    return np.stack([right, np.cross(right, forward), forward]), direction * _LIGHT_DISTANCE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,11 +230,11 @@ def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Arr
     ``spread`` is the growth of the penumbra's radius per distance of the blocker.
     """
     lit = np.ones(samples.points.shape[1], np.float32)
-    at, receivers = _receivers(shadow, samples, _KEY_LIFT_TEXELS)
-    if not len(at):
-        return lit
     per_distance = np.float32(spread / shadow.texel)
     widest = np.float32(_MAX_PENUMBRA_SHARE * shadow.size)
+    at, receivers = _receivers(shadow, samples, _KEY_LIFT_TEXELS, float(widest))
+    if not len(at):
+        return lit
     farthest = receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)  # distance of a blocker at the edge of the scene
     reach = np.clip(farthest * per_distance, np.float32(_MIN_SEARCH_TEXELS), widest)
     receivers = replace(receivers, radius=reach)
@@ -212,40 +245,42 @@ def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Arr
     return lit
 
 
-def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArray, _Receivers]:
-    """Return the indices of samples that face the light near the map, and their map coordinates.
+def _receivers(shadow: ShadowMap, samples: Samples, lift: float, reach: float) -> tuple[IntArray, _Receivers]:
+    """Return the indices of samples that face the light within ``reach`` texels of a blocker, and their coordinates.
 
     The samples are offset by ``lift`` texels along their normals, against self-shadowing.
     """
-    size, texel = shadow.size, np.float32(shadow.texel)
-    axes = shadow.axes.astype(np.float32)
-    tilt = _rotated(axes, samples.normals)
-    facing = np.clip(-tilt[2], np.float32(0.0), np.float32(1.0))
-    local = _rotated(axes, samples.points) - (axes @ shadow.center.astype(np.float32))[:, None]
-    local += tilt * (texel * np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(1.0 - facing * facing)))
-    half = np.float32(0.5 * size)
-    u = (local[0] * np.float32(1.0 / _MAP_HALF_WIDTH) + np.float32(1.0)) * half - np.float32(0.5)
-    v = (np.float32(1.0) - local[1] * np.float32(1.0 / _MAP_HALF_WIDTH)) * half - np.float32(0.5)
-    reach = 0.15 * size
-    at = np.flatnonzero((u > -reach) & (u < size + reach) & (v > -reach) & (v < size + reach) & (facing > 0.0))
-    steep = np.minimum(tilt[2, at], np.float32(-0.2))
+    texel, axes = np.float32(shadow.texel), shadow.axes.astype(np.float32)
+    center = axes @ shadow.center.astype(np.float32)
+    half, middle = np.float32(1.0 / shadow.texel), np.float32(0.5 * shadow.size - 0.5)
+    u = _along(axes[0] * half, samples.points) + (middle - center[0] * half)
+    v = _along(axes[1] * -half, samples.points) + (middle + center[1] * half)
+    facing = _along(-axes[2], samples.normals)
+    most = 3.0 * lift  # texels by which a sample is offset
+    at = np.flatnonzero(shadow.is_near(u, v, reach + most) & (facing > 0.0))
+    points, normals = samples.points.take(at, 1), samples.normals.take(at, 1)
+    facing = np.minimum(facing.take(at), np.float32(1.0))
+    tilt_u, tilt_v = _along(axes[0], normals), _along(axes[1], normals)
+    offset = np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(np.float32(1.0) - facing * facing))
+    steep = np.asarray(texel / np.maximum(facing, np.float32(0.2)), np.float32)
     cosine, sine = samples.turn
-    receivers = _Receivers(
-        u[at],
-        v[at],
-        local[2, at],
-        -tilt[0, at] / steep * texel,
-        tilt[1, at] / steep * texel,
-        (cosine[at], sine[at]),
+    return at, _Receivers(
+        u.take(at) + tilt_u * offset,
+        v.take(at) - tilt_v * offset,
+        _along(axes[2], points) - (center[2] + facing * offset * texel),
+        tilt_u * steep,
+        -tilt_v * steep,
+        (cosine.take(at), sine.take(at)),
         np.zeros(len(at), np.float32),
     )
-    return at, receivers
 
 
-def _rotated(axes: Float32Array, values: Float32Array) -> Float32Array:
-    """Return ``axes`` (K, 3) @ ``values`` (3, N), without BLAS: starting its threads costs more than it saves here."""
-    rows = [a[0] * values[0] + a[1] * values[1] + a[2] * values[2] for a in axes]
-    return np.asarray(np.stack(rows), np.float32)
+def _along(axis: Float32Array, values: Float32Array) -> Float32Array:
+    """Return ``axis`` (3,) @ ``values`` (3, N), without BLAS: starting its threads costs more than it saves here."""
+    out = axis[0] * values[0]
+    out += axis[1] * values[1]
+    out += axis[2] * values[2]
+    return np.asarray(out, np.float32)
 
 
 def _disk(count: int, power: float = 0.5) -> list[tuple[float, float]]:
@@ -261,11 +296,6 @@ def _noise(column: IntArray, row: IntArray) -> Float32Array:
     return np.asarray(np.modf(52.9829189 * np.modf(inner)[0])[0], np.float32)
 
 
-def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
-    """Return the map's depths at texels (N,), infinity outside the map."""
-    return np.asarray(shadow.framed[_framed_index(u, v, shadow.size, shadow.size)], np.float32)
-
-
 def _framed_index(x: Float32Array, y: Float32Array, width: int, height: int) -> npt.NDArray[np.int32]:
     """Return the indices (N,) of positions in an image of that size within a frame of one pixel."""
     column = np.clip(np.rint(x) + np.float32(1.0), np.float32(0.0), np.float32(width + 1)).astype(np.int32)
@@ -277,8 +307,8 @@ def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     """Return the mean distance (N,) from the receivers to potential blockers, 0 if there are none."""
     total = np.zeros(len(receivers.u), np.float32)
     count = np.zeros(len(receivers.u), np.float32)
-    for dx, dy in _disk(_SEARCH_TAPS, 1.6):  # denser in the middle, to find thin blockers near the receiver
-        above = receivers.above(shadow, dx, dy)
+    taps = _disk(_SEARCH_TAPS, 1.6)  # denser in the middle, to find thin blockers near the receiver
+    for above in receivers.heights(shadow, taps):
         blocks = above > _BIAS
         total += np.where(blocks, above, np.float32(0.0))
         count += blocks
@@ -288,8 +318,8 @@ def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
 def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     """Return the fraction (N,) of taps without a blocker."""
     lit = np.zeros(len(receivers.u), np.float32)
-    for dx, dy in _disk(_SHADOW_TAPS):
-        lit += receivers.above(shadow, dx, dy) <= _BIAS
+    for above in receivers.heights(shadow, _disk(_SHADOW_TAPS)):
+        lit += above <= _BIAS
     return np.asarray(lit / np.float32(_SHADOW_TAPS), np.float32)
 
 
@@ -297,16 +327,46 @@ def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
 
 
 def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
-    """Return the shadow maps of ``solids`` for light from ``count`` directions of the sky."""
-    maps = []
+    """Return the shadow maps of ``solids`` for light from ``count`` directions of the sky.
+
+    They are cast below each other in one image, as many as hold the memory: with few solids, most of the time would be
+    that of preparing a cast.
+    """
     with np.errstate(all="ignore"):
         inverse = inverses_of(solids.matrices[:, :, :3])
-    for k in range(count):
-        height = 1.0 - (k + 0.5) / count * 0.97
-        turn, flat = k * math.pi * (3.0 - math.sqrt(5.0)), math.sqrt(1.0 - height * height)
-        direction = np.array([flat * math.cos(turn), height, flat * math.sin(turn)])
-        maps.append(shadow_map(solids, direction, _SKY_SIZE, inverse))
+    maps: list[ShadowMap] = []
+    at_once = max(1, _SKY_SOLIDS // max(1, len(solids)))
+    for start in range(0, count, at_once):
+        views = [_light_view(_sky_direction(k, count)) for k in range(start, min(count, start + at_once))]
+        depth = _depths_below_each_other(solids, views, inverse).reshape(-1, _SKY_SIZE, _SKY_SIZE)
+        maps += [ShadowMap(part, axes, center) for part, (axes, center) in zip(depth, views, strict=True)]
     return maps
+
+
+def _sky_direction(k: int, count: int) -> FloatArray:
+    """Return direction number ``k`` of ``count`` (3,) on a spiral over the sky."""
+    height = 1.0 - (k + 0.5) / count * 0.97
+    turn, flat = k * math.pi * (3.0 - math.sqrt(5.0)), math.sqrt(1.0 - height * height)
+    return np.array([flat * math.cos(turn), height, flat * math.sin(turn)])
+
+
+def _depths_below_each_other(
+    solids: Solids, views: list[tuple[FloatArray, FloatArray]], inverse: FloatArray
+) -> Float32Array:
+    """Return the depths (K S, S) of sky maps from K ``views``, axes and centers, one below the other.
+
+    The solids are turned and moved in front of one camera instead of the camera around them.
+    """
+    width = 2.0 * _MAP_HALF_WIDTH
+    moved, inverses = [], []
+    for k, (axes, center) in enumerate(views):
+        pose = axes @ solids.matrices
+        pose[:, :, 3] -= axes @ center + np.array([0.0, k * width, 0.0])
+        moved.append(pose)
+        inverses.append(inverse @ axes.T)
+    every = replace(solids.take(np.tile(np.arange(len(solids)), len(views))), matrices=np.concatenate(moved))
+    rays = parallel_rays(np.zeros(3), np.eye(3), _MAP_HALF_WIDTH, _SKY_SIZE, len(views))
+    return depths_of(caster_for(every, rays, np.concatenate(inverses)).cast())
 
 
 def sky_direction_count(solids: Solids) -> int:
@@ -334,18 +394,18 @@ def _blocked_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
     """Return the light (N,) from the directions of ``maps`` that does not reach ``samples``."""
     blocked = np.zeros(samples.points.shape[1], np.float32)
     for shadow in maps:
-        at, receivers = _receivers(shadow, samples, _SKY_LIFT_TEXELS)
-        receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
+        at, receivers = _receivers(shadow, samples, _SKY_LIFT_TEXELS, _SKY_REACH_TEXELS)
+        receivers = replace(receivers, radius=np.full(len(at), _SKY_REACH_TEXELS, np.float32))
         hits = np.zeros(len(at), np.float32)
-        for dx, dy in ((0.3, 0.0), (-0.9, 0.3)):
-            hits += receivers.above(shadow, dx, dy) > shadow.texel
+        for above in receivers.heights(shadow, [(0.3, 0.0), (-0.9, 0.3)]):
+            hits += above > shadow.texel
         blocked[at] += np.float32(0.5) * _facing(shadow, samples.normals)[at] * hits
     return blocked
 
 
 def _facing(shadow: ShadowMap, normals: Float32Array) -> Float32Array:
     """Return the cosine (N,) between ``normals`` (3, N) and the direction of the light, 0 if they face away."""
-    cosine = _rotated(-shadow.axes[2:].astype(np.float32), normals)[0]
+    cosine = _along(-shadow.axes[2].astype(np.float32), normals)
     return np.asarray(np.maximum(cosine, np.float32(0.0)), np.float32)
 
 
@@ -401,14 +461,20 @@ def occlusion(
 def _has_solid_around(solid: npt.NDArray[np.bool_], pixels: IntArray, reach: Float32Array) -> npt.NDArray[np.bool_]:
     """Return which of ``pixels`` (N,) have a solid one in the square of half width ``reach`` (N,) around them."""
     height, width = solid.shape
-    count = np.zeros((height + 1, width + 1), np.int32)  # of solid pixels above and to the left
-    np.cumsum(np.cumsum(solid, 0, np.int32), 1, out=count[1:, 1:])
+    count = _corner_sums(solid)
     row, column = np.divmod(pixels, width)
     far = np.ceil(reach).astype(np.int64)
     top, bottom = np.maximum(row - far, 0), np.minimum(row + far + 1, height)
     left, right = np.maximum(column - far, 0), np.minimum(column + far + 1, width)
     inside = count[bottom, right] - count[top, right] - count[bottom, left] + count[top, left]
     return np.asarray(inside > 0, bool)
+
+
+def _corner_sums(values: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    """Return the number (H + 1, W + 1) of true ``values`` (H, W) above and to the left of each corner of a cell."""
+    count = np.zeros((values.shape[0] + 1, values.shape[1] + 1), np.int32)
+    np.cumsum(np.cumsum(values, 0, np.int32), 1, out=count[1:, 1:])
+    return count
 
 
 def _blocked_share(
@@ -433,7 +499,7 @@ def _blocked_share(
     total = np.zeros(len(pixels), np.float32)
     for dx, dy in taps:
         index = _framed_index(x + dx * cosine - dy * sine, y + dx * sine + dy * cosine, width, height)
-        ax, ay, az = (values[index] - own for values, own in zip(occluders, (px, py, pz), strict=True))
+        ax, ay, az = (values.take(index) - own for values, own in zip(occluders, (px, py, pz), strict=True))
         square = ax * ax + ay * ay + az * az + np.float32(1e-9)
         rise = (ax * nx + ay * ny + az * nz) / np.sqrt(square)
         fade = np.maximum(np.float32(0.0), np.float32(1.0) - square * np.float32(1.0 / _NEAR_REACH**2))

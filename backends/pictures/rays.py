@@ -98,11 +98,13 @@ def camera_rays(camera: Camera, samples: int = 1) -> Rays:
     return _rays(camera.eye, camera.axes, focal, principal, size, parallel=camera.is_parallel)
 
 
-def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int) -> Rays:
-    """Return size x size parallel rays along ``axes[2]`` through the square of half width ``half`` around
-    ``center``."""
+def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int, squares: int = 1) -> Rays:
+    """Return size x size parallel rays along ``axes[2]`` through the square of half width ``half`` around ``center``.
+
+    Of several ``squares``, the others are below the first.
+    """
     focal, middle = size / (2.0 * half), size / 2.0
-    return _rays(center, axes, (focal, focal), (middle, middle), (size, size), parallel=True)
+    return _rays(center, axes, (focal, focal), (middle, middle), (size, size * squares), parallel=True)
 
 
 def _rays(
