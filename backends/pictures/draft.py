@@ -33,6 +33,7 @@ from scenelang.backends.pictures.draft_light import (
     key_reach,
     occlusion,
     radiance_of,
+    rows_of,
     samples_at,
     shadow_map,
     sky_direction_count,
@@ -402,7 +403,7 @@ def _pixel_surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys) -> Surf
     """Return the surface that each pixel (H * W,) sees: in its middle, or at its first sample if its samples differ."""
     row, column = _grid(stage.height, stage.width, _SAMPLES)
     depths = depths_of(keys)
-    middle = np.mean([depths[i::_SAMPLES, k::_SAMPLES] for i, k in np.ndindex(_SAMPLES, _SAMPLES)], axis=0)
+    middle = sum(depths[i::_SAMPLES, k::_SAMPLES] for i, k in np.ndindex(_SAMPLES, _SAMPLES)) / np.float32(_SAMPLES**2)
     whole = _is_uniform(keys.astype(np.uint32))
     depth = np.where(whole, middle, depths[::_SAMPLES, ::_SAMPLES]).reshape(-1).astype(np.float64)
     shift = np.where(whole, 0.5 * _SAMPLES, 0.5).reshape(-1)
@@ -421,13 +422,14 @@ def _surface_at(
         fall = ground_depths(stage.ground, origin, direction)
         ground = fall < depth
         ids[ground], depth[ground] = GROUND, fall[ground]
-    points = origin + direction * np.where(np.isfinite(depth), depth, 0.0)[:, None]
-    normals = np.zeros((len(ids), 3))
-    normals[ids < 0, 1] = 1.0
     solid = np.flatnonzero(ids >= 0)
-    normals[solid] = caster.surface(ids[solid], points[solid], direction[solid])
-    view = direction / np.linalg.norm(direction, axis=1)[:, None]
-    return Surface(ids, depth, points, normals, view)
+    points = origin + direction * np.where(ids == SKY, 0.0, depth)[:, None]
+    normals = np.zeros((3, len(ids)), np.float32).T
+    normals[:, 1] = ids < 0
+    normals[solid] = caster.surface(ids[solid], rows_of(points, solid), rows_of(direction, solid))
+    direction = direction.astype(np.float32)
+    view = direction / np.sqrt(np.einsum("ni,ni->n", direction, direction))[:, None]
+    return Surface(ids, depth, points.astype(np.float32), normals, view)
 
 
 def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCache, step: int) -> Float32Array:
@@ -448,7 +450,7 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCach
     row, column = np.divmod(at, shape[1])
     places = sky_direction_count(stage.solids)
     maps = _cached_maps(stage, cache, "sky", places, lambda solids: sky_maps(solids, places))
-    samples = samples_at(first.points[at], first.normals[at], column, row)
+    samples = samples_at(rows_of(first.points, at), rows_of(first.normals, at), column, row)
     far = np.ones(first.ids.size, np.float32)
     far[at] = sky_light(maps, samples, tap_group(row, column))
     return near * np.clip(smoothed(far.reshape(shape), depth), np.float32(0.02), np.float32(1.0))
@@ -463,7 +465,7 @@ def _shaded(
     """
     environment = stage.studio.environment
     albedo = albedo_of(stage, visible)
-    normals = visible.normals.astype(np.float32)
+    normals = visible.normals.astype(np.float32, copy=False)
     empty = (visible.ids < 0 if _has_level_horizon(stage) else visible.ids == SKY).astype(np.float32)[:, None]
     radiance = radiance_of(stage, visible, albedo, reach)
     color = tone_map(radiance, environment).astype(np.float32)

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -23,6 +24,7 @@ from scenelang.interpreter.scene.primitives.mesh import inverses_of
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
+T = TypeVar("T", bound=np.generic)
 Rotation = tuple[Float32Array, Float32Array]  # cosine and sine of the per-point rotation of the taps
 
 # Numbers of samples per point. A rotation per pixel turns their pattern into noise, which ``smoothed`` removes.
@@ -201,7 +203,9 @@ class Samples:
         return Samples(self.points[:, which], self.normals[:, which], (cosine[which], sine[which]))
 
 
-def samples_at(points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray) -> Samples:
+def samples_at(
+    points: npt.NDArray[np.floating], normals: npt.NDArray[np.floating], column: IntArray, row: IntArray
+) -> Samples:
     """Return samples at ``points`` (N, 3) with ``normals`` (N, 3).
 
     ``column`` and ``row`` (N,) are their pixels; neighboring ones get different rotations of the taps.
@@ -559,13 +563,19 @@ class Surface:
 
     ids: IntArray
     depth: FloatArray
-    points: FloatArray
-    normals: FloatArray
-    view: FloatArray
+    points: npt.NDArray[np.floating]
+    normals: npt.NDArray[np.floating]
+    view: npt.NDArray[np.floating]
 
     def take(self, rows: IntArray) -> Surface:
         """Return some of the samples."""
-        return Surface(self.ids[rows], self.depth[rows], self.points[rows], self.normals[rows], self.view[rows])
+        vectors = [rows_of(values, rows) for values in (self.points, self.normals, self.view)]
+        return Surface(self.ids[rows], self.depth[rows], *vectors)
+
+
+def rows_of(vectors: npt.NDArray[T], rows: IntArray) -> npt.NDArray[T]:
+    """Return some rows of ``vectors`` (N, 3), stored by coordinate."""
+    return vectors.T.take(rows, 1).T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -590,7 +600,7 @@ def albedo_of(stage: Stage, visible: Surface) -> Float32Array:
 
     The backdrop has that of the ground, so that denoisers, which are guided by it, do not sharpen the horizon.
     """
-    out = np.zeros((len(visible.ids), 3), np.float32)
+    out = np.zeros((3, len(visible.ids)), np.float32).T
     ground = stage.studio.ground
     if ground is not None:
         out[:] = ground.mean(axis=0)
@@ -619,7 +629,9 @@ def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> 
     """Return the radiance (N, 3) that visible surfaces reflect: of ambient light, occluders, and the key light."""
     environment = stage.studio.environment
     key, sky = np.array(environment.key, np.float32), np.array(environment.ambient, np.float32)
-    facing = np.maximum(visible.normals @ stage.studio.key_direction, 0.0).astype(np.float32) * reach.key
+    facing = (
+        np.maximum(visible.normals @ stage.studio.key_direction.astype(np.float32), 0.0).astype(np.float32) * reach.key
+    )
     solid = visible.ids >= 0
     around = _surroundings(stage, visible, solid)
     # Occluders are assumed to have the same color and to be lit in turn, less where the point is more occluded.
@@ -638,10 +650,10 @@ def key_reach(stage: Stage, visible: Surface, shadows: list[Shadow], row: IntArr
 
     ``row`` and ``column`` (N,) are the samples' positions in the picture.
     """
-    facing = visible.normals @ stage.studio.key_direction
+    facing = visible.normals @ stage.studio.key_direction.astype(np.float32)
     reached = (facing > 0.0).astype(np.float32)
     at = np.flatnonzero((visible.ids != SKY) & (facing > 0.0))
-    samples = samples_at(visible.points[at], visible.normals[at], column[at], row[at])
+    samples = samples_at(rows_of(visible.points, at), rows_of(visible.normals, at), column[at], row[at])
     for shadow, hidden in shadows:
         part = key_light(shadow, stage.studio.environment.radius, samples)
         reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
@@ -659,7 +671,7 @@ def _surroundings(stage: Stage, visible: Surface, solid: npt.NDArray[np.bool_]) 
         return np.broadcast_to(sky, (len(visible.ids), 3))
     height = np.clip(visible.points[:, 1] - stage.ground, 0.0, 10.0).astype(np.float32)
     below = np.where(solid, 0.5 - 0.5 * visible.normals[:, 1], 0.0).astype(np.float32)
-    turned_away = (0.5 - 0.5 * visible.normals @ stage.studio.key_direction).astype(np.float32)
+    turned_away = (0.5 - 0.5 * visible.normals @ stage.studio.key_direction.astype(np.float32)).astype(np.float32)
     shaded = np.float32(_GROUND_SHADOW) * turned_away * np.exp(-height / np.float32(_GROUND_SHADOW_HEIGHT))
     ground = ground_radiance(stage).astype(np.float32)
     return np.asarray(sky + below[:, None] * (ground * (1.0 - shaded)[:, None] - sky), np.float32)
