@@ -39,7 +39,8 @@ _MAP_HALF_WIDTH = 1.02
 _BIAS = 1e-4  # a blocker must be so far above a point's tangent plane
 # The penumbra's radius, in texels, or relative to the map's size.
 _MIN_SEARCH_TEXELS, _MIN_PENUMBRA_TEXELS, _MAX_PENUMBRA_SHARE = 2.0, 0.9, 0.11
-_KEY_LIFT_TEXELS, _SKY_LIFT_TEXELS = 0.6, 0.8  # offset of points along their normals, against self-shadowing
+# Offset of points along their normals, against self-shadowing, and how many times that it is at a grazing angle.
+_KEY_LIFT_TEXELS, _SKY_LIFT_TEXELS, _MOST_LIFT = 0.6, 0.8, 3.0
 _CELLS = 64  # of a map, per axis, in which blockers are counted
 _SKY_SIZE, _SKY_REACH_TEXELS = 128, 4.0  # texels of a sky map, and the radius of its taps
 _SKY_SOLIDS = 1 << 15  # cast at once, which bounds the memory
@@ -61,11 +62,14 @@ class ShadowMap:
         Rows right, up and forward (away from the light).
     center : (3,)
         Center of the square of half width ``_MAP_HALF_WIDTH`` that the map covers.
+    reach
+        The distance of the farthest taps in texels.
     """
 
     depth: Float32Array
     axes: FloatArray
     center: FloatArray
+    reach: float
 
     @cached_property
     def framed(self) -> Float32Array:
@@ -84,19 +88,26 @@ class ShadowMap:
         """Width of a cell in texels."""
         return -(-self.size // _CELLS)
 
-    def is_near(self, u: Float32Array, v: Float32Array, reach: float) -> npt.NDArray[np.bool_]:
-        """Return which of the texels (N,) may have a blocker within ``reach`` texels, by the cells around them."""
-        cells = len(self.blockers) - 1
-        far = math.ceil(reach / self.cell)
-        edges = np.arange(-1 - far, cells + 1 + far)  # of cells, and of as many around the map as reach it
+    @cached_property
+    def near(self) -> npt.NDArray[np.bool_]:
+        """The cells with a blocker within ``reach``, in a frame of cells that reach the map, and one that do not."""
+        cells, far = len(self.blockers) - 1, self._cells_in_reach
+        edges = np.arange(-1 - far, cells + 1 + far)
         low, high = np.clip(edges - far, 0, cells), np.clip(edges + far + 1, 0, cells)
-        count = self.blockers[high][:, high] - self.blockers[low][:, high] - self.blockers[high][:, low]
-        near = (count + self.blockers[low][:, low] > 0).reshape(-1)
-        share, first = np.float32(1.0 / self.cell), np.float32(1 + far)
-        last = np.float32(len(edges) - 1)
+        columns = self.blockers[:, high] - self.blockers[:, low]
+        return np.asarray(columns[high] > columns[low], bool)
+
+    @property
+    def _cells_in_reach(self) -> int:
+        return math.ceil(self.reach / self.cell)
+
+    def is_near(self, u: Float32Array, v: Float32Array) -> npt.NDArray[np.bool_]:
+        """Return which of the texels (N,) may have a blocker within ``reach``, by the cells around them."""
+        share, first = np.float32(1.0 / self.cell), np.float32(1 + self._cells_in_reach)
+        last = np.float32(len(self.near) - 1)
         column = np.clip(u * share + first, np.float32(0.0), last).astype(np.int32)
         row = np.clip(v * share + first, np.float32(0.0), last).astype(np.int32)
-        return np.asarray(near.take(row * np.int32(len(edges)) + column), bool)
+        return np.asarray(self.near.reshape(-1).take(row * np.int32(len(self.near)) + column), bool)
 
     @property
     def size(self) -> int:
@@ -178,7 +189,8 @@ def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
     """
     axes, center = _light_view(direction)
     caster = caster_for(solids, parallel_rays(center, axes, _MAP_HALF_WIDTH, size))
-    return ShadowMap(depths_of(caster.cast()), axes, center)
+    reach = _MAX_PENUMBRA_SHARE * size + _MOST_LIFT * _KEY_LIFT_TEXELS
+    return ShadowMap(depths_of(caster.cast()), axes, center, reach)
 
 
 def _light_view(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -197,10 +209,10 @@ class Samples:
     normals: Float32Array
     turn: Rotation
 
-    def part(self, which: slice | IntArray) -> Samples:
+    def part(self, which: IntArray) -> Samples:
         """Return some of the samples."""
         cosine, sine = self.turn
-        return Samples(self.points[:, which], self.normals[:, which], (cosine[which], sine[which]))
+        return Samples(self.points.take(which, 1), self.normals.take(which, 1), (cosine.take(which), sine.take(which)))
 
 
 def samples_at(
@@ -222,8 +234,7 @@ def key_light(shadow: ShadowMap, radius: float, samples: Samples) -> Float32Arra
     """
     spread = math.tan(math.radians(radius))  # growth of the penumbra's radius per distance of the blocker
     out = np.ones(samples.points.shape[1], np.float32)
-    for start in range(0, len(out), _BATCH_POINTS):
-        part = slice(start, start + _BATCH_POINTS)
+    for part in batches(np.arange(len(out)), _BATCH_POINTS):
         out[part] = _key_light(shadow, spread, samples.part(part))
     return out
 
@@ -236,7 +247,7 @@ def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Arr
     lit = np.ones(samples.points.shape[1], np.float32)
     per_distance = np.float32(spread / shadow.texel)
     widest = np.float32(_MAX_PENUMBRA_SHARE * shadow.size)
-    at, receivers = _receivers(shadow, samples, _KEY_LIFT_TEXELS, float(widest))
+    at, receivers = _receivers(shadow, samples, _KEY_LIFT_TEXELS)
     if not len(at):
         return lit
     farthest = receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)  # distance of a blocker at the edge of the scene
@@ -249,8 +260,8 @@ def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Arr
     return lit
 
 
-def _receivers(shadow: ShadowMap, samples: Samples, lift: float, reach: float) -> tuple[IntArray, _Receivers]:
-    """Return the indices of samples that face the light within ``reach`` texels of a blocker, and their coordinates.
+def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArray, _Receivers]:
+    """Return the indices of samples that face the light within reach of a blocker, and their coordinates.
 
     The samples are offset by ``lift`` texels along their normals, against self-shadowing.
     """
@@ -260,12 +271,13 @@ def _receivers(shadow: ShadowMap, samples: Samples, lift: float, reach: float) -
     u = _along(axes[0] * half, samples.points) + (middle - center[0] * half)
     v = _along(axes[1] * -half, samples.points) + (middle + center[1] * half)
     facing = _along(-axes[2], samples.normals)
-    most = 3.0 * lift  # texels by which a sample is offset
-    at = np.flatnonzero(shadow.is_near(u, v, reach + most) & (facing > 0.0))
+    at = np.flatnonzero(shadow.is_near(u, v) & (facing > 0.0))
     points, normals = samples.points.take(at, 1), samples.normals.take(at, 1)
     facing = np.minimum(facing.take(at), np.float32(1.0))
     tilt_u, tilt_v = _along(axes[0], normals), _along(axes[1], normals)
-    offset = np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(np.float32(1.0) - facing * facing))
+    offset = np.float32(lift) * (
+        np.float32(1.0) + np.float32(_MOST_LIFT - 1.0) * np.sqrt(np.float32(1.0) - facing * facing)
+    )
     steep = np.asarray(texel / np.maximum(facing, np.float32(0.2)), np.float32)
     cosine, sine = samples.turn
     return at, _Receivers(
@@ -343,7 +355,8 @@ def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
     for start in range(0, count, at_once):
         views = [_light_view(_sky_direction(k, count)) for k in range(start, min(count, start + at_once))]
         depth = _depths_below_each_other(solids, views, inverse).reshape(-1, _SKY_SIZE, _SKY_SIZE)
-        maps += [ShadowMap(part, axes, center) for part, (axes, center) in zip(depth, views, strict=True)]
+        reach = _SKY_REACH_TEXELS + _MOST_LIFT * _SKY_LIFT_TEXELS
+        maps += [ShadowMap(part, axes, center, reach) for part, (axes, center) in zip(depth, views, strict=True)]
     return maps
 
 
@@ -398,12 +411,12 @@ def _blocked_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
     """Return the light (N,) from the directions of ``maps`` that does not reach ``samples``."""
     blocked = np.zeros(samples.points.shape[1], np.float32)
     for shadow in maps:
-        at, receivers = _receivers(shadow, samples, _SKY_LIFT_TEXELS, _SKY_REACH_TEXELS)
+        at, receivers = _receivers(shadow, samples, _SKY_LIFT_TEXELS)
         receivers = replace(receivers, radius=np.full(len(at), _SKY_REACH_TEXELS, np.float32))
         hits = np.zeros(len(at), np.float32)
         for above in receivers.heights(shadow, [(0.3, 0.0), (-0.9, 0.3)]):
             hits += above > shadow.texel
-        blocked[at] += np.float32(0.5) * _facing(shadow, samples.normals)[at] * hits
+        blocked[at] += np.float32(0.5) * _facing(shadow, samples.normals).take(at) * hits
     return blocked
 
 
