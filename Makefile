@@ -209,8 +209,18 @@ wheel: $(PACKAGING)/.ready
 	$(PACKAGING)/bin/python -m build --outdir dist .
 	rm -rf build *.egg-info
 
-bench: install
-	$(BIN)/python benchmarks/run.py
+# Every row of the benchmark with its goal, and an entry of its history: 15 minutes; `make bench ONLY=fib` for some rows.
+# What it is measured beside has an environment of its own; the language server and USD files are optional packages.
+PEERS := $(VENV)/bench
+$(PEERS)/.ready: benchmarks/peers.txt $(VENV)/.run
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check -r benchmarks/peers.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pygls usd-core
+	touch $@
+
+ONLY ?=
+bench: install $(PEERS)/.ready
+	$(BIN)/python benchmarks/run.py "$(ONLY)"
 
 # Recall and precision of the lint and of simulations on planted faults, written into docs/checker.md and docs/physics.md.
 faults: install

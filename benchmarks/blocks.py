@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 import gzip
+import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
+import measuring
+from measuring import Goal, Row, timed
+
 from scenelang.backends.minecraft.blocks import Build
+from scenelang.backends.minecraft.build_files import game_version, write_schematic
+from scenelang.backends.minecraft.export import read
+from scenelang.backends.minecraft.voxels import voxelised
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.pose import translation
 from scenelang.interpreter.scene.primitives import shape_of
@@ -62,3 +70,36 @@ def read_in_a_loop(path: Path, size: tuple[int, int, int]) -> dict[tuple[int, in
         if number:
             cells[i % width, i // (width * depth), i // width % depth] = number
     return cells
+
+
+def laid() -> list[measuring.Pair]:
+    """A million blocks in cubes of a thousand."""
+    root, cells = entities(cuboids(1_000, 10)), cuboids(1_000, 10)
+    return [measuring.Pair(timed(lambda: voxelised(root)), timed(lambda: looped(cells)))]
+
+
+def laid_ten() -> list[measuring.Pair]:
+    root = entities(cuboids(10_000, 10))
+    return [measuring.Pair(timed(lambda: voxelised(root)))]
+
+
+def files(reads: bool) -> Iterator[measuring.Pair]:
+    """A million blocks written as a schematic, or read, and their numbers alone in a plain Python loop."""
+    build, version = voxelised(entities(cuboids(1_000, 10))).build, game_version()
+    with tempfile.TemporaryDirectory() as folder:
+        path, plain = Path(folder) / "a.schem", Path(folder) / "a.gz"
+        write_schematic(build, path, version)
+        written_in_a_loop(build, plain)
+        if reads:
+            yield measuring.Pair(timed(lambda: read(path)), timed(lambda: read_in_a_loop(plain, build.size)))
+        else:
+            ours = timed(lambda: write_schematic(build, path, version))
+            yield measuring.Pair(ours, timed(lambda: written_in_a_loop(build, plain)))
+
+
+ROWS = (
+    Row("lay 1,000,000 blocks", laid, "a loop over their cells", (Goal(0.1),), rounds=3),
+    Row("lay 10,000,000 blocks", laid_ten, goals=(Goal(5.0, "ours"),), rounds=3),
+    Row("write 1,000,000 blocks, .schem", lambda: files(False), "a loop over their box", (Goal(0.3),), rounds=3),
+    Row("read 1,000,000 blocks, .schem", lambda: files(True), "a loop over their box", (Goal(0.5),), rounds=3),
+)

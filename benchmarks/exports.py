@@ -1,4 +1,4 @@
-"""Exports of 100,000 primitives beside trimesh's of the same triangles: ``exports.py WAY SCENE ENDING`` runs one.
+"""Exports of 100,000 primitives beside trimesh's and usd-core's: ``exports.py WAY SCENE ENDING`` runs one.
 
 ``WAY`` is ``ours``, from an evaluated scene to the file, or ``trimesh``, from a ``trimesh.Scene`` with one geometry for
 each shape and look and one transform for each primitive. Trimesh joins that to one mesh for all formats but GLB, as
@@ -8,16 +8,16 @@ users do. It prints seconds of processor time, peak memory and the size of the f
 from __future__ import annotations
 
 import json
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from loading import peak_memory
+from measuring import Child, Goal, Pair, Row, peak_memory, peer
 
 from scenelang.backends.base import BackendOptions, for_file
 from scenelang.backends.exports.plan import SEGMENTS, segments_for, surface_of
@@ -46,9 +46,6 @@ SCENES = {
   (transform (call "cone" :radius .2 :color (color "silver")) (scale [1 -1 1])))))
 (bind "bolts" (lambda () (union-loop {COUNT // 4} (lambda (i) (transform (call "bolt") (@ {_PLACE} {_TURN}))))))""",
 }
-
-# Those of `make bench`; trimesh takes half a minute to minutes for each scene that it joins.
-_ENDINGS = {"boxes": (".glb", ".ply"), "bolts": (".glb",)}
 
 
 def scene_of(name: str) -> Scene:
@@ -93,29 +90,40 @@ def trimesh_of(scene: Scene, segments: int) -> Any:
     return made
 
 
-def measured(way: str, name: str, ending: str, *settings: str) -> dict[str, float]:
-    """What one export takes, in a process of its own."""
-    command = [sys.executable, str(Path(__file__)), way, name, ending, *settings]
-    found: dict[str, float] = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    return found
+def of(*words: str) -> Child:
+    """Return the probe of one export in a process of its own."""
+    return Child("exports.py", words, "memory")
 
 
-def bench_exports(row: Callable[[str, float, float, str, str], None]) -> None:
-    """Report exports by ``row(name, ours, other, other_name, target)``, in seconds."""
-    for name, endings in _ENDINGS.items():
-        for ending in endings:
-            mine, other = measured("ours", name, ending), measured("trimesh", name, ending)
-            row(f"export 100,000 {name}, {ending}", mine["seconds"], other["seconds"], "trimesh", "<= 2")
-            _tell(mine, other)
-        for ending, other_name in ((".glb", "one node each"), (".usdc", "one prim each")):
-            mine, other = (measured("ours", name, ending, f"instancing={least}") for least in (2, 0))
-            row(f"export 100,000 {name}, {ending}, instanced", mine["seconds"], other["seconds"], other_name, "")
-            _tell(mine, other)
+def beside_usd() -> Iterator[Pair]:
+    with tempfile.TemporaryDirectory() as folder:
+        yield Pair(of("ours", "balls", ".usdc", "instancing=2"), peer("usd", str(COUNT), f"{folder}/a.usdc"))
 
 
-def _tell(mine: dict[str, float], other: dict[str, float]) -> None:
-    told = [f"peak {one['memory'] / 1e9:.2f} GB, file {one['size'] / 1e6:.1f} MB" for one in (mine, other)]
-    print(f"{'':34} {told[0]:>30}   {told[1]}")
+def beside_trimesh() -> Iterator[Pair]:
+    with tempfile.TemporaryDirectory() as folder:
+        yield Pair(of("ours", "boxes", ".glb", "instancing=0"), peer("trimesh", str(COUNT), f"{folder}/a.glb"))
+
+
+def _instanced(name: str, ending: str) -> list[Pair]:
+    return [Pair(*(of("ours", name, ending, f"instancing={least}") for least in (2, 0)))]
+
+
+def _rows() -> Iterator[Row]:
+    # without .ply and the like, for which trimesh joins the scene: a minute each
+    for name, ending in (("boxes", ".glb"), ("bolts", ".glb")):
+        words = name, ending
+        pair = Pair(of("ours", *words), of("trimesh", *words))
+        yield Row(f"export 100,000 {name}, {ending}", lambda pair=pair: [pair], "trimesh", (Goal(2.0),), rounds=1)
+    for ending, other in ((".glb", "one node each"), (".usdc", "one prim each")):
+        yield Row(f"export 100,000 boxes, {ending}, instanced", partial(_instanced, "boxes", ending), other, rounds=1)
+
+
+ROWS = (
+    *_rows(),
+    Row("export 100,000 nodes, .glb", beside_trimesh, "trimesh, one cube", rounds=1),
+    Row("export 100,000 copies, .usdc", beside_usd, "usd-core alone", rounds=1),
+)
 
 
 def main(way: str, name: str, ending: str, *settings: str) -> None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import os
-import resource
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
-ROOT = Path(__file__).parent.parent
+from measuring import HERE, ROOT, Absent, Child, Goal, Pair, Probe, Row, children_seconds, clocked
+
 CHESS = """
 programs = ["chessboard.scene"]
 count = {count}
@@ -30,17 +32,14 @@ GRID = """
 BLENDER = ROOT / ".venv" / "blender" / "bin" / "python"
 
 
-def seconds_per_sample(rounds: int = 12) -> float:
-    """Seconds of one processor for a sample of the chess set at 256 x 256 after warm-up, whatever else runs."""
+def samples() -> Probe:
+    """A sample of the chess set at 256 x 256 after warm-up."""
     from scenelang.datasets.making import Maker
     from scenelang.datasets.spec import spec_of
 
-    maker = Maker(spec_of(CHESS.format(count=100), "bench", ROOT / "examples"))
-    maker.make(0)
-    started = time.process_time()
-    for index in range(1, rounds + 1):
-        maker.make(index)
-    return (time.process_time() - started) / rounds
+    maker, numbers = Maker(spec_of(CHESS.format(count=100), "bench", ROOT / "examples")), iter(range(100))
+    maker.make(next(numbers))
+    return lambda: clocked(lambda: maker.make(next(numbers)))
 
 
 def seconds_of_maps(views: int = 3) -> float:
@@ -49,16 +48,11 @@ def seconds_of_maps(views: int = 3) -> float:
     times = []
     with tempfile.TemporaryDirectory() as folder:
         for count in (1, 1 + views):
-            started = _of_children()
+            started = children_seconds()
             words = [*command, "-o", f"{folder}/{count}", "--views", str(count), "--size", "256x256"]
             subprocess.run(words, check=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
-            times.append(_of_children() - started)
+            times.append(children_seconds() - started)
     return (times[1] - times[0]) / views
-
-
-def _of_children() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def seconds_of_processes(jobs: int, count: int = 32) -> float:
@@ -78,60 +72,55 @@ def seconds_of_processes(jobs: int, count: int = 32) -> float:
     return (warm[-1][0] - warm[0][0]) / (warm[-1][1] - warm[0][1])
 
 
-def growth() -> list[tuple[int, float]]:
-    """Seconds of one processor for a warm sample at 256 x 256 by the number of instances."""
+def grid(side: int) -> float:
+    """Seconds of a warm sample at 256 x 256 of ``side``³ instances."""
     from scenelang.datasets.making import Maker
     from scenelang.datasets.spec import spec_of
 
-    found = []
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "grid.scene").write_text(GRID)
-        for n in (10, 22, 46, 100):
-            text = f'programs = "grid.scene"\n[params]\nn = {n}\n' + CHESS.split("\n", 3)[3].format(count=2)
-            maker = Maker(spec_of(text, "bench", Path(folder)))
-            maker.make(0)
-            started = time.process_time()
-            maker.make(1)
-            found.append((n**3, time.process_time() - started))
-    return found
+        text = f'programs = "grid.scene"\n[params]\nn = {side}\n' + CHESS.split("\n", 3)[3].format(count=2)
+        maker = Maker(spec_of(text, "bench", Path(folder)))
+        maker.make(0)
+        return clocked(lambda: maker.make(1))
 
 
-def seconds_of_blender() -> float | None:
-    """Seconds of a picture with BlenderProc's passes, None where bpy is not installed (`make test-blender`)."""
+def seconds_of_blender() -> float:
+    """Seconds of a picture with BlenderProc's passes, where bpy is installed (`make test-blender`)."""
     if not BLENDER.exists():
-        return None
+        raise Absent("bpy is not installed (`make test-blender`)")
     with tempfile.TemporaryDirectory() as folder:
         scene = f"{folder}/chess.glb"
-        command = [
-            sys.executable,
-            "-m",
-            "scenelang",
-            "export",
-            str(ROOT / "examples" / "chessboard.scene"),
-            "-o",
-            scene,
-        ]
-        subprocess.run([*command, "-q"], check=True)
-        script = str(Path(__file__).parent / "blender_passes.py")
-        done = subprocess.run([str(BLENDER), script, scene, "3", "256"], capture_output=True, text=True)
-    lines = done.stdout.split()
-    return float(lines[-1]) if done.returncode == 0 and lines else None
+        export = [sys.executable, "-m", "scenelang", "export", str(ROOT / "examples" / "chessboard.scene"), "-o", scene]
+        subprocess.run([*export, "-q"], check=True)
+        words = [str(BLENDER), str(HERE / "blender_passes.py"), scene, "3", "256"]
+        return float(subprocess.run(words, capture_output=True, text=True, check=True).stdout.split()[-1])
 
 
-def bench_datasets(row: Callable[[str, float, float, str, str], None]) -> None:
-    """Report the rates by ``row(name, ours, other, other_name, target)``, in seconds."""
-    one = seconds_per_sample()
-    row("a labelled sample, chess, 256 x 256", one, seconds_of_maps(), "`maps`", "< 200 ms")
-    blender = seconds_of_blender()
-    if blender is not None:
-        row("a labelled sample, chess, 256 x 256", one, blender, "bpy, BlenderProc's passes", "(no target)")
-    row("a labelled sample, two processes", seconds_of_processes(2), seconds_of_processes(1), "one process", "< 0.6")
-    times = growth()
-    for count, seconds in times:
-        row(
-            f"a labelled sample, {count:,} instances", seconds, times[0][1], f"{times[0][0]:,} instances", "(no target)"
-        )
+def sample_beside(other: Callable[[], float]) -> Iterator[Pair]:
+    yield Pair(samples(), other)
+
+
+def grown(side: int) -> list[Pair]:
+    return [Pair(*(Child("labelled.py", (str(each),)) for each in (side, 10)))]
+
+
+_SAMPLE = "a labelled sample, chess, 256 x 256"
+ROWS = (
+    Row(_SAMPLE, lambda: [Pair(samples())], goals=(Goal(0.2, "ours"),), rounds=12),
+    Row(f"{_SAMPLE}, beside `maps`", partial(sample_beside, seconds_of_maps), "`maps`", rounds=1),
+    Row(f"{_SAMPLE}, beside bpy", partial(sample_beside, seconds_of_blender), "BlenderProc's passes", rounds=1),
+    Row(
+        "a labelled sample, two processes, by the clock",
+        lambda: [Pair(partial(seconds_of_processes, 2), partial(seconds_of_processes, 1))], "one process",
+        (Goal(0.6),), rounds=1,
+    ),
+    *(
+        Row(f"a labelled sample, {side**3:,} instances", partial(grown, side), "1,000 instances", rounds=1)
+        for side in (22, 46)
+    ),
+)  # fmt: skip
 
 
 if __name__ == "__main__":
-    bench_datasets(lambda *cells: print(*cells, flush=True))
+    print(json.dumps({"seconds": grid(int(sys.argv[1]))}))

@@ -117,3 +117,50 @@ def reader_text(size: int) -> str:
 """
     count = size // len(piece)
     return "".join(piece.replace("{i}", str(i)) for i in range(count))
+
+
+PRIMITIVES = """
+(bind "primitives"
+  (lambda ()
+    (union-loop {count}
+      (lambda (i)
+        (transform
+          (if (odd? i)
+            (call "sphere" :radius .5 :color [(+ .2 (* .003 i)) .5 (- .8 (* .003 i))])
+            (call "cube" :color [(+ .2 (* .003 i)) .5 (- .8 (* .003 i))]))
+          (translate [(* 2 (% i 15)) 0 (* 2 (// i 15))]))))))
+"""
+CUBES = """
+(bind "cubes"
+  (lambda ()
+    (union-loop {count}
+      (lambda (i) (transform (call "cube") (translate [i 0 0]))))))
+"""
+
+
+def union_of_lines(count: int) -> str:
+    """A word of as many members, a line of literals each."""
+    lines = "\n".join(
+        f'(transform (call "cube" :color [.{i % 10} .5 .5]) (translate [{i % 100} {i // 100 % 100} {i // 10_000}]))'
+        for i in range(count)
+    )
+    return f'(bind "members" (lambda () (union\n{lines})))\n'
+
+
+def binds(count: int) -> str:
+    """A word a line."""
+    return "\n".join(f'(bind "w{i}" (lambda () (call "cube" :color [.{i % 10} .5 .5])))' for i in range(count)) + "\n"
+
+
+def python_lines(count: int) -> str:
+    """The members of ``union_of_lines`` in Python, for its compiler."""
+    lines = "\n".join(
+        f'    transform(call("cube", color=[.{i % 10}, 0, 0]), translate([{i % 99}, {i // 99 % 99}, {i // 9801}])),'
+        for i in range(count)
+    )
+    return f"def members():\n  return union(\n{lines}\n  )\n"
+
+
+def python_functions(count: int) -> str:
+    """The words of ``binds`` in Python."""
+    return "\n".join(f'def w{i}(): return call("cube", color=[.{i % 10}, .5, .5])' for i in range(count)) + "\n"

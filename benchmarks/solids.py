@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import tempfile
-import time
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+from measuring import ROOT, Goal, Pair, Row, timed
+
+EXAMPLES = ROOT / "examples"
 CUBE = '(call "cube" :color [.8 .3 .2])'
 BOOLEAN = f'(difference {CUBE} (call "sphere" :radius .6 :color [.2 .4 .9]))'
 FIELD = '(bind "field" (lambda () (grid {part} :nx 5 :nz 5 :spacing 1.3)))'
@@ -16,22 +18,38 @@ ROUNDED = '(bind "part" (lambda () (rounded (difference (call "cube") (call "cyl
 SIDES = 16
 
 
-def seconds_of_draft(part: str, rounds: int = 4) -> float:
-    """Seconds of one processor for a draft (640 x 480) of 25 copies, the solid being computed."""
+@contextmanager
+def no_cache() -> Iterator[None]:
+    """An empty folder for the surfaces that are stored on disk."""
+    before = os.environ.get("XDG_CACHE_HOME")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["XDG_CACHE_HOME"] = folder
+        try:
+            yield
+        finally:
+            del os.environ["XDG_CACHE_HOME"]
+            if before is not None:
+                os.environ["XDG_CACHE_HOME"] = before
+
+
+def draft(part: str) -> Callable[[], Any]:
+    """A draft (640 x 480) of 25 copies, the solid being computed by the first."""
     import scenelang as sl
 
     scene = sl.evaluate(FIELD.format(part=part))
     camera = sl.Camera(azimuth=30, elevation=35)
-    times = []
-    for _ in range(1 + rounds):
-        started = time.process_time()
-        scene.render(camera=camera, size=(640, 480))
-        times.append(time.process_time() - started)
-    return min(times[1:])
+    picture = lambda: scene.render(camera=camera, size=(640, 480))
+    picture()
+    return picture
 
 
-def seconds_of_unions(levels: int) -> tuple[int, float, float]:
-    """Primitives of the fractal tree, and the seconds to join them level by level and all at once."""
+def drafts() -> Iterator[Pair]:
+    with no_cache():
+        yield Pair(timed(draft(BOOLEAN)), timed(draft(CUBE)))
+
+
+def unions(levels: int) -> Iterator[Pair]:
+    """The fractal tree joined level by level, and all at once by Manifold alone."""
     import manifold3d
 
     import scenelang as sl
@@ -42,50 +60,34 @@ def seconds_of_unions(levels: int) -> tuple[int, float, float]:
     root = sl.load(EXAMPLES / "fractal-tree.scene", defines={"levels": levels}).graph.frames[0]
     expression = joined(root, lambda _: SIDES)
     assert expression is not None
-    started = time.perf_counter()
-    manifold_of(expression).manifold.num_tri()
-    by_level = time.perf_counter() - started
     flat = flatten_entity(root)
     made = [manifold_of_mesh(leaf_mesh(entity.shape, SIDES), entity.word) for entity in flat.primitives if entity.shape]
-    started = time.perf_counter()
-    pieces = [made[which].transform(pose) for which, pose in zip(flat.index, flat.matrices, strict=True)]
-    manifold3d.Manifold.batch_boolean(pieces, manifold3d.OpType.Add).num_tri()
-    return len(pieces), by_level, time.perf_counter() - started
+
+    def at_once() -> int:
+        pieces = [made[which].transform(pose) for which, pose in zip(flat.index, flat.matrices, strict=True)]
+        return manifold3d.Manifold.batch_boolean(pieces, manifold3d.OpType.Add).num_tri()
+
+    with no_cache():
+        yield Pair(timed(lambda: manifold_of(expression).manifold.num_tri()), timed(at_once))
 
 
-def seconds_of_surfaces() -> tuple[float, float]:
-    """Seconds to read the surface of a rounded part from disk, and to compute it."""
+def surfaces() -> Iterator[Pair]:
+    """The surface of a rounded part, read from disk and computed."""
     import scenelang as sl
     from scenelang.interpreter.scene.modelling import stored
     from scenelang.interpreter.scene.modelling.computing import computed
     from scenelang.interpreter.scene.modelling.solid import SolidShape
 
-    shape = sl.evaluate(ROUNDED).graph.root.children[0].car.shape
-    assert isinstance(shape, SolidShape)
-    started = time.perf_counter()
-    computed(shape.expression)
-    taken = time.perf_counter() - started
-    started = time.perf_counter()
-    assert stored.load(shape.expression.digest) is not None
-    return time.perf_counter() - started, taken
+    with no_cache():
+        shape = sl.evaluate(ROUNDED).graph.root.children[0].car.shape
+        assert isinstance(shape, SolidShape)
+        taken = timed(lambda: computed(shape.expression))()
+        assert stored.load(shape.expression.digest) is not None
+        yield Pair(timed(lambda: stored.load(shape.expression.digest)), lambda: taken)
 
 
-def bench_solids(row: Callable[[str, float, float, str, str], None]) -> None:
-    """Report the rates by ``row(name, ours, other, other_name, target)``, in seconds."""
-    with tempfile.TemporaryDirectory() as folder:
-        before = os.environ.get("XDG_CACHE_HOME")
-        os.environ["XDG_CACHE_HOME"] = folder
-        try:
-            row("draft of 25 booleans", seconds_of_draft(BOOLEAN), seconds_of_draft(CUBE), "25 cubes", "< 1.3")
-            count, by_level, flat = seconds_of_unions(6)
-            row(f"union of {count:,} primitives", by_level, flat, "all at once", "< 0.5")
-            read, taken = seconds_of_surfaces()
-            row("surface of a rounded part, stored", read, taken, "computed", "< 0.2")
-        finally:
-            del os.environ["XDG_CACHE_HOME"]
-            if before is not None:
-                os.environ["XDG_CACHE_HOME"] = before
-
-
-if __name__ == "__main__":
-    bench_solids(lambda *cells: print(*cells, flush=True))
+ROWS = (
+    Row("draft of 25 booleans", drafts, "25 cubes", (Goal(1.3),), rounds=2),
+    Row("union of the fractal tree, 6 levels", lambda: unions(6), "Manifold, all at once", (Goal(0.5),), rounds=1),
+    Row("surface of a rounded part, stored", surfaces, "computed", (Goal(0.2),), rounds=1),
+)

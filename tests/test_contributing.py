@@ -23,6 +23,11 @@ _START = (
     "import sys; sys.meta_path[:] = [f for f in sys.meta_path if 'editable' not in repr(f).lower()]; "
     "from scenelang.__main__ import entry; entry()"
 )
+_TABLES = (
+    "import sys; sys.meta_path[:] = [f for f in sys.meta_path if 'editable' not in repr(f).lower()]; "
+    "from pathlib import Path; from scenelang.stdlib import library; "
+    "Path(library.__file__).with_name('index.py').write_text(library.index_text())"
+)  # what `make tables` does for builtins
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 _TARGET = re.compile(r"[#;] (?:(append to|create) )?(\S+\.\w+)$")
 
@@ -90,6 +95,8 @@ def run(checkout: Path, line: str) -> None:
     site = checkout / "site"
     if words[0] == "scenelang":
         words = [sys.executable, "-P", "-c", _START, *words[1:]]
+    elif words == ["make", "tables"]:
+        words = [sys.executable, "-P", "-c", _TABLES]
     elif words[0] == "python":
         words[0] = sys.executable
     elif words[:2] == ["pip", "install"]:

@@ -7,7 +7,10 @@ sky, and a small-scale term in screen space, from neighboring pixels.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +24,7 @@ from scenelang.interpreter.scene.primitives.mesh import inverses_of
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
+T = TypeVar("T", bound=np.generic)
 Rotation = tuple[Float32Array, Float32Array]  # cosine and sine of the per-point rotation of the taps
 
 # Numbers of samples per point. A rotation per pixel turns their pattern into noise, which ``smoothed`` removes.
@@ -35,13 +39,18 @@ _MAP_HALF_WIDTH = 1.02
 _BIAS = 1e-4  # a blocker must be so far above a point's tangent plane
 # The penumbra's radius, in texels, or relative to the map's size.
 _MIN_SEARCH_TEXELS, _MIN_PENUMBRA_TEXELS, _MAX_PENUMBRA_SHARE = 2.0, 0.9, 0.11
-_KEY_LIFT_TEXELS, _SKY_LIFT_TEXELS = 0.6, 0.8  # offset of points along their normals, against self-shadowing
-_SKY_SIZE = 128  # texels of a sky map
+# Offset of points along their normals, against self-shadowing, and how many times that it is at a grazing angle.
+_KEY_LIFT_TEXELS, _SKY_LIFT_TEXELS, _MOST_LIFT = 0.6, 0.8, 3.0
+_CELLS = 64  # of a map, per axis, in which blockers are counted
+_SKY_SIZE, _SKY_REACH_TEXELS = 128, 4.0  # texels of a sky map, and the radius of its taps
+_SKY_SOLIDS = 1 << 15  # cast at once, which bounds the memory
 _SKY_DIRECTIONS, _FEW_SKY_DIRECTIONS, _MANY_SOLIDS = 18, 6, 40_000
+_GROUPS = 2  # neighboring pixels evaluate different halves of the taps; with four groups, surfaces showed a pattern
+_FAR_POINT = 1e3  # coordinate of what occludes nothing
 _FAR_DEPTH = 1e9  # stands for the infinite depth of the backdrop where depths are subtracted
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class ShadowMap:
     """Shadow map: depths seen from a light.
 
@@ -53,17 +62,52 @@ class ShadowMap:
         Rows right, up and forward (away from the light).
     center : (3,)
         Center of the square of half width ``_MAP_HALF_WIDTH`` that the map covers.
-    framed
-        The depths within a frame of infinity, ((S + 2)^2,): taps outside the map need no test.
+    reach
+        The distance of the farthest taps in texels.
     """
 
     depth: Float32Array
     axes: FloatArray
     center: FloatArray
-    framed: Float32Array = field(init=False, repr=False)
+    reach: float
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "framed", np.pad(self.depth, 1, constant_values=np.float32(np.inf)).reshape(-1))
+    @cached_property
+    def framed(self) -> Float32Array:
+        """The depths within a frame of infinity, ((S + 2)^2,): taps outside the map need no test."""
+        return np.pad(self.depth, 1, constant_values=np.float32(np.inf)).reshape(-1)
+
+    @cached_property
+    def blockers(self) -> npt.NDArray[np.int32]:
+        """The number of cells with a blocker, of ``_CELLS`` per axis, above and to the left of each cell's corner."""
+        starts = np.arange(0, self.size, self.cell)
+        rows = np.logical_or.reduceat(np.isfinite(self.depth), starts, 0)
+        return _corner_sums(np.logical_or.reduceat(rows, starts, 1))
+
+    @property
+    def cell(self) -> int:
+        """Width of a cell in texels."""
+        return -(-self.size // _CELLS)
+
+    @cached_property
+    def near(self) -> npt.NDArray[np.bool_]:
+        """The cells with a blocker within ``reach``, in a frame of cells that reach the map, and one that do not."""
+        cells, far = len(self.blockers) - 1, self._cells_in_reach
+        edges = np.arange(-1 - far, cells + 1 + far)
+        low, high = np.clip(edges - far, 0, cells), np.clip(edges + far + 1, 0, cells)
+        columns = self.blockers[:, high] - self.blockers[:, low]
+        return np.asarray(columns[high] > columns[low], bool)
+
+    @property
+    def _cells_in_reach(self) -> int:
+        return math.ceil(self.reach / self.cell)
+
+    def is_near(self, u: Float32Array, v: Float32Array) -> npt.NDArray[np.bool_]:
+        """Return which of the texels (N,) may have a blocker within ``reach``, by the cells around them."""
+        share, first = np.float32(1.0 / self.cell), np.float32(1 + self._cells_in_reach)
+        last = np.float32(len(self.near) - 1)
+        column = np.clip(u * share + first, np.float32(0.0), last).astype(np.int32)
+        row = np.clip(v * share + first, np.float32(0.0), last).astype(np.int32)
+        return np.asarray(self.near.reshape(-1).take(row * np.int32(len(self.near)) + column), bool)
 
     @property
     def size(self) -> int:
@@ -119,16 +163,19 @@ class _Receivers:
             radius,
         )
 
-    def above(self, shadow: ShadowMap, dx: float, dy: float) -> Float32Array:
-        """Return the heights (N,) of blockers above the points' planes, at the tap (dx, dy) of the unit disk."""
-        cosine, sine = self.turn
-        du, dv = self.radius * (dx * cosine - dy * sine), self.radius * (dx * sine + dy * cosine)
-        plane = self.depth + du * self.slope_u + dv * self.slope_v
-        above: Float32Array = plane - _tap(shadow, self.u + du, self.v + dv)
-        return above
+    def heights(self, shadow: ShadowMap, taps: list[tuple[float, float]]) -> Iterator[Float32Array]:
+        """Yield the heights (N,) of blockers above the points' planes at each of the ``taps`` of the unit disk."""
+        cosine, sine = (self.radius * part for part in self.turn)
+        for dx, dy in taps:
+            du, dv = dx * cosine - dy * sine, dx * sine + dy * cosine
+            plane = self.depth + du * self.slope_u + dv * self.slope_v
+            du += self.u
+            dv += self.v
+            plane -= shadow.framed.take(_framed_index(du, dv, shadow.size, shadow.size))
+            yield np.asarray(plane, np.float32)
 
 
-def shadow_map(solids: Solids, direction: FloatArray, size: int, inverse: FloatArray | None = None) -> ShadowMap:
+def shadow_map(solids: Solids, direction: FloatArray, size: int) -> ShadowMap:
     """Return the shadow map of solids for parallel light.
 
     Parameters
@@ -139,16 +186,19 @@ def shadow_map(solids: Solids, direction: FloatArray, size: int, inverse: FloatA
         Unit vector towards the light.
     size
         Texels per side.
-    inverse : (N, 3, 3), optional
-        Inverses of the poses, if they are known.
     """
+    axes, center = _light_view(direction)
+    caster = caster_for(solids, parallel_rays(center, axes, _MAP_HALF_WIDTH, size))
+    reach = _MAX_PENUMBRA_SHARE * size + _MOST_LIFT * _KEY_LIFT_TEXELS
+    return ShadowMap(depths_of(caster.cast()), axes, center, reach)
+
+
+def _light_view(direction: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the axes (3, 3) and the center (3,) of the shadow map of light from ``direction`` (3,)."""
     forward = -direction
     right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
     right /= np.linalg.norm(right)
-    axes = np.stack([right, np.cross(right, forward), forward])
-    center = direction * _LIGHT_DISTANCE
-    caster = caster_for(solids, parallel_rays(center, axes, _MAP_HALF_WIDTH, size), inverse)
-    return ShadowMap(depths_of(caster.cast()), axes, center)
+    return np.stack([right, np.cross(right, forward), forward]), direction * _LIGHT_DISTANCE
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,13 +209,15 @@ class Samples:
     normals: Float32Array
     turn: Rotation
 
-    def part(self, which: slice) -> Samples:
+    def part(self, which: IntArray) -> Samples:
         """Return some of the samples."""
         cosine, sine = self.turn
-        return Samples(self.points[:, which], self.normals[:, which], (cosine[which], sine[which]))
+        return Samples(self.points.take(which, 1), self.normals.take(which, 1), (cosine.take(which), sine.take(which)))
 
 
-def samples_at(points: FloatArray, normals: FloatArray, column: IntArray, row: IntArray) -> Samples:
+def samples_at(
+    points: npt.NDArray[np.floating], normals: npt.NDArray[np.floating], column: IntArray, row: IntArray
+) -> Samples:
     """Return samples at ``points`` (N, 3) with ``normals`` (N, 3).
 
     ``column`` and ``row`` (N,) are their pixels; neighboring ones get different rotations of the taps.
@@ -182,8 +234,7 @@ def key_light(shadow: ShadowMap, radius: float, samples: Samples) -> Float32Arra
     """
     spread = math.tan(math.radians(radius))  # growth of the penumbra's radius per distance of the blocker
     out = np.ones(samples.points.shape[1], np.float32)
-    for start in range(0, len(out), _BATCH_POINTS):
-        part = slice(start, start + _BATCH_POINTS)
+    for part in batches(np.arange(len(out)), _BATCH_POINTS):
         out[part] = _key_light(shadow, spread, samples.part(part))
     return out
 
@@ -194,11 +245,11 @@ def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Arr
     ``spread`` is the growth of the penumbra's radius per distance of the blocker.
     """
     lit = np.ones(samples.points.shape[1], np.float32)
+    per_distance = np.float32(spread / shadow.texel)
+    widest = np.float32(_MAX_PENUMBRA_SHARE * shadow.size)
     at, receivers = _receivers(shadow, samples, _KEY_LIFT_TEXELS)
     if not len(at):
         return lit
-    per_distance = np.float32(spread / shadow.texel)
-    widest = np.float32(_MAX_PENUMBRA_SHARE * shadow.size)
     farthest = receivers.depth - np.float32(_LIGHT_DISTANCE - 1.0)  # distance of a blocker at the edge of the scene
     reach = np.clip(farthest * per_distance, np.float32(_MIN_SEARCH_TEXELS), widest)
     receivers = replace(receivers, radius=reach)
@@ -210,39 +261,43 @@ def _key_light(shadow: ShadowMap, spread: float, samples: Samples) -> Float32Arr
 
 
 def _receivers(shadow: ShadowMap, samples: Samples, lift: float) -> tuple[IntArray, _Receivers]:
-    """Return the indices of samples that face the light near the map, and their map coordinates.
+    """Return the indices of samples that face the light within reach of a blocker, and their coordinates.
 
     The samples are offset by ``lift`` texels along their normals, against self-shadowing.
     """
-    size, texel = shadow.size, np.float32(shadow.texel)
-    axes = shadow.axes.astype(np.float32)
-    tilt = _rotated(axes, samples.normals)
-    facing = np.clip(-tilt[2], np.float32(0.0), np.float32(1.0))
-    local = _rotated(axes, samples.points) - (axes @ shadow.center.astype(np.float32))[:, None]
-    local += tilt * (texel * np.float32(lift) * (np.float32(1.0) + np.float32(2.0) * np.sqrt(1.0 - facing * facing)))
-    half = np.float32(0.5 * size)
-    u = (local[0] * np.float32(1.0 / _MAP_HALF_WIDTH) + np.float32(1.0)) * half - np.float32(0.5)
-    v = (np.float32(1.0) - local[1] * np.float32(1.0 / _MAP_HALF_WIDTH)) * half - np.float32(0.5)
-    reach = 0.15 * size
-    at = np.flatnonzero((u > -reach) & (u < size + reach) & (v > -reach) & (v < size + reach) & (facing > 0.0))
-    steep = np.minimum(tilt[2, at], np.float32(-0.2))
+    texel, axes = np.float32(shadow.texel), shadow.axes.astype(np.float32)
+    center = axes @ shadow.center.astype(np.float32)
+    half, middle = np.float32(1.0 / shadow.texel), np.float32(0.5 * shadow.size - 0.5)
+    u = _along(axes[0] * half, samples.points) + (middle - center[0] * half)
+    v = _along(axes[1] * -half, samples.points) + (middle + center[1] * half)
+    facing = _along(-axes[2], samples.normals)
+    at = np.flatnonzero(shadow.is_near(u, v) & (facing > 0.0))
+    # one coordinate at a time, which takes half the time of `take` along an axis
+    points, normals = ([row.take(at) for row in values] for values in (samples.points, samples.normals))
+    facing = np.minimum(facing.take(at), np.float32(1.0))
+    tilt_u, tilt_v = _along(axes[0], normals), _along(axes[1], normals)
+    offset = np.float32(lift) * (
+        np.float32(1.0) + np.float32(_MOST_LIFT - 1.0) * np.sqrt(np.float32(1.0) - facing * facing)
+    )
+    steep = np.asarray(texel / np.maximum(facing, np.float32(0.2)), np.float32)
     cosine, sine = samples.turn
-    receivers = _Receivers(
-        u[at],
-        v[at],
-        local[2, at],
-        -tilt[0, at] / steep * texel,
-        tilt[1, at] / steep * texel,
-        (cosine[at], sine[at]),
+    return at, _Receivers(
+        u.take(at) + tilt_u * offset,
+        v.take(at) - tilt_v * offset,
+        _along(axes[2], points) - (center[2] + facing * offset * texel),
+        tilt_u * steep,
+        -tilt_v * steep,
+        (cosine.take(at), sine.take(at)),
         np.zeros(len(at), np.float32),
     )
-    return at, receivers
 
 
-def _rotated(axes: Float32Array, values: Float32Array) -> Float32Array:
-    """Return ``axes`` (K, 3) @ ``values`` (3, N), without BLAS: starting its threads costs more than it saves here."""
-    rows = [a[0] * values[0] + a[1] * values[1] + a[2] * values[2] for a in axes]
-    return np.asarray(np.stack(rows), np.float32)
+def _along(axis: Float32Array, values: Sequence[Float32Array] | Float32Array) -> Float32Array:
+    """Return ``axis`` (3,) @ ``values`` (3, N), without BLAS: starting its threads costs more than it saves here."""
+    out = axis[0] * values[0]
+    out += axis[1] * values[1]
+    out += axis[2] * values[2]
+    return np.asarray(out, np.float32)
 
 
 def _disk(count: int, power: float = 0.5) -> list[tuple[float, float]]:
@@ -258,20 +313,19 @@ def _noise(column: IntArray, row: IntArray) -> Float32Array:
     return np.asarray(np.modf(52.9829189 * np.modf(inner)[0])[0], np.float32)
 
 
-def _tap(shadow: ShadowMap, u: Float32Array, v: Float32Array) -> Float32Array:
-    """Return the map's depths at texels (N,), infinity outside the map."""
-    last = np.float32(shadow.size + 1)
-    column = np.clip(np.rint(u) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
-    row = np.clip(np.rint(v) + np.float32(1.0), np.float32(0.0), last).astype(np.int32)
-    return np.asarray(shadow.framed[row * np.int32(shadow.size + 2) + column], np.float32)
+def _framed_index(x: Float32Array, y: Float32Array, width: int, height: int) -> npt.NDArray[np.int32]:
+    """Return the indices (N,) of positions in an image of that size within a frame of one pixel."""
+    column = np.clip(np.rint(x) + np.float32(1.0), np.float32(0.0), np.float32(width + 1)).astype(np.int32)
+    row = np.clip(np.rint(y) + np.float32(1.0), np.float32(0.0), np.float32(height + 1)).astype(np.int32)
+    return row * np.int32(width + 2) + column
 
 
 def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     """Return the mean distance (N,) from the receivers to potential blockers, 0 if there are none."""
     total = np.zeros(len(receivers.u), np.float32)
     count = np.zeros(len(receivers.u), np.float32)
-    for dx, dy in _disk(_SEARCH_TAPS, 1.6):  # denser in the middle, to find thin blockers near the receiver
-        above = receivers.above(shadow, dx, dy)
+    taps = _disk(_SEARCH_TAPS, 1.6)  # denser in the middle, to find thin blockers near the receiver
+    for above in receivers.heights(shadow, taps):
         blocks = above > _BIAS
         total += np.where(blocks, above, np.float32(0.0))
         count += blocks
@@ -281,8 +335,8 @@ def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
 def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     """Return the fraction (N,) of taps without a blocker."""
     lit = np.zeros(len(receivers.u), np.float32)
-    for dx, dy in _disk(_SHADOW_TAPS):
-        lit += receivers.above(shadow, dx, dy) <= _BIAS
+    for above in receivers.heights(shadow, _disk(_SHADOW_TAPS)):
+        lit += above <= _BIAS
     return np.asarray(lit / np.float32(_SHADOW_TAPS), np.float32)
 
 
@@ -290,16 +344,47 @@ def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
 
 
 def sky_maps(solids: Solids, count: int) -> list[ShadowMap]:
-    """Return the shadow maps of ``solids`` for light from ``count`` directions of the sky."""
-    maps = []
+    """Return the shadow maps of ``solids`` for light from ``count`` directions of the sky.
+
+    They are cast below each other in one image, as many as hold the memory: with few solids, most of the time would be
+    that of preparing a cast.
+    """
     with np.errstate(all="ignore"):
         inverse = inverses_of(solids.matrices[:, :, :3])
-    for k in range(count):
-        height = 1.0 - (k + 0.5) / count * 0.97
-        turn, flat = k * math.pi * (3.0 - math.sqrt(5.0)), math.sqrt(1.0 - height * height)
-        direction = np.array([flat * math.cos(turn), height, flat * math.sin(turn)])
-        maps.append(shadow_map(solids, direction, _SKY_SIZE, inverse))
+    maps: list[ShadowMap] = []
+    at_once = max(1, _SKY_SOLIDS // max(1, len(solids)))
+    for start in range(0, count, at_once):
+        views = [_light_view(_sky_direction(k, count)) for k in range(start, min(count, start + at_once))]
+        depth = _depths_below_each_other(solids, views, inverse).reshape(-1, _SKY_SIZE, _SKY_SIZE)
+        reach = _SKY_REACH_TEXELS + _MOST_LIFT * _SKY_LIFT_TEXELS
+        maps += [ShadowMap(part, axes, center, reach) for part, (axes, center) in zip(depth, views, strict=True)]
     return maps
+
+
+def _sky_direction(k: int, count: int) -> FloatArray:
+    """Return direction number ``k`` of ``count`` (3,) on a spiral over the sky."""
+    height = 1.0 - (k + 0.5) / count * 0.97
+    turn, flat = k * math.pi * (3.0 - math.sqrt(5.0)), math.sqrt(1.0 - height * height)
+    return np.array([flat * math.cos(turn), height, flat * math.sin(turn)])
+
+
+def _depths_below_each_other(
+    solids: Solids, views: list[tuple[FloatArray, FloatArray]], inverse: FloatArray
+) -> Float32Array:
+    """Return the depths (K S, S) of sky maps from K ``views``, axes and centers, one below the other.
+
+    The solids are turned and moved in front of one camera instead of the camera around them.
+    """
+    width = 2.0 * _MAP_HALF_WIDTH
+    moved, inverses = [], []
+    for k, (axes, center) in enumerate(views):
+        pose = axes @ solids.matrices
+        pose[:, :, 3] -= axes @ center + np.array([0.0, k * width, 0.0])
+        moved.append(pose)
+        inverses.append(inverse @ axes.T)
+    every = replace(solids.take(np.tile(np.arange(len(solids)), len(views))), matrices=np.concatenate(moved))
+    rays = parallel_rays(np.zeros(3), np.eye(3), _MAP_HALF_WIDTH, _SKY_SIZE, len(views))
+    return depths_of(caster_for(every, rays, np.concatenate(inverses)).cast())
 
 
 def sky_direction_count(solids: Solids) -> int:
@@ -307,30 +392,59 @@ def sky_direction_count(solids: Solids) -> int:
     return _SKY_DIRECTIONS if len(solids) < _MANY_SOLIDS else _FEW_SKY_DIRECTIONS
 
 
-def sky_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
-    """Return the fraction (N,) of ambient light at ``samples`` that is not blocked by large objects."""
-    count = samples.points.shape[1]
-    total = np.full(count, 0.1, np.float32)
-    open_ = np.full(count, 0.1, np.float32)
-    for start in range(0, count, _BATCH_POINTS):
-        part = slice(start, start + _BATCH_POINTS)
-        chunk = samples.part(part)
-        for shadow in maps:
-            weight = np.maximum(-_rotated(shadow.axes[2:].astype(np.float32), chunk.normals)[0], np.float32(0.0))
-            lit = np.ones(len(weight), np.float32)
-            at, receivers = _receivers(shadow, chunk, _SKY_LIFT_TEXELS)
-            receivers = replace(receivers, radius=np.full(len(at), 4.0, np.float32))
-            for dx, dy in ((0.3, 0.0), (-0.9, 0.3)):
-                lit[at] -= np.float32(0.5) * (receivers.above(shadow, dx, dy) > shadow.texel)
-            total[part] += weight
-            open_[part] += weight * lit
-    return np.asarray(open_ / total, np.float32)
+def sky_light(maps: list[ShadowMap], samples: Samples, group: IntArray) -> Float32Array:
+    """Return the fraction (N,) of ambient light at ``samples`` that is not blocked by large objects.
+
+    ``group`` (N,) is the ``tap_group`` of each sample. A sample sees the directions of its group, which stand for all:
+    the result may be outside [0, 1] before it is ``smoothed``.
+    """
+    total = np.full(samples.points.shape[1], 0.1, np.float32)
+    for shadow in maps:
+        total += _facing(shadow, samples.normals)
+    blocked = np.zeros(len(total), np.float32)
+    for number in range(_GROUPS):
+        for part in batches(np.flatnonzero(group == number), _BATCH_POINTS):
+            blocked[part] = _blocked_light(maps[number::_GROUPS], samples.part(part))
+    return np.asarray(1.0 - np.float32(_GROUPS) * blocked / total, np.float32)
+
+
+def _blocked_light(maps: list[ShadowMap], samples: Samples) -> Float32Array:
+    """Return the light (N,) from the directions of ``maps`` that does not reach ``samples``."""
+    blocked = np.zeros(samples.points.shape[1], np.float32)
+    for shadow in maps:
+        at, receivers = _receivers(shadow, samples, _SKY_LIFT_TEXELS)
+        receivers = replace(receivers, radius=np.full(len(at), _SKY_REACH_TEXELS, np.float32))
+        hits = np.zeros(len(at), np.float32)
+        for above in receivers.heights(shadow, [(0.3, 0.0), (-0.9, 0.3)]):
+            hits += above > shadow.texel
+        blocked[at] += np.float32(0.5) * _facing(shadow, samples.normals).take(at) * hits
+    return blocked
+
+
+def _facing(shadow: ShadowMap, normals: Float32Array) -> Float32Array:
+    """Return the cosine (N,) between ``normals`` (3, N) and the direction of the light, 0 if they face away."""
+    cosine = _along(-shadow.axes[2].astype(np.float32), normals)
+    return np.asarray(np.maximum(cosine, np.float32(0.0)), np.float32)
+
+
+def tap_group(row: IntArray, column: IntArray) -> IntArray:
+    """Return the group (N,) of taps that pixels of an image evaluate: neighbors another.
+
+    Interleaved sampling (Keller and Heidrich, 2001): ``smoothed`` gives all groups equal weight.
+    """
+    return (row + column) % _GROUPS
+
+
+def batches(indices: IntArray, size: int) -> Iterator[IntArray]:
+    """Yield ``indices`` (N,) in batches of ``size``, which bounds the memory."""
+    for start in range(0, len(indices), size):
+        yield indices[start : start + size]
 
 
 def occlusion(
     points: Float32Array, normals: Float32Array, depth: Float32Array, solid: npt.NDArray[np.bool_], focal: float
 ) -> Float32Array:
-    """Return the screen-space ambient visibility (H, W) in (0, 1] of each pixel.
+    """Return the screen-space ambient visibility (H, W) in (0, 1] of each pixel, smoothed.
 
     Parameters
     ----------
@@ -344,41 +458,85 @@ def occlusion(
         Focal length in pixels.
     """
     height, width = depth.shape
-    visible = np.flatnonzero(np.isfinite(depth).reshape(-1))
-    out = np.ones(height * width, np.float32)
+    reach = np.minimum(np.float32(_NEAR_REACH * focal) / depth, np.float32(0.35 * width)).reshape(-1)
+    visible = np.flatnonzero(np.isfinite(depth))
+    visible = visible[_has_solid_around(solid, visible, reach[visible])]
+    group = tap_group(*np.divmod(visible, width))
+    # Within a frame, and where nothing occludes, points are far away: taps need no test.
+    away = np.where(solid[:, :, None], points, np.float32(_FAR_POINT))
+    occluders = [np.pad(away[:, :, k], 1, constant_values=np.float32(_FAR_POINT)).reshape(-1) for k in range(3)]
     flat_points, flat_normals = points.reshape(-1, 3), normals.reshape(-1, 3)
-    flat_depth, flat_solid = depth.reshape(-1), solid.reshape(-1)
-    for start in range(0, len(visible), _BATCH_POINTS):
-        part = visible[start : start + _BATCH_POINTS]
-        row, column = np.divmod(part, width)
-        p, n = flat_points[part], flat_normals[part]
-        reach = np.minimum(_NEAR_REACH * focal / flat_depth[part], 0.35 * width).astype(np.float32)
-        angle = 2.0 * math.pi * _noise(column, row)
-        cosine, sine = reach * np.cos(angle), reach * np.sin(angle)
-        blocked = np.zeros(len(part), np.float32)
-        for dx, dy in _disk(_NEAR_TAPS, 1.2):  # denser in the middle, at contacts
-            c = np.rint(column + dx * cosine - dy * sine).astype(np.int64)
-            r = np.rint(row + dx * sine + dy * cosine).astype(np.int64)
-            inside = (c >= 0) & (c < width) & (r >= 0) & (r < height)
-            index = np.where(inside, r * width + c, part)
-            away = flat_points[index] - p
-            square = np.einsum("ni,ni->n", away, away) + np.float32(1e-9)
-            rise = np.einsum("ni,ni->n", away, n) / np.sqrt(square)
-            fade = np.maximum(np.float32(0.0), np.float32(1.0) - square / np.float32(_NEAR_REACH**2))
-            blocks = np.maximum(rise - np.float32(0.08), np.float32(0.0)) * fade
-            blocked += np.where(flat_solid[index], blocks, np.float32(0.0))
-        out[part] = np.maximum(np.float32(1.0) - blocked * np.float32(1.5 / _NEAR_TAPS), np.float32(0.15))
-    return out.reshape(height, width)
+    out = np.ones(height * width, np.float32)
+    for number in range(_GROUPS):
+        taps = _disk(_NEAR_TAPS, 1.2)[number::_GROUPS]  # denser in the middle, at contacts
+        for part in batches(visible[group == number], _BATCH_POINTS):
+            p, n = flat_points[part].T.copy(), flat_normals[part].T.copy()
+            blocked = _blocked_share(occluders, (height, width), part, reach[part], (p, n), taps)
+            out[part] -= np.float32(1.5) * blocked
+    return np.maximum(smoothed(out.reshape(height, width), depth), np.float32(0.15))
+
+
+def _has_solid_around(solid: npt.NDArray[np.bool_], pixels: IntArray, reach: Float32Array) -> npt.NDArray[np.bool_]:
+    """Return which of ``pixels`` (N,) have a solid one in the square of half width ``reach`` (N,) around them."""
+    height, width = solid.shape
+    count = _corner_sums(solid)
+    row, column = np.divmod(pixels, width)
+    far = np.ceil(reach).astype(np.int64)
+    top, bottom = np.maximum(row - far, 0), np.minimum(row + far + 1, height)
+    left, right = np.maximum(column - far, 0), np.minimum(column + far + 1, width)
+    inside = count[bottom, right] - count[top, right] - count[bottom, left] + count[top, left]
+    return np.asarray(inside > 0, bool)
+
+
+def _corner_sums(values: npt.NDArray[np.bool_]) -> npt.NDArray[np.int32]:
+    """Return the number (H + 1, W + 1) of true ``values`` (H, W) above and to the left of each corner of a cell."""
+    count = np.zeros((values.shape[0] + 1, values.shape[1] + 1), np.int32)
+    np.cumsum(np.cumsum(values, 0, np.int32), 1, out=count[1:, 1:])
+    return count
+
+
+def _blocked_share(
+    occluders: list[Float32Array],
+    size: tuple[int, int],
+    pixels: IntArray,
+    reach: Float32Array,
+    surface: tuple[Float32Array, Float32Array],
+    taps: list[tuple[float, float]],
+) -> Float32Array:
+    """Return the mean (N,) over ``taps`` of how much the occluders that they hit block.
+
+    ``occluders`` are the coordinates of the pixels of an image of ``size`` (height, width) in a frame of one pixel,
+    ``reach`` (N,) the radius of the taps in pixels, and ``surface`` the points and the normals (3, N) of ``pixels``.
+    """
+    height, width = size
+    row, column = np.divmod(pixels, width)
+    angle = np.float32(2.0 * math.pi) * _noise(column, row)
+    cosine, sine = reach * np.cos(angle), reach * np.sin(angle)
+    x, y = column.astype(np.float32), row.astype(np.float32)
+    (px, py, pz), (nx, ny, nz) = surface
+    total = np.zeros(len(pixels), np.float32)
+    for dx, dy in taps:
+        index = _framed_index(x + dx * cosine - dy * sine, y + dx * sine + dy * cosine, width, height)
+        ax, ay, az = (values.take(index) - own for values, own in zip(occluders, (px, py, pz), strict=True))
+        square = ax * ax + ay * ay + az * az + np.float32(1e-9)
+        rise = (ax * nx + ay * ny + az * nz) / np.sqrt(square)
+        fade = np.maximum(np.float32(0.0), np.float32(1.0) - square * np.float32(1.0 / _NEAR_REACH**2))
+        total += np.maximum(rise - np.float32(0.08), np.float32(0.0)) * fade
+    return np.asarray(total / np.float32(len(taps)), np.float32)
 
 
 def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
-    """Return the 5 x 5 mean of ``values`` (H, W) over pixels of similar ``depth``, by a separable bilateral filter."""
+    """Return the 5 x 5 mean of ``values`` (H, W) over pixels of similar ``depth``, by a separable bilateral filter.
+
+    The outermost pixels have half the weight of the others, so that even and odd ones count equally (``tap_group``).
+    """
     near = np.where(np.isfinite(depth), depth, np.float32(_FAR_DEPTH))
     for axis in (0, 1):
         total = values.copy()
         weight = np.ones_like(values)
         for shift in (-2, -1, 1, 2):
-            same = (np.abs(np.roll(near, shift, axis=axis) - near) < np.float32(0.03) * near).astype(np.float32)
+            share = np.float32(1.0 / abs(shift))
+            same = share * (np.abs(np.roll(near, shift, axis=axis) - near) < np.float32(0.03) * near)
             total += same * np.roll(values, shift, axis=axis)
             weight += same
         values = total / weight
@@ -419,27 +577,27 @@ class Surface:
 
     ids: IntArray
     depth: FloatArray
-    points: FloatArray
-    normals: FloatArray
-    view: FloatArray
+    points: npt.NDArray[np.floating]
+    normals: npt.NDArray[np.floating]
+    view: npt.NDArray[np.floating]
 
     def take(self, rows: IntArray) -> Surface:
         """Return some of the samples."""
-        return Surface(self.ids[rows], self.depth[rows], self.points[rows], self.normals[rows], self.view[rows])
+        vectors = [rows_of(values, rows) for values in (self.points, self.normals, self.view)]
+        return Surface(self.ids[rows], self.depth[rows], *vectors)
+
+
+def rows_of(vectors: npt.NDArray[T], rows: IntArray) -> npt.NDArray[T]:
+    """Return some rows of ``vectors`` (N, 3), stored by coordinate."""
+    return vectors.T.take(rows, 1).T
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """Light that reaches N samples.
+    """Light that reaches N samples: shares ``key`` (N,) of the key light and ``ambient`` (N,) of the ambient light."""
 
-    ``shadows`` attenuate the key light, ``ambient`` (N,) the ambient light. ``row`` and ``column`` (N,) are the
-    samples' positions in the picture.
-    """
-
-    shadows: list[Shadow]
+    key: Float32Array
     ambient: Float32Array
-    row: IntArray
-    column: IntArray
 
 
 def hidden_share(solids: Solids) -> FloatArray:
@@ -456,7 +614,7 @@ def albedo_of(stage: Stage, visible: Surface) -> Float32Array:
 
     The backdrop has that of the ground, so that denoisers, which are guided by it, do not sharpen the horizon.
     """
-    out = np.zeros((len(visible.ids), 3), np.float32)
+    out = np.zeros((3, len(visible.ids)), np.float32).T
     ground = stage.studio.ground
     if ground is not None:
         out[:] = ground.mean(axis=0)
@@ -485,14 +643,9 @@ def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> 
     """Return the radiance (N, 3) that visible surfaces reflect: of ambient light, occluders, and the key light."""
     environment = stage.studio.environment
     key, sky = np.array(environment.key, np.float32), np.array(environment.ambient, np.float32)
-    facing = np.maximum(visible.normals @ stage.studio.key_direction, 0.0).astype(np.float32)
-    reached = (facing > 0.0).astype(np.float32)
-    at = np.flatnonzero((visible.ids != SKY) & (facing > 0.0))
-    samples = samples_at(visible.points[at], visible.normals[at], reach.column[at], reach.row[at])
-    for shadow, hidden in reach.shadows:
-        part = key_light(shadow, environment.radius, samples)
-        reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
-    facing *= reached
+    facing = (
+        np.maximum(visible.normals @ stage.studio.key_direction.astype(np.float32), 0.0).astype(np.float32) * reach.key
+    )
     solid = visible.ids >= 0
     around = _surroundings(stage, visible, solid)
     # Occluders are assumed to have the same color and to be lit in turn, less where the point is more occluded.
@@ -502,8 +655,23 @@ def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> 
     )
     bounced = np.where(solid[:, None], albedo, np.float32(_GROUND_ALBEDO)) * lit
     color = np.asarray(albedo * (around * share + bounced * (1.0 - share) + key * facing[:, None]), np.float32)
-    _add_gloss(stage, visible, color, albedo, reached, reach.ambient)
+    _add_gloss(stage, visible, color, albedo, reach)
     return color
+
+
+def key_reach(stage: Stage, visible: Surface, shadows: list[Shadow], row: IntArray, column: IntArray) -> Float32Array:
+    """Return the share (N,) of the key light that reaches visible surfaces; 0 where they face away from it.
+
+    ``row`` and ``column`` (N,) are the samples' positions in the picture.
+    """
+    facing = visible.normals @ stage.studio.key_direction.astype(np.float32)
+    reached = (facing > 0.0).astype(np.float32)
+    at = np.flatnonzero((visible.ids != SKY) & (facing > 0.0))
+    samples = samples_at(rows_of(visible.points, at), rows_of(visible.normals, at), column[at], row[at])
+    for shadow, hidden in shadows:
+        part = key_light(shadow, stage.studio.environment.radius, samples)
+        reached[at] *= 1.0 - np.float32(hidden) * (1.0 - part)
+    return reached
 
 
 def _surroundings(stage: Stage, visible: Surface, solid: npt.NDArray[np.bool_]) -> Float32Array:
@@ -517,7 +685,7 @@ def _surroundings(stage: Stage, visible: Surface, solid: npt.NDArray[np.bool_]) 
         return np.broadcast_to(sky, (len(visible.ids), 3))
     height = np.clip(visible.points[:, 1] - stage.ground, 0.0, 10.0).astype(np.float32)
     below = np.where(solid, 0.5 - 0.5 * visible.normals[:, 1], 0.0).astype(np.float32)
-    turned_away = (0.5 - 0.5 * visible.normals @ stage.studio.key_direction).astype(np.float32)
+    turned_away = (0.5 - 0.5 * visible.normals @ stage.studio.key_direction.astype(np.float32)).astype(np.float32)
     shaded = np.float32(_GROUND_SHADOW) * turned_away * np.exp(-height / np.float32(_GROUND_SHADOW_HEIGHT))
     ground = ground_radiance(stage).astype(np.float32)
     return np.asarray(sky + below[:, None] * (ground * (1.0 - shaded)[:, None] - sky), np.float32)
@@ -549,8 +717,7 @@ def _add_gloss(
     visible: Surface,
     color: Float32Array,
     albedo: Float32Array,
-    reached: Float32Array,
-    ambient: Float32Array,
+    reach: Reach,
 ) -> None:
     """Replace part of the diffuse reflection in ``color`` of glossy surfaces with specular reflection.
 
@@ -572,8 +739,8 @@ def _add_gloss(
     rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
     toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
     fresnel = _schlick(normal_reflectance, toward, rough)
-    room = _room(stage, part, toward, rough) * ambient[rows][:, None]
-    highlight = _highlight(stage, part, normal_reflectance, toward, rough) * reached[rows][:, None]
+    room = _room(stage, part, toward, rough) * reach.ambient[rows][:, None]
+    highlight = _highlight(stage, part, normal_reflectance, toward, rough) * reach.key[rows][:, None]
     scattered = color[rows] * (1.0 - metallic) * (1.0 - base[:, None])
     color[rows] = scattered + fresnel * room + highlight
 

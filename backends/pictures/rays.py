@@ -83,11 +83,17 @@ class Rays:
     parallel: bool
 
     def at(self, x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the origins and directions (N, 3) of rays at image positions (N,), in samples."""
-        o, d = self.origin, self.direction
-        if self.parallel:
-            return o[0] + x[:, None] * o[1] + y[:, None] * o[2], np.broadcast_to(d[0], (len(x), 3))
-        return np.broadcast_to(o[0], (len(x), 3)), d[0] + x[:, None] * d[1] + y[:, None] * d[2]
+        """Return the origins and directions (N, 3) of rays at image positions (N,), in samples.
+
+        They are stored by coordinate, as what is computed from them then is: loops over rows of three numbers are slow.
+        """
+        origin, direction = (
+            np.stack([c[0] + x * c[1] + y * c[2] for c in values.T]).T
+            if moves
+            else np.broadcast_to(values[0], (len(x), 3))
+            for values, moves in ((self.origin, self.parallel), (self.direction, not self.parallel))
+        )
+        return origin, direction
 
 
 def camera_rays(camera: Camera, samples: int = 1) -> Rays:
@@ -98,11 +104,13 @@ def camera_rays(camera: Camera, samples: int = 1) -> Rays:
     return _rays(camera.eye, camera.axes, focal, principal, size, parallel=camera.is_parallel)
 
 
-def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int) -> Rays:
-    """Return size x size parallel rays along ``axes[2]`` through the square of half width ``half`` around
-    ``center``."""
+def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int, squares: int = 1) -> Rays:
+    """Return size x size parallel rays along ``axes[2]`` through the square of half width ``half`` around ``center``.
+
+    Of several ``squares``, the others are below the first.
+    """
     focal, middle = size / (2.0 * half), size / 2.0
-    return _rays(center, axes, (focal, focal), (middle, middle), (size, size), parallel=True)
+    return _rays(center, axes, (focal, focal), (middle, middle), (size, size * squares), parallel=True)
 
 
 def _rays(

@@ -10,6 +10,7 @@ from generator.architecture import architecture_svg
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
 from generator.library_page import PICTURES, forms_page, picture_program, relations_page, stdlib_page
+from generator.performance_page import performance_page
 from generator.pictures import drawn, save
 from generator.tolerances_page import tolerances_page
 from generator.tutorial import steps
@@ -24,6 +25,7 @@ PAGES = {
     "reference/diagnostics.md": diagnostics_page,
     "reference/tolerances.md": tolerances_page,
     "reference/cli.md": cli_page,
+    "performance.md": performance_page,
     "architecture.svg": architecture_svg,
 }
 SMALL = (160, 120)

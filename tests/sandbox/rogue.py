@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from scenelang.stdlib import strings
+from scenelang.stdlib import index, strings
 
 
 def hold() -> None:
@@ -73,6 +73,9 @@ ATTEMPTS = {
     "fork": fork,
     "signal": kill_parent,
 }
+
+
+index.NAMES["strings.registry"].append("rogue")
 
 
 @strings.registry.define("rogue", "what::String", "Any", "Breaks the rules.")

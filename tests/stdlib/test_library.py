@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -10,8 +11,9 @@ from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.scene.primitives.base import linear
 from scenelang.interpreter.values.values import NIL, Embedding, HandleList, Keyword, MutableList, Pair, Symbol, Vector
+from scenelang.stdlib import index
 from scenelang.stdlib.colors import named_colors
-from scenelang.stdlib.library import build_library
+from scenelang.stdlib.library import build_library, index_text
 from scenelang.stdlib.numbers import CONSTANTS
 
 from .conftest import ALL_TOPICS, BUILTINS, Caller
@@ -46,6 +48,11 @@ def test_entries_are_complete() -> None:
             assert entry.doc.endswith("."), name
             assert entry.signature.text == entry.parameters
             assert entry.doc[0].isupper() or entry.doc[0] in "-`#", name
+
+
+def test_the_index_has_every_name() -> None:
+    """After a new builtin: ``make tables``."""
+    assert Path(index.__file__).read_text("utf-8") == index_text()
 
 
 def test_names_are_unique() -> None:

@@ -23,6 +23,7 @@ from scenelang.backends.pictures.draft_light import (
     Surface,
     albedo_of,
     ground_depths,
+    key_reach,
     radiance_of,
     shadow_map,
 )
@@ -353,7 +354,7 @@ def shade(
     surface = Surface(ids, np.zeros(len(ids)), points, np.where(backfacing[:, None], -normals, normals), view)
     brightest = 1.0 if stage.studio.environment.unlit else BRIGHTEST
     albedo = (colors * brightest).astype(np.float32)
-    return radiance_of(stage, surface, albedo, _reach(shadow, len(ids), _ROW, _AMBIENT))
+    return radiance_of(stage, surface, albedo, _reach(stage, surface, shadow, _ROW, _AMBIENT))
 
 
 def backdrop(stage: Stage, shadow: list[Shadow]) -> Float32Array:
@@ -367,10 +368,11 @@ def backdrop(stage: Stage, shadow: list[Shadow]) -> Float32Array:
     points = origin + direction * np.where(np.isfinite(depth), depth, 0.0)[:, None]
     view = direction / np.linalg.norm(direction, axis=1, keepdims=True)
     surface = Surface(ids, depth, points, np.tile([0.0, 1.0, 0.0], (count, 1)), view)
-    reach = _reach(shadow, count, stage.width, 1.0)
+    reach = _reach(stage, surface, shadow, stage.width, 1.0)
     return radiance_of(stage, surface, albedo_of(stage, surface), reach).reshape(stage.height, stage.width, 3)
 
 
-def _reach(shadow: list[Shadow], count: int, width: int, ambient: float) -> Reach:
-    row, column = np.divmod(np.arange(count), width)
-    return Reach(shadow, np.full(count, ambient, np.float32), row, column)
+def _reach(stage: Stage, surface: Surface, shadow: list[Shadow], width: int, ambient: float) -> Reach:
+    row, column = np.divmod(np.arange(len(surface.ids)), width)
+    key = key_reach(stage, surface, shadow, row, column)
+    return Reach(key, np.full(len(key), ambient, np.float32))

@@ -210,7 +210,8 @@ def _root(
 
     Newton's method, with bisection wherever a step would leave the bracket (Numerical Recipes, section 9.4).
     """
-    t = 0.5 * (low + high)
+    out = t = 0.5 * (low + high)
+    left = np.arange(len(t))  # a few brackets take ten times as long as most
     for _ in range(_MAX_ITERATIONS):
         value = ((t * t + c2) * t + c1) * t + c0
         below = (value < 0.0) == negative_at_low  # the root lies above t
@@ -218,11 +219,16 @@ def _root(
         with np.errstate(all="ignore"):
             step = t - value / ((4.0 * t * t + 2.0 * c2) * t + c1)
         following = np.where((step > low) & (step < high), step, 0.5 * (low + high))
-        done = np.abs(following - t) <= 1e-15
-        t = following
-        if done.all():
+        # Where the value is that of rounding, t is the root: bisection would lead away from it.
+        following = np.where(np.abs(value) <= 1e-15, t, following)
+        going = np.flatnonzero(np.abs(following - t) > 1e-15)
+        out[left] = following
+        if not len(going):
             break
-    return t
+        left, t = left[going], following[going]
+        c2, c1, c0, low, high = (x[going] for x in (c2, c1, c0, low, high))
+        negative_at_low = negative_at_low[going]
+    return out
 
 
 TORUS = TorusForm()
