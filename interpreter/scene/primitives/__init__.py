@@ -33,8 +33,6 @@ from scenelang.interpreter.scene.primitives.base import (
 )
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
-
     from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 GROUP = "scenelang.primitives"
@@ -202,7 +200,7 @@ def _loaded(module: str, name: str) -> type[Primitive]:
     return cls
 
 
-def _entry_points() -> Mapping[str, EntryPoint]:
+def _entry_points() -> Mapping[str, loading.EntryPoint]:
     """Return the entry points of other packages, by word."""
     return {word: point for word, point in loading.entry_points_of(GROUP).items() if word not in _BUILTIN}
 
