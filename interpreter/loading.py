@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -122,20 +122,20 @@ def is_present(module: str) -> bool:
         return False
 
 
-class EntryPoint:
-    """What an installed package names in a group: an object of a module, which ``load`` imports."""
+class EntryPoint(NamedTuple):
+    """What an installed package names in a group: ``value`` is ``module:attribute``, perhaps with extras behind it."""
 
-    def __init__(self, name: str, value: str) -> None:
-        """Create the entry point ``name = value``; ``value`` is ``module:attribute``, perhaps with extras."""
-        self.name, self.value = name, value
+    name: str
+    value: str
 
-    def load(self) -> Any:
-        """Import the module, and return the object."""
-        module, _, attributes = self.value.partition("[")[0].strip().partition(":")
-        loaded: Any = import_module(module.strip())
-        for attribute in attributes.strip().split(".") if attributes.strip() else ():
-            loaded = getattr(loaded, attribute)
-        return loaded
+
+def load_point(point: EntryPoint) -> Any:
+    """Import the module of an entry point, and return its object; may raise whatever a package raises on import."""
+    module, _, attributes = point.value.partition("[")[0].strip().partition(":")
+    loaded: Any = import_module(module.strip())
+    for attribute in attributes.strip().split(".") if attributes.strip() else ():
+        loaded = getattr(loaded, attribute)
+    return loaded
 
 
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:

@@ -6,10 +6,10 @@ import os
 import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib import import_module
+from typing import Any
 
 from scenelang.interpreter.runtime.types import Builtin, Library, Registry
-from scenelang.stdlib import index
+from scenelang.stdlib import builtin_names
 from scenelang.stdlib.numbers import CONSTANTS
 
 # Registries as ``module.attribute``, in the order of the reference.
@@ -42,8 +42,46 @@ PRELUDE = ("prelude.scene", "combinators.scene")
 def registry_of(topic: str) -> Registry:
     """Return the registry of a topic of ``TOPICS`` or ``IMPORTED``; its module is imported."""
     module, _, attribute = topic.partition(".")
-    registry: Registry = getattr(import_module(f"scenelang.stdlib.{module}"), attribute)
+    registry: Registry = getattr(_module(module), attribute)
     return registry
+
+
+def _module(name: str) -> Any:
+    """Import the module of a topic. The imports are written out, so that a reader and the tests of layers see them."""
+    match name:
+        case "arrays":
+            from scenelang.stdlib import arrays as module
+        case "colors":
+            from scenelang.stdlib import colors as module
+        case "control":
+            from scenelang.stdlib import control as module
+        case "entities":
+            from scenelang.stdlib import entities as module
+        case "lists":
+            from scenelang.stdlib import lists as module
+        case "mutation":
+            from scenelang.stdlib import mutation as module
+        case "numbers":
+            from scenelang.stdlib import numbers as module
+        case "paths":
+            from scenelang.stdlib import paths as module
+        case "predicates":
+            from scenelang.stdlib import predicates as module
+        case "profiles":
+            from scenelang.stdlib import profiles as module
+        case "python":
+            from scenelang.stdlib import python as module
+        case "random":
+            from scenelang.stdlib import random as module
+        case "sequences":
+            from scenelang.stdlib import sequences as module
+        case "solids":
+            from scenelang.stdlib import solids as module
+        case "strings":
+            from scenelang.stdlib import strings as module
+        case _:
+            raise ValueError(f"no module {name}")
+    return module
 
 
 class _Builtins(Mapping[str, Builtin]):
@@ -53,8 +91,8 @@ class _Builtins(Mapping[str, Builtin]):
     """
 
     def __init__(self, topics: tuple[str, ...]) -> None:
-        """Create the mapping of some topics, whose names are known from ``index``."""
-        self._topics = {name: topic for topic in topics for name in index.NAMES[topic]}
+        """Create the mapping of some topics, whose names are known from ``builtin_names``."""
+        self._topics = {name: topic for topic in topics for name in builtin_names.NAMES[topic]}
 
     def __getitem__(self, name: str) -> Builtin:
         return registry_of(self._topics[name]).entries[name]
@@ -70,7 +108,7 @@ class _Builtins(Mapping[str, Builtin]):
 
 
 def index_text() -> str:
-    """Return the text of ``index``: the names of the builtins of each topic.
+    """Return the text of ``builtin_names``: the names of the builtins of each topic.
 
     Raises
     ------
