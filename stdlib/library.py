@@ -50,38 +50,67 @@ def _module(name: str) -> Any:
     """Import the module of a topic. The imports are written out, so that a reader and the tests of layers see them."""
     match name:
         case "arrays":
-            from scenelang.stdlib import arrays as module
+            from scenelang.stdlib import arrays
+
+            return arrays
         case "colors":
-            from scenelang.stdlib import colors as module
+            from scenelang.stdlib import colors
+
+            return colors
         case "control":
-            from scenelang.stdlib import control as module
+            from scenelang.stdlib import control
+
+            return control
         case "entities":
-            from scenelang.stdlib import entities as module
+            from scenelang.stdlib import entities
+
+            return entities
         case "lists":
-            from scenelang.stdlib import lists as module
+            from scenelang.stdlib import lists
+
+            return lists
         case "mutation":
-            from scenelang.stdlib import mutation as module
+            from scenelang.stdlib import mutation
+
+            return mutation
         case "numbers":
-            from scenelang.stdlib import numbers as module
+            from scenelang.stdlib import numbers
+
+            return numbers
         case "paths":
-            from scenelang.stdlib import paths as module
+            from scenelang.stdlib import paths
+
+            return paths
         case "predicates":
-            from scenelang.stdlib import predicates as module
+            from scenelang.stdlib import predicates
+
+            return predicates
         case "profiles":
-            from scenelang.stdlib import profiles as module
+            from scenelang.stdlib import profiles
+
+            return profiles
         case "python":
-            from scenelang.stdlib import python as module
+            from scenelang.stdlib import python
+
+            return python
         case "random":
-            from scenelang.stdlib import random as module
+            from scenelang.stdlib import random
+
+            return random
         case "sequences":
-            from scenelang.stdlib import sequences as module
+            from scenelang.stdlib import sequences
+
+            return sequences
         case "solids":
-            from scenelang.stdlib import solids as module
+            from scenelang.stdlib import solids
+
+            return solids
         case "strings":
-            from scenelang.stdlib import strings as module
+            from scenelang.stdlib import strings
+
+            return strings
         case _:
             raise ValueError(f"no module {name}")
-    return module
 
 
 class _Builtins(Mapping[str, Builtin]):
