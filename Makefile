@@ -273,8 +273,8 @@ train-toy: $(VENV)/.dev $(VENV)/.package
 # The parser's tables from the grammars, and the names of the builtins; committed, so that only a change of a grammar or a
 # new builtin needs it.
 tables: $(VENV)/.dev install
-	$(BIN)/python -P -m scenelang.grammar.tables.making grammar/tables
-	$(BIN)/python -P -m scenelang.stdlib.library stdlib/index.py
+	$(BIN)/python -P -m scenelang.grammar.table_making grammar/tables
+	$(BIN)/python -P -m scenelang.stdlib.library stdlib/builtin_names.py
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install

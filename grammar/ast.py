@@ -448,9 +448,9 @@ class _Builder:
 @cache
 def _core() -> tuple[Tables, Builders]:
     """Load the tables of ``core.lark`` with the functions that build its nodes."""
-    from scenelang.grammar.tables import core
+    from scenelang.grammar.tables import core_tables
 
-    tables = tables_of(core)
+    tables = tables_of(core_tables)
     return tables, tables.builders(_Builder())
 
 
@@ -556,9 +556,9 @@ def _strict_terminal(value: Any) -> str:
 
 @cache
 def _strict_tables() -> Tables:
-    from scenelang.grammar.tables import strict
+    from scenelang.grammar.tables import strict_tables
 
-    return tables_of(strict)
+    return tables_of(strict_tables)
 
 
 def check_strict(datums: Sequence[Datum]) -> None:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from scenelang.grammar.datum import PREFIXES, ArrayDatum, Atom, Datum, ListDatum, Source, Span, Symbol
 from scenelang.grammar.layout import MAX_DEPTH, AuthorLayout, Hidden, Row, Trivia
 from scenelang.grammar.layout_styles import head_of, is_keyword
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import atom_value, block_comments, terminals, without_comments
 
 # Tokenizing a text: tokens and comments, that is, everything except white space.

@@ -30,7 +30,7 @@ from scenelang.grammar.layout_styles import (
     styles_of,
     takes_lines,
 )
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 
 # The text around datums: comments, empty lines, and the author's line breaks.
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 
 _PARAMETER = lazy_pattern(r"(\w+):[^=]*?(=[^,]*?(?:\([^)]*\))?)?(?:,|$)")
 

@@ -29,7 +29,7 @@ from scenelang.grammar.datum import (
 )
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError
 from scenelang.grammar.lalr import END, Misfit, Tables, tables_of
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 
 # Splitting a text into top-level chunks, so that an edited chunk can be read again without the others.
 #
@@ -354,9 +354,9 @@ _WRONG = "WRONG"
 @cache
 def _tables() -> Tables:
     """Load the tables of ``reader.lark``."""
-    from scenelang.grammar.tables import reader
+    from scenelang.grammar.tables import reader_tables
 
-    return tables_of(reader)
+    return tables_of(reader_tables)
 
 
 def terminals() -> list[tuple[str, str]]:

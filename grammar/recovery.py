@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from scenelang.grammar.datum import Source, Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import Chunk, lexemes, split
 
 MAX_CHUNKS = 4  # malformed forms of a text that are repaired; each costs up to 16 checks of the program

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
     from pathlib import Path
 
 _FOLDERS = {"CACHE": ".cache", "CONFIG": ".config", "STATE": ".local/state"}
@@ -122,32 +122,61 @@ def is_present(module: str) -> bool:
         return False
 
 
+class EntryPoint(NamedTuple):
+    """What an installed package names in a group: ``value`` is ``module:attribute``, perhaps with extras behind it."""
+
+    name: str
+    value: str
+
+
+def load_point(point: EntryPoint) -> Any:
+    """Import the module of an entry point, and return its object; may raise whatever a package raises on import."""
+    module, _, attributes = point.value.partition("[")[0].strip().partition(":")
+    loaded: Any = import_module(module.strip())
+    for attribute in attributes.strip().split(".") if attributes.strip() else ():
+        loaded = getattr(loaded, attribute)
+    return loaded
+
+
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:
     """Return the entry points of ``group`` by name, without loading them; the first package on ``sys.path`` wins.
 
     Results are cached for each ``sys.path``; call ``forget`` to detect packages that were installed since.
     """
-    path = tuple(sys.path)
-    return _points(group, path) if _is_named(group, path) else {}
+    return _points(group, tuple(sys.path))
 
 
 @cache
-def _is_named(group: str, path: tuple[str, ...]) -> bool:
-    """Return whether any installed package declares the group.
+def _points(group: str, path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
+    """Read the files directly: importing ``importlib.metadata`` takes longer than a small program does."""
+    points: dict[str, EntryPoint] = {}
+    for folder in path:
+        for text in _entry_point_files(folder):
+            if f"[{group}]" in text:
+                for name, value in _entries(text, group):
+                    points.setdefault(name, EntryPoint(name, value))
+    return points
 
-    Scanning the files directly avoids the slow import of ``importlib.metadata`` in the common case of no plugins.
-    """
-    return any(f"[{group}]" in text for folder in path for text in _entry_point_files(folder))
+
+def _entries(text: str, group: str) -> Iterator[tuple[str, str]]:
+    """Iterate over the names and values of one section of ``entry_points.txt``."""
+    section = ""
+    for line in map(str.strip, text.splitlines()):
+        if line.startswith("[") and line.endswith("]"):
+            section = line[1:-1].strip()
+        elif section == group and "=" in line and line[0] not in "#;":
+            name, _, value = line.partition("=")
+            yield name.strip(), value.strip()
 
 
 @cache
 def _entry_point_files(folder: str) -> tuple[str, ...]:
-    """Return the contents of ``entry_points.txt`` of all packages in ``folder``."""
+    """Return the contents of ``entry_points.txt`` of all packages in ``folder``, by the names of the packages."""
     try:
-        entries = os.scandir(folder or ".")
-        metadata_folders = [entry.path for entry in entries if entry.name.endswith((".dist-info", ".egg-info"))]
+        entries = sorted(entry.path for entry in os.scandir(folder or "."))
     except OSError:
         return ()
+    metadata_folders = [path for path in entries if path.endswith((".dist-info", ".egg-info"))]
     return tuple(filter(None, (_text(os.path.join(path, "entry_points.txt")) for path in metadata_folders)))
 
 
@@ -159,19 +188,8 @@ def _text(path: str) -> str:
         return ""
 
 
-@cache
-def _points(group: str, path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
-    from importlib.metadata import entry_points
-
-    points: dict[str, EntryPoint] = {}
-    for point in entry_points(group=group):
-        points.setdefault(point.name, point)
-    return points
-
-
 def forget() -> None:
     """Clear the caches, so that installed packages are detected again."""
-    _is_named.cache_clear()
     _entry_point_files.cache_clear()
     _points.cache_clear()
 

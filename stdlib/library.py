@@ -6,10 +6,10 @@ import os
 import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib import import_module
+from typing import Any
 
 from scenelang.interpreter.runtime.types import Builtin, Library, Registry
-from scenelang.stdlib import index
+from scenelang.stdlib import builtin_names
 from scenelang.stdlib.numbers import CONSTANTS
 
 # Registries as ``module.attribute``, in the order of the reference.
@@ -42,8 +42,75 @@ PRELUDE = ("prelude.scene", "combinators.scene")
 def registry_of(topic: str) -> Registry:
     """Return the registry of a topic of ``TOPICS`` or ``IMPORTED``; its module is imported."""
     module, _, attribute = topic.partition(".")
-    registry: Registry = getattr(import_module(f"scenelang.stdlib.{module}"), attribute)
+    registry: Registry = getattr(_module(module), attribute)
     return registry
+
+
+def _module(name: str) -> Any:
+    """Import the module of a topic. The imports are written out, so that a reader and the tests of layers see them."""
+    match name:
+        case "arrays":
+            from scenelang.stdlib import arrays
+
+            return arrays
+        case "colors":
+            from scenelang.stdlib import colors
+
+            return colors
+        case "control":
+            from scenelang.stdlib import control
+
+            return control
+        case "entities":
+            from scenelang.stdlib import entities
+
+            return entities
+        case "lists":
+            from scenelang.stdlib import lists
+
+            return lists
+        case "mutation":
+            from scenelang.stdlib import mutation
+
+            return mutation
+        case "numbers":
+            from scenelang.stdlib import numbers
+
+            return numbers
+        case "paths":
+            from scenelang.stdlib import paths
+
+            return paths
+        case "predicates":
+            from scenelang.stdlib import predicates
+
+            return predicates
+        case "profiles":
+            from scenelang.stdlib import profiles
+
+            return profiles
+        case "python":
+            from scenelang.stdlib import python
+
+            return python
+        case "random":
+            from scenelang.stdlib import random
+
+            return random
+        case "sequences":
+            from scenelang.stdlib import sequences
+
+            return sequences
+        case "solids":
+            from scenelang.stdlib import solids
+
+            return solids
+        case "strings":
+            from scenelang.stdlib import strings
+
+            return strings
+        case _:
+            raise ValueError(f"no module {name}")
 
 
 class _Builtins(Mapping[str, Builtin]):
@@ -53,8 +120,8 @@ class _Builtins(Mapping[str, Builtin]):
     """
 
     def __init__(self, topics: tuple[str, ...]) -> None:
-        """Create the mapping of some topics, whose names are known from ``index``."""
-        self._topics = {name: topic for topic in topics for name in index.NAMES[topic]}
+        """Create the mapping of some topics, whose names are known from ``builtin_names``."""
+        self._topics = {name: topic for topic in topics for name in builtin_names.NAMES[topic]}
 
     def __getitem__(self, name: str) -> Builtin:
         return registry_of(self._topics[name]).entries[name]
@@ -70,7 +137,7 @@ class _Builtins(Mapping[str, Builtin]):
 
 
 def index_text() -> str:
-    """Return the text of ``index``: the names of the builtins of each topic.
+    """Return the text of ``builtin_names``: the names of the builtins of each topic.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import number_text
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry, vector_of

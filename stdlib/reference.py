@@ -15,7 +15,7 @@ from functools import cache
 
 from scenelang.grammar.datum import Source, comment_above, print_datum
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.python_helpers import HELPERS, Helper
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, PAPER_FORMS, TOP_LEVEL

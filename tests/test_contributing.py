@@ -26,7 +26,7 @@ _START = (
 _TABLES = (
     "import sys; sys.meta_path[:] = [f for f in sys.meta_path if 'editable' not in repr(f).lower()]; "
     "from pathlib import Path; from scenelang.stdlib import library; "
-    "Path(library.__file__).with_name('index.py').write_text(library.index_text())"
+    "Path(library.__file__).with_name('builtin_names.py').write_text(library.index_text())"
 )  # what `make tables` does for builtins
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 _TARGET = re.compile(r"[#;] (?:(append to|create) )?(\S+\.\w+)$")

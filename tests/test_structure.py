@@ -251,7 +251,7 @@ def test_no_module_mixes_two_kinds_of_data_classes() -> None:
 
 REGISTRIES = {  # what imports modules by names in tables: plug-ins and services, primitives, commands, the public names
     "backends/base.py",  # packages of others
-    "interpreter/plugins.py",
+    "interpreter/loading.py",  # entry points
     "interpreter/scene/primitives/__init__.py",
     "scenelang/__init__.py",
     "scenelang/cli/command_table.py",
@@ -266,6 +266,4 @@ def test_only_registries_import_by_computed_names() -> None:
                 if not any(isinstance(part, ast.Constant) and isinstance(node.args[0], ast.Constant | ast.IfExp)
                            for part in ast.walk(node.args[0])):  # fmt: skip
                     importers.add(path.relative_to(ROOT).as_posix())
-            elif isinstance(node, ast.Call) and ast.unparse(node.func) == "point.load":
-                importers.add(path.relative_to(ROOT).as_posix())
     assert importers == REGISTRIES

@@ -24,7 +24,7 @@ from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, Li
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.lalr import END, Misfit
 from scenelang.grammar.reader import MAX_NESTING, read
-from scenelang.grammar.tables.making import GRAMMARS, tables_text
+from scenelang.grammar.table_making import GRAMMARS, tables_text
 
 ROOT = Path(__file__).parents[1]
 PROGRAMS = sorted(
@@ -39,7 +39,7 @@ PIECES = [
 @pytest.mark.parametrize("name", GRAMMARS)
 def test_tables_are_those_of_the_grammar(name: str) -> None:
     """After a change of a grammar: ``make tables``."""
-    assert (ROOT / "grammar" / "tables" / f"{name}.py").read_text("utf-8") == tables_text(name)
+    assert (ROOT / "grammar" / "tables" / f"{name}_tables.py").read_text("utf-8") == tables_text(name)
 
 
 # --- the reader ------------------------------------------------------------------------------------------------------

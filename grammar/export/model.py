@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from scenelang.grammar.ast import STRICT_HEADS, STRICT_MEASURES, STRICT_OPERATORS
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import ListDatum, Source, Span
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError, near_names
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import piece_at, read
 from scenelang.interpreter.compile.kinds import (
     ANY,

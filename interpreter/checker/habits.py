@@ -16,7 +16,7 @@ from typing import Any
 
 from scenelang.grammar.datum import Source, Span
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, near_names
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker.idioms import (
     COLON,
     FORMS,

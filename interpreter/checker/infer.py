@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Fix
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker import calls, scene_forms
 from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
 from scenelang.interpreter.compile.analyze import called_builtin, pattern_variables, walk

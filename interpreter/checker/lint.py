@@ -12,7 +12,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, with_edits
 from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, close_matches, is_typo
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.checker.book import KindBook, findings, reached_forms
 from scenelang.interpreter.checker.common import infix_fix

@@ -16,7 +16,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.scene.primitives import geometry_attributes, is_word
 from scenelang.interpreter.values.values import Keyword
 

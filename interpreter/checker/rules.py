@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, subdatums
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, close_matches, may_resemble, near_names
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.other_tools import calls_of_other_tools, hint_for_primitive
 from scenelang.interpreter.compile.analyze import called_builtin, children, pattern_variables, strings_in, walk

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Keyword
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.compile import calls, generated, intrinsics
 from scenelang.interpreter.compile.analyze import (
     FrameLayout,

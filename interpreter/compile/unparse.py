@@ -23,7 +23,7 @@ from scenelang.grammar.datum import (
     atom_text,
 )
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import read
 from scenelang.interpreter.compile.analyze import children, pattern_variables, walk
 from scenelang.interpreter.expand.forms import FORMS, PAPER_FORMS

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import dataclass
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 
 if TYPE_CHECKING:
     from scenelang.grammar.export.model import Expression, Grammar

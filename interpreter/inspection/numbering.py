@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants

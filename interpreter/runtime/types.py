@@ -9,7 +9,7 @@ from itertools import islice
 from typing import Any, Protocol
 
 from scenelang.grammar.datum import Source, Span, dataclass, field
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Frames

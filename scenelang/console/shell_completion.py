@@ -13,7 +13,7 @@ from typing import Any
 from argcomplete import autocomplete
 from argcomplete.completers import SuppressCompleter
 
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 
 Completer = Callable[..., Iterable[str]]
 _PROGRAMS = (".scene", ".py", ".txt", ".ipynb", ".json")  # file extensions of programs

@@ -25,7 +25,7 @@ from typing import Any, NoReturn
 
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.values.limits import (
     Limits,

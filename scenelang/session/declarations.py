@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.session.session import Options, Session
 

@@ -42,7 +42,7 @@ from scenelang.grammar.diagnostics import (
     error_of,
     moved_diagnostic,
 )
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import MAX_NESTING, read, read_pieces
 from scenelang.grammar.settings import typed
 from scenelang.interpreter.checker.book import findings

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from scenelang.stdlib import index, strings
+from scenelang.stdlib import builtin_names, strings
 
 
 def hold() -> None:
@@ -75,7 +75,7 @@ ATTEMPTS = {
 }
 
 
-index.NAMES["strings.registry"].append("rogue")
+builtin_names.NAMES["strings.registry"].append("rogue")
 
 
 @strings.registry.define("rogue", "what::String", "Any", "Breaks the rules.")

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from scenelang.stdlib import index, strings
+from scenelang.stdlib import builtin_names, strings
 
 CANARY = "canary-of-the-tests"
 _PR_SET_NAME = 15
@@ -40,7 +40,7 @@ def spy(rt: Any, go: str) -> int:
 
 
 if not __package__:  # in a process of its own: what the tests import changes no library
-    index.NAMES["strings.registry"].append("spy")
+    builtin_names.NAMES["strings.registry"].append("spy")
     strings.registry.define("spy", "go::String", "Integer", "Looks for the canary.")(spy)
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from scenelang.interpreter.runtime.procedures import Condition
 from scenelang.interpreter.runtime.runtime import Runtime
 from scenelang.interpreter.scene.primitives.base import linear
 from scenelang.interpreter.values.values import NIL, Embedding, HandleList, Keyword, MutableList, Pair, Symbol, Vector
-from scenelang.stdlib import index
+from scenelang.stdlib import builtin_names
 from scenelang.stdlib.colors import named_colors
 from scenelang.stdlib.library import build_library, index_text
 from scenelang.stdlib.numbers import CONSTANTS
@@ -52,7 +52,7 @@ def test_entries_are_complete() -> None:
 
 def test_the_index_has_every_name() -> None:
     """After a new builtin: ``make tables``."""
-    assert Path(index.__file__).read_text("utf-8") == index_text()
+    assert Path(builtin_names.__file__).read_text("utf-8") == index_text()
 
 
 def test_names_are_unique() -> None:

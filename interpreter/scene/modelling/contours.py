@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.grammar.patterns import lazy_pattern
+from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.modelling.curves import bezier
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS

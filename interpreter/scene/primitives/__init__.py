@@ -33,8 +33,6 @@ from scenelang.interpreter.scene.primitives.base import (
 )
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
-
     from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 
 GROUP = "scenelang.primitives"
@@ -202,7 +200,7 @@ def _loaded(module: str, name: str) -> type[Primitive]:
     return cls
 
 
-def _entry_points() -> Mapping[str, EntryPoint]:
+def _entry_points() -> Mapping[str, loading.EntryPoint]:
     """Return the entry points of other packages, by word."""
     return {word: point for word, point in loading.entry_points_of(GROUP).items() if word not in _BUILTIN}
 
@@ -212,7 +210,7 @@ def _from_package(word: str) -> type[Primitive]:
     """Load the class of another package; raises SceneError("backend") if it is not a primitive of that word."""
     point = _entry_points()[word]
     try:
-        cls = point.load()
+        cls = loading.load_point(point)
     except Exception as error:  # third-party code may raise anything on import
         raise SceneError("backend", f'cannot load the primitive "{word}" ({point.value}): {error}') from error
     if not isinstance(cls, type) or not issubclass(cls, Primitive) or cls.word != word:

@@ -26,7 +26,6 @@ from scenelang.interpreter.transpile.analysis.scopes import (
     PythonVariable,
     is_module,
 )
-from scenelang.interpreter.transpile.evaluation import instead_of
 from scenelang.interpreter.transpile.writing.calls import CALLS, CONSTANTS, VALUES, call_method
 from scenelang.interpreter.transpile.writing.code import (
     Brackets,
@@ -130,6 +129,8 @@ def check_path(w: Writer, node: ast.expr, path: str) -> None:
     """Raise an error if the library name ``path`` is unknown or not allowed."""
     top = path.split(".")[0]
     if top in FORBIDDEN or path in FORBIDDEN:
+        from scenelang.interpreter.transpile.evaluation import instead_of  # loads numpy
+
         raise w.error(
             "python-forbidden",
             f"`{w.text.text(node)}` is not allowed, because it uses {FORBIDDEN[top]}",

@@ -63,7 +63,7 @@ def _lark(grammar: _Grammar) -> Any:
         def lex(self, *_: Any) -> Any:
             raise NotImplementedError
 
-    text = Path(__file__).parent.with_name(grammar.file).read_text("utf-8")
+    text = Path(__file__).with_name(grammar.file).read_text("utf-8")
     return Lark(text, parser="lalr", lexer="basic" if grammar.file == "reader.lark" else NoLexer, start=grammar.start)
 
 
@@ -164,4 +164,4 @@ def _passes(rule: Any) -> bool:
 
 if __name__ == "__main__":
     for grammar_name in GRAMMARS:
-        (Path(sys.argv[1]) / f"{grammar_name}.py").write_text(tables_text(grammar_name), "utf-8")
+        (Path(sys.argv[1]) / f"{grammar_name}_tables.py").write_text(tables_text(grammar_name), "utf-8")
