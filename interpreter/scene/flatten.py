@@ -130,31 +130,37 @@ class Graph:
 def graph_of(root: Entity, opaque: Set[int]) -> Graph:
     """Convert the DAG below ``root`` to arrays; entities whose ``id`` is in ``opaque`` are leaves."""
     nodes = list(descendants(root))
-    number = {id(entity): i for i, entity in enumerate(nodes)}
+    number = {entity: i for i, entity in enumerate(nodes)}
     start = np.zeros(len(nodes) + 1, np.int64)
     np.cumsum([len(entity.children) for entity in nodes], out=start[1:])
     parts = [part for entity in nodes for part in entity.children]
-    child = np.fromiter((number[id(part.car)] for part in parts), np.int64, len(parts))
-    pose = np.ascontiguousarray(stacked([part.cdr for part in parts]).T)
-    # Nodes come children first, so one pass sums what is below each node and before each edge.
-    leaves = [0] * len(nodes)
-    unhandled = [0] * len(nodes)
-    leaf_offset = np.zeros(len(parts), np.int64)
-    rank_offset = np.zeros(len(parts), np.int64)
+    numbers = [number[part.car] for part in parts]
+    child = np.array(numbers, np.int64)
+    pose = np.empty((12, len(parts)))
+    for low in range(0, len(parts), _PIECE):
+        pose[:, low : low + _PIECE] = stacked([part.cdr for part in parts[low : low + _PIECE]]).T
+    # Nodes come children first, so one pass sums what is below each node.
+    leaves: list[int] = []
+    unhandled: list[int] = []
     edge = 0
-    for i, entity in enumerate(nodes):
-        leaf_sum = rank_sum = 0
-        for part in entity.children:
-            j = number[id(part.car)]
-            leaf_offset[edge], rank_offset[edge] = leaf_sum, rank_sum
-            leaf_sum += leaves[j]
-            rank_sum += unhandled[j]
-            edge += 1
-        leaves[i] = 1 if id(entity) in opaque else leaf_sum + entity.is_primitive
-        unhandled[i] = rank_sum + (entity.embedding.handle is None)
+    for entity in nodes:
+        below = numbers[edge : edge + len(entity.children)]
+        edge += len(below)
+        is_opaque = id(entity) in opaque
+        leaves.append(1 if is_opaque else sum(map(leaves.__getitem__, below)) + entity.is_primitive)
+        unhandled.append(sum(map(unhandled.__getitem__, below)) + (entity.embedding.handle is None))
+    leaf_counts, unhandled_counts = np.array(leaves, np.int64), np.array(unhandled, np.int64)
     return Graph(
-        nodes, start, child, pose, np.array(leaves, np.int64), np.array(unhandled, np.int64), leaf_offset, rank_offset
-    )
+        nodes, start, child, pose, leaf_counts, unhandled_counts,
+        _before(leaf_counts[child], start), _before(unhandled_counts[child], start),
+    )  # fmt: skip
+
+
+def _before(counts: IntArray, start: IntArray) -> IntArray:
+    """Return for each edge (E,) the sum of ``counts`` (E,) of the earlier edges of its node."""
+    before = np.cumsum(counts) - counts
+    first = start[:-1][start[:-1] < start[1:]]
+    return before - np.repeat(before[first], np.diff(start)[start[:-1] < start[1:]])
 
 
 class _Products:
