@@ -684,7 +684,8 @@ def leaves_of(plan: ExportPlan, limit: int) -> Leaves:
     leaf_items = tuple(items[id(primitive)] for primitive in flat.primitives)
     part_counts = [counts[id(child)] for child, _ in root.parts]
     branch = np.repeat(np.arange(len(part_counts)), part_counts) if part_counts else np.zeros(len(flat), np.int64)
-    return Leaves(leaf_items, flat.index, flat.matrices, flat.paths, flat.path_index, branch)
+    index, path_index = flat.index.astype(np.int64), flat.path_index.astype(np.int64)  # items times sides fit
+    return Leaves(leaf_items, index, flat.matrices, flat.paths, path_index, branch)
 
 
 def leaves(plan: ExportPlan, limit: int) -> Iterator[WorldLeaf]:

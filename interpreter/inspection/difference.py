@@ -259,7 +259,8 @@ def compared_frame(frame: FlatFrame) -> ComparedFrame:
         solids = tuple(solid_of(entity.word, primitive_attributes(entity)) for entity in frame.primitives)
     except ValueError as error:
         raise SceneError("attribute", f"cannot compare the scene: a primitive {error}") from None
-    return ComparedFrame(solids, frame.index, frame.matrices, frame.paths, frame.path_index)
+    index, path_index = frame.index.astype(np.int64), frame.path_index.astype(np.int64)
+    return ComparedFrame(solids, index, frame.matrices, frame.paths, path_index)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

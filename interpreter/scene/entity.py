@@ -127,23 +127,27 @@ class Scene:
 
 def descendants(*roots: Entity) -> Iterator[Entity]:
     """Iterate over the distinct entities below and including ``roots``, children before parents."""
-    visited: set[int] = set()
+    visited: set[Entity] = set()
     for root in roots:
-        if id(root) in visited:
+        if root in visited:
             continue
-        visited.add(id(root))
-        stack = [(root, iter(root.children))]
+        visited.add(root)
+        stack = [(root, _distinct_children(root))]
         while stack:
             entity, children = stack[-1]
-            for part in children:
-                child = part.car
-                if id(child) not in visited:
-                    visited.add(id(child))
-                    stack.append((child, iter(child.children)))
+            for child in children:
+                if child not in visited:
+                    visited.add(child)
+                    stack.append((child, _distinct_children(child)))
                     break
             else:
                 stack.pop()
                 yield entity
+
+
+def _distinct_children(entity: Entity) -> Iterator[Entity]:
+    """Iterate over the distinct entities of the parts: asking of each of a million whether it is known is slow."""
+    return iter(dict.fromkeys([part.car for part in entity.children]))
 
 
 def contains_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
@@ -207,11 +211,10 @@ def _words_in_order(root: Entity) -> Iterator[str]:
 
 def primitive_count(root: Entity) -> int:
     """Count the primitives of the expanded scene, without expanding it."""
-    counts: dict[int, int] = {}
+    counts: dict[Entity, int] = {}
     for entity in descendants(root):
-        below = sum(counts[id(part.car)] for part in entity.children)
-        counts[id(entity)] = below + (1 if entity.is_primitive else 0)
-    return counts[id(root)]
+        counts[entity] = sum([counts[part.car] for part in entity.children]) + entity.is_primitive
+    return counts[root]
 
 
 def pose_of(part: Any) -> Matrix:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
@@ -30,6 +31,7 @@ from scenelang.session.session import Evaluated, Options, Session
 if TYPE_CHECKING:
     from scenelang.grammar.datum import Span
     from scenelang.interpreter.checker.program import Program
+    from scenelang.interpreter.scene.flatten import FlatFrame
     from scenelang.interpreter.scene.modelling.measuring import Measures
     from scenelang.session.scene_changes import Changes
 
@@ -37,9 +39,8 @@ FloatArray = npt.NDArray[np.float64]
 AnyScene = TypeVar("AnyScene", bound="LoadedScene")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class Primitives:
-    """The primitives of a frame as arrays, in depth-first order.
+    """The primitives of a frame as arrays, in depth-first order. An array is made when it is first used.
 
     Attributes
     ----------
@@ -55,16 +56,48 @@ class Primitives:
         Entity of each primitive; repeated primitives share one.
     """
 
-    matrix: FloatArray
-    word: npt.NDArray[np.object_]
-    path: npt.NDArray[np.object_]
-    handle: npt.NDArray[np.object_]
-    shape: npt.NDArray[np.object_]
-    color: FloatArray
-    entity: tuple[Entity, ...] = field(repr=False)
+    def __init__(self, graph: Scene, frame: int, flat: FlatFrame) -> None:
+        self._graph, self._frame, self._flat = graph, frame, flat
+
+    @property
+    def matrix(self) -> FloatArray:
+        return self._flat.matrices
+
+    @cached_property
+    def word(self) -> npt.NDArray[np.object_]:
+        return self._each([entity.word for entity in self._flat.primitives])
+
+    @cached_property
+    def path(self) -> npt.NDArray[np.object_]:
+        return _objects(self._flat.paths)[self._flat.path_index]
+
+    @cached_property
+    def handle(self) -> npt.NDArray[np.object_]:
+        from scenelang.interpreter.inspection.numbering import frame_handles
+
+        return _objects([f"<{handle}>" for handle in frame_handles(self._graph, self._frame, self._flat)])
+
+    @cached_property
+    def shape(self) -> npt.NDArray[np.object_]:
+        shapes = [entity.shape for entity in self._flat.primitives]
+        return self._each(["" if shape is None else shape.word or "box" for shape in shapes])
+
+    @cached_property
+    def color(self) -> FloatArray:
+        shapes = [entity.shape for entity in self._flat.primitives]
+        colors = np.array([shape.color if shape is not None else (1.0, 1.0, 1.0) for shape in shapes])
+        return colors.reshape(-1, 3).take(self._flat.index, axis=0)
+
+    @cached_property
+    def entity(self) -> tuple[Entity, ...]:
+        return tuple(self._each(self._flat.primitives).tolist())
 
     def __len__(self) -> int:
-        return len(self.matrix)
+        return len(self._flat)
+
+    def _each(self, values: Sequence[Any]) -> npt.NDArray[np.object_]:
+        """Return for each primitive (N,) the value of its entity, given for the distinct ones."""
+        return _objects(values)[self._flat.index]
 
     @typed
     def attribute(self, name: str, default: Any = None) -> npt.NDArray[np.object_]:
@@ -78,23 +111,17 @@ class Primitives:
         """
         from scenelang.interpreter.runtime.show import primitive_attributes
 
-        distinct = {id(entity): entity for entity in self.entity}
-        values = {key: primitive_attributes(entity).get(name, default) for key, entity in distinct.items()}
-        return _objects([values[id(entity)] for entity in self.entity])
+        return self._each([primitive_attributes(entity).get(name, default) for entity in self._flat.primitives])
 
     def __getitem__(self, mask: Any) -> Primitives:
         """Return the primitives selected by a mask (N,) or by indices."""
         rows = np.arange(len(self))[mask].reshape(-1)
-        entity = tuple(self.entity[i] for i in rows.tolist())
-        return Primitives(
-            self.matrix[rows],
-            self.word[rows],
-            self.path[rows],
-            self.handle[rows],
-            self.shape[rows],
-            self.color[rows],
-            entity,
-        )
+        if self._graph.animated:
+            self.handle  # noqa: B018 - numbers of later frames come from all instances, so they are selected below
+        selected = Primitives(self._graph, self._frame, self._flat.select(rows))
+        made = vars(self).keys() & {"word", "path", "handle", "shape", "color"}  # may have been written to
+        vars(selected).update({name: getattr(self, name)[rows] for name in made})
+        return selected
 
     def __repr__(self) -> str:
         words = len(set(self.word.tolist()))
@@ -305,26 +332,10 @@ class LoadedScene:
         LimitError
             If the scene expands to more than ``limit`` primitives.
         """
-        from scenelang.interpreter.inspection.numbering import frame_handles
         from scenelang.interpreter.scene.flatten import flatten
 
-        flat = flatten(Scene(self.word, [self._frame(frame)], False), limit).frames[0]
-        handles = frame_handles(self.graph, frame, flat)
-        matrix = np.zeros((len(flat), 4, 4))
-        matrix[:, :3], matrix[:, 3, 3] = flat.matrices, 1.0
-        shapes = [entity.shape for entity in flat.primitives]
-        kinds = _objects(["" if shape is None else shape.word or "box" for shape in shapes])
-        colors = np.array([shape.color if shape is not None else (1.0, 1.0, 1.0) for shape in shapes])
-        index = flat.index
-        return Primitives(
-            matrix,
-            _objects([entity.word for entity in flat.primitives])[index],
-            _objects(flat.paths)[flat.path_index],
-            _objects([f"<{handle}>" for handle in handles]),
-            kinds[index],
-            colors.reshape(-1, 3)[index],
-            tuple(flat.primitives[i] for i in index.tolist()),
-        )
+        root = self._frame(frame)
+        return Primitives(self.graph, frame, flatten(Scene(self.word, [root], False), limit, whole=True).frames[0])
 
     @typed
     def with_params(self, values: Mapping[str, Any]) -> Self:
