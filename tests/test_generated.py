@@ -128,3 +128,27 @@ def test_integers_have_a_limit_in_loops() -> None:
         with pytest.raises(SceneError) as caught:
             run(text)
         assert caught.value.name == "size"
+
+
+def test_a_loop_that_is_entered_once_becomes_hot() -> None:
+    """Bodies of ``for`` and ``while`` are replaced by generated code, which reports errors in the same places."""
+    text = """
+        (define xs (mutable (make-list 900 0)))
+        (define (fill n)
+          (for ((i (range n))) (set-ref! xs i (* 2 i)))
+          (ref xs 899))
+        (fill 900)
+        (fill 901)"""
+    program = SESSION.check(Source("<test>", text)).program
+    assert program is not None
+    runtime = Runtime(SESSION.library)
+    run = ProgramRun(SESSION.library, runtime)
+    for form in program.forms[:2]:
+        run.run_form(form)
+    assert runtime.units == []
+    assert run.run_form(program.forms[2]) == 1798
+    assert len(runtime.units) == 1
+    with pytest.raises(SceneError, match="outside the list") as caught:
+        run.run_form(program.forms[3])
+    assert caught.value.span is not None
+    assert caught.value.span.text == "(set-ref! xs i (* 2 i))"
