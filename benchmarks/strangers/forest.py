@@ -1,4 +1,4 @@
-# A forest of firs and oaks of many ages, with parameters for each tree; 2026-11-29.
+# A forest of fir trees and oaks of many ages, with parameters for each tree; 2026-11-29.
 from __future__ import annotations
 
 from collections.abc import Callable
