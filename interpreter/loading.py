@@ -128,14 +128,13 @@ class EntryPoint(NamedTuple):
     name: str
     value: str
 
-
-def load_point(point: EntryPoint) -> Any:
-    """Import the module of an entry point, and return its object; may raise whatever a package raises on import."""
-    module, _, attributes = point.value.partition("[")[0].strip().partition(":")
-    loaded: Any = import_module(module.strip())
-    for attribute in attributes.strip().split(".") if attributes.strip() else ():
-        loaded = getattr(loaded, attribute)
-    return loaded
+    def load(self) -> Any:
+        """Import the module, and return the object; may raise whatever a package raises on import."""
+        module, _, attributes = self.value.partition("[")[0].strip().partition(":")
+        loaded: Any = import_module(module.strip())
+        for attribute in attributes.strip().split(".") if attributes.strip() else ():
+            loaded = getattr(loaded, attribute)
+        return loaded
 
 
 def entry_points_of(group: str) -> Mapping[str, EntryPoint]:

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.interpreter.loading import entry_points_of, load_point
+from scenelang.interpreter.loading import entry_points_of
 
 Plugin = TypeVar("Plugin")
 
@@ -75,7 +75,7 @@ class PluginRegistry(Generic[Plugin]):
 
     def _load(self, point: Any) -> Plugin:
         try:
-            plugin = load_point(point)
+            plugin = point.load()
         except Exception as error:  # importing third-party code may raise any exception
             raise SceneError("backend", f"the {self.kind} `{point.name}` cannot be loaded: {error}") from error
         if not isinstance(plugin, self.cls):

@@ -724,6 +724,7 @@ def keyword_call(
         for value in positional:
             if type(value) is Keyword:
                 return slow(values)
+        rt.site = span
         try:
             return function(rt, *positional, **{name: converted[index] for index, name in places})
         except (SceneError, *_ARITHMETIC) as error:
@@ -850,6 +851,7 @@ def _builtin_many(
             for value in values:
                 if type(value) is Keyword:
                     return named(values)
+        rt.site = span
         try:
             if is_checked:
                 converted = [value if check is None else check(value) for check, value in zip(checks, values)]

@@ -1082,6 +1082,8 @@ class FunctionWriter(Text):
         values = self.operands(node.arguments)
         if builtin.name == "list" and signature.rest is not None and count <= _MAX_INLINE_LIST:
             return self.list_of(values)
+        if signature.keywords or count > 3:
+            self.line(f"rt.site = {self.constant(node.span)}")  # as the closures of such builtins set it
         return self.checked_call(builtin, node, values)
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application) -> CodeText | None:

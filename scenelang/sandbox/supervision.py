@@ -531,9 +531,10 @@ def _passed_on(monitor: Monitor) -> Iterator[Monitor]:
 
 
 _MAX_BOUNDED_LENGTH = 40_000  # characters, with imports
-_STRING_OR_COMMENT = lazy_pattern(r'"(?:[^"\\]|\\.)*"|;[^\n]*', re.S)
+# Texts and comments, and what may hide where they end: bars, datum comments and characters.
+_TEXTS = lazy_pattern(r'"(?:[^"\\]|\\.)*"|#;|#\\|;[^\n]*|\|', re.S)
+_HIDING = ("#;", "#\\", "|")
 _IMPORT = lazy_pattern(r'\(\s*import\s+"([^"\\]*)"')
-_UNCERTAIN = lazy_pattern(r"define-macro|\||#;|#\\")  # bars, datum comments and characters, which may hide a quote
 
 
 def is_bounded(paths: Sequence[str]) -> bool:
@@ -545,11 +546,11 @@ def is_bounded(paths: Sequence[str]) -> bool:
     while pending:
         path = pending.pop()
         text = _program_text(path, left) if path not in visited else ""
-        if text is None or _UNCERTAIN.search(text):
+        if text is None or any(match[0] in _HIDING for match in _TEXTS.finditer(text)):
             return False
-        code = _STRING_OR_COMMENT.sub(lambda match: "" if match[0].startswith(";") else match[0], text)
+        code = _TEXTS.sub(lambda match: "" if match[0].startswith(";") else match[0], text)
         names = _IMPORT.findall(code)
-        if code.count("import") != len(names):
+        if "define-macro" in code or code.count("import") != len(names):
             return False
         left -= len(text)
         visited.add(path)

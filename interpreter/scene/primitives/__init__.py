@@ -210,7 +210,7 @@ def _from_package(word: str) -> type[Primitive]:
     """Load the class of another package; raises SceneError("backend") if it is not a primitive of that word."""
     point = _entry_points()[word]
     try:
-        cls = loading.load_point(point)
+        cls = point.load()
     except Exception as error:  # third-party code may raise anything on import
         raise SceneError("backend", f'cannot load the primitive "{word}" ({point.value}): {error}') from error
     if not isinstance(cls, type) or not issubclass(cls, Primitive) or cls.word != word:
