@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-import scenelang
+from scenelang.grammar import datum
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.checker.program import prelude_of
 from scenelang.interpreter.loading import entry_points_of
@@ -43,8 +43,8 @@ NEEDLESS = [
 
 def _environment() -> dict[str, str]:
     """The package on the path without ``site``, whose installed hooks differ from one environment to the next."""
-    package = Path(scenelang.__file__).parent
-    folder = package.parent if (package / "grammar").exists() else ROOT / ".venv" / "live"
+    package = Path(datum.__file__).parents[1]  # installed; in a checkout that is linked, the checkout itself
+    folder = package.parent if package.name == "scenelang" else ROOT / ".venv" / "live"
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "COV_"))}
     return {**kept, "PYTHONPATH": str(folder)}
 
