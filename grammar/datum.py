@@ -73,7 +73,7 @@ def dataclass(
     """
 
     def decorate(kind: type[T]) -> type[T]:
-        """Add the shared methods, and a constructor that compiles itself when the first instance is created."""
+        """Add the shared methods, and a constructor that compiles itself once the class has some instances."""
         declared = _own_fields(kind)
         itself: list[type] = []  # the data class, which the methods refer to before it exists
         by_name = {entry.name: entry for entry in getattr(kind, "__record__", ())} | {
@@ -160,7 +160,7 @@ def _first_constructor(itself: list[type], *, frozen: bool, kw_only: bool) -> Ca
         nonlocal left
         left -= 1
         kind: Any = itself[0]
-        if left < 0 or not _construct(self, kind, () if kw_only else values, named) or (kw_only and values):
+        if left < 0 or (kw_only and values) or not _construct(self, kind, values, named):
             _complete(kind, frozen=frozen, kw_only=kw_only)
             kind.__init__(self, *values, **named)
 

@@ -248,10 +248,9 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
         nodes, keywords = parts
         if not _check_builtin_keywords(inference, builtin, keywords):
             return ANY
-    parameters = (*signature.required, *signature.optional)
+    parameters = signature.positional
     count = len(nodes)
-    is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
-    if is_wrong:
+    if not signature.takes(count):
         written = written_keyword(nodes)
         if written is not None and not signature.keywords:
             return inference.report(
@@ -627,7 +626,7 @@ def _check_callback_types(
         Whether the builtin is certainly called; otherwise, a mistake is reported as a conditional failure.
     """
     signature = code.signature
-    parameters = [*signature.required, *signature.optional]
+    parameters = signature.positional
     for index, kind in enumerate(arguments):
         parameter = parameters[index] if index < len(parameters) else signature.rest
         if parameter is None or accepts(parameter.type, kind):

@@ -650,15 +650,13 @@ def called(function: Callable[..., Any], arguments: Sequence[Node]) -> Node:
 def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span: Span) -> Node:
     """Compile a call of a builtin. Types are checked inline for up to three positional arguments."""
     signature = builtin.signature
-    parameters = (*signature.required, *signature.optional)
     count = len(arguments)
     keywords = bool(signature.keywords)
-    if not keywords and (count < len(signature.required) or (count > len(parameters) and signature.rest is None)):
+    if not keywords and not signature.takes(count):
         error = builtin_arity_error(builtin, count)
         return _raiser(arguments, error.name, error.message, error.hint, span)
     slow = slow_call(rt, builtin, span)
-    is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
-    if is_wrong or count > _MAX_DIRECT or calls_others(builtin, count):
+    if not signature.takes(count) or count > _MAX_DIRECT or calls_others(builtin, count):
         return lambda frame: slow([argument(frame) for argument in arguments])
     checks = tuple(
         [
@@ -689,9 +687,8 @@ def keyword_places(builtin: Builtin, arguments: Sequence[Any]) -> dict[int, str]
             position += 1
         position += 1
     count = len(arguments) - 2 * len(places)
-    signature = builtin.signature
-    is_wrong = count < len(signature.required) or (count > len(signature.positional) and signature.rest is None)
-    return {} if is_wrong or len(arguments) > _MAX_DIRECT or calls_others(builtin, count) else places
+    is_direct = builtin.signature.takes(count) and len(arguments) <= _MAX_DIRECT and not calls_others(builtin, count)
+    return places if is_direct else {}
 
 
 def keyword_call(
@@ -741,7 +738,7 @@ def calls_others(builtin: Builtin, count: int) -> bool:
 def parameters_of(builtin: Builtin, count: int) -> Sequence[BuiltinParameter]:
     """Return the parameters that take ``count`` positional arguments of a builtin."""
     signature = builtin.signature
-    named = (*signature.required, *signature.optional)[:count]
+    named = signature.positional[:count]
     return named if signature.rest is None else (*named, *[signature.rest] * (count - len(named)))
 
 

@@ -822,6 +822,10 @@ def _sequence(steps: list[Node]) -> Node:
     return run_all
 
 
+# What the generator and CPython raise for code that stays with the closures.
+_REJECTED = (generated.Unsupported, RecursionError, SyntaxError, MemoryError)
+
+
 def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, layout: FrameLayout) -> None:
     """Replace the body of a function by generated code, unless the generator or CPython rejects it.
 
@@ -837,7 +841,7 @@ def replace_function(compiler: Compiler, node: ast.Lambda, code: ClosureCode, la
     try:
         writer = generate.FunctionWriter(compiler, layout, node.body)
         entry = writer.function(node, code)
-    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+    except _REJECTED:
         return
     code.entry = entry
     code.direct, code.returns_tail = entry, writer.returns_tail
@@ -860,7 +864,7 @@ def loop_function(
     """
     try:
         return generate.FunctionWriter(compiler, layout, loop.function.body).loop(loop, tail)
-    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+    except _REJECTED:
         return None
 
 
@@ -868,7 +872,7 @@ def expression_function(compiler: Compiler, node: Any, layout: FrameLayout) -> N
     """Return generated code for the value of an expression in a frame; None if it cannot be generated."""
     try:
         return generate.FunctionWriter(compiler, layout, node).expression(node)
-    except (generated.Unsupported, RecursionError, SyntaxError, MemoryError):
+    except _REJECTED:
         return None
 
 

@@ -1071,10 +1071,8 @@ class FunctionWriter(Text):
             if code is not None:
                 return code
         signature = builtin.signature
-        parameters = (*signature.required, *signature.optional)
         count = len(node.arguments)
-        is_wrong = count < len(signature.required) or (count > len(parameters) and signature.rest is None)
-        is_general = is_wrong or count > _MAX_UNCHARGED or calls.calls_others(builtin, count)
+        is_general = not signature.takes(count) or count > _MAX_UNCHARGED or calls.calls_others(builtin, count)
         if is_general or (signature.keywords and not all(map(_is_plain, node.arguments))):
             names = calls.keyword_places(builtin, node.arguments)
             call = partial(calls.keyword_call, names=names) if names else calls.builtin_call

@@ -537,7 +537,7 @@ class Text:
     def checked_call(self, builtin: Builtin, node: ast.Application, values: Sequence[CodeText]) -> CodeText:
         """Write a call of a builtin; arguments that do not certainly fit are checked inline."""
         signature = builtin.signature
-        parameters = (*signature.required, *signature.optional)
+        parameters = signature.positional
         checks, texts, operands = [], [], []
         for index, value in enumerate(values):
             parameter = parameters[index] if index < len(parameters) else signature.rest

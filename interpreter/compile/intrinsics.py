@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.interpreter.runtime.procedures import Frame, Node
 from scenelang.interpreter.scene.pose import compose
-from scenelang.interpreter.values.values import NIL, Keyword, Matrix, MutableList, Pair, Symbol, Table, Vector
+from scenelang.interpreter.values.values import NIL, Matrix, MutableList, Pair, Table, Vector, is_short_atom
 
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
@@ -580,12 +580,7 @@ def equality_tester(rt: Runtime, slow: Slow) -> Slow:
     """Return a function for ``(equal? a b)`` of two atoms."""
 
     def is_equal(a: Any, b: Any) -> Any:
-        if a is b and type(a) in _ATOMS:
-            return True
-        kind = type(a)
-        if kind is type(b) and kind in _ATOMS and (kind is int or len(a) <= _MAX_TEXT):
-            return a == b
-        return slow(a, b)
+        return a == b if type(a) is type(b) and is_short_atom(a) else slow(a, b)
 
     return is_equal
 
@@ -596,7 +591,7 @@ def member_finder(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable
 
     def member(x: Any, items: Any, same: Any) -> Any:
         kind = type(x)
-        if kind not in _ATOMS or same is not is_equal or (kind is not int and len(x) > _MAX_TEXT):
+        if same is not is_equal or not is_short_atom(x):
             return slow(x, items, same)
         tail: Any = False
         rest, count = items, 0
@@ -613,10 +608,8 @@ def member_finder(rt: Runtime, slow: Callable[[Any, Any, Any], Any]) -> Callable
     return member
 
 
-_MAX_TEXT = 256  # characters that are compared without a charge
 _SHORT = 16  # items of a list that are passed without a charge, as in the builtins
 _LONG = 4096  # items of a list that are passed between two charges
-_ATOMS = frozenset((str, int, Keyword, Symbol))  # types whose values are equal if Python's are
 
 # By the names of intrinsics: the number of operands, and the function above.
 ITEMS: Mapping[str, tuple[int, Callable[[Runtime, Any], Callable[..., Any]]]] = {

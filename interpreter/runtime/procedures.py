@@ -420,7 +420,7 @@ def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[An
     signature = builtin.signature
     parameters, rest = signature.positional, signature.rest
     count = len(positional)
-    if count < len(signature.required) or (count > len(parameters) and rest is None):
+    if not signature.takes(count):
         raise builtin_arity_error(builtin, count)
     if builtin.checks_arguments:
         return

@@ -465,6 +465,10 @@ class Signature:
         """Required and optional parameters."""
         return (*self.required, *self.optional)
 
+    def takes(self, count: int) -> bool:
+        """Return whether a call may have ``count`` positional arguments."""
+        return len(self.required) <= count and (count <= len(self.positional) or self.rest is not None)
+
 
 _PARAMETER = lazy_pattern(r"\[(?P<inner>[^\s\[\]]+(?:\[.*?\])?)\]|(?P<plain>\.\.\.|[^\s\[\]]+(?:\[[^\s]*\])?)")
 

@@ -260,6 +260,12 @@ class KeyReader(Protocol):
 _ATOMS = frozenset((str, int, Keyword, Symbol))
 
 
+def is_short_atom(value: Any) -> bool:
+    """Return whether a value equals another one of its type if Python says so, at no charge."""
+    kind = type(value)
+    return kind is int or (kind in _ATOMS and len(value) <= _CHARGE_INTERVAL)
+
+
 def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
     """Return whether two values are structurally equal.
 
@@ -274,8 +280,7 @@ def equal(reader: KeyReader, a: Any, b: Any, typed: bool = True) -> bool:
     typed
         Whether 1 and 1.0 differ, as for ``equal?``; otherwise numbers are compared by value, as for ``contains?``.
     """
-    kind = type(a)
-    if kind is type(b) and kind in _ATOMS and (kind is int or len(a) <= _CHARGE_INTERVAL):
+    if type(a) is type(b) and is_short_atom(a):
         return bool(a == b)
     stack = [(a, b)]
     compared: set[tuple[int, int]] = set()
