@@ -137,7 +137,9 @@ CODES: dict[str, DiagnosticCode] = {
     "model-key": DiagnosticCode("E901", "The API key for the language model provider is missing or invalid."),
     "model-offline": DiagnosticCode("E902", "The language model API cannot be reached."),
     "model-request": DiagnosticCode("E903", "The language model API rejected the request or failed."),
-    "model-cost": DiagnosticCode("E904", "The next request could exceed the remaining budget (`--max-cost`)."),
+    "model-cost": DiagnosticCode(
+        "E904", "The next request could exceed the remaining budget of dollars, tokens or seconds."
+    ),
     "model-price": DiagnosticCode("E905", "The price of the model is unknown."),
     "model-refusal": DiagnosticCode("E906", "The language model refused to answer."),
     "model-answer": DiagnosticCode("E907", "The language model did not produce a working program."),
@@ -271,7 +273,8 @@ CODES: dict[str, DiagnosticCode] = {
 
 
 # Findings about positions of objects, which may be consequences of other mistakes: repairs handle them last.
-ABOUT_SCENES = ("declaration", "overlap", "floating", "unstable", "below-ground", "coincident-faces", "outlier")
+ABOUT_GEOMETRY = ("overlap", "floating", "unstable", "below-ground", "coincident-faces", "outlier")
+ABOUT_SCENES = ("declaration", *ABOUT_GEOMETRY)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ TYPE_CHECKING = False  # as in ``typing``, whose import takes as long as the res
 if TYPE_CHECKING:
     from typing import Any
 
+    from scenelang.api import build as build
     from scenelang.api import check as check
     from scenelang.api import check_installation as check_installation
     from scenelang.api import diff as diff
@@ -113,7 +114,7 @@ _HOMES = {
     "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "UsageError": "grammar.diagnostics",
     "ReadResult": "grammar.reader", "Edited": "inference.generation", "Estimate": "inference.generation",
     "Generated": "inference.generation", "edit": "api", "estimate": "inference.generation",
-    "generate": "api", "resume": "api", "runs": "inference.generation",
+    "build": "api", "generate": "api", "resume": "api", "runs": "inference.generation",
     "InferenceSettings": "inference.records", "Run": "inference.records", "Limits": "interpreter.values.limits",
     "Entity": "interpreter.scene.entity", "InversionModels": "learning.inversion",
     "PictureSubject": "learning.inversion",

@@ -375,6 +375,69 @@ def generate(
 
 
 @typed
+def build(
+    task: str = "",
+    *,
+    model: str | None = None,
+    images: Sequence[str | Path] = (),
+    kind: Literal["3d", "4d", "minecraft"] = "3d",
+    notation: Literal["python", "language"] = "python",
+    settings: InferenceSettings | None = None,
+    seed: int = 0,
+    limits: Limits | None = None,
+    runs: str | None = None,
+    live: TextIO | None = None,
+) -> Generated[Scene]:
+    """Build a scene step by step with a language model.
+
+    The model plans the parts and states what must hold, writes part by part and then the whole; a critic, who sees only
+    the task, facts and images, says what is wrong, and the model revises. A revision after which a statement fails that
+    held, or the geometry warns of more, is rolled back. The program states its acceptance at its end.
+
+    Parameters
+    ----------
+    task, model, images, kind, notation, seed, limits, runs, live
+        As for ``generate``.
+    settings : InferenceSettings, optional
+        As for ``generate``, with ``revisions`` (default 6), ``max_cost``, ``max_run_tokens`` and ``max_run_seconds``.
+
+    Returns
+    -------
+    Generated
+        The scene; its folder ``run`` has every request and answer, ``acceptance.scene`` and ``steps.txt``.
+
+    Raises
+    ------
+    UsageError
+        If an argument is invalid.
+    SceneError
+        If the model cannot be reached, or the best scene does not fulfill its acceptance.
+
+    Examples
+    --------
+    Requires an API key and a network connection::
+
+        made = sl.build("a kitchen for two", settings=sl.InferenceSettings(max_cost=2.0))
+        print((made.run / "steps.txt").read_text())
+    """
+    from scenelang.grammar.datum import replace
+    from scenelang.inference.brief import Notation, TaskKind
+    from scenelang.inference.conductor import Inference
+    from scenelang.inference.generation import begin, generated, play, recorded, settings_with, task_of
+    from scenelang.inference.records import REVISIONS
+
+    chosen = settings_with(settings, model)
+    if chosen.revisions is None:
+        chosen = replace(chosen, revisions=REVISIONS)
+    request = task_of(task, images, TaskKind(kind), Notation(notation), seed=seed)
+    options = Options(seed=seed, limits=limits or Limits())
+    inference = Inference(request, chosen, options)
+    run = begin(inference, "build", task or "reconstruction", runs, output=None, render=False, invert=False)
+    with recorded(run):
+        return generated(run, play(inference, run, live), options, Scene)
+
+
+@typed
 def edit(
     path: str | Path,
     instruction: str,

@@ -224,7 +224,7 @@ NEEDED_BY = {  # the domain of each command that the kernel alone cannot do; its
     "transpile": "Python", "lift": "Python", "repl": "REPL", "lsp": "LSP", "mcp": "MCP",
     "render": "pictures", "graph": "pictures", "view": "viewer", "maps": "labels", "dataset": "datasets",
     "simulate": "physics", "settle": "physics", "repair": "repair",
-    "generate": "inference", "edit": "inference", "runs": "inference", "bench": "bench",
+    "generate": "inference", "build": "inference", "edit": "inference", "runs": "inference", "bench": "bench",
     "embeddings": "neural", "embed": "neural", "imagine": "neural", "invert": "neural", "style": "neural",
     "distill": "neural", "eval": "neural",
 }  # fmt: skip

@@ -330,6 +330,10 @@ class Arrangement:
         pose = self._pose(body)
         return np.asarray(self._mesh(body).vertices @ pose[:, :3].T + pose[:, 3], np.float64)
 
+    def triangles(self, body: int) -> tuple[FloatArray, IntArray]:
+        """Return the vertices (K, 3) of the surface of a body in the scene's frame, and its triangles (M, 3)."""
+        return self._vertices(body), np.asarray(self._mesh(body).faces, np.int64)
+
     def _pose(self, body: int) -> FloatArray:
         """Return the pose (3, 4) of the primitive of a body in the scene's frame."""
         return np.asarray(self.ancestry.poses[self.ancestry.primitives[self.bodies.row[body]]], np.float64)

@@ -8,12 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from scenelang.backends.geometry.arrangement import SUNK, Arrangement, PlacedObject, Vector, paired, share_of
 from scenelang.backends.geometry.lint import rounded
+from scenelang.backends.geometry.measures import FREE_RADIUS, WalkingPlan, block_types, outlines, tilt, visible_share
 from scenelang.backends.surfaces.convex import bodies_of
 from scenelang.backends.surfaces.marks import Marks
 from scenelang.backends.surfaces.solids import FloatArray
@@ -36,11 +38,20 @@ _FIRST_OBJECTS = 32  # nearest objects, which are sorted before all others: the 
 _FACING_DEGREES = 30.0  # degrees by default between a front and the direction to the other object
 _ANGLE_DEGREES = 1.0  # default tolerance in degrees
 _LENGTH_TOLERANCE = 0.01  # default tolerance of a length, relative to it
+_AROUND_SHARE, _AROUND_DEGREES = 0.1, 5.0  # default tolerance of an even angle: a share of it, at most so many degrees
+_PATH_TOLERANCE = 0.03  # default tolerance of a path, relative to its extent, or to its radius
+_MAX_RADIUS = 20.0  # of a circle, relative to the extent of the path: a larger one is a line
+_LEAST_VISIBLE = 0.5  # default share of an object that must be seen
+_IN_DEGREES = frozenset({"tilt", "turns"})  # relations whose amounts are angles
+_OFF_AXIS_DEGREES = 5.0  # by which the axis of a turn may differ from the declared one
 _POSITION_TOLERANCE = 0.01  # default tolerance of positions, relative to the extent of the objects
 # refused for Minecraft blocks, which have boxes only
 _NOT_FOR_BLOCKS = frozenset(
-    {"on", "inside", "touching", "clear-of", "distance", "supported", "floating", "fastened", "has-color"}
-)
+    {
+        "on", "inside", "touching", "clear-of", "distance", "supported", "floating", "fastened", "has-color", "tilt",
+        "outline", "visible-from", "reachable",
+    }
+)  # fmt: skip
 _SIDES = {
     "above": (1, 1.0, "above"), "below": (1, -1.0, "below"), "left-of": (0, -1.0, "to the left of"),
     "right-of": (0, 1.0, "to the right of"), "in-front-of": (2, 1.0, "in front of"), "behind": (2, -1.0, "behind"),
@@ -196,15 +207,19 @@ def violations(
     return failed
 
 
-def reasons(scene: Scene, declarations: Sequence[Declaration]) -> list[str | None]:
+def reasons(scene: Scene, declarations: Sequence[Declaration], *, is_lenient: bool = False) -> list[str | None]:
     """Return the first reason why each declaration about the whole scene fails, None if it holds.
 
-    The program's own declarations are not tested. Declarations that cannot be tested fail.
+    The program's own declarations are not tested. Declarations that cannot be tested, since a word does not occur,
+    fail; if ``is_lenient``, they hold.
     """
     messages: dict[int, str] = {}
     asked = {id(declaration): number for number, declaration in enumerate(declarations)}
     spans = {id(declaration.span): number for number, declaration in enumerate(declarations)}
     for outcome in _tested(scene, declarations, lambda declaration: id(declaration) in asked, first=True):
+        is_error = isinstance(outcome, SceneError)
+        if is_error and is_lenient:
+            continue
         number = spans[id(outcome.span)] if isinstance(outcome, SceneError) else asked[id(outcome.declaration)]
         messages.setdefault(number, outcome.message)
     return [messages.get(number) for number in range(len(declarations))]
@@ -227,12 +242,14 @@ def _tested(
         return
     work, count = _Work(), 0
     finished: set[int] = set()
+    once: dict[int, list[list[Violation]]] = {}  # violations in each frame of what must hold in one of them
     for number in range(len(scene.frames)):
         arrangement = Arrangement(scene, number)
+        tested: dict[int, list[Violation]] = {}
         for within, declaration in _declared(arrangement, declaring, about_scene):
             if id(declaration) in finished or not only(declaration) or count >= _MAX_VIOLATIONS:
                 continue
-            if number and declaration.relation in OVER_FRAMES:
+            if not _concerns(declaration, number, len(scene.frames)):
                 continue
             context = _Context(arrangement, within, declaration, work, first)
             try:
@@ -242,11 +259,27 @@ def _tested(
                 finished.add(id(declaration))
                 yield error
                 continue
+            if declaration.options.get("sometime"):
+                found = tested.setdefault(id(declaration), [])
+                found += [_violation(context, number, failure) for failure in failures]
+                continue
             if first and failures:
                 finished.add(id(declaration))
                 failures = failures[:1]
             count += len(failures)
             yield from (_violation(context, number, failure) for failure in failures)
+        for key, failed in tested.items():
+            once.setdefault(key, []).append(failed)
+    for frames in once.values():
+        if all(frames):
+            yield from min(frames, key=lambda failed: sum(violation.amount for violation in failed))
+
+
+def _concerns(declaration: Declaration, frame: int, count: int) -> bool:
+    """Return whether a declaration is tested in a frame: those over all frames, and ``:first`` ones, in the first."""
+    if declaration.relation in OVER_FRAMES or declaration.options.get("first"):
+        return frame == 0
+    return frame == count - 1 if declaration.options.get("last") else True
 
 
 def _declared(
@@ -371,7 +404,9 @@ def _diagnostic(group: Sequence[Violation], scene: Scene) -> Diagnostic:
     message = f"{declaration} does not hold: {worst.message}"
     if len(first) > 1:
         message += f" ({len(first)} times)"
-    if scene.animated and declaration.relation not in OVER_FRAMES:
+    if scene.animated and declaration.options.get("sometime"):
+        message += f" (nearest in frame {frames[0]})"
+    elif scene.animated and declaration.relation not in OVER_FRAMES:
         message += f" (frame {frames[0]}" + (f" and {len(frames) - 1} more)" if len(frames) > 1 else ")")
     if declaration.options.get("message"):
         message = f"{declaration.options['message']}: {message}"
@@ -643,7 +678,8 @@ def _off(context: _Context, value: float) -> float:
     """Return how far a value is above (positive) or below the declared one; 0 if it holds."""
     expected = context.declaration.number
     if expected is not None:
-        within = float(context.option("within", _LENGTH_TOLERANCE * expected))
+        least = _ANGLE_DEGREES if context.declaration.relation in _IN_DEGREES else 0.0
+        within = float(context.option("within", max(_LENGTH_TOLERANCE * expected, least)))
         return 0.0 if abs(value - expected) <= within + 1e-9 else value - expected
     tolerance = 1e-9 * max(1.0, context.arrangement.bodies.size)
     least, most = context.option("min"), context.option("max")
@@ -763,10 +799,15 @@ def _size(context: _Context) -> list[_Failure]:
         """Yield the extent of each subject, charging for it."""
         for a in context.objects(context.declaration.things[0]):
             context.work.spend()
-            low, high = context.arrangement.box(a)
-            yield float((high - low)["xyz".index(axis)])
+            yield _extent(context.arrangement, a, axis)
 
-    return _measured(context, extents(), f"measures {{:.3g}} along {axis}")
+    return _measured(context, extents(), f"measures {{:.3g}} along {' or '.join(axis)}")
+
+
+def _extent(arrangement: Arrangement, placed: PlacedObject, axes: str) -> float:
+    """Return the extent of an object along an axis of the scene, the largest one along several."""
+    low, high = arrangement.box(placed)
+    return max(float((high - low)["xyz".index(axis)]) for axis in axes)
 
 
 def _measured(context: _Context, amounts: Iterable[float], message_format: str) -> list[_Failure]:
@@ -799,6 +840,87 @@ def _count(context: _Context) -> list[_Failure]:
     return [_Failure(message, max(low - count, count - high), subject)]
 
 
+def _proportion(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why the extent of ``a`` relative to that of ``b`` is not as declared."""
+    axis = context.option("axis")
+    first, second = (_extent(context.arrangement, placed, axis) for placed in (a, b))
+    ratio = first / max(second, 1e-300)
+    off = _off(context, ratio)
+    if off == 0.0:
+        return None
+    message = f'"{a.entity.word}" measures {ratio:.3g} times "{b.entity.word}" along {" or ".join(axis)}'
+    return _Failure(message, abs(off), a, b)
+
+
+def _tilt(context: _Context) -> list[_Failure]:
+    """Return the subjects that are not tilted as declared."""
+    objects = context.objects(context.declaration.things[0])
+    context.work.spend(sum(placed.last - placed.first for placed in objects))
+    angles = (tilt(context.arrangement, placed) for placed in objects)
+    return _measured(context, angles, "is tilted by {:.3g} degrees")
+
+
+def _outline(context: _Context) -> list[_Failure]:
+    """Return the subjects whose outline along an axis is another one."""
+    expected, axis = str(context.declaration.term), context.option("axis", "y")
+    failures = []
+    for placed in context.objects(context.declaration.things[0]):
+        context.work.spend(placed.last - placed.first)
+        if expected not in outlines(context.arrangement, placed, axis):
+            failures.append(_Failure(f'"{placed.entity.word}" is not {expected}, seen along {axis}', 1.0, placed))
+        elif context.option("any"):
+            return []
+    return failures[:1] if context.option("any") else failures
+
+
+def _made_of(context: _Context) -> list[_Failure]:
+    """Return the subjects most of whose blocks are of another type."""
+    expected, failures = str(context.declaration.term), list[_Failure]()
+    for placed in context.objects(context.declaration.things[0]):
+        context.work.spend()
+        volumes = block_types(placed.entity)
+        total = sum(volumes.values())
+        if total <= 0.0:
+            raise SceneError("declaration-subject", f'"{placed.entity.word}" has no Minecraft blocks')
+        named = sum(v for name, v in volumes.items() if name == expected or name.endswith(f"_{expected}"))
+        if 2.0 * named <= total:
+            most = max(volumes, key=lambda name: volumes[name])
+            failures.append(_Failure(f'"{placed.entity.word}" is of {most}', 1.0 - named / total, placed))
+        elif context.option("any"):
+            return []
+    return failures[:1] if context.option("any") else failures
+
+
+def _visible_from(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why too little of ``a`` is seen from ``b``."""
+    context.work.spend(len(context.arrangement.bodies))
+    least = float(context.option("share", _LEAST_VISIBLE))
+    share = visible_share(context.arrangement, a, b)
+    if share >= least:
+        return None
+    return _Failure(f'{share:.0%} of "{a.entity.word}" is seen from "{b.entity.word}"', least - share, a, b)
+
+
+def _reachable(context: _Context) -> list[_Failure]:
+    """Return the subjects that a person cannot walk to from an object, or with `all` from each."""
+    context.work.spend(len(context.arrangement.bodies))
+    floor = WalkingPlan(context.arrangement, float(context.option("within", FREE_RADIUS)))
+    subjects, starts = (context.objects(name) for name in context.declaration.things)
+    ways = [(b, floor.reached(floor.around(b))) for b in starts]
+    failures = []
+    for a in subjects:
+        context.work.spend(len(starts))
+        ends = floor.around(a)
+        blocked = [b for b, way in ways if b.instance != a.instance and not (way & ends).any()]
+        if not blocked or (len(blocked) < len(ways) and not context.option("all")):
+            if context.option("any"):
+                return []
+            continue
+        message = f'no free way on the ground leads from "{blocked[0].entity.word}" to "{a.entity.word}"'
+        failures.append(_Failure(message, 1.0, a, blocked[0]))
+    return failures[:1] if context.option("any") else failures
+
+
 def _has_color(context: _Context) -> list[_Failure]:
     """Return the subjects most of whose surface has another color, measured by the boxes of their bodies."""
     bodies = context.arrangement.bodies
@@ -815,7 +937,7 @@ def _has_color(context: _Context) -> list[_Failure]:
         total = sum(shares.values())
         if total <= 0.0:
             raise SceneError("declaration-subject", f'"{a.entity.word}" has no surface that can be seen')
-        share = shares.get(str(context.declaration.color), 0.0) / total
+        share = shares.get(str(context.declaration.term), 0.0) / total
         if share > 0.5 and context.option("any"):
             return []
         if share <= 0.5:
@@ -847,6 +969,9 @@ def _moves(context: _Context) -> list[_Failure]:
     )  # (F, N, 3)
     extent = np.ptp(places, axis=0)
     along = context.option("along")
+    if along is not None and along[0] in "+-":
+        way = (places[-1] - places[0])[:, "xyz".index(along[1])] * (1.0 if along[0] == "+" else -1.0)
+        return _measured(context, way.tolist(), f"moves by {{:.3g}} in the direction {along}")
     amounts = np.linalg.norm(extent, axis=1) if along is None else extent[:, "xyz".index(along)]
     return _measured(context, amounts.tolist(), "moves by {:.3g}" + (f" along {along}" if along else ""))
 
@@ -854,8 +979,99 @@ def _moves(context: _Context) -> list[_Failure]:
 def _turns(context: _Context) -> list[_Failure]:
     """Return the subjects that do not turn as declared."""
     frames = [[_linear(arrangement, a) for a in objects] for arrangement, objects in _frames(context)]
+    axis = context.option("axis")
+    if axis is not None:
+        return _turns_about(context, list(zip(*frames)), axis)
     amounts = [max(_turn(first, later) for later in poses) for first, *poses in zip(frames[0], *frames)]
     return _measured(context, amounts, "turns by {:.3g} degrees")
+
+
+def _turns_about(context: _Context, objects: Sequence[Sequence[FloatArray]], axis: str) -> list[_Failure]:
+    """Return the subjects that do not turn about an axis of the scene as declared, or turn about another one."""
+    direction = np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis[0] == "-" else 1.0)
+    subjects = context.objects(context.declaration.things[0])
+    amounts = []
+    for placed, poses in zip(subjects, objects):
+        steps = np.array([_rotation_vector(first, later) for first, later in pairwise(poses)]).reshape(-1, 3)
+        along = steps @ direction
+        beside = np.linalg.norm(steps - np.outer(along, direction), axis=1)
+        if beside.sum() > math.tan(math.radians(_OFF_AXIS_DEGREES)) * np.abs(along).sum() + _ANGLE_DEGREES:
+            message = f'"{placed.entity.word}" turns about another axis than {axis[-1]}'
+            return [_Failure(message, float(beside.sum()), placed)]
+        swept = np.cumsum(along) if len(along) else np.zeros(1)
+        amounts.append(float(swept[-1]) if axis[0] in "+-" else float(np.abs(swept).max()))
+    return _measured(context, amounts, f"turns by {{:.3g}} degrees about {axis}")
+
+
+def _rotation_vector(first: FloatArray, later: FloatArray) -> FloatArray:
+    """Return the greatest turn (3,) in degrees, as axis times angle, between the bodies (N, 3, 3) of two frames."""
+    if first.shape != later.shape or not len(first):
+        return np.zeros(3)
+    vectors = [_axis_times_angle(_rotation(b) @ _rotation(a).T) for a, b in zip(first, later)]
+    return max(vectors, key=lambda vector: float(np.linalg.norm(vector)))
+
+
+def _axis_times_angle(rotation: FloatArray) -> FloatArray:
+    """Return the axis of a rotation (3, 3) times its angle in degrees, from 0 to 180."""
+    angle = math.degrees(math.acos(min(1.0, max(-1.0, (float(np.trace(rotation)) - 1.0) / 2.0))))
+    skew = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    if float(np.linalg.norm(skew)) > 1e-9:
+        return np.asarray(angle * skew / np.linalg.norm(skew), np.float64)
+    if angle < 90.0:
+        return np.zeros(3)
+    # Half a turn: R + I = 2 n n', whose longest column is along the axis.
+    columns = rotation + np.eye(3)
+    column = columns[:, int(np.argmax(np.diag(columns)))]
+    return np.asarray(angle * column / np.linalg.norm(column), np.float64)
+
+
+def _path(context: _Context) -> list[_Failure]:
+    """Return the subjects whose centers do not move on a path of the declared shape."""
+    shape, about = str(context.declaration.term), context.option("about")
+    frames = [[arrangement.center(a) for a in objects] for arrangement, objects in _frames(context)]
+    axis_center = None if about is None else context.arrangement.center(context.objects(about)[0])
+    failures = []
+    for placed, places in zip(context.objects(context.declaration.things[0]), np.array(frames).transpose(1, 0, 2)):
+        off, tolerance = _off_path(places, shape, axis_center)
+        if float(np.ptp(places, axis=0).max()) <= context.arrangement.touch(placed):
+            failures.append(_Failure(f'"{placed.entity.word}" does not move', 1.0, placed))
+        elif off <= float(context.option("within", tolerance)):
+            if context.option("any"):
+                return []
+        else:
+            written = f"a {shape}" + (f' around "{about}"' if about is not None else "")
+            written = "a closed path" if shape == "closed" else written
+            failures.append(_Failure(f'"{placed.entity.word}" is {off:.3g} beside {written}', off, placed))
+    return failures[:1] if context.option("any") else failures
+
+
+def _off_path(places: FloatArray, shape: str, axis_center: FloatArray | None) -> tuple[float, float]:
+    """Return how far places (F, 3) are beside a path of a shape at most, and the default tolerance."""
+    extent = float(np.linalg.norm(np.ptp(places, axis=0)))
+    if shape == "closed":  # the last frame of a loop is often the one before the first
+        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        return float(np.linalg.norm(places[-1] - places[0])), float(1.5 * steps.max(initial=0.0))
+    middle = places.mean(axis=0)
+    away = places - middle
+    axes = np.linalg.svd(away, full_matrices=False)[2]
+    if shape == "line":
+        direction = axes[0]
+        beside = np.linalg.norm(away - np.outer(away @ direction, direction), axis=1)
+        return float(beside.max()), _PATH_TOLERANCE * extent
+    # A circle: least squares of x^2 + y^2 = 2 a x + 2 b y + c in the plane of the places (Kasa, 1976).
+    flat = away @ axes[:2].T
+    a, b, c = np.linalg.lstsq(np.c_[2.0 * flat, np.ones(len(flat))], (flat * flat).sum(axis=1), rcond=None)[0].tolist()
+    radius = math.sqrt(max(c + a * a + b * b, 0.0))
+    if radius > _MAX_RADIUS * extent:
+        return extent, _PATH_TOLERANCE * extent
+    center = middle + np.array([a, b]) @ axes[:2]
+    normal = axes[2] if len(axes) > 2 else np.zeros(3)
+    beside = np.hypot(np.linalg.norm(flat - [a, b], axis=1) - radius, away @ normal)
+    off = float(beside.max())
+    if axis_center is not None:
+        apart = center - axis_center
+        off = max(off, float(np.linalg.norm(apart - (apart @ normal) * normal)))
+    return off, _PATH_TOLERANCE * max(radius, 1e-300)
 
 
 def _linear(arrangement: Arrangement, a: PlacedObject) -> FloatArray:
@@ -921,6 +1137,8 @@ def _principal(points: FloatArray) -> FloatArray:
 
 def _evenly_spaced(context: _Context) -> list[_Failure]:
     """Return the subjects whose distance to the previous one differs from the median."""
+    if context.option("around") is not None:
+        return _evenly_around(context)
     objects, centers, within = _centers(context)
     if len(objects) < 3:
         return []
@@ -936,6 +1154,66 @@ def _evenly_spaced(context: _Context) -> list[_Failure]:
         message = f'the distance to the next "{placed.entity.word}" is {gaps[k]:.3g}, that of the others {usual:.3g}'
         failures.append(_Failure(message, abs(float(gaps[k]) - usual), placed, objects[int(order[k])],
                               _vector(direction * (usual - gaps[k]))))  # fmt: skip
+    return failures
+
+
+def _azimuths(context: _Context, objects: Sequence[PlacedObject]) -> FloatArray:
+    """Return the angles (N,) in degrees at which objects are around the one of ``:around``, counterclockwise from +x.
+
+    Raises SceneError for one at its center, which has none.
+    """
+    arrangement, about = context.arrangement, context.option("around")
+    middle = arrangement.center(context.objects(about)[0])
+    away = np.array([arrangement.center(placed) - middle for placed in objects])[:, [0, 2]]
+    for placed, length in zip(objects, np.linalg.norm(away, axis=1).tolist()):
+        if length <= arrangement.touch(placed):
+            raise SceneError("declaration-subject", f'"{placed.entity.word}" is at the centre of "{about}"')
+    return np.asarray(np.degrees(np.arctan2(-away[:, 1], away[:, 0])) % 360.0, np.float64)
+
+
+def _evenly_around(context: _Context) -> list[_Failure]:
+    """Return the subjects whose angle to the one before, seen from the object that they are around, is not the mean."""
+    objects = context.objects(context.declaration.things[0])
+    context.work.spend(len(objects))
+    if len(objects) < 2:
+        return []
+    azimuths = _azimuths(context, objects)
+    order = np.argsort(azimuths, kind="stable")
+    gaps = np.diff(azimuths[order], append=azimuths[order[0]] + 360.0)
+    mean = 360.0 / len(objects)
+    within = float(context.option("within", min(_AROUND_SHARE * mean, _AROUND_DEGREES)))
+    return [
+        _Failure(
+            f'the angle to the next "{objects[int(order[k])].entity.word}" around "{context.option("around")}" is'
+            f" {gaps[k]:.3g} degrees, where {mean:.3g} is even",
+            abs(float(gaps[k]) - mean),
+            objects[int(order[k])],
+            objects[int(order[(k + 1) % len(order)])],
+        )
+        for k in np.flatnonzero(np.abs(gaps - mean) > within).tolist()
+    ]
+
+
+def _order(context: _Context) -> list[_Failure]:
+    """Return the first objects of each name that come before one of the name before it."""
+    names = context.declaration.things
+    groups = [context.objects(name) for name in names]
+    context.work.spend(sum(len(group) for group in groups))
+    if context.option("around") is not None:
+        angles = [_azimuths(context, group) for group in groups]
+        start = float(angles[0].min())
+        places = [(angle - start) % 360.0 for angle in angles]
+    else:
+        axis = "xyz".index(context.option("along"))
+        places = [np.array([context.arrangement.center(placed)[axis] for placed in group]) for group in groups]
+    failures = []
+    for number in range(1, len(groups)):
+        last, first = int(np.argmax(places[number - 1])), int(np.argmin(places[number]))
+        lacking = float(places[number - 1][last] - places[number][first])
+        b, a = groups[number - 1][last], groups[number][first]
+        if lacking >= -context.arrangement.touch(a):
+            message = f'"{a.entity.word}" does not come after "{b.entity.word}"'
+            failures.append(_Failure(message, max(lacking, context.arrangement.touch(a)), a, b))
     return failures
 
 
@@ -1080,6 +1358,14 @@ _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "supported": _supported,
     "floating": _floats,
     "fastened": _pairwise(_fastened),
+    "order": _order,
+    "proportion": _pairwise(_proportion),
+    "tilt": _tilt,
+    "outline": _outline,
+    "made-of": _made_of,
+    "visible-from": _pairwise(_visible_from),
+    "reachable": _reachable,
+    "path": _path,
     "size": _size,
     "count": _count,
     "has-color": _has_color,

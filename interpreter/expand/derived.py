@@ -494,11 +494,9 @@ def _declaration(
         hint = suggest(name, RELATIONS) or f"the relations are {', '.join(RELATIONS)}"
         raise syntax_error("assert-that", f"unknown relation `{name}`", head.span, hint)
     operands, options = _relation_operands(relation, datum)
-    most, least = len(relation.operands), len(relation.operands) - relation.optional
-    if not least <= len(operands) <= most:
-        expected = f"{least}" if least == most else f"{least} or {most}"
-        problem = f"`{name}` expects {expected} operands, got {len(operands)}"
-        raise syntax_error("assert-that", problem, datum.span, f"write `{relation.usage}`")
+    wrong_count = relation.wrong_count(len(operands))
+    if wrong_count is not None:
+        raise syntax_error("assert-that", wrong_count, datum.span, f"write `{relation.usage}`")
     span = datum.span
     if message is not None:
         options.append(("message", message))
@@ -520,9 +518,9 @@ def _relation_operands(relation: Relation, datum: ListDatum) -> tuple[list[Datum
             operands.append(item)
             continue
         key = str(item.value)
-        if key not in relation.options:
-            takes = ", ".join(f"`:{option}`" for option in relation.options)
-            hint = suggest(key, relation.options) or f"it takes {takes}"
+        if key not in relation.keywords:
+            takes = ", ".join(f"`:{option}`" for option in relation.keywords)
+            hint = suggest(key, relation.keywords) or f"it takes {takes}"
             raise syntax_error("assert-that", f"`{relation.name}` has no option `:{key}`", item.span, hint)
         if any(key == other for other, _ in options):
             raise syntax_error("assert-that", f"`:{key}` is given twice", item.span)

@@ -13,8 +13,14 @@ from scenelang.interpreter.scene.declarations import (
     COLOR,
     COLORS,
     FLAGS,
+    FRAME_FLAGS,
+    MATERIAL,
     NUMBER,
     OBJECT,
+    OUTLINE,
+    OUTLINES,
+    PATH,
+    PATHS,
     RELATIONS,
     Declaration,
     Relation,
@@ -25,8 +31,12 @@ from scenelang.interpreter.values.values import Embedding
 _MAX_NUMBER = 1e100  # its square, which the geometry computes, is a float
 _MAX_MESSAGE_CHARACTERS = 1000
 _LENGTHS = ("within", "min", "max")
-_DEGREES = frozenset({"angle", "facing"})  # relations whose `:within` is an angle
-_ONE_AXIS = frozenset({"moves"})  # relations whose `:along` is one axis
+_DEGREES = frozenset({"angle", "facing", "tilt", "turns"})  # relations whose `:within` is an angle
+# Options that may be several axes, and how many.
+_SEVERAL_AXES = {("aligned", "along"): 2, ("evenly-spaced", "along"): 2, ("size", "axis"): 3, ("proportion", "axis"): 3}
+_SIGNED = frozenset({("moves", "along"), ("turns", "axis")})  # options that may be a direction such as "+x"
+_TERMS = {OUTLINE: OUTLINES, PATH: PATHS}
+_MAX_MATERIAL_CHARACTERS = 100
 
 
 def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], span: Span | None) -> Declaration:
@@ -51,23 +61,23 @@ def declared(name: str, operands: Sequence[Any], options: Mapping[str, Any], spa
     relation = RELATIONS.get(name)
     if relation is None:
         raise SceneError("value", f"unknown relation `{name}`; expected one of {', '.join(RELATIONS)}")
-    most, least = len(relation.operands), len(relation.operands) - relation.optional
-    if not least <= len(operands) <= most:
-        expected = f"{most}" if least == most else f"{least} or {most}"
-        raise SceneError(
-            "arity", f"`{name}` expects {expected} operands, got {len(operands)}", f"write `{relation.usage}`"
-        )
-    subjects = tuple(_subject(name, value) for value, kind in zip(operands, relation.operands) if kind is OBJECT)
-    numbers = [_number(name, "a number", v) for v, kind in zip(operands, relation.operands) if kind is NUMBER]
-    colors = [_color(value) for value, kind in zip(operands, relation.operands) if kind is COLOR]
+    problem = relation.wrong_count(len(operands))
+    if problem is not None:
+        raise SceneError("arity", problem, f"write `{relation.usage}`")
+    kinds = [(value, relation.kind_of(position)) for position, value in enumerate(operands)]
+    subjects = tuple(_subject(name, value) for value, kind in kinds if kind is OBJECT)
+    numbers = [_number(name, "a number", value) for value, kind in kinds if kind is NUMBER]
+    terms = [_term(kind, value) for value, kind in kinds if kind not in (OBJECT, NUMBER)]
     checked = {key: _option(relation, key, value) for key, value in options.items() if value is not None}
+    if checked.pop("never", False):
+        checked["negated"] = not checked.get("negated", False)
     declaration = Declaration(
         name,
         subjects,
         numbers[0] if numbers else None,
         {k: v for k, v in checked.items() if v is not False},
         span,
-        colors[0] if colors else None,
+        terms[0] if terms else None,
     )
     _check_amount(relation, declaration)
     return declaration
@@ -88,8 +98,14 @@ def _check_amount(relation: Relation, declaration: Declaration) -> None:
         raise SceneError("value", f"`:within` of `{name}` expects degrees from 0 to 180")
     if name == "count" and declaration.number is not None and declaration.number != int(declaration.number):
         raise SceneError("value", f"`count` expects a whole number, got {declaration.number:g}")
-    if name == "size" and "axis" not in options:
-        raise SceneError("value", "`size` expects `:axis`", f"write `{relation.usage}`")
+    if name in ("size", "proportion") and "axis" not in options:
+        raise SceneError("value", f"`{name}` expects `:axis`", f"write `{relation.usage}`")
+    if name == "order" and ("along" in options) == ("around" in options):
+        raise SceneError("value", "`order` expects `:along` or `:around`", f"write `{relation.usage}`")
+    if name == "evenly-spaced" and "along" in options and "around" in options:
+        raise SceneError("value", "`evenly-spaced` expects `:along` or `:around`, got both")
+    if len({*FRAME_FLAGS} & {*options}) > 1:
+        raise SceneError("value", f"`{name}` expects one of `:first`, `:last`, `:sometime` and `:never`")
 
 
 def _subject(name: str, value: Any) -> str:
@@ -99,6 +115,30 @@ def _subject(name: str, value: Any) -> str:
     if type(value) is str and value:
         return value
     raise SceneError("type", f"`{name}` expects a word or a handle, got {type_name(value)}")
+
+
+def _term(kind: str, value: Any) -> str:
+    """Return a checked operand that is a text."""
+    if kind is COLOR:
+        return _color(value)
+    if type(value) is not str or not value:
+        raise SceneError("type", f"expected {_article(kind)}, got {type_name(value)}")
+    known = _TERMS.get(kind)
+    if known is not None and value not in known:
+        hint = suggest(value, known) or f"expected {_quoted(known)}"
+        raise SceneError("value", f'unknown {kind} "{value}"', hint)
+    return value[:_MAX_MATERIAL_CHARACTERS] if kind is MATERIAL else value
+
+
+def _article(kind: str) -> str:
+    """Return the kind of an operand with its article."""
+    return f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
+
+
+def _quoted(names: Sequence[str]) -> str:
+    """Return names as quoted alternatives."""
+    *others, last = (f'"{name}"' for name in names)
+    return f"{', '.join(others)} or {last}"
 
 
 def _color(value: Any) -> str:
@@ -134,8 +174,8 @@ def _number(name: str, expected: str, value: Any) -> float:
 
 def _option(relation: Relation, key: str, value: Any) -> Any:
     """Return the checked value of an option of a relation."""
-    if key not in (*relation.options, "message", "negated"):
-        takes = ", ".join(f"`:{option}`" for option in relation.options)
+    if key not in (*relation.keywords, "message", "negated"):
+        takes = ", ".join(f"`:{option}`" for option in relation.keywords)
         raise SceneError("keyword", f"`{relation.name}` has no option `:{key}`; it takes {takes}")
     if key in FLAGS:
         return bool(value)
@@ -146,11 +186,13 @@ def _option(relation: Relation, key: str, value: Any) -> Any:
         if not 0.0 < share <= 1.0:
             raise SceneError("value", f"`:share` expects a number above 0 and at most 1, got {share:g}")
         return share
-    if key == "about":
+    if key in ("about", "around"):
         return _subject(relation.name, value)
     if key == "message":
         return str(value)[:_MAX_MESSAGE_CHARACTERS]
-    return _axes(key, value, 2 if key == "along" and relation.name not in _ONE_AXIS else 1)
+    if (relation.name, key) in _SIGNED and type(value) is str and value[:1] in ("+", "-"):
+        return value[0] + _axes(key, value[1:], 1)
+    return _axes(key, value, _SEVERAL_AXES.get((relation.name, key), 1))
 
 
 def _axes(key: str, value: Any, most: int) -> str:

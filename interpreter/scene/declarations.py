@@ -14,7 +14,12 @@ from scenelang.grammar.datum import Span, dataclass
 from scenelang.interpreter.scene.primitives.base import encoded
 
 AXES = ("x", "y", "z")
-OBJECT, NUMBER, COLOR = "object", "number", "color"
+OBJECT, NUMBER, COLOR, OUTLINE, PATH, MATERIAL = "object", "number", "color", "outline", "path", "material"
+OUTLINES = ("round", "oval", "square", "rectangular")
+PATHS = ("line", "circle", "closed")
+# In which frames of a 4D scene a declaration must hold; in all without one of these. `:never` is that of `not`.
+FRAME_FLAGS = ("first", "last", "sometime", "never")
+MAX_OBJECTS = 64  # operands of `order`
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,11 +31,13 @@ class Relation:
     name, usage, doc, example
         For the reference. The usage shows the operands and options, the example is a declaration.
     operands
-        Kinds of the operands, OBJECT, NUMBER or COLOR.
+        Kinds of the operands: OBJECT, NUMBER, or a text that is a COLOR, an OUTLINE, a PATH or a MATERIAL.
     optional
         Number of operands at the end that may be left out.
     options
-        Names of the options that it takes, besides ``message``.
+        Names of the options that it takes, besides ``message`` and those of frames.
+    is_open
+        Whether more operands of the last kind may follow.
     """
 
     name: str
@@ -40,8 +47,33 @@ class Relation:
     operands: tuple[str, ...]
     options: tuple[str, ...]
     optional: int = 0
+    is_open: bool = False
+
+    @property
+    def operand_counts(self) -> tuple[int, int]:
+        """Least and greatest number of operands."""
+        count = len(self.operands)
+        return count - self.optional, MAX_OBJECTS if self.is_open else count
+
+    @property
+    def keywords(self) -> tuple[str, ...]:
+        """All options that a program may write, without ``message``."""
+        return self.options if self.name in OVER_FRAMES else (*self.options, *FRAME_FLAGS)
+
+    def wrong_count(self, count: int) -> str | None:
+        """Return the message about a wrong number of operands, None for a right one."""
+        least, most = self.operand_counts
+        if least <= count <= most:
+            return None
+        several = f"{least} to {most}" if self.is_open else f"{least} or {most}"
+        return f"`{self.name}` expects {least if least == most else several} operands, got {count}"
+
+    def kind_of(self, position: int) -> str:
+        """Return the kind of the operand at a position."""
+        return self.operands[min(position, len(self.operands) - 1)]
 
 
+OVER_FRAMES = frozenset({"moves", "turns", "path"})  # about all frames together
 _QUANTIFIERS = ("any", "all")
 
 
@@ -139,11 +171,23 @@ _RELATIONS = (
     ),
     Relation(
         "evenly-spaced",
-        '(evenly-spaced A [:along "x"] [:within length])',
-        "The distances between neighbouring centres of all A, in the order along a line, are equal.",
+        '(evenly-spaced A [:along "x"] [:around B] [:within length])',
+        "The distances between neighbouring centres of all A, in the order along a line, are equal. With `:around`, the"
+        " angles between neighbours, seen from above from the centre of B; `:within` is then in degrees, by default a"
+        " tenth of the angle.",
         '(evenly-spaced "pawn" :along "x")',
         (OBJECT,),
-        ("along", "within"),
+        ("along", "around", "within"),
+    ),
+    Relation(
+        "order",
+        '(order A B ... [:along "x"] [:around C])',
+        "All A come before all B, and so on, by their centres along an axis, in its direction. With `:around`,"
+        " counterclockwise seen from above, from the first A on.",
+        '(order "cup" "candle" "plate" :along "x")',
+        (OBJECT, OBJECT),
+        ("along", "around"),
+        is_open=True,
     ),
     Relation(
         "symmetric",
@@ -181,11 +225,67 @@ _RELATIONS = (
     Relation(
         "size",
         '(size A [length] :axis "y" [:within length] [:min length] [:max length] [:any])',
-        "The extent of every A along an axis of the scene is a length, or in a range.",
+        'The extent of every A along an axis of the scene is a length, or in a range; with several axes such as "xz"'
+        " the largest.",
         '(size "tower" :axis "y" :min 3)',
         (OBJECT, NUMBER),
         ("any", "axis", "within", "min", "max"),
         1,
+    ),
+    Relation(
+        "proportion",
+        '(proportion A B [ratio] :axis "y" [:within ratio] [:min ratio] [:max ratio] [:any] [:all])',
+        "The extent of every A along an axis of the scene, divided by that of some B, is a number, or in a range; with"
+        ' several axes such as "xz" the largest extents.',
+        '(proportion "chair" "table" :axis "y" :max 1.2)',
+        (OBJECT, OBJECT, NUMBER),
+        (*_QUANTIFIERS, "axis", "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "tilt",
+        "(tilt A [degrees] [:within degrees] [:min degrees] [:max degrees] [:any])",
+        "Every A is tilted by so many degrees, or in a range: the median of the angles between the vertical and the"
+        " nearest principal axis of each of its parts.",
+        '(tilt "candle" 10)',
+        (OBJECT, NUMBER),
+        ("any", "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "outline",
+        '(outline A shape [:axis "y"] [:any])',
+        "The outline of every A, seen along an axis of the scene, is round, oval, square or rectangular.",
+        '(outline "plate" "round")',
+        (OBJECT, OUTLINE),
+        ("any", "axis"),
+    ),
+    Relation(
+        "made-of",
+        "(made-of A block-type [:any])",
+        "Most of the volume of every A is of Minecraft blocks with that name or a name that ends in it: an"
+        ' "oak_planks" is of "planks".',
+        '(made-of "brick-wall" "bricks")',
+        (OBJECT, MATERIAL),
+        ("any",),
+    ),
+    Relation(
+        "visible-from",
+        "(visible-from A B [:share share] [:any] [:all])",
+        "At least a share of the surface of every A, half by default, is not hidden by other objects, seen from the top"
+        " of some B.",
+        '(visible-from "candle" "chair")',
+        (OBJECT, OBJECT),
+        (*_QUANTIFIERS, "share"),
+    ),
+    Relation(
+        "reachable",
+        "(reachable A B [:within length] [:any] [:all])",
+        "A person can walk on the ground from some B to within arm's reach of every A: over a way that is free to a"
+        " height of 1.7 and by a length to each side, .25 by default, in metres.",
+        '(reachable "lamp" "door")',
+        (OBJECT, OBJECT),
+        (*_QUANTIFIERS, "within"),
     ),
     Relation(
         "count",
@@ -209,7 +309,7 @@ _RELATIONS = (
         "moves",
         '(moves A [length] [:along "x"] [:within length] [:min length] [:max length] [:any])',
         "The centre of every A moves through the frames: the extent of its places, along an axis if one is given, is a"
-        " length, or in a range.",
+        ' length, or in a range. Along a direction such as "+x" or "-y", the way from its first place to its last.',
         '(moves "cup" :along "y" :min .2)',
         (OBJECT, NUMBER),
         ("any", "along", "within", "min", "max"),
@@ -217,12 +317,23 @@ _RELATIONS = (
     ),
     Relation(
         "turns",
-        "(turns A [degrees] [:within degrees] [:min degrees] [:max degrees] [:any])",
-        "The greatest angle by which every A is turned from its first frame is so many degrees, or in a range.",
+        '(turns A [degrees] [:axis "y"] [:within degrees] [:min degrees] [:max degrees] [:any])',
+        "The greatest angle by which every A is turned from its first frame is so many degrees, or in a range. With"
+        " `:axis`, the sum of its turns from frame to frame, all about that axis of the scene; about a direction such"
+        ' as "+y", counterclockwise seen from there.',
         '(turns "door" 90 :within 5)',
         (OBJECT, NUMBER),
-        ("any", "within", "min", "max"),
+        ("any", "axis", "within", "min", "max"),
         1,
+    ),
+    Relation(
+        "path",
+        "(path A shape [:about B] [:within length] [:any])",
+        'The centre of every A moves on a "line", on a "circle" (with `:about`, one whose axis goes through the centre'
+        ' of B), or on a "closed" path, which ends where it begins.',
+        '(path "cup" "line")',
+        (OBJECT, PATH),
+        ("any", "about", "within"),
     ),
 )
 RELATIONS: Mapping[str, Relation] = MappingProxyType({relation.name: relation for relation in _RELATIONS})
@@ -246,6 +357,15 @@ SCENES: Mapping[str, str] = MappingProxyType({
     '(transform (call "plate") (translate [.6 0 0]))',
     "aligned": "(for/union ((x '(-1 -.4 .7))) (transform (call \"pawn\") (translate (vector x 0 0))))",
     "evenly-spaced": "(for/union ((x '(-1 0 1))) (transform (call \"pawn\") (translate (vector x 0 0))))",
+    "order": '(call "candle") (transform (call "cup") (translate [-.6 0 0]))\n'
+    '(transform (call "plate") (translate [.6 0 0]))',
+    "proportion": '(call "table") (transform (call "chair") (translate [0 0 .9]))',
+    "tilt": '(transform (call "candle") (rotate (radians 10) [0 0 1]))',
+    "outline": '(call "plate")',
+    "made-of": '(call "brick-wall")',
+    "visible-from": '(call "table") (transform (call "candle") (translate [0 1 0]))\n'
+    '(transform (call "chair") (translate [0 0 -1.2]))',
+    "reachable": '(transform (call "door") (translate [-2 0 0])) (transform (call "lamp") (translate [2 0 0]))',
     "symmetric": '(call "table")\n(for/union ((x \'(-1.3 1.3))) (transform (call "chair") (translate (vector x 0 0))))',
     "supported": '(call "table") (transform (call "plate") (translate [0 1 0]))\n'
     '(transform (call "cup") (translate [0 1.04 0]))',
@@ -255,6 +375,7 @@ SCENES: Mapping[str, str] = MappingProxyType({
     "count": "(for*/union ((x '(-1 0 1)) (z '(-.5 .5))) (transform (call \"chair\") (translate (vector x 0 z))))",
     "has-color": '(call "table") (transform (call "cup") (translate [0 1 0]))',
     "moves": '(call "table") (transform (call "cup") (translate (vector 0 (+ 1 (* .4 (sin (* pi t)))) 0)))',
+    "path": '(call "table") (transform (call "cup") (translate (vector (- t .5) 1 (* .4 (- t .5)))))',
     "turns": '(call "wall") (transform (call "door") (@ (translate [1 0 .5]) (rotate (* t (/ pi 2)) [0 1 0])))',
 })  # fmt: skip
 
@@ -265,6 +386,7 @@ _WORDS = {
     "mug": '(lathe (polygon \'([0 0] [.2 0] [.2 .5] [.17 .5] [.17 .03] [0 .03])) :color (color "steelblue"))',
     "pencil": '(call "cylinder" :radius .015 :p0 [0 0 0] :p1 [0 .7 0] :color (color "gold"))',
     "wall": '(transform (call "cube" :scale [2 1.6 .1]) (translate [0 .8 -.05]))',
+    "brick-wall": '(call "set-cuboid" :block-type "stone_bricks" :size [3 2 1])',
     "shelf": '(call "cube" :scale [1.2 .06 .4] :color (color "peru"))',
     "door": '(transform (call "cube" :scale [.9 1.4 .06] :color (color "peru")) (translate [0 .7 0]))',
     "chair": '(union (transform (call "cube" :scale [.4 .4 .4] :color (color "peru")) (translate [0 .2 0])) (transform '
@@ -291,9 +413,11 @@ def example_of(relation: Relation) -> str:
     return "\n".join([*bound, f'(bind "scene" (lambda () (assert-that {relation.example}) {scene}))\n(scene "scene")'])
 
 
-FLAGS = frozenset({"any", "all", "negated"})
-OPTIONS = ("any", "all", "within", "min", "max", "share", "axis", "along", "across", "about", "message", "negated")
-OVER_FRAMES = frozenset({"moves", "turns"})  # about all frames together
+FLAGS = frozenset({"any", "all", "negated", *FRAME_FLAGS})
+OPTIONS = (
+    "any", "all", "within", "min", "max", "share", "axis", "along", "around", "across", "about", "message", "negated",
+    *FRAME_FLAGS,
+)  # fmt: skip
 
 # Basic color terms (Berlin and Kay, 1969): the hue in degrees at which each ends, for saturated colors that are neither
 # dark nor pale.
@@ -343,8 +467,9 @@ class Declaration:
         Name of the relation, a key of ``RELATIONS``.
     things
         Operands: words, or handles such as "<z1>".
-    number, color
-        Further operand of relations that take one: a length, an angle or a count; a name of a color.
+    number, term
+        Further operand of relations that take one: a length, an angle, a ratio or a count; the name of a color, an
+        outline, a path or a material.
     options
         Options by name; flags that are false are absent.
     span
@@ -356,15 +481,15 @@ class Declaration:
     number: float | None
     options: Mapping[str, Any]
     span: Span | None
-    color: str | None = None
+    term: str | None = None
 
     def __str__(self) -> str:
         """Return the declaration as it is written."""
         parts = [self.relation, *(_written(name) for name in self.things)]
         if self.number is not None:
             parts.append(f"{self.number:g}")
-        if self.color is not None:
-            parts.append(_written(self.color))
+        if self.term is not None:
+            parts.append(_written(self.term))
         for name, value in self.options.items():
             if name in FLAGS:
                 parts += [f":{name}"] if name != "negated" else []

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.backends.files import atomic_write
 from scenelang.bench.scoring import Score, scene_of
-from scenelang.bench.tasks import BenchTask
+from scenelang.bench.tasks import GEOMETRY, KEEP, BenchTask
 from scenelang.bench.trials import BenchRun, Trial
 from scenelang.grammar.diagnostics import CODES, SceneError
 
@@ -162,7 +162,8 @@ def _predicates(trials: Sequence[Trial], tasks: Mapping[str, BenchTask]) -> dict
             holds = trial.final is not None and trial.final.reasons[number] is None
             held[declaration.relation].append(float(holds))
         if task.keep:
-            held["keep"].append(float(trial.final is not None and trial.final.locality == 1.0))
+            held[KEEP].append(float(trial.final is not None and trial.final.locality == 1.0))
+        held[GEOMETRY].append(float(trial.final is not None and not trial.final.warnings))
     shares = {name: _share(values) for name, values in sorted(held.items())}
     return {name: share for name, share in shares.items() if share is not None}
 

@@ -1,4 +1,4 @@
-"""Scores of programs: which predicates of a task hold, what an edit leaves alone, and how the scene stands."""
+"""Scores of programs: which predicates of a task hold, what an edit leaves alone, and what the geometry warns of."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ import numpy as np
 
 from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import reasons
-from scenelang.bench.tasks import KEEP, BenchTask
-from scenelang.grammar.datum import Source, dataclass, replace
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.bench.tasks import GEOMETRY, KEEP, BenchTask
+from scenelang.grammar.datum import Source, dataclass
+from scenelang.grammar.diagnostics import ABOUT_GEOMETRY, Diagnostic, SceneError
 from scenelang.inference.brief import TaskKind
 from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.values.values import Matrix, Pair
+from scenelang.session.declarations import declared_in_python
 from scenelang.session.session import Options, Session
 
 _SAME = 1e-3  # of the scene's diagonal: what is nearer is where it was
@@ -40,6 +41,8 @@ class Score:
         For each declaration of the task why it does not hold, None if it holds.
     locality
         Share of the primitives that an edit must keep which are as before; None if nothing is to be kept.
+    warnings
+        Warnings of `check --geometry` that the task does not allow and that an edited program did not have before.
     collides, floats
         Whether the geometry lint finds parts that overlap, or that hang in the air; None for blocks.
     stable
@@ -48,6 +51,7 @@ class Score:
 
     reasons: tuple[str | None, ...]
     locality: float | None = None
+    warnings: tuple[str, ...] = ()
     collides: bool | None = None
     floats: bool | None = None
     stable: bool | None = None
@@ -55,12 +59,12 @@ class Score:
     @property
     def passed(self) -> bool:
         """Whether all predicates hold."""
-        return all(reason is None for reason in self.reasons) and self.locality in (None, 1.0)
+        return all(reason is None for reason in self.reasons) and self.locality in (None, 1.0) and not self.warnings
 
     def failed(self, task: BenchTask) -> list[str]:
-        """Return the predicates that do not hold: declarations of the task, and "keep"."""
-        found = [text for text, reason in zip(task.that, self.reasons) if reason is not None]
-        return found + ([KEEP] if self.locality not in (None, 1.0) else [])
+        """Return the predicates that do not hold: declarations of the task, "keep" and "geometry"."""
+        failed = [text for text, reason in zip(task.that, self.reasons) if reason is not None]
+        return [*failed, *([KEEP] if self.locality not in (None, 1.0) else []), *([GEOMETRY] if self.warnings else [])]
 
 
 def score_of(task: BenchTask, scene: Scene, simulates: bool = False, is_python: bool = False) -> Score:
@@ -72,21 +76,33 @@ def score_of(task: BenchTask, scene: Scene, simulates: bool = False, is_python: 
     if task.keep and task.program is not None:
         locality = kept_share(scene_of(task.program), scene, task.keep)
     collides = floats = stable = None
+    warnings: tuple[str, ...] = ()
     if task.kind is not TaskKind.BLOCKS:
-        names = {finding.name for finding in check_geometry(scene)}
+        findings = check_geometry(scene)
+        names = {finding.name for finding in findings}
         collides, floats = bool(names & _COLLISIONS), bool(names & _GAPS)
         stable = _is_stable(scene) if simulates and task.kind is TaskKind.STILL else None
+        before = _warned(check_geometry(scene_of(task.program))) if task.program is not None else ()
+        counted = [f for f in findings if f.severity == "warning" and f.name in ABOUT_GEOMETRY]
+        warnings = tuple(
+            finding.message for finding in counted if finding.name not in task.allows and _about(finding) not in before
+        )
     declarations = task.declarations
     if is_python:
         words = {entity.word for entity in descendants(*scene.frames)}
-        declarations = tuple(replace(d, things=tuple(_in_python(t, words) for t in d.things)) for d in declarations)
-    return Score(tuple(reasons(scene, declarations)), locality, collides, floats, stable)
+        declarations = tuple(declared_in_python(declaration, words) for declaration in declarations)
+    return Score(tuple(reasons(scene, declarations)), locality, warnings, collides, floats, stable)
 
 
-def _in_python(word: str, words: Collection[str]) -> str:
-    """Return a word as the names of Python's functions write it, if the scene has it only so."""
-    written = word.replace("-", "_")
-    return written if word not in words and written in words else word
+def _warned(findings: Sequence[Diagnostic]) -> Collection[tuple[str, str]]:
+    """Return what the warnings among the findings of the geometry lint are about."""
+    return {_about(finding) for finding in findings if finding.severity == "warning"}
+
+
+def _about(finding: Diagnostic) -> tuple[str, str]:
+    """Return the name of a finding, and the last word of the path that its message begins with."""
+    _, _, rest = finding.message.partition('"')
+    return finding.name, rest.partition('"')[0].rpartition("/")[2]
 
 
 def _is_stable(scene: Scene) -> bool | None:

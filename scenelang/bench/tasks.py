@@ -8,12 +8,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
+from itertools import pairwise
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
+from scenelang.bench.sizes import everyday_sizes
 from scenelang.files.toml_places import TomlTable, parsed
 from scenelang.grammar.datum import Source, dataclass
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import ABOUT_GEOMETRY, SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.inference.brief import TaskKind
 from scenelang.interpreter.scene.declarations import Declaration
@@ -21,17 +23,43 @@ from scenelang.interpreter.scene.primitives import block_words, solid_words
 from scenelang.session.declarations import declaration_source
 from scenelang.session.session import Session
 
-KEEP = "keep"  # what a near miss of an edit fails, besides declarations
+KEEP = "keep"  # the predicate of an edit that leaves alone what it must, besides declarations
+GEOMETRY = "geometry"  # the predicate that `check --geometry` warns of nothing
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _MAX_TASKS = 10_000
 _MAX_NAME = 80  # characters; it is part of file names
+_NO_SPACE = ".,;:!?)"  # at the start of a clause: it follows the one before without a space
 
 
 @dataclass(frozen=True, slots=True)
-class NearMiss:
-    """A program that fails one predicate of its task: ``fails`` is a declaration of the task, or "keep"."""
+class PromptClause:
+    """A clause of a prompt with the predicates that decide whether a scene fulfills it.
 
-    fails: str
+    Attributes
+    ----------
+    says
+        Its text. The prompt is the sequence of its clauses.
+    that
+        Declarations about the whole scene that must hold, as texts.
+    keep
+        Words whose instances an edit must leave where and as they are.
+    is_checked
+        Whether predicates decide it: declarations, what an edit keeps, or, for "stands on the ground" and its like, the
+        warnings of `check --geometry`. Otherwise it states a subject or a convention, such as where the front is.
+    """
+
+    says: str
+    that: tuple[str, ...]
+    keep: tuple[str, ...]
+    is_checked: bool
+
+
+@dataclass(frozen=True, slots=True)
+class WrongScene:
+    """A program that breaks one clause of its task, and why."""
+
+    breaks: str
+    why: str
     program: str
 
 
@@ -45,20 +73,22 @@ class BenchTask:
         Its name, which is unique, and that of its file.
     kind
         Kind of the scene.
-    prompt
-        What the model is asked for, without the words that the declarations use (``text`` has them).
+    clauses
+        The prompt in pieces, each with its predicates.
     that
-        Declarations about the whole scene that must hold, as texts.
+        Declarations about the whole scene that must hold, as texts: those of all clauses.
     keep
         Words whose instances an edit must leave where and as they are.
+    allows
+        Names of warnings of `check --geometry` that a scene may have, such as "floating" for planets.
     program, python
         The program to edit in the language and in Python; None where there is none.
     is_image
         Whether the model is given a picture of the scene of ``passes``.
     passes
         A program that fulfills the task.
-    near
-        Programs that fail one predicate each.
+    wrong
+        Plausible programs that each break a clause.
     declarations
         ``that``, as declarations.
     """
@@ -66,15 +96,24 @@ class BenchTask:
     name: str
     group: str
     kind: TaskKind
-    prompt: str
+    clauses: tuple[PromptClause, ...]
     that: tuple[str, ...]
     keep: tuple[str, ...]
+    allows: frozenset[str]
     program: str | None
     python: str | None
     is_image: bool
     passes: str
-    near: tuple[NearMiss, ...]
+    wrong: tuple[WrongScene, ...]
     declarations: tuple[Declaration, ...]
+
+    @property
+    def prompt(self) -> str:
+        """What the model is asked for, without the words that the declarations use (``text`` has them)."""
+        return "".join(
+            f"{'' if clause.says[0] in _NO_SPACE or not number else ' '}{clause.says}"
+            for number, clause in enumerate(self.clauses)
+        )
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -147,22 +186,56 @@ def _task(table: TomlTable, group: str) -> BenchTask:
         expected = f"at most {_MAX_NAME} small letters, digits and hyphens"
         table.fail("name", f"`name`: expected {expected}, got {name[:_MAX_NAME]!r}")
     kind = TaskKind(table.text("kind", "3d", [kind.value for kind in TaskKind]))
-    prompt, passes = _required(table, "prompt").strip(), _required(table, "passes")
-    that, keep = table.texts("that"), table.texts("keep")
+    passes = _required(table, "passes")
     program, python = table.text("program", None), table.text("python", None)
-    if keep and program is None:
-        table.fail("keep", "`keep` has no meaning without a `program` to edit")
-    if not that and not keep:
-        table.fail_missing("that", "a task has at least one declaration in `that`")
+    clauses = [_clause(each, program is not None) for each in table.tables("clause")]
+    if not any(clause.is_checked for clause, _ in clauses):
+        table.fail_missing("clause", "a task has at least one clause with predicates")
     for key, text in (("passes", passes), ("program", program)):
         _check_text(table, key, text)
-    declarations = _declarations(table, that)
-    near = tuple(_near(each, passes, that, keep) for each in table.tables("near"))
+    declared = dict(entry for clause, stated in clauses for entry in zip(clause.that, stated))
+    allows = frozenset(table.texts("allows", (), ABOUT_GEOMETRY))
+    wrong = tuple(_wrong(each, passes) for each in table.tables("wrong"))
     is_image = table.flag("image", False)
     table.finish()
     return BenchTask(
-        name, group, kind, prompt, that, keep, program, python, is_image, passes, near, declarations
+        name, group, kind, tuple(clause for clause, _ in clauses), tuple(declared),
+        tuple(dict.fromkeys(word for clause, _ in clauses for word in clause.keep)), allows, program, python, is_image,
+        passes, wrong, tuple(declared.values()),
     )  # fmt: skip
+
+
+def _clause(table: TomlTable, is_edit: bool) -> tuple[PromptClause, tuple[Declaration, ...]]:
+    """Read a clause, and return it with its declarations."""
+    says = _required(table, "says").strip()
+    that, keep, sizes = table.texts("that"), table.texts("keep"), table.texts("sizes")
+    is_metric, by_geometry, is_given = (table.flag(key, False) for key in ("metres", "geometry", "given"))
+    if keep and not is_edit:
+        table.fail("keep", "`keep` has no meaning without a `program` to edit")
+    is_checked = bool(that or keep or sizes or by_geometry)
+    if is_checked == is_given:
+        problem = "a clause without predicates" if is_given is False else "`given` of a clause that has predicates"
+        table.fail("says", f"{problem}: {says}", "state `that`, `keep`, `sizes`, `geometry = true` or `given = true`")
+    that = (*that, *_size_declarations(table, sizes, is_metric))
+    declarations = _declarations(table, that)
+    table.finish()
+    return PromptClause(says, that, keep, is_checked), declarations
+
+
+def _size_declarations(table: TomlTable, sizes: Sequence[str], is_metric: bool) -> list[str]:
+    """Return declarations about the sizes of everyday objects, in metres, or of each relative to the one before."""
+    everyday, named = everyday_sizes(), []
+    for entry in sizes:
+        word, _, noun = (part.strip() for part in entry.partition(":"))
+        noun = noun or word
+        if noun not in everyday:
+            table.fail("sizes", f'`sizes`: no everyday size of "{noun}"', suggest(noun, everyday))
+        named.append((word, everyday[noun]))
+    if is_metric:
+        return [text for word, size in named for text in size.in_metres(word)]
+    if len(named) == 1:
+        table.fail("sizes", "`sizes` compares at least two words, or with `metres = true` one")
+    return [text for one, other in pairwise(named) for text in one[1].relative_to(one[0], *other)]
 
 
 def _required(table: TomlTable, key: str) -> str:
@@ -199,12 +272,9 @@ def _declaration(table: TomlTable, text: str) -> Declaration:
     return found[0]
 
 
-def _near(table: TomlTable, passes: str, that: Sequence[str], keep: Sequence[str]) -> NearMiss:
-    """Read a near miss: a whole program, or the passing one with a text that occurs once replaced."""
-    fails = _required(table, "fails")
-    known = [*that, *([KEEP] if keep else [])]
-    if fails not in known:
-        table.fail("fails", f"`fails`: the task has no predicate {fails}", suggest(fails, known))
+def _wrong(table: TomlTable, passes: str) -> WrongScene:
+    """Read a wrong scene: a whole program, or the passing one with a text that occurs once replaced."""
+    breaks, why = _required(table, "breaks"), _required(table, "why")
     program = table.text("program", None)
     if program is None:
         old, new = _required(table, "replace"), str(table.text("by", ""))
@@ -213,4 +283,4 @@ def _near(table: TomlTable, passes: str, that: Sequence[str], keep: Sequence[str
             table.fail("replace", f"`replace`: the text occurs {count} times in `passes`, expected once")
         program = passes.replace(old, new)
     table.finish()
-    return NearMiss(fails, str(program))
+    return WrongScene(breaks, why, str(program))

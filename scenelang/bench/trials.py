@@ -120,7 +120,9 @@ def trial_of(data: Mapping[str, Any]) -> Trial:
 
 
 def _score(data: Mapping[str, Any] | None) -> Score | None:
-    return None if data is None else Score(**{**data, "reasons": tuple(data["reasons"])})
+    if data is None:
+        return None
+    return Score(**{**data, "reasons": tuple(data["reasons"]), "warnings": tuple(data["warnings"])})
 
 
 def _checked(trial: Trial) -> Trial:
@@ -129,8 +131,10 @@ def _checked(trial: Trial) -> Trial:
     texts += [code for a in trial.attempts for code in a.codes]
     numbers = [x for a in trial.attempts for x in (a.cost, a.seconds, a.sent, a.answered)]
     for score in (trial.first, trial.final):
-        found = (score.locality, score.collides, score.floats, score.stable) if score is not None else ()
-        numbers += [x for x in found if x is not None]
+        if score is not None:
+            texts += score.warnings
+            measured = (score.locality, score.collides, score.floats, score.stable)
+            numbers += [x for x in measured if x is not None]
     if not all(isinstance(x, str) for x in texts) or not all(isinstance(x, int | float) for x in numbers):
         raise TypeError("a value of a trial")
     if not all(0.0 <= x < math.inf for x in numbers) or trial.mode not in MODES:

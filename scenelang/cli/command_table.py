@@ -81,9 +81,10 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
     },
     "Generate with language models": {
         "generate": CommandRow(STANDALONE, "models", "generate a scene from text and images with a language model"),
+        "build": CommandRow(STANDALONE, "models", "build a scene step by step, with acceptance and a critic"),
         "edit": CommandRow(STANDALONE, "models", "edit a scene by an instruction with a language model"),
         "bench": CommandRow(TEXT, "bench", "measure a language model on tasks that are judged by geometry"),
-        "runs": CommandRow(TEXT, "models", "list the runs of generate and edit, or the attempts of one"),
+        "runs": CommandRow(TEXT, "models", "list the runs of generate, build and edit, or the attempts of one"),
     },
     "Embeddings and neural models": {
         "embeddings": CommandRow(FILE, "neural", "list, change, encode and compare the embeddings of a scene"),

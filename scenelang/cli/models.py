@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
@@ -36,7 +36,15 @@ from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.inference import generation
 from scenelang.inference.brief import Ablation, Notation, TaskKind
 from scenelang.inference.conductor import Inference, NoProgram
-from scenelang.inference.records import RENEWABLE, InferenceSettings, all_runs, check_limits, find_run, runs_folder
+from scenelang.inference.records import (
+    RENEWABLE,
+    REVISIONS,
+    InferenceSettings,
+    all_runs,
+    check_limits,
+    find_run,
+    runs_folder,
+)
 from scenelang.session.loaded import LoadedScene
 from scenelang.session.session import Options
 
@@ -59,12 +67,14 @@ _SETTLED = {
 # --- options ---------------------------------------------------------------------------------------------------------
 
 
-def add_model_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options shared by all commands that call a language model."""
+def add_model_options(
+    parser: argparse.ArgumentParser, looped: Sequence[str] = ("samples", "repairs", "critiques")
+) -> None:
+    """Add the options shared by all commands that call a language model; ``looped`` are settings of its loop."""
     model = parser.add_argument_group("language model")
     add_fields(model, InferenceSettings, ("model", "effort", "max_tokens", *_SERVICE, "uses_replies"))
     loop = parser.add_argument_group("sampling and repair")
-    add_fields(loop, InferenceSettings, ("samples", "repairs", "critiques", "side_by_side", "is_batch"))
+    add_fields(loop, InferenceSettings, (*looped, "side_by_side", "is_batch"))
     ablated = "ablation of the paper: without programs (P), words (W) or both (PW)"
     loop.add_argument("--ablate", choices=("P", "W", "PW"), help=ablated)
     runs = parser.add_argument_group("runs")
@@ -240,8 +250,61 @@ def add_generate(parser: argparse.ArgumentParser) -> None:
         "--invert", action="store_true",
         help="also learn embeddings of its parts from the input images (textual inversion)",
     )  # fmt: skip
-    add_model_options(parser)
+    add_model_options(parser, ("samples", "repairs", "critiques", "acceptance", "max_run_tokens", "max_run_seconds"))
     add_models(parser)
+
+
+def add_build(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``build``."""
+    parser.description = (
+        "Build a scene with a language model step by step: plan its parts and what must hold, write part by part, "
+        "measure, let a critic look, and revise. A revision that makes anything worse is rolled back. Generated Python "
+        "is translated, never executed."
+    )
+    parser.add_argument("task", metavar="TASK", nargs="?", help='text prompt, such as "a kitchen for two"')
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
+    _add_kind(parser)
+    parser.add_argument("--render", action="store_true", help="also render the scene to an image beside the program")
+    parser.add_argument(
+        "--ask", action="store_true", help="ask at most three questions about the task before the first request"
+    )
+    add_model_options(parser, ("samples", "repairs", "revisions", "max_run_tokens", "max_run_seconds"))
+    parser.set_defaults(invert=False)
+
+
+_QUESTIONS = (
+    "How large is it, in metres?",
+    "What must be there, and how many of each?",
+    "What must not happen?",
+)  # what most tasks leave open, and what acceptance is about
+
+
+def run_build(arguments: argparse.Namespace) -> int:
+    """Build a scene, or resume a run."""
+    if arguments.ask and arguments.resume is None:
+        arguments.task = _asked(arguments.task or "")
+    if arguments.turns is None and arguments.resume is None:
+        arguments.turns = REVISIONS
+    return run_generate(arguments)
+
+
+def _asked(task: str) -> str:
+    """Return a task with the answers to questions about it; an empty answer leaves a question open.
+
+    Raises
+    ------
+    UsageError
+        If nobody can answer: standard input ends.
+    """
+    for question in _QUESTIONS:
+        try:
+            print(f"{question} ", end="", file=sys.stderr, flush=True)
+            answer = input().strip()
+        except EOFError:
+            raise UsageError("value", "--ask expects answers on standard input, which has ended") from None
+        if answer:
+            task = f"{task.rstrip()}\n{question} {answer}"
+    return task
 
 
 def run_generate(arguments: argparse.Namespace) -> int:

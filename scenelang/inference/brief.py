@@ -16,6 +16,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.python_helpers import HELPERS
 from scenelang.inference.listing import MAX_ITEMS, Renamed, listing, rename_language, rename_python
+from scenelang.interpreter.scene.declarations import RELATIONS, Declaration
 from scenelang.interpreter.scene.primitives import (
     attributes_read,
     block_words,
@@ -211,11 +212,15 @@ def fenced(text: str, notation: Notation) -> str:
 
 @dataclass(frozen=True)
 class Brief:
-    """Prompts of one task, from the templates. ``is_bare``: a grammar allows only the program, without a fence."""
+    """Prompts of one task, from the templates. ``is_bare``: a grammar allows only the program, without a fence.
+
+    ``acceptance`` are declarations that the scene must fulfill.
+    """
 
     task: Task
     prompts: Prompts
     is_bare: bool = False
+    acceptance: tuple[Declaration, ...] = ()
 
     @cached_property
     def system(self) -> str:
@@ -262,6 +267,9 @@ class Brief:
         else:
             name = "user.image.md" if pictures else "user.text.md"
             text = self.prompts.text(name, example=self.example, task=task.text)
+        if self.acceptance:
+            stated = "\n".join(map(str, self.acceptance))
+            text = f"{text.strip()}\n\n{self.prompts.text('accepted.md', declarations=stated)}"
         return Message("user", (*pictures, TextContent(text.strip(), is_cacheable=True)))
 
     @cached_property
@@ -297,6 +305,48 @@ class Brief:
     def restored(self, answer: str) -> str:
         """Replace the random names in an answer by the original words."""
         return self.renamed.restored(answer) if self.renamed is not None else answer
+
+    # --- before the program -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def planning(self) -> tuple[str, Message]:
+        """System prompt and turn that ask for a plan: the parts, and the declarations that the scene must fulfill."""
+        lines = [f"- `{relation.usage}`: {relation.doc}" for relation in RELATIONS.values()]
+        frames = self.prompts.text("plan.4d.md") if self.task.kind is TaskKind.FILM else ""
+        joiner = "underscores" if self.task.notation is Notation.PYTHON else "hyphens"
+        system = self.prompts.text("plan.system.md", relations="\n".join(lines), frames=frames)
+        text = self.prompts.text("plan.md", task=self.task.text, joiner=joiner)
+        return system, Message("user", (*self.task.pictures, TextContent(text.strip(), is_cacheable=True)))
+
+    def replanning(self, problems: Sequence[str]) -> Message:
+        """Return the turn that sends a plan back with what is wrong with it."""
+        return text_message("user", self.prompts.text("replan.md", problems="\n".join(f"- {p}" for p in problems)))
+
+    def part(self, word: str, described: str, written: Sequence[str]) -> Message:
+        """Return the turn that asks for the function of one part."""
+        known = ", ".join(f'"{each}"' for each in written) or "none"
+        return text_message("user", self.prompts.text("part.md", word=word, described=described, written=known))
+
+    def whole(self, program: str) -> Message:
+        """Return the turn that asks for the function that places the parts."""
+        return text_message("user", self.prompts.text("whole.parts.md", program=fenced(program, self.task.notation)))
+
+    # --- about a scene that is built --------------------------------------------------------------------------------
+
+    def critic(self, views: Sequence[tuple[str, ImageContent]], facts: str) -> tuple[str, Message]:
+        """System prompt and turn of the critic, who sees only the task, facts and images."""
+        parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
+        text = self.prompts.text("critic.md", task=self.task.text, facts=facts)
+        return self.prompts.text("critic.system.md"), Message("user", (*self.task.pictures, *parts, TextContent(text)))
+
+    def revision(self, program: str, report: str, facts: str, tried: Sequence[str]) -> Message:
+        """Return the turn that asks for a revision of a program; ``tried`` are revisions that made it worse."""
+        notes = "\n\n".join(["These changes were tried and made it worse; do something else:", *tried]) if tried else ""
+        text = self.prompts.text(
+            "revise.md", program=fenced(program, self.task.notation), report=report, facts=facts, tried=notes,
+            patch=self.prompts.text("patch.md"),
+        )  # fmt: skip
+        return text_message("user", _GAP.sub("\n\n", text))
 
     # --- about an answer ------------------------------------------------------------------------------------------
 

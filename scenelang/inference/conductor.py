@@ -15,12 +15,14 @@ from scenelang.backends.language_models.catalogue import ImageContent, Reply, Us
 from scenelang.backends.language_models.client import Answer, Client
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
+from scenelang.inference.building import accepted_steps, build_steps
 from scenelang.inference.records import InferenceSettings, Run, settings_of, typed
 from scenelang.inference.steps import (
     ENDINGS,
     AnswerReader,
     Ask,
     SampleOutcome,
+    SamplePlan,
     SampleProgress,
     Speaker,
     Steps,
@@ -99,6 +101,13 @@ class LiveCount:
         with self._lock:
             self._show(f"waiting for a batch: {count} requests left")
 
+    def say(self, text: str) -> None:
+        """Write a line that stays."""
+        with self._lock:
+            if self._stream is not None:
+                self._stream.write(f"\r{text.ljust(self._width)}\n")
+                self._stream.flush()
+
     def end(self) -> None:
         """Clear the line."""
         with self._lock:
@@ -136,8 +145,9 @@ class Cancelled(BaseException):
 class _Progress:
     """A running sample: its generator and its pending request."""
 
-    def __init__(self, sample: int, steps: Steps) -> None:
+    def __init__(self, sample: int, steps: Steps, say: Callable[[str], None]) -> None:
         self.sample = sample
+        self._say = say
         self.number = 0
         self.ask: Ask | None = None
         self.ended: Ended | None = None
@@ -159,6 +169,8 @@ class _Progress:
             while isinstance(step, SampleProgress):
                 assert self.ask is not None
                 run.judged(self.sample, self.number, self.ask.purpose.value, step.verdict)
+                if step.note:
+                    self._say(f"{'' if self.sample < 2 else f'sample {self.sample}, '}{step.note}")
                 step = self._steps.send(None)
         except StopIteration as end:
             self.ask, self.ended = None, end.value
@@ -171,18 +183,37 @@ class _Progress:
 class Conductor:
     """Runs the samples of one run with one client."""
 
-    def __init__(self, client: Client, run: Run, live: LiveCount, side_by_side: int = 4) -> None:
+    def __init__(self, client: Client, run: Run, live: LiveCount, settings: InferenceSettings) -> None:
         self._client = client
         self._run = run
         self._live = live
-        self._side_by_side = side_by_side
+        self._side_by_side = settings.side_by_side
+        self._most_tokens = settings.max_run_tokens
+        self._most_seconds = settings.max_run_seconds
+        self._started = time.monotonic()
         self._cancelled = Event()
+
+    def _check_limits(self) -> None:
+        """Raise SceneError before a request if the tokens or seconds of the run are used up."""
+        tokens, seconds = self._most_tokens, self._most_seconds
+        if tokens is not None:
+            used = sum(
+                _usage(attempt.facts).prompt + _usage(attempt.facts).answered for attempt in self._run.attempts()
+            )
+            if used >= tokens:
+                raise SceneError(
+                    "model-cost", f"the run has used {used:,} tokens of {tokens:,}", "allow more with --max-run-tokens"
+                )
+        if seconds is not None and time.monotonic() - self._started > seconds:
+            raise SceneError(
+                "model-cost", f"the run has taken more than {seconds:g} s", "allow more with --max-run-seconds"
+            )
 
     # --- single requests -------------------------------------------------------------------------------------------
 
     def singly(self, samples: Mapping[int, Steps]) -> dict[int, Ended]:
         """Run samples concurrently with separate requests. Ctrl-C ends them; the records are preserved."""
-        waiting = [_Progress(sample, steps) for sample, steps in samples.items()]
+        waiting = [_Progress(sample, steps, self._live.say) for sample, steps in samples.items()]
         done: dict[int, Ended] = {}
         faults: list[BaseException] = []
 
@@ -232,6 +263,7 @@ class Conductor:
         answer = self._run.recorded(sample, number, key)
         if answer is not None:
             return answer
+        self._check_limits()
         self._run.asked(sample, number, purpose, self._client.payload(ask.request))
         count = self._live.counting(sample, number, purpose)
 
@@ -249,7 +281,7 @@ class Conductor:
 
     def in_batches(self, samples: Mapping[int, Steps]) -> dict[int, Ended]:
         """Run samples in rounds: the pending requests of all samples are sent as one batch."""
-        going = [_Progress(sample, steps) for sample, steps in samples.items()]
+        going = [_Progress(sample, steps, self._live.say) for sample, steps in samples.items()]
         for progress in going:
             progress.begin(self._run)
         while any(progress.ask is not None for progress in going):
@@ -447,6 +479,9 @@ class Inference:
 
     def first_request(self, speaker: Speaker) -> Any:
         """Return the first request of every sample."""
+        if self.settings.plan.accepts or self.settings.plan.revisions is not None:
+            system, turn = self.brief.planning
+            return replace(speaker, grammar=None).request(system, (turn,))
         return speaker.request(self.brief.system, (self.brief.first,))
 
     def begin(self, run: Run, command: str, **facts: Any) -> None:
@@ -465,16 +500,17 @@ class Inference:
         """Generate, repair, refine and select. Raises SceneError if no sample yields a valid program; the run folder
         then contains all attempts."""
         speaker = self.settings.speaker(client.model, self.task.notation)
-        conductor = Conductor(client, run, LiveCount(live), self.settings.side_by_side)
+        conductor = Conductor(client, run, LiveCount(live), self.settings)
         play = conductor.in_batches if self.settings.is_batch else conductor.singly
         plan, reader = self.settings.plan, self.reader(run)
         numbers = range(1, self.settings.samples + 1)
-        ended = play({n: sample_steps(self.brief, reader, speaker, plan) for n in numbers})
+        ended = play({n: _steps_of(plan)(self.brief, reader, speaker, plan) for n in numbers})
         outcomes = {sample: outcome for sample, outcome in ended.items() if isinstance(outcome, SampleOutcome)}
         sample = self._best(outcomes, conductor, speaker)
         stopped = tuple(_errors(ended))
         if sample is None:
             raise _nothing(outcomes, stopped)
+        _keep_steps(run, outcomes[sample])
         usage = sum((_usage(attempt.facts) for attempt in run.attempts()), Usage())
         return Result(outcomes[sample].verdict, sample, client.budget.spent, usage, stopped)
 
@@ -493,11 +529,30 @@ class Inference:
         return next(sample for sample, verdict in zip(found, verdicts) if verdict is chosen.verdict)
 
 
+def _steps_of(plan: SamplePlan) -> Callable[[Brief, AnswerReader, Speaker, SamplePlan], Steps]:
+    """Return what generates a sample: `generate`, the same after its acceptance, or `build`."""
+    if plan.revisions is not None:
+        return build_steps
+    return accepted_steps if plan.accepts else sample_steps
+
+
+def _keep_steps(run: Run, outcome: SampleOutcome) -> None:
+    """Write the acceptance and the steps of the best sample into the run."""
+    if outcome.acceptance:
+        run.keep_text("acceptance.scene", "".join(f"(assert-that {d})\n" for d in outcome.acceptance))
+    if outcome.log:
+        run.keep_text("steps.txt", "".join(f"{line}\n" for line in outcome.log))
+
+
 class NoProgram(SceneError):
     """Raised if no sample yields a valid program; ``verdict`` is that of the first sample's last attempt."""
 
     def __init__(self, verdict: Verdict) -> None:
-        super().__init__("model-answer", "no sample produced a valid program", "allow more repairs with --repair")
+        failed = sum(d.name == "declaration" for d in verdict.diagnostics)
+        problem, hint = "no sample produced a valid program", "allow more repairs with --repair"
+        if verdict.scene is not None and failed and failed == sum(d.is_error for d in verdict.diagnostics):
+            problem = f"the best scene does not fulfill {failed} of the statements that it must"
+        super().__init__("model-answer", problem, hint)
         self.verdict = verdict
 
 

@@ -371,17 +371,30 @@ def find_run(folder: Path, name: str, clean: Callable[[str], str] = str) -> Run:
 
 
 _DEFAULT_TOKENS = 32_000
+REVISIONS = 6  # of a scene that is built, by default
 # Inclusive ranges of settings.
 LIMITS: Mapping[str, tuple[float, float]] = MappingProxyType({
     "samples": (1, 64),
     "repairs": (0, 20),
     "critiques": (0, 20),
+    "revisions": (0, 100),
+    "max_run_tokens": (1, 1_000_000_000),
+    "max_run_seconds": (1, 1_000_000),
     "side_by_side": (1, 64),
     "max_tokens": (1, 10_000_000),
     "max_cost": (1e-9, 1e9),
     "timeout": (0.1, 86_400),
 })  # fmt: skip
-RENEWABLE = ("samples", "repairs", "critiques", "side_by_side", "max_cost")  # may change when a run is resumed
+RENEWABLE = (
+    "samples",
+    "repairs",
+    "critiques",
+    "revisions",
+    "side_by_side",
+    "max_cost",
+    "max_run_tokens",
+    "max_seconds",
+)  # fmt: skip; may change when a run is resumed
 Typed = TypeVar("Typed")
 
 
@@ -415,6 +428,18 @@ class InferenceSettings:
     critiques: int = setting(
         0, "number of critiques by rendered images (default 0)", "--critique", metavar="N", read=whole
     )
+    acceptance: bool = setting(
+        False, "let the model state first what must hold, and test its scene and every later edit against it"
+    )
+    revisions: int | None = setting(
+        None, "maximum number of revisions of a scene that is built (default 6)", "--turns", metavar="N", read=whole
+    )
+    max_run_tokens: int | None = setting(
+        None, "maximum tokens of the run, sent and answered (default: no limit)", metavar="N", read=whole
+    )
+    max_run_seconds: float | None = setting(
+        None, "seconds after which no further request is sent (default: no limit)", metavar="SECONDS", read=seconds
+    )
     side_by_side: int = setting(4, "number of concurrent samples (default 4)", "--jobs", metavar="N", read=whole)
     is_batch: bool = setting(False, "use the batch API: half the price, up to a day", "--batch")
     uses_replies: bool = setting(True, "disable the cache of answers", "--no-cache")
@@ -429,7 +454,7 @@ class InferenceSettings:
 
     @property
     def plan(self) -> SamplePlan:
-        return SamplePlan(self.repairs, self.critiques)
+        return SamplePlan(self.repairs, self.critiques, self.acceptance, self.revisions)
 
     @property
     def prompts_folder(self) -> Path | None:

@@ -35,11 +35,13 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.inference.brief import NO_CHANGES, Brief, Notation, Prompts, Task, TaskKind, fenced
 from scenelang.inference.listing import program_of
 from scenelang.interpreter.scene.bounds import entity_box
-from scenelang.interpreter.scene.entity import Scene, count_words, primitive_count
+from scenelang.interpreter.scene.declarations import Declaration
+from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
+from scenelang.session.declarations import declared_in_python
 from scenelang.session.formatting import formatted
 from scenelang.session.scene_changes import changes_between, compared_frames
 from scenelang.session.session import Options, Session, linted
@@ -59,6 +61,7 @@ _REPAIR_EFFORT = 5.0  # of a repair without the model: about 5 s
 _PATCH = re.compile(r"^<{5,9} SEARCH *\n(.*?)\n={5,9} *\n(.*?)\n?>{5,9} REPLACE", re.DOTALL | re.MULTILINE)
 _PYTHON_START = re.compile(r"^(?:from \w|import \w|def \w|@register)", re.MULTILINE)
 _LANGUAGE_START = re.compile(r"\s*(?:;[^\n]*\n\s*)*\((?:bind|define|param|scene|import|assert-that)\b")
+_SAME_START = 200  # characters of a program by which an answer that repeats it is known
 _MAX_COUNTED = 40  # words whose counts are told
 _MAX_ANSWER_LENGTH = 500_000  # characters; more than the longest answers of models
 _MAX_LINE_LENGTH = 500  # characters per line sent to the model
@@ -106,11 +109,14 @@ def _shortened(text: str) -> str:
 @dataclass(frozen=True, slots=True)
 class AnswerReader:
     """Reader of the answers to one brief. ``name`` is the file name in diagnostics, relative to which imports are
-    resolved; ``options`` limit the evaluation."""
+    resolved; ``options`` limit the evaluation. ``base`` is a program, of which an answer may replace pieces, and
+    ``prefix`` one that an answer continues."""
 
     brief: Brief
     options: Options
     name: str = "answer.scene"
+    base: str | None = None
+    prefix: str = ""
 
     def read(self, answer: str) -> Verdict:
         """Evaluate an answer; errors in it are returned as diagnostics and never raised."""
@@ -163,9 +169,13 @@ class AnswerReader:
         task = self.brief.task
         notation = task.notation if task.is_edit else _notation_of(answer, task.notation)
         try:
-            if task.program is not None and task.notation is not Notation.LIST and _PATCH.search(answer):
-                answer = fenced(patched(task.program, answer), notation)
+            base = self.base if task.program is None else task.program
+            if base is not None and task.notation is not Notation.LIST and _PATCH.search(answer):
+                answer = fenced(patched(base, answer), notation)
             code = _code(answer, notation, task.text)
+            if self.prefix and not code.startswith(self.prefix.strip()[:_SAME_START]):
+                code = f"{self.prefix.rstrip()}\n\n\n{code}"
+                answer = fenced(code, notation)
         except SceneError as error:
             return Verdict("", None, (error.diagnostic,))
         source = Source("answer.txt", answer)
@@ -178,10 +188,34 @@ class AnswerReader:
         scene = result.scene
         if scene is not None and notation is not Notation.PYTHON:
             program = _formatted(code)
-        unlike = [*_unlike(scene, task), *linted(result, check_declarations)] if scene is not None else []
+        unlike: list[Diagnostic] = []
+        if scene is not None:
+            accepted = self.acceptance(scene)
+            program = with_acceptance(program, accepted)
+            unlike = [*_unlike(scene, task), *linted(result, lambda graph: check_declarations(graph, accepted))]
         is_linted = has_findings and task.kind is not TaskKind.BLOCKS
         findings = geometry_findings(scene) if is_linted and scene is not None else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
+
+    def acceptance(self, scene: Scene) -> tuple[Declaration, ...]:
+        """Return the declarations that the scene must fulfill; words of Python may have underscores for hyphens."""
+        stated = self.brief.acceptance
+        if self.brief.task.notation is not Notation.PYTHON:
+            return stated
+        words = {entity.word for entity in descendants(*scene.frames)}
+        return tuple(declared_in_python(declaration, words) for declaration in stated)
+
+
+_ACCEPTANCE = "; What must hold; every edit is tested against it."
+
+
+def with_acceptance(program: str, declarations: Sequence[Declaration]) -> str:
+    """Return a program that states declarations about its scene at its end; it may state them already."""
+    if not declarations:
+        return program
+    body = program.partition(_ACCEPTANCE)[0].rstrip()
+    stated = "\n".join(f"  {declaration}" for declaration in declarations)
+    return f"{body}\n\n{_ACCEPTANCE}\n(assert-that\n{stated})\n"
 
 
 def _notation_of(answer: str, asked: Notation) -> Notation:
@@ -398,9 +432,13 @@ _MAX_RESOLVED = 120  # characters told of a finding that was resolved
 class Purpose(Enum):
     """Purpose of a request."""
 
+    PLAN = "plan"
+    PART = "part"
     DRAFT = "draft"
     REPAIR = "repair"
     CRITIQUE = "critique"
+    CRITIC = "critic"
+    REVISE = "revise"
     JUDGE = "judge"
 
 
@@ -414,17 +452,23 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class SampleProgress:
-    """Evaluation of the last answer, for the records."""
+    """Evaluation of the last answer, for the records; ``note`` is one line about it for a person who waits."""
 
     verdict: Verdict
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class SampleOutcome:
-    """Best result of a sample, usable or not. ``stopped`` is the error that prevented further refinement."""
+    """Best result of a sample, usable or not. ``stopped`` is the error that prevented further refinement.
+
+    ``acceptance`` are the declarations that were written before the program, ``log`` one line for each step.
+    """
 
     verdict: Verdict
     stopped: SceneError | None = None
+    acceptance: tuple[Declaration, ...] = ()
+    log: tuple[str, ...] = ()
 
 
 Step = Ask | SampleProgress
@@ -449,16 +493,30 @@ class Speaker:
 
 @dataclass(frozen=True, slots=True)
 class SamplePlan:
-    """Maximum numbers of repairs and critiques of a sample."""
+    """Maximum numbers of repairs and critiques of a sample.
+
+    ``accepts``: the model first writes what must hold. ``revisions`` of a scene that is built part by part, with a
+    critic; None for a sample of `generate`. ``sees``: whether the model is shown images.
+    """
 
     repairs: int = 3
     critiques: int = 0
+    accepts: bool = False
+    revisions: int | None = None
+    sees: bool = True
 
 
 def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan) -> Steps:
     """Generate one sample. Raises SceneError, such as ``model-refusal`` or one thrown in for a failed request, if no
     valid program results."""
-    best, answer = yield from _with_repairs(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
+    best, answer = yield from with_repairs(brief, reader, speaker, plan, Purpose.DRAFT, (brief.first,))
+    return (yield from criticized(brief, reader, speaker, plan, best, answer))
+
+
+def criticized(
+    brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan, best: Verdict, answer: str
+) -> Steps:
+    """Refine a program by critiques of its pictures, while the model changes it and its findings do not increase."""
     for _ in range(plan.critiques):
         best = reader.with_layout(best)
         with EVALUATING:
@@ -467,9 +525,9 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
             break
         if best.repairs and brief.task.notation is Notation.LANGUAGE:
             answer = fenced(best.program, Notation.LANGUAGE)
-        turns = (brief.first, text_message("assistant", answer), brief.critique(shown, _noticed(best), _facts(best)))
+        turns = (brief.first, text_message("assistant", answer), brief.critique(shown, noticed(best), facts_of(best)))
         try:
-            better, improved = yield from _with_repairs(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
+            better, improved = yield from with_repairs(brief, reader, speaker, plan, Purpose.CRITIQUE, turns, best)
         except SceneError as error:
             return SampleOutcome(best, error)
         if better is best or not better.is_usable or len(better.findings) > len(best.findings):
@@ -478,7 +536,7 @@ def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Sam
     return SampleOutcome(best)
 
 
-def _facts(verdict: Verdict) -> str:
+def facts_of(verdict: Verdict) -> str:
     """Return what the program knows of its scene: how many things of each word, and how large it is."""
     assert verdict.scene is not None
     repaired = _told(verdict.repairs)
@@ -499,11 +557,11 @@ def _told(repairs: Sequence[str]) -> str:
     return f"Numbers of the program were already edited so that these findings are resolved: {what}.\n\n"
 
 
-def _noticed(verdict: Verdict) -> str:
+def noticed(verdict: Verdict) -> str:
     return "\n\n".join(render_text(d, color=False) for d in verdict.findings[:_MAX_FINDINGS])
 
 
-def _with_repairs(
+def with_repairs(
     brief: Brief,
     reader: AnswerReader,
     speaker: Speaker,
@@ -516,33 +574,33 @@ def _with_repairs(
     ``kept`` is the verdict to return if the model replies that no changes are needed."""
     asked = turns
     for repair in range(plan.repairs + 1):
-        reply, speaker = yield from _complete(speaker, brief.system, purpose if repair == 0 else Purpose.REPAIR, asked)
+        reply, speaker = yield from complete(speaker, brief.system, purpose if repair == 0 else Purpose.REPAIR, asked)
         if reply.stop is StopReason.MAX_TOKENS:
             verdict = Verdict("", None, (_cut(speaker),))
             yield SampleProgress(verdict)
-            asked = (*turns, *_shown(reply.text), brief.cut(speaker.max_tokens))
+            asked = (*turns, *shown_answer(reply.text), brief.cut(speaker.max_tokens))
             continue
-        if kept is not None and repair == 0 and _wants_nothing(reply.text):
+        if kept is not None and repair == 0 and wants_nothing(reply.text):
             yield SampleProgress(kept)
             return kept, reply.text
         verdict = reader.read(reply.text)
         yield SampleProgress(verdict)
         if verdict.is_usable:
             return verdict, reply.text
-        asked = (*turns, *_shown(reply.text), brief.repair(verdict.report_text()))
+        asked = (*turns, *shown_answer(reply.text), brief.repair(verdict.report_text()))
     return verdict, reply.text
 
 
-def _shown(answer: str) -> tuple[Message, ...]:
+def shown_answer(answer: str) -> tuple[Message, ...]:
     """Convert an answer to a turn; services reject empty turns."""
     return (text_message("assistant", answer),) if answer.strip() else (text_message("assistant", "(no text)"),)
 
 
-def _wants_nothing(answer: str) -> bool:
+def wants_nothing(answer: str) -> bool:
     return answer.strip().strip(".*`\"'").upper() == NO_CHANGES
 
 
-def _complete(
+def complete(
     speaker: Speaker, system: str, purpose: Purpose, turns: tuple[Message, ...]
 ) -> Generator[Step, Reply | None, tuple[Reply, Speaker]]:
     """Request an answer until it is complete, or truncated at the model's maximum length. Incomplete answers are

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
-from scenelang.grammar.datum import Source
+from scenelang.grammar.datum import Source, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.scene.declarations import RELATIONS
@@ -54,3 +54,18 @@ def declarations_in(options: Options | None, texts: Sequence[str]) -> list[Decla
     """Return the declarations in texts or files, read under the options of a scene; raises SceneError."""
     session = Session(options or Options())
     return [declaration for text in texts for declaration in declarations_of(session, text)]
+
+
+def declared_in_python(declaration: Declaration, words: Collection[str]) -> Declaration:
+    """Return a declaration about words as the names of Python's functions write them."""
+    options = {
+        key: _in_python(value, words) if key in ("about", "around") else value
+        for key, value in declaration.options.items()
+    }
+    return replace(declaration, things=tuple(_in_python(t, words) for t in declaration.things), options=options)
+
+
+def _in_python(word: str, words: Collection[str]) -> str:
+    """Return a word as the names of Python's functions write it, if the scene has it only so."""
+    written = word.replace("-", "_")
+    return written if word not in words and written in words else word

@@ -46,6 +46,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "tree": ("a.scene",), "count": ("a.scene",), "bounds": ("a.scene",), "measure": ("a.scene",),
     "simulate": ("a.scene", "-o", "out.json", "--seconds", ".1"), "settle": ("a.scene", "-o", "out.json"),
     "repair": ("a.scene",), "flatten": ("a.scene",), "export": ("a.scene", "-o", "out.obj"), "backends": (),
+    "build": ("a table", "-o", "out.scene", "--model", "none:none"),
     "generate": ("a table", "-o", "out.scene", "--model", "none:none"), "edit": ("a.scene", "a chair", "--model", "none:none"),
     "bench": ("--list",), "runs": (), "embeddings": ("a.scene", "list"), "embed": ("a.scene", "--print"),
     "imagine": ("a.scene", "-o", "out.png", "--model", "missing"),

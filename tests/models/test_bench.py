@@ -27,29 +27,32 @@ PASSES = """
 TASKS = f"""
 [[task]]
 name = "two-cubes"
-prompt = "Two red cubes of edge 1 beside each other on the ground."
-that = ['(count "cube" 2)', '(has-color "cube" "red")', '(supported "cube")']
 passes = '''{PASSES}'''
+[[task.clause]]
+says = "Two red cubes of edge 1 beside each other on the ground."
+that = ['(count "cube" 2)', '(has-color "cube" "red")', '(supported "cube")']
 
 [[task]]
 name = "three-cubes"
-prompt = "Three cubes in a row."
-that = ['(count "cube" 3)', '(aligned "cube" :along "x")']
 passes = '''{PASSES.replace("(i 2)", "(i 3)")}'''
+[[task.clause]]
+says = "Three cubes in a row."
+that = ['(count "cube" 3)', '(aligned "cube" :along "x")']
 """
 EDITS = f"""
 [[task]]
 name = "third-cube"
-prompt = "Add a third cube, word \\"new\\", beside them."
 program = '''{PASSES}'''
-keep = ["pile"]
-that = ['(count "new" 1)']
 passes = '''
 (bind "pile" (lambda () (for/union ((i 2)) (transform (call "cube" :color (color "red")) (translate (vector (* 2 i) .5 0))))))
 (bind "new" (lambda () (call "cube")))
 (bind "all" (lambda () (union (call "pile") (transform (call "new") (translate [4 .5 0])))))
 (scene "all")
 '''
+[[task.clause]]
+says = "Add a third cube, word \\"new\\", beside them."
+keep = ["pile"]
+that = ['(count "new" 1)']
 """
 USAGE = {"input_tokens": 1000, "output_tokens": 100}
 
@@ -89,7 +92,7 @@ def test_all_pass_at_once(place: Place, tasks: Path) -> None:
     assert report.trials[0].attempts[0].cost > 0
     assert (found["scenes with collisions"], found["scenes with floating parts"]) == (0.0, 0.0)
     assert (found["stable scenes"], found["edit locality"]) == (None, None)
-    assert set(report.results[0].predicates) == {"aligned", "count", "has-color", "supported"}
+    assert set(report.results[0].predicates) == {"aligned", "count", "geometry", "has-color", "supported"}
     assert report.results[0].diagnostics == ()
     figure = report.results[0].figures["pass@1"]
     assert figure is not None
@@ -124,7 +127,7 @@ def test_scenes_that_fail_predicates(place: Place, tasks: Path) -> None:
     floating = cubes(2).replace("0.5, 0))", "0.5 + 0.2 * i, 0))")
     report = run(place, tasks, "floating", [floating, cubes(3)])
     assert values(report)["scenes with floating parts"] == 0.5
-    assert report.trials[0].failed == ('(supported "cube")',)
+    assert report.trials[0].failed == ('(supported "cube")', "geometry")
     overlap = cubes(3).replace("2 * i", "0 * i")
     assert values(run(place, tasks, "overlap", [overlap, overlap]))["scenes with collisions"] == 1.0
 
@@ -319,7 +322,8 @@ def test_wrong_usage(words: tuple[str, ...], problem: str, place: Place, tasks: 
     [
         ('name = "two-cubes"', 'name = "Two Cubes"', "small letters"),
         ('(count "cube" 2)', '(counts "cube" 2)', "unknown relation `counts`"),
-        ('prompt = "Three', 'promt = "Three', "`prompt` is missing"),
+        ('says = "Three', 'sais = "Three', "`says` is missing"),
+        ("that = ['(count \"cube\" 3)', '(aligned \"cube\" :along \"x\")']", "", "a clause without predicates"),
         ('name = "three-cubes"', 'name = "two-cubes"', "two tasks are named"),
         (
             "that = ['(count \"cube\" 3)'",

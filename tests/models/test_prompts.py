@@ -35,6 +35,7 @@ from scenelang.interpreter.scene.entity import count_words
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
 from scenelang.reference.primer import taught
 from scenelang.session.scene_changes import changes_between, compared_frames
+from scenelang.session.declarations import declarations_in
 from scenelang.session.session import Options, Session
 from scenelang.stdlib.reference import helper_header, python_word, records
 
@@ -135,6 +136,10 @@ def test_every_prompt_is_read_and_has_its_places_filled() -> None:
         told = Brief(chosen, Watching())
         assert "{{" not in told.system + told.example
         _ = told.first, told.repair(""), told.cut(1), told.critique([], "")
+        _ = told.planning, told.replanning(["x"]), told.part("a", "b", []), told.whole("x"), told.critic([], "")
+        _ = told.revision("x", "y", "z", ["w"])
+    accepted = declarations_in(None, ['(count "a" 1)'])
+    assert '(count "a" 1)' in str(Brief(TASKS["3d.language"], Watching(), acceptance=tuple(accepted)).first)
     assert "no fence" in Brief(TASKS["3d.language"], Watching(), is_bare=True).system
     listed = task(TaskKind.STILL, Notation.LIST)
     _ = Brief(replace(listed, program="[]"), Watching()).first

@@ -43,6 +43,7 @@ def at(word: str, x: float, y: float, z: float, more: str = "") -> str:
 
 
 TABLE = at("table", 0, 0, 0)
+WALL = at("wall", 0, 0, 0)
 TURNED = "(rotate (/ pi 2) [0 1 0])"
 
 CASES = [
@@ -126,6 +127,82 @@ CASES = [
     (TABLE + at("chair", -3, 0, 0) + at("chair", 3, 0, 0), '(symmetric "chair" :about "table")', True),
     (TABLE, '(symmetric "table" :across "z")', True),
     (at("chair", -1, 0, 0) + at("chair", 3, 0.1, 0), '(symmetric "chair")', False),
+    # around: equal angles, whatever the radii
+    (
+        TABLE + at("chair", 2, 0, 0) + at("chair", -1, 0, 1.7321) + at("chair", -1.5, 0, -2.5981),
+        '(evenly-spaced "chair" :around "table")',
+        True,
+    ),
+    (
+        TABLE + at("chair", 2, 0, 0) + at("chair", -1, 0, 1.7321) + at("chair", -1, 0, -1.2),
+        '(evenly-spaced "chair" :around "table")',
+        False,
+    ),
+    (TABLE + at("chair", 2, 0, 0) * 3, '(evenly-spaced "chair" :around "table")', False),
+    (
+        TABLE + at("chair", 2, 0, 0) + at("chair", -1, 0, 1.7321) + at("chair", -1, 0, -1.2),
+        '(evenly-spaced "chair" :around "table" :within 20)',
+        True,
+    ),
+    # order
+    (
+        at("cup", 0, 0, 0) + at("cup", 0.3, 1, 0) + at("ball", 1, 0, 0) + at("bowl", 2, 0, 0),
+        '(order "cup" "ball" "bowl" :along "x")',
+        True,
+    ),
+    (
+        at("cup", 0, 0, 0) + at("cup", 1.3, 1, 0) + at("ball", 1, 0, 0) + at("bowl", 2, 0, 0),
+        '(order "cup" "ball" "bowl" :along "x")',
+        False,
+    ),
+    (at("cup", 0, 0, 0) + at("ball", 1, 0, 0), '(order "ball" "cup" :along "x")', False),
+    (
+        TABLE + at("cup", 1, 0, 0) + at("ball", 0, 0, -1) + at("bowl", -1, 0, 0.2),
+        '(order "cup" "ball" "bowl" :around "table")',
+        True,
+    ),
+    (
+        TABLE + at("cup", 1, 0, 0) + at("ball", 0, 0, 1) + at("bowl", -1, 0, 0.2),
+        '(order "cup" "ball" "bowl" :around "table")',
+        False,
+    ),
+    # proportion
+    (TABLE + at("chair", 2, 0, 0), '(proportion "chair" "table" 1 :axis "y")', True),
+    (TABLE + at("chair", 2, 0, 0, "(scale .1)"), '(proportion "chair" "table" :axis "y" :min .8)', False),
+    (TABLE + at("chair", 2, 0, 0), '(proportion "chair" "table" :axis "x" :min .2 :max .3)', True),
+    # tilt: the median of the parts; neither turns about the vertical nor lying down are tilts
+    (TABLE, '(tilt "table" 0)', True),
+    (at("table", 0, 0, 0, TURNED), '(tilt "table" 0)', True),
+    (at("cup", 0, 0, 0, "(rotate (/ pi 2) [1 0 0])"), '(tilt "cup" 0)', True),
+    (at("post", 0, 0, 0, "(rotate .1 [1 0 0])"), '(tilt "post" :max 3)', False),
+    (at("post", 0, 0, 0, "(rotate .1 [1 0 0])"), '(tilt "post" 5.73)', True),
+    (at("table", 0, 0, 0, "(rotate .3 [1 0 .5])"), '(tilt "table" :min 15 :max 20)', True),
+    (at("ball", 0, 0, 0, "(rotate .3 [1 0 0])"), '(tilt "ball" 17.19 :within .1)', True),
+    # outline
+    (at("post", 0, 0, 0), '(outline "post" "round")', True),
+    (at("post", 0, 0, 0, "(scale [1 1 2])"), '(outline "post" "round")', False),
+    (at("post", 0, 0, 0, "(scale [1 1 2])"), '(outline "post" "oval")', True),
+    (at("post", 0, 0, 0), '(outline "post" "rectangular" :axis "x")', True),
+    (at("chair", 0, 0, 0, "(rotate .4 [0 1 0])"), '(outline "chair" "square")', True),
+    (TABLE, '(outline "table" "rectangular")', True),
+    (TABLE, '(outline "table" "square")', False),
+    (TABLE, '(outline "table" "round")', False),
+    # made-of: by most of the volume
+    ('(call "set-cuboid" :block-type "oak_planks" :size [2 2 2])', '(made-of "set-cuboid" "planks")', True),
+    ('(call "set-cuboid" :block-type "minecraft:stone" :size [2 2 2])', '(made-of "set-cuboid" "stone")', True),
+    ('(call "set-cuboid" :block-type "cobblestone" :size [2 2 2])', '(made-of "set-cuboid" "stone")', False),
+    # visible-from
+    (WALL + at("chair", 0, 0, 1) + at("ball", 0, 0.5, -3), '(visible-from "ball" "chair")', False),  # behind the wall
+    (WALL + at("chair", 0, 0, 1) + at("ball", 0, 0.5, -1), '(visible-from "ball" "chair")', True),
+    # reachable: around the wall, which is 4 wide, but not through a ring of chairs
+    (WALL + at("chair", 0, 0, 0) + at("ball", 0, 0.1, -4), '(reachable "ball" "chair")', True),
+    (
+        at("ball", 0, 0.1, 0)
+        + at("cup", 4, 0, 0)
+        + "".join(at("chair", x / 2, 0, z / 2) for x in range(-3, 4) for z in range(-3, 4) if max(abs(x), abs(z)) == 3),
+        '(reachable "ball" "cup")',
+        False,
+    ),
     # supported: connected to the ground, in any number of steps
     (TABLE + at("bowl", 0, 1, 0) + at("ball", 0, 1.15, 0), '(supported "ball")', True),
     (TABLE + at("bowl", 0, 1.1, 0) + at("ball", 0, 1.25, 0), '(supported "ball")', False),
@@ -170,12 +247,17 @@ def movable(parts: str, declaration: str, holds: bool) -> bool:
     )
 
 
+# Relations of which no translation is known that makes them hold.
+UNMOVED = {"angle", "facing", "size", "count", "symmetric", "between", "has-color", "order", "proportion", "tilt",
+           "outline", "made-of", "visible-from", "reachable"}  # fmt: skip
+
+
 @pytest.mark.parametrize(("parts", "declaration"), [case[:2] for case in CASES if movable(*case)])
 @pytest.mark.sampled(4)
 def test_a_move_makes_it_hold(parts: str, declaration: str) -> None:
     """The translation that is told, in the scene's frame, makes a declaration hold."""
     (violation,) = scene_of(parts).violations(declaration)
-    if violation.declaration.relation in ("angle", "facing", "size", "count", "symmetric", "between", "has-color"):
+    if violation.declaration.relation in UNMOVED or "around" in violation.declaration.options:
         assert violation.move is None
         return
     x, y, z = violation.move or (0, 0, 0)
@@ -245,10 +327,53 @@ FILM = f"""{THINGS}
         ('(turns "chair" :min 60 :max 100)', True),
         ('(turns "cup" :max 1)', True),
         ('(turns "cup" :min 1)', False),
+        ('(moves "cup" .4 :along "+y")', True),
+        ('(moves "cup" :along "-y" :min .1)', False),
+        ('(turns "chair" 90 :axis "y")', True),
+        ('(turns "chair" 90 :axis "+y")', True),
+        ('(turns "chair" :axis "-y" :min 10)', False),
+        ('(turns "chair" 90 :axis "x")', False),
+        ('(path "cup" "line")', True),
+        ('(path "cup" "closed")', False),
+        ('(path "table" "line")', False),  # it does not move
+        ('(on "cup" "table")', False),
+        ('(on "cup" "table" :first)', True),
+        ('(on "cup" "table" :last)', False),
+        ('(on "cup" "table" :sometime)', True),
+        ('(on "chair" "table" :sometime)', False),
+        ('(on "cup" "table" :never)', False),
+        ('(on "chair" "table" :never)', True),
+        ('(not (on "cup" "table" :last))', True),
     ],
 )
 def test_motion_through_the_frames(declaration: str, holds: bool) -> None:
     assert (sl.evaluate(FILM).violations(declaration) == []) is holds
+
+
+WHEEL = f"""{THINGS}
+(bind "film" (lambda (z gamma)
+  (frames (for/list ((t (linspace 0 WAY 13)))
+    (union
+      (call "post")
+      (transform (call "chair") (@ (rotate t [0 1 0]) (translate [2 0 0]))))))))
+(scene "film")"""
+
+
+@pytest.mark.parametrize(
+    ("way", "declaration", "holds"),
+    [
+        ("(* 2 pi)", '(path "chair" "circle" :about "post")', True),
+        ("(* 2 pi)", '(path "chair" "closed")', True),
+        ("(* 2 pi)", '(path "chair" "line")', False),
+        ("(* 2 pi)", '(turns "chair" 360 :axis "+y")', True),  # more than the half turn that one frame can tell
+        ("(* -3 pi)", '(turns "chair" 540 :axis "-y")', True),
+        ("1", '(path "chair" "circle" :about "post")', True),
+        ("1", '(path "chair" "closed")', False),
+        ("(* 2 pi)", '(path "chair" "circle" :about "chair")', False),
+    ],
+)
+def test_paths_around(way: str, declaration: str, holds: bool) -> None:
+    assert (sl.evaluate(WHEEL.replace("WAY", way)).violations(declaration) == []) is holds
 
 
 def test_motion_of_things_that_do_not_stay() -> None:

@@ -1,0 +1,252 @@
+"""Acceptance of a scene: declarations that a model writes before the program, and whether they say anything.
+
+A set of declarations is refused if two of them contradict each other, if one holds however the scene is perturbed, or
+if all hold for a scene that is plainly wrong: empty, with places exchanged, in one place, or ten times as large.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+
+from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_of, perturbed, put, walled
+from scenelang.backends.geometry.relations import reasons
+from scenelang.grammar.datum import dataclass
+from scenelang.interpreter.scene.declarations import Declaration
+from scenelang.interpreter.scene.entity import Scene
+
+# Relations that state something that no perturbation changes: a color is named, so that it says something.
+_NAMED = frozenset({"has-color", "made-of"})
+_BEHIND_WALLS = frozenset({"visible-from", "reachable"})
+# Relations that order objects strictly, and the axis and direction in which the first one is farther.
+_DIRECTIONS = {
+    "left-of": ("x", -1), "right-of": ("x", 1), "below": ("y", -1), "above": ("y", 1), "behind": ("z", -1),
+    "in-front-of": ("z", 1),
+}  # fmt: skip
+# Cases in which the set as a whole must fail, and the number of objects and of different words that they need.
+_PLAINLY_WRONG = {
+    "all objects in one place": (2, 1),
+    "places exchanged": (2, 2),
+    "all lengths times ten": (1, 1),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Interval:
+    """Values that a declaration allows, with the declaration."""
+
+    low: float
+    high: float
+    stated: Declaration
+
+
+def problems_of(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
+    """Return why declarations that hold for a scene are no acceptance, one message for each problem.
+
+    Raises
+    ------
+    LimitError
+        If the scene has too many objects to perturb.
+    """
+    return [*contradictions(declarations), *vacuous(scene, declarations), *plain_faults(scene, declarations)]
+
+
+# --- declarations that say nothing -----------------------------------------------------------------------------------
+
+
+def vacuous(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
+    """Return a message for each declaration that holds for a scene and for every perturbed one.
+
+    Declarations about a word that occurs no more hold here: that a word is there is for ``count`` to say.
+    """
+    words = words_of(declarations)
+    silent = [d for d in declarations if d.relation not in _NAMED]
+    for _, wrong in perturbed(scene, words):
+        if not silent:
+            break
+        failed = reasons(wrong, silent, is_lenient=True)
+        silent = [d for d, reason in zip(silent, failed) if reason is None]
+    if any(d.relation in _BEHIND_WALLS for d in silent):
+        failed = reasons(walled(scene, words), silent, is_lenient=True)
+        silent = [d for d, reason in zip(silent, failed) if reason is None]
+    silent = [d for d in silent if not _forbids(scene, words, d)]
+    said_nothing = [d for d in declarations if d in silent or (d.relation in _NAMED and _says_no_color(d))]
+    return [f"{d} says nothing: it also holds when objects are moved, turned, resized, left out" for d in said_nothing]
+
+
+def _forbids(scene: Scene, words: frozenset[str], declaration: Declaration) -> bool:
+    """Return whether a negated declaration about two words fails where the objects of one are put on or into another.
+
+    The perturbations above put only some of the objects there, and ``(on A B)`` is about all.
+    """
+    if not declaration.options.get("negated") or len(declaration.things) != 2:
+        return False
+    first, second = (thing.rpartition("/")[2].partition("[")[0] for thing in declaration.things)
+    wrong = (changed(scene, words, put(first, second, share)) for share in (1.0, 0.0))
+    return any(reasons(each, [declaration], is_lenient=True) != [None] for each in wrong)
+
+
+def _says_no_color(declaration: Declaration) -> bool:
+    """Return whether a declaration about a color is a negated one, which nearly every color fulfills."""
+    return bool(declaration.options.get("negated"))
+
+
+def words_of(declarations: Iterable[Declaration]) -> frozenset[str]:
+    """Return the words of declarations, those of paths by their last word."""
+    things = [thing for d in declarations for thing in (*d.things, *_options(d))]
+    return frozenset(thing.rpartition("/")[2].partition("[")[0] for thing in things if not thing.startswith("<"))
+
+
+def _options(declaration: Declaration) -> list[str]:
+    """Return the words that the options of a declaration name."""
+    return [str(declaration.options[key]) for key in ("about", "around") if key in declaration.options]
+
+
+def plain_faults(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
+    """Return a message for each plainly wrong scene that fulfills all declarations."""
+    words = words_of(declarations)
+    objects = objects_of(scene.root, words)
+    messages = []
+    if not any(_needs_object(d) for d in declarations):
+        messages.append("an empty scene fulfills all declarations; state how many of each object there are")
+    for name, (count, kinds) in _PLAINLY_WRONG.items():
+        if len(objects) < count or len({each.word for each in objects}) < kinds:
+            continue
+        if not any(reasons(changed(scene, words, CHANGES[name]), declarations)):
+            messages.append(f"the scene with {name} fulfills all declarations; {_REMEDIES[name]}")
+    return messages
+
+
+_REMEDIES: Mapping[str, str] = {
+    "all objects in one place": "state what is on what, what is clear of what, distances, directions",
+    "places exchanged": "state which object is where: on, inside, left-of, in-front-of, between, facing",
+    "all lengths times ten": 'state a size in the units of the scene, such as (size "table" :axis "y" :min .7 :max .8)',
+}
+
+
+def _needs_object(declaration: Declaration) -> bool:
+    """Return whether a declaration fails in an empty scene."""
+    if declaration.relation != "count":
+        return True
+    low, high = _range_of(declaration)
+    return not low <= 0.0 <= high or bool(declaration.options.get("negated"))
+
+
+# --- contradictions --------------------------------------------------------------------------------------------------
+
+
+def contradictions(declarations: Sequence[Declaration]) -> list[str]:
+    """Return a message for each pair of declarations that no scene fulfills, and for each cycle of what is on what.
+
+    Intervals of counts, sizes, distances, proportions and angles are intersected. Every A being on some B, and every B
+    on some A, cannot be in a finite scene; the same is true of directions and orders.
+    """
+    return [*_negations(declarations), *_disjoint(declarations), *_cycles(declarations)]
+
+
+def _negations(declarations: Sequence[Declaration]) -> list[str]:
+    """Return messages about declarations of which one is the negation of another."""
+    stated = {str(d) for d in declarations}
+    return [f"{d} and (not {d}) contradict each other" for d in declarations if f"(not {d})" in stated]
+
+
+def _disjoint(declarations: Sequence[Declaration]) -> list[str]:
+    """Return messages about amounts whose intervals are disjoint."""
+    by_amount: dict[tuple[object, ...], list[_Interval]] = defaultdict(list)
+    for declaration in declarations:
+        if declaration.options.get("negated") or declaration.options.get("any"):
+            continue
+        amount = _amount_of(declaration)
+        if amount is not None:
+            by_amount[amount].append(_Interval(*_range_of(declaration), declaration))
+    messages = []
+    for intervals in by_amount.values():
+        lowest = min(intervals, key=lambda interval: interval.high)
+        highest = max(intervals, key=lambda interval: interval.low)
+        if lowest.high < highest.low:
+            messages.append(f"{lowest.stated} and {highest.stated} contradict each other")
+    colors: dict[str, Declaration] = {}
+    for declaration in declarations:
+        if declaration.relation == "has-color" and not {"any", "negated"} & {*declaration.options}:
+            other = colors.setdefault(declaration.things[0], declaration)
+            if other.term != declaration.term:
+                messages.append(f"{other} and {declaration} contradict each other")
+    return messages
+
+
+def _amount_of(declaration: Declaration) -> tuple[object, ...] | None:
+    """Return what amount a declaration states, for which two intervals must meet; None for other relations."""
+    options, when = declaration.options, tuple(declaration.options.get(flag) for flag in ("first", "last", "sometime"))
+    if declaration.relation in ("count", "tilt", "turns", "moves"):
+        axes = options.get("axis"), options.get("along")
+        return declaration.relation, declaration.things, *axes, *when
+    if declaration.relation in ("size", "proportion"):
+        return declaration.relation, declaration.things, options["axis"], *when
+    if declaration.relation in ("angle", "distance") and options.get("all"):
+        return declaration.relation, declaration.things, options.get("axis"), *when
+    return (declaration.relation, declaration.things, *when) if declaration.relation == "distance" else None
+
+
+def _range_of(declaration: Declaration) -> tuple[float, float]:
+    """Return the least and the greatest amount that a declaration allows."""
+    options, number = declaration.options, declaration.number
+    if number is None:
+        return float(options.get("min", -math.inf)), float(options.get("max", math.inf))
+    if declaration.relation == "count":
+        return number, number
+    within = float(options.get("within", max(0.01 * number, 1.0 if declaration.relation in ("tilt", "turns") else 0.0)))
+    return number - within, number + within
+
+
+def _cycles(declarations: Sequence[Declaration]) -> list[str]:
+    """Return messages about cycles of relations that order objects strictly, such as A on B and B on A."""
+    orders: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for declaration in declarations:
+        if {"negated", "any", "first", "last", "sometime"} & {*declaration.options}:
+            continue
+        for order, before, after in _edges(declaration):
+            orders[order][before].add(after)
+    messages = []
+    for order, edges in orders.items():
+        cycle = _cycle(edges)
+        if cycle is not None:
+            path = " before ".join(f'"{word}"' for word in cycle)
+            messages.append(f"a cycle {order}: {path}")
+    return messages
+
+
+def _edges(declaration: Declaration) -> list[tuple[str, str, str]]:
+    """Return the strict orders that a declaration states: the order, and the words of what is less and more."""
+    things = declaration.things
+    if declaration.relation == "on":
+        return [("of what is on what", things[1], things[0])]
+    if declaration.relation in _DIRECTIONS:
+        axis, sign = _DIRECTIONS[declaration.relation]
+        first, second = (things[1], things[0]) if sign > 0 else (things[0], things[1])
+        return [(f"along {axis}", first, second)]
+    if declaration.relation == "order" and "along" in declaration.options:
+        return [(f"along {declaration.options['along']}", a, b) for a, b in pairwise(things)]
+    return []
+
+
+def _cycle(edges: Mapping[str, set[str]]) -> list[str] | None:
+    """Return the words of a cycle, the first again at its end; None if there is none."""
+    finished: set[str] = set()
+    for start in edges:
+        stack = [(start, iter(sorted(edges.get(start, ()))))] if start not in finished else []
+        path = [start] if stack else []
+        while stack:
+            word, following = stack[-1]
+            step = next(following, None)
+            if step is None:
+                finished.add(word)
+                stack.pop()
+                path.pop()
+            elif step in path:
+                return [*path[path.index(step) :], step]
+            elif step not in finished:
+                stack.append((step, iter(sorted(edges.get(step, ())))))
+                path.append(step)
+    return None

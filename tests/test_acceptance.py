@@ -1,0 +1,125 @@
+"""Acceptance that a model writes: which declarations say nothing, contradict each other, or accept a wrong scene."""
+
+from __future__ import annotations
+
+import pytest
+
+import scenelang as sl
+from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_of
+from scenelang.inference.acceptance import contradictions, plain_faults, vacuous
+from scenelang.session.declarations import declarations_in
+
+ROOM = """
+(bind "table" (lambda ()
+  (union
+    (transform (call "cylinder" :radius .5 :p0 [0 0 0] :p1 [0 .04 0] :color (color "peru")) (translate [0 .7 0]))
+    (call "cylinder" :radius .05 :p0 [0 0 0] :p1 [0 .7 0]))))
+(bind "chair" (lambda ()
+  (union
+    (transform (call "cube" :scale [.4 .45 .4]) (translate [0 .225 0]))
+    (transform (call "cube" :scale [.4 .45 .05]) (translate [0 .675 -.175])))))
+(bind "cup" (lambda () (call "cylinder" :radius .04 :p0 [0 0 0] :p1 [0 .1 0] :color (color "blue"))))
+(bind "room" (lambda ()
+  (union
+    (call "table")
+    (for/union ((i (iota 4)))
+      (transform (call "chair") (@ (rotate (* i pi .5) [0 1 0]) (translate [0 0 -1]))))
+    (transform (call "cup") (translate [.2 .74 0])))))
+(scene "room")
+"""
+
+SAYING = [
+    '(count "chair" 4)', '(count "cup" :min 1 :max 1)', '(on "cup" "table")', '(facing "chair" "table")',
+    '(clear-of "chair" "chair")', '(evenly-spaced "chair" :around "table")', '(distance "chair" "table" :max .6)',
+    '(size "table" :axis "y" :min .7 :max .8)', '(proportion "chair" "table" :axis "y" :min 1 :max 1.5)',
+    '(outline "table" "round")', '(tilt "chair" 0)', '(has-color "cup" "blue")', '(above "cup" "table")',
+    '(symmetric "chair" :about "table")', '(supported "cup")', '(visible-from "cup" "chair")', '(not (on "chair" "table"))',
+    '(reachable "chair" "table")',
+]  # fmt: skip
+SILENT = [
+    '(count "chair" :min 0)', '(count "chair" :max 1000)', '(size "table" :axis "y" :min 0)',
+    '(size "table" :axis "y" :max 100000)', '(facing "chair" "table" :within 180)', '(distance "cup" "table" :min 0)',
+    '(evenly-spaced "cup")', '(aligned "cup")', '(evenly-spaced "chair" :around "table" :within 360)',
+    '(clear-of "cup" "cup")', '(proportion "chair" "table" :axis "y" :min 0)', '(tilt "chair" :max 180)',
+    '(aligned "chair" :within 100000)', '(symmetric "table" :within 1000)', '(not (has-color "cup" "pink"))',
+    '(angle "chair" "table" 90 :axis "y" :within 180)', '(distance "chair" "table" :max 1000000)',
+    '(tilt "cup" :min 0)', '(not (count "chair" 77))',
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def room() -> sl.Scene:
+    return sl.evaluate(ROOM)
+
+
+@pytest.mark.parametrize("text", SAYING)
+def test_declarations_that_say_something(room: sl.Scene, text: str) -> None:
+    declarations = declarations_in(None, [text])
+    assert room.violations(text) == []
+    assert vacuous(room, declarations) == []
+
+
+@pytest.mark.parametrize("text", SILENT)
+def test_declarations_that_say_nothing(room: sl.Scene, text: str) -> None:
+    (problem,) = vacuous(room, declarations_in(None, [text]))
+    assert "says nothing" in problem
+
+
+def test_perturbations_leave_the_scene_as_it_is(room: sl.Scene) -> None:
+    words = {"table", "chair", "cup"}
+    before = objects_of(room.root, words)
+    assert [each.word for each in before] == ["table", "chair", "chair", "chair", "chair", "cup"]
+    for change in CHANGES.values():
+        changed(room, words, change)
+    after = objects_of(room.root, words)
+    assert all((a.low == b.low).all() and (a.high == b.high).all() for a, b in zip(before, after))
+
+
+def test_places_are_exchanged_with_other_words(room: sl.Scene) -> None:
+    after = objects_of(
+        changed(room, {"table", "chair", "cup"}, CHANGES["places exchanged"]).root, {"table", "chair", "cup"}
+    )
+    cup = next(each for each in after if each.word == "cup")
+    assert abs(cup.low[1]) < 1e-9  # on the floor, where another object was
+
+
+@pytest.mark.parametrize(
+    ("texts", "case"),
+    [
+        (['(count "chair" 4)', '(size "table" :axis "y" :min .7 :max .8)'], "one place"),
+        (['(clear-of "chair" "chair")', '(count "cup" 1)', '(size "cup" :axis "y" .1)'], "places exchanged"),
+        (['(on "cup" "table")', '(clear-of "chair" "table")'], "times ten"),
+        (['(count "horse" 0)'], "empty"),
+    ],
+)
+def test_sets_that_accept_a_plainly_wrong_scene(room: sl.Scene, texts: list[str], case: str) -> None:
+    assert any(case in message for message in plain_faults(room, declarations_in(None, texts)))
+
+
+def test_a_set_that_accepts_none(room: sl.Scene) -> None:
+    texts = ['(count "cup" 1)', '(on "cup" "table")', '(clear-of "chair" "table")', '(size "table" :axis "y" .74)']
+    assert plain_faults(room, declarations_in(None, texts)) == []
+
+
+@pytest.mark.parametrize(
+    ("texts", "count"),
+    [
+        (['(count "cup" 1)', '(count "cup" 2)'], 1),
+        (['(count "cup" :min 3)', '(count "cup" :max 2)'], 1),
+        (['(count "cup" :min 2)', '(count "cup" :max 2)'], 0),
+        (['(size "cup" 1 :axis "y")', '(size "cup" :axis "y" :max .5)'], 1),
+        (['(size "cup" 1 :axis "y")', '(size "cup" :axis "x" :max .5)'], 0),
+        (['(size "cup" 1 :axis "y" :first)', '(size "cup" :axis "y" :max .5 :last)'], 0),
+        (['(distance "cup" "table" :min 1)', '(distance "cup" "table" :max .5)'], 1),
+        (['(on "cup" "table")', '(on "table" "chair")', '(on "chair" "cup")'], 1),
+        (['(on "cup" "table")', '(on "table" "cup" :any)'], 0),
+        (['(left-of "cup" "table")', '(order "cup" "table" "chair" :along "x")'], 0),
+        (['(right-of "cup" "table")', '(order "cup" "chair" "table" :along "x")'], 1),
+        (['(on "cup" "table")', '(not (on "cup" "table"))'], 1),
+        (['(has-color "cup" "red")', '(has-color "cup" "blue")'], 1),
+        (['(has-color "cup" "red" :any)', '(has-color "cup" "blue" :any)'], 0),
+        (['(tilt "cup" 10)', '(tilt "cup" :max 5)'], 1),
+    ],
+)
+def test_contradictions(texts: list[str], count: int) -> None:
+    assert len(contradictions(declarations_in(None, texts))) == count
