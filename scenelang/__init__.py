@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from scenelang.api import list_backends as list_backends
     from scenelang.api import load as load
     from scenelang.api import parse as parse
+    from scenelang.api import primer as primer
     from scenelang.api import repair as repair
     from scenelang.api import resume as resume
     from scenelang.api import search as search
@@ -114,7 +115,7 @@ _HOMES = {
     "Diagnostic": "grammar.diagnostics", "SceneError": "grammar.diagnostics", "UsageError": "grammar.diagnostics",
     "ReadResult": "grammar.reader", "Edited": "inference.generation", "Estimate": "inference.generation",
     "Generated": "inference.generation", "edit": "api", "estimate": "inference.generation",
-    "build": "api", "generate": "api", "resume": "api", "runs": "inference.generation",
+    "build": "api", "generate": "api", "primer": "api", "resume": "api", "runs": "inference.generation",
     "InferenceSettings": "inference.records", "Run": "inference.records", "Limits": "interpreter.values.limits",
     "Entity": "interpreter.scene.entity", "InversionModels": "learning.inversion",
     "PictureSubject": "learning.inversion",

@@ -375,6 +375,34 @@ def generate(
 
 
 @typed
+def primer(kind: Literal["3d", "4d", "minecraft"] = "3d", notation: Literal["python", "language"] = "language") -> str:
+    """Return what a language model must know to write a scene: the system prompt of ``generate``.
+
+    It is for those who bring their own model. An answer is read by ``evaluate``, which takes responses too.
+
+    Parameters
+    ----------
+    kind : str
+        "3d", "4d" or "minecraft".
+    notation : str
+        "language" for the Scene Language, or "python" for Python with the helper API.
+
+    Returns
+    -------
+    str
+        Some 10,000 characters of Markdown.
+
+    Examples
+    --------
+    >>> "(assert-that" in sl.primer()
+    True
+    """
+    from scenelang.inference.brief import Brief, Notation, Prompts, Task, TaskKind
+
+    return Brief(Task("", TaskKind(kind), Notation(notation)), Prompts()).system
+
+
+@typed
 def build(
     task: str = "",
     *,

@@ -266,8 +266,9 @@ def assertion_failed(rt: Runtime, message: Any) -> Any:
 
 
 @registry.define("declare-that",
-                 "relation::String operands::List [:any] [:all] [:within] [:min] [:max] [:share] [:axis] [:along]"
-                 " [:around] [:across] [:about] [:message] [:negated] [:first] [:last] [:sometime] [:never]", "None",
+                 "relation::String operands::List [:any] [:all] [:within] [:min] [:max] [:share] [:each] [:axis]"
+                 " [:along] [:around] [:across] [:about] [:message] [:negated] [:first] [:last] [:sometime] [:never]",
+                 "None",
                  "State a relation of things about the entity that is being made, or at top level about the scene, as"
                  " `assert-that` does. `check --run` tests whether it holds.",
                  ('(declare-that "on" (list "cup" "table") :any #t)', "none"))  # fmt: skip

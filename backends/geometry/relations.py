@@ -38,6 +38,7 @@ _FIRST_OBJECTS = 32  # nearest objects, which are sorted before all others: the 
 _FACING_DEGREES = 30.0  # degrees by default between a front and the direction to the other object
 _ANGLE_DEGREES = 1.0  # default tolerance in degrees
 _LENGTH_TOLERANCE = 0.01  # default tolerance of a length, relative to it
+_BLOCK_TOLERANCE = 0.01  # of positions of Minecraft blocks, whose edges are 1
 _AROUND_SHARE, _AROUND_DEGREES = 0.1, 5.0  # default tolerance of an even angle: a share of it, at most so many degrees
 _PATH_TOLERANCE = 0.03  # default tolerance of a path, relative to its extent, or to its radius
 _MAX_RADIUS = 20.0  # of a circle, relative to the extent of the path: a larger one is a line
@@ -45,13 +46,10 @@ _LEAST_VISIBLE = 0.5  # default share of an object that must be seen
 _IN_DEGREES = frozenset({"tilt", "turns"})  # relations whose amounts are angles
 _OFF_AXIS_DEGREES = 5.0  # by which the axis of a turn may differ from the declared one
 _POSITION_TOLERANCE = 0.01  # default tolerance of positions, relative to the extent of the objects
-# refused for Minecraft blocks, which have boxes only
+# refused for Minecraft blocks, which have boxes only; contacts of blocks are those of their boxes
 _NOT_FOR_BLOCKS = frozenset(
-    {
-        "on", "inside", "touching", "clear-of", "distance", "supported", "floating", "fastened", "has-color", "tilt",
-        "outline", "visible-from", "reachable",
-    }
-)  # fmt: skip
+    {"inside", "supported", "floating", "fastened", "has-color", "tilt", "outline", "visible-from", "reachable"}
+)
 _SIDES = {
     "above": (1, 1.0, "above"), "below": (1, -1.0, "below"), "left-of": (0, -1.0, "to the left of"),
     "right-of": (0, 1.0, "to the right of"), "in-front-of": (2, 1.0, "in front of"), "behind": (2, -1.0, "behind"),
@@ -444,7 +442,8 @@ def _pairwise(test: _Test, *, every_object: bool = False) -> Callable[[_Context]
         boxes = _boxes(context, objects)
         reach = float(declaration.options.get("min", 0.0)) if apart else np.inf
         near = None
-        if len(subjects) > 1 and (apart or test in _CONTACTS):
+        are_solid = not any(context.arrangement.has_blocks(placed) for placed in (*subjects, *objects))
+        if len(subjects) > 1 and are_solid and (apart or test in _CONTACTS):
             reaches = [max(context.touch(a), reach) if apart else context.touch(a) for a in subjects]
             near = context.arrangement.prepare(subjects, objects, reaches, _MAX_COMPARISONS)
         if context.first and near is not None and not universal and declaration.options.get("any"):
@@ -491,7 +490,7 @@ def _against(
         context.work.spend()
         if best is not None and not universal and test in _NEARNESS and _gap(context.arrangement, a, b) >= best.amount:
             continue  # farther away than the best object is from holding
-        failure = test(context, a, b)
+        failure = _tested_pair(context, test, a, b)
         if failure is None and not universal:
             return None
         if failure is not None:
@@ -500,6 +499,66 @@ def _against(
     if is_alone and not universal:
         return _Failure(f'there is no other "{context.declaration.things[1]}"', 1.0, a)
     return worst if universal else best
+
+
+def _tested_pair(context: _Context, test: _Test, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why a relation of two objects does not hold; contacts of Minecraft blocks are those of their boxes."""
+    of_blocks = _BLOCK_TESTS.get(test)
+    if of_blocks is not None and (context.arrangement.has_blocks(a) or context.arrangement.has_blocks(b)):
+        return of_blocks(context, a, b)
+    return test(context, a, b)
+
+
+def _block_pairs(context: _Context, a: PlacedObject, b: PlacedObject) -> tuple[FloatArray, FloatArray]:
+    """Return the signed gaps along the axes (N, M, 3) of the boxes of two objects, and how far each of the first is
+    above each of the second (N, M)."""
+    (low, high, _), (under, over, _) = (_parts(context.arrangement, placed) for placed in (a, b))
+    context.work.spend(len(low) * len(under) // 1000)
+    gaps = np.maximum(low[:, None] - over[None], under[None] - high[:, None])
+    return gaps, low[:, None, 1] - over[None, :, 1]
+
+
+def _blocks_on(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why no block of ``a`` is directly on one of ``b``."""
+    gaps, above = _block_pairs(context, a, b)
+    is_over = (gaps[..., [0, 2]] < -_BLOCK_TOLERANCE).all(axis=-1)
+    distances = np.abs(above[is_over])
+    if len(distances) and distances.min() <= _BLOCK_TOLERANCE:
+        return None
+    amount = float(distances.min()) if len(distances) else float(np.abs(gaps).min() + 1.0)
+    return _Failure(f'no block of "{a.entity.word}" is on one of "{b.entity.word}"', amount, a, b)
+
+
+def _blocks_apart(context: _Context, a: PlacedObject, b: PlacedObject) -> float:
+    """Return the distance of the blocks of two objects, negative where some are in one place."""
+    gaps, _ = _block_pairs(context, a, b)
+    apart = np.linalg.norm(np.maximum(gaps, 0.0), axis=-1)
+    deepest = gaps.max(axis=-1)
+    return float(deepest.min()) if deepest.min() < -_BLOCK_TOLERANCE else float(apart.min())
+
+
+def _blocks_touching(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why the blocks of two objects do not touch."""
+    apart = _blocks_apart(context, a, b)
+    if abs(apart) <= _BLOCK_TOLERANCE:
+        return None
+    how = f"are {apart:.3g} apart" if apart > 0.0 else "are in one place"
+    return _Failure(f"blocks of {_two_words(a, b)} {how}", abs(apart), a, b)
+
+
+def _blocks_clear_of(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why the blocks of two objects are in one place, or closer than `min`."""
+    apart, least = _blocks_apart(context, a, b), float(context.option("min", 0.0))
+    if apart >= least - _BLOCK_TOLERANCE:
+        return None
+    return _Failure(f"blocks of {_two_words(a, b)} are {apart:.3g} apart", least - apart, a, b)
+
+
+def _blocks_distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why the distance of the blocks of two objects is not as declared."""
+    apart = max(_blocks_apart(context, a, b), 0.0)
+    off = _off(context, apart)
+    return None if off == 0.0 else _Failure(f"{_two_words(a, b)} are {apart:.3g} apart", abs(off), a, b)
 
 
 def _gap(arrangement: Arrangement, a: PlacedObject, b: PlacedObject) -> float:
@@ -1194,6 +1253,25 @@ def _evenly_around(context: _Context) -> list[_Failure]:
     ]
 
 
+def _rows(context: _Context) -> list[_Failure]:
+    """Return the failure of the number of positions along an axis, or of the number of objects at each."""
+    objects, centers, within = _centers(context)
+    along, each = context.option("along"), context.option("each")
+    positions = centers[:, "xyz".index(along)]
+    order = np.argsort(positions, kind="stable")
+    ends = np.flatnonzero(np.diff(positions[order]) > max(within, 1e-12)) + 1
+    rows = np.split(order, ends)
+    expected = int(context.declaration.number or 0)
+    if len(rows) != expected:
+        message = f'"{objects[0].entity.word}" has {len(rows)} positions along {along}'
+        return [_Failure(message, abs(len(rows) - expected), objects[0])]
+    return [
+        _Failure(f'there are {len(row)} "{objects[row[0]].entity.word}" at {positions[row[0]]:.3g} along {along}',
+                 abs(len(row) - each), objects[row[0]])
+        for row in rows if each is not None and len(row) != each
+    ]  # fmt: skip
+
+
 def _order(context: _Context) -> list[_Failure]:
     """Return the first objects of each name that come before one of the name before it."""
     names = context.declaration.things
@@ -1341,6 +1419,13 @@ def _scaled(direction: Sequence[float], length: float) -> Vector:
 
 
 _CONTACTS = (_on, _touching, _clear_of)  # relations of objects that are near each other
+# Contacts of Minecraft blocks, which are boxes on a grid.
+_BLOCK_TESTS: dict[_Test, _Test] = {
+    _on: _blocks_on,
+    _touching: _blocks_touching,
+    _clear_of: _blocks_clear_of,
+    _distance: _blocks_distance,
+}
 _NEARNESS = (_on, _touching)  # relations that fail by at least the distance of the boxes
 _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "on": _pairwise(_on),
@@ -1359,6 +1444,7 @@ _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "floating": _floats,
     "fastened": _pairwise(_fastened),
     "order": _order,
+    "rows": _rows,
     "proportion": _pairwise(_proportion),
     "tilt": _tilt,
     "outline": _outline,

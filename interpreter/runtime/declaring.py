@@ -96,8 +96,10 @@ def _check_amount(relation: Relation, declaration: Declaration) -> None:
         raise SceneError("value", f"`{name}` expects `:min` to be at most `:max`, got {least:g} and {most:g}")
     if name in _DEGREES and options.get("within", 0.0) > 180.0:
         raise SceneError("value", f"`:within` of `{name}` expects degrees from 0 to 180")
-    if name == "count" and declaration.number is not None and declaration.number != int(declaration.number):
-        raise SceneError("value", f"`count` expects a whole number, got {declaration.number:g}")
+    if name in ("count", "rows") and declaration.number is not None and declaration.number != int(declaration.number):
+        raise SceneError("value", f"`{name}` expects a whole number, got {declaration.number:g}")
+    if name == "rows" and "along" not in options:
+        raise SceneError("value", "`rows` expects `:along`", f"write `{relation.usage}`")
     if name in ("size", "proportion") and "axis" not in options:
         raise SceneError("value", f"`{name}` expects `:axis`", f"write `{relation.usage}`")
     if name == "order" and ("along" in options) == ("around" in options):
@@ -181,6 +183,11 @@ def _option(relation: Relation, key: str, value: Any) -> Any:
         return bool(value)
     if key in _LENGTHS:
         return _number(relation.name, f"a number for `:{key}`", value)
+    if key == "each":
+        each = _number(relation.name, "a number for `:each`", value)
+        if each != int(each):
+            raise SceneError("value", f"`:each` expects a whole number, got {each:g}")
+        return each
     if key == "share":
         share = _number(relation.name, "a number for `:share`", value)
         if not 0.0 < share <= 1.0:

@@ -180,6 +180,15 @@ _RELATIONS = (
         ("along", "around", "within"),
     ),
     Relation(
+        "rows",
+        '(rows A number :along "z" [:each count] [:within length])',
+        "The centers of all A have so many different positions along an axis: a field of five rows and nine columns has"
+        " 5 along z and 9 along x. With `:each`, so many A are at every position.",
+        '(rows "chair" 2 :along "z" :each 3)',
+        (OBJECT, NUMBER),
+        ("along", "each", "within"),
+    ),
+    Relation(
         "order",
         '(order A B ... [:along "x"] [:around C])',
         "All A come before all B, and so on, by their centres along an axis, in its direction. With `:around`,"
@@ -357,6 +366,7 @@ SCENES: Mapping[str, str] = MappingProxyType({
     '(transform (call "plate") (translate [.6 0 0]))',
     "aligned": "(for/union ((x '(-1 -.4 .7))) (transform (call \"pawn\") (translate (vector x 0 0))))",
     "evenly-spaced": "(for/union ((x '(-1 0 1))) (transform (call \"pawn\") (translate (vector x 0 0))))",
+    "rows": "(for*/union ((x '(-1 0 1)) (z '(-.5 .5))) (transform (call \"chair\") (translate (vector x 0 z))))",
     "order": '(call "candle") (transform (call "cup") (translate [-.6 0 0]))\n'
     '(transform (call "plate") (translate [.6 0 0]))',
     "proportion": '(call "table") (transform (call "chair") (translate [0 0 .9]))',
@@ -414,10 +424,6 @@ def example_of(relation: Relation) -> str:
 
 
 FLAGS = frozenset({"any", "all", "negated", *FRAME_FLAGS})
-OPTIONS = (
-    "any", "all", "within", "min", "max", "share", "axis", "along", "around", "across", "about", "message", "negated",
-    *FRAME_FLAGS,
-)  # fmt: skip
 
 # Basic color terms (Berlin and Kay, 1969): the hue in degrees at which each ends, for saturated colors that are neither
 # dark nor pale.

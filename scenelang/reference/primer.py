@@ -46,20 +46,21 @@ def attribute_names() -> tuple[str, ...]:
 
 
 # Names that a prompt teaches, by group: what scenes need, by a census of the examples and the corpus. All others work
-# as in Scheme, Python or NumPy. A name with a tilde is explained by the first sentence of its doc.
+# as in Scheme, Python or NumPy. A name with a tilde is explained by the first sentence of its doc, with two tildes by
+# the first two, where the second one says how copies are oriented: models guess that, and turn chairs away.
 _TAUGHT: Mapping[str, str] = MappingProxyType({
     "Things": "call~ union~ union-loop~ transform~",
     "Definitions": "define lambda bind~ scene~ param let let* define-values frames~",
     "Choices": "if cond case when and or",
     "Loops": "for/union for*/union for/list for/sum for/fold for range iota zip",
-    "Poses": "translate~ rotate~ scale~ reflect~ look-at",
-    "Combinators": "grid~ ring~ row~ stack~ mirror~ on-top-of~ align~ attach~ along~ scatter~ jitter~",
+    "Poses": "translate~ rotate~ scale~ reflect~ look-at~",
+    "Combinators": "grid~ ring~~ row~ stack~ mirror~ on-top-of~ align~ attach~ along~~ scatter~ jitter",
     "Boxes": "compute-shape-min compute-shape-max compute-shape-center compute-shape-sizes",
     "Colours": "color~ rgb hsv",
     "Random": "random uniform normal randint choice shuffle noise",
     "Solids": "difference~ intersection union-solid hull extrude~ lathe~ sweep rounded shell text",
     "Profiles": "circle rectangle polygon regular-polygon star spline profile-union profile-difference offset-profile",
-    "Paths": "polyline bezier catmull-rom helix",
+    "Paths": "polyline bezier catmull-rom helix~",
     "Numbers": "+ * - / = < > <= >= // % expt atan min max round clamp lerp sqrt abs sign floor ceiling sin cos tan "
     "asin acos radians even? odd? not",
     "Lists": "list append make-list first last rest length reverse ref take drop map filter fold apply append-map "
@@ -67,6 +68,12 @@ _TAUGHT: Mapping[str, str] = MappingProxyType({
     "Vectors": "vector dot cross norm normalize distance linspace sum",
     "Others": "table string-append",
 })  # fmt: skip
+_BY_NAME = ("Numbers", "Lists", "Vectors")  # groups whose parameters are those of Scheme, Python or NumPy
+# Relations that a prompt teaches; the others are for benchmarks and plans, which list all.
+_STATED = (
+    "on inside touching clear-of distance supported above left-of in-front-of between facing aligned evenly-spaced rows"
+    " order symmetric tilt size count has-color moves turns path"
+)
 _CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
 _OMITTED_KEYWORDS = (*_SURFACE, "segments", "stream", "size", "line-height")  # of solids and functions in a prompt
@@ -83,7 +90,18 @@ def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) ->
         Names to leave out.
     """
     chosen = tuple(primitives.docs_of_words()) if words is None else words
-    return "\n".join([*_primitives(chosen), *_names(chosen, without)])
+    return "\n".join([*_primitives(chosen), *_names(chosen, without), *_declarations()])
+
+
+def _declarations() -> Iterator[str]:
+    """Yield five lines about declarations, which a program tests itself by."""
+    yield "\n## What must hold\n"
+    yield (
+        '`(assert-that (on "cup" "table") (facing "chair" "table") (clear-of "chair" "chair" :min .1)'
+        ' (size "table" :axis "y" .75))` at the end of a program states what must hold of every object of a word, and is'
+        " tested. `:any` and `(not (on ...))` exist."
+    )
+    yield f"Relations: {_STATED}"
 
 
 def _primitives(words: Sequence[str]) -> Iterator[str]:
@@ -104,12 +122,12 @@ def _primitives(words: Sequence[str]) -> Iterator[str]:
         yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SURFACE)
 
 
-def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, bool]]]:
-    """Return the names that a prompt teaches by group, and whether each is explained."""
-    groups: dict[str, list[tuple[ReferenceRecord, bool]]] = {}
+def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, int]]]:
+    """Return the names that a prompt teaches by group, and by how many sentences each is explained."""
+    groups: dict[str, list[tuple[ReferenceRecord, int]]] = {}
     for group, text in _TAUGHT.items():
         for item in text.split():
-            name, explained = item.removesuffix("~"), item.endswith("~")
+            name, explained = item.rstrip("~"), item.count("~")
             record = lookup(name)
             assert record is not None, name
             if name not in without:
@@ -125,10 +143,15 @@ def _names(words: Sequence[str], without: Collection[str]) -> Iterator[str]:
     for group, members in taught(without).items():
         if is_blocks and group in _NOT_FOR_BLOCKS:
             continue
+        if group in _BY_NAME:
+            yield f"{group}: `{' '.join(record.name for record, _ in members)}`"
+            continue
         plain = ", ".join(_together([_usage(record) for record, explained in members if not explained]))
         yield f"{group}:" + (f" {plain}" if plain else "")
         yield from (
-            f"- {_quoted(_usage(record))}: {_sentence(record.doc)}" for record, explained in members if explained
+            f"- {_quoted(_usage(record))}: {_sentences(record.doc, explained)}"
+            for record, explained in members
+            if explained
         )
     yield "Constants: `pi`, `tau`, `none`, `#t`, `#f`"
 
@@ -153,9 +176,9 @@ def _quoted(usage: str) -> str:
 _NOT_FOR_BLOCKS = ("Colours", "Solids", "Profiles", "Paths")
 
 
-def _sentence(doc: str) -> str:
-    """Return the first sentence of a description without "Return", which every second one starts with."""
-    text = re.split(r"(?<![ .])\. ", doc.removeprefix("Return "))[0].removesuffix(".")
+def _sentences(doc: str, count: int) -> str:
+    """Return the first sentences of a description without "Return", which every second one starts with."""
+    text = ". ".join(re.split(r"(?<![ .])\. ", doc.removeprefix("Return "))[:count]).removesuffix(".")
     return text[0].upper() + text[1:]
 
 

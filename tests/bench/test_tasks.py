@@ -1,4 +1,4 @@
-"""Every task of the benchmark has a program that passes, and near misses that fail one of its predicates."""
+"""Every task of the benchmark has a program that passes, and wrong scenes by other authors that do not."""
 
 from __future__ import annotations
 
@@ -8,15 +8,16 @@ from pathlib import Path
 import pytest
 
 import scenelang as sl
-from scenelang.backends.geometry.relations import reasons
 from scenelang.bench.scoring import kept_share, scene_of, score_of
-from scenelang.bench.tasks import KEEP, BenchTask, load_tasks, tasks_of
+from scenelang.bench.tasks import BenchTask, load_tasks, tasks_of
 from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import TaskKind
 from scenelang.inference.steps import has_blocks
-from scenelang.interpreter.scene.entity import count_words
 
 TASKS = load_tasks()
+# Wrong scenes that pass, by task, and why they are wrong: what the predicates cannot tell yet.
+MISSED: dict[str, tuple[str, ...]] = {}
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
@@ -31,21 +32,23 @@ def test_a_program_passes(task: BenchTask) -> None:
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
 @pytest.mark.sampled(8)
-def test_near_misses_fail(task: BenchTask) -> None:
-    for near in task.near:
-        assert near.program != task.passes
-        scene = scene_of(near.program)
-        if near.fails == KEEP:
-            assert kept_share(scene_of(str(task.program)), scene, task.keep) < 1.0, near
-        else:
-            stated = task.declarations[task.that.index(near.fails)]
-            assert reasons(scene, [stated]) != [None], near
+def test_wrong_scenes_do_not_pass(task: BenchTask) -> None:
+    missed = [wrong.why for wrong in task.wrong if passes(task, wrong.program)]
+    assert missed == list(MISSED.get(task.name, ()))
+
+
+def passes(task: BenchTask, program: str) -> bool:
+    """Whether a program is accepted; one without a scene is not."""
+    try:
+        return score_of(task, scene_of(program)).passed
+    except SceneError:
+        return False
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
-def test_every_predicate_has_a_near_miss(task: BenchTask) -> None:
-    missed = {near.fails for near in task.near}
-    assert {*task.that, *(["keep"] if task.keep else [])} <= missed
+def test_wrong_scenes_are_five_and_break_clauses_of_the_prompt(task: BenchTask) -> None:
+    assert len(task.wrong) == len({wrong.program for wrong in task.wrong}) == 5
+    assert all(clause.says for clause in task.clauses)
 
 
 @pytest.mark.parametrize("task", [task for task in TASKS if task.program is not None], ids=lambda task: task.name)
@@ -65,19 +68,6 @@ def test_programs_to_edit_are_the_same_in_python(program: str) -> None:
     assert sl.diff(sl.evaluate(program), sl.evaluate(sl.transpile(python).text)).equal
 
 
-@pytest.mark.slow
-def test_near_misses_have_no_instance_one_or_too_many_and_the_wrong_side() -> None:
-    found: Counter[str] = Counter()
-    for task, near in [(each, near) for each in TASKS for near in each.near if near.fails != KEEP]:
-        stated = task.declarations[task.that.index(near.fails)]
-        if stated.relation == "count" and stated.number is not None:
-            count = count_words(scene_of(near.program).root).get(stated.things[0], 0)
-            found["none" if not count else "many" if count > stated.number else "one" if count == 1 else "fewer"] += 1
-        elif stated.relation in {"left-of", "right-of", "in-front-of", "behind", "facing", "symmetric"}:
-            found["side"] += 1
-    assert min(found[kind] for kind in ("none", "one", "many", "fewer", "side")) >= 15, found
-
-
 def test_the_tasks_are_many_and_of_all_kinds() -> None:
     assert len(TASKS) >= 180
     assert min(Counter(task.group for task in TASKS).values()) >= 10
@@ -88,7 +78,8 @@ def test_the_task_of_the_documentation() -> None:
     text = (Path(__file__).parents[2] / "docs" / "bench.md").read_text("utf-8")
     (task,) = tasks_of(Source("docs.toml", text.split("```toml\n")[1].split("```")[0]))
     assert score_of(task, scene_of(task.passes)).passed
-    assert score_of(task, scene_of(task.near[0].program)).failed(task) == [task.near[0].fails]
+    assert task.prompt == "Two red cups stand on a table, not touching each other."
+    assert score_of(task, scene_of(task.wrong[0].program)).failed(task) == ['(on "cup" "table")', "geometry"]
 
 
 def test_blocks_must_be_kept_as_well() -> None:

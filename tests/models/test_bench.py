@@ -323,7 +323,7 @@ def test_wrong_usage(words: tuple[str, ...], problem: str, place: Place, tasks: 
         ('name = "two-cubes"', 'name = "Two Cubes"', "small letters"),
         ('(count "cube" 2)', '(counts "cube" 2)', "unknown relation `counts`"),
         ('says = "Three', 'sais = "Three', "`says` is missing"),
-        ("that = ['(count \"cube\" 3)', '(aligned \"cube\" :along \"x\")']", "", "a clause without predicates"),
+        ('that = [\'(count "cube" 3)\', \'(aligned "cube" :along "x")\']', "", "a clause without predicates"),
         ('name = "three-cubes"', 'name = "two-cubes"', "two tasks are named"),
         (
             "that = ['(count \"cube\" 3)'",

@@ -144,6 +144,10 @@ CASES = [
         '(evenly-spaced "chair" :around "table" :within 20)',
         True,
     ),
+    # rows: positions along an axis, and how many objects at each
+    ("".join(at("cup", x, 0, z) for x in (0, 1, 2) for z in (0, 1)), '(rows "cup" 2 :along "z" :each 3)', True),
+    ("".join(at("cup", x, 0, z) for x in (0, 1, 2) for z in (0, 1)), '(rows "cup" 3 :along "z")', False),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 0) + at("cup", 1, 0, 1), '(rows "cup" 2 :along "z" :each 2)', False),
     # order
     (
         at("cup", 0, 0, 0) + at("cup", 0.3, 1, 0) + at("ball", 1, 0, 0) + at("bowl", 2, 0, 0),
@@ -249,7 +253,7 @@ def movable(parts: str, declaration: str, holds: bool) -> bool:
 
 # Relations of which no translation is known that makes them hold.
 UNMOVED = {"angle", "facing", "size", "count", "symmetric", "between", "has-color", "order", "proportion", "tilt",
-           "outline", "made-of", "visible-from", "reachable"}  # fmt: skip
+           "outline", "made-of", "visible-from", "reachable", "rows"}  # fmt: skip
 
 
 @pytest.mark.parametrize(("parts", "declaration"), [case[:2] for case in CASES if movable(*case)])
@@ -523,6 +527,28 @@ def test_a_scene_of_nothing_is_judged() -> None:
     assert [each.message for each in scene.violations('(count "cone" 6)')] == ["there are 0"]
     with pytest.raises(SceneError, match='"cone" does not occur in "scene"'):
         scene.violations('(on "cone" "cone")')
+
+
+@pytest.mark.parametrize(
+    ("height", "declaration", "holds"),
+    [
+        (3, '(on "rail" "bridge")', True),
+        (5, '(on "rail" "bridge")', False),
+        (2, '(on "rail" "bridge")', False),
+        (3, '(touching "rail" "bridge")', True),
+        (4, '(touching "rail" "bridge")', False),
+        (3, '(clear-of "rail" "bridge")', True),
+        (2, '(clear-of "rail" "bridge")', False),
+        (5, '(distance "rail" "bridge" 2)', True),
+        (4, '(distance "rail" "bridge" 2)', False),
+        (3, '(clear-of "rail" "bridge" :min 1)', False),
+    ],
+)
+def test_contacts_of_blocks(height: int, declaration: str, holds: bool) -> None:
+    build = f"""(bind "bridge" (lambda () (call "set-cuboid" :block-type "stone" :scale [3 3 9])))
+    (bind "rail" (lambda () (call "set-cuboid" :block-type "oak_fence" :scale [1 1 9])))
+    (bind "all" (lambda () (union (call "bridge") (transform (call "rail") (translate [0 {height} 0])))))(scene "all")"""
+    assert (sl.evaluate(build).violations(declaration) == []) is holds
 
 
 def test_symmetry_of_blocks_is_that_of_their_boxes() -> None:
