@@ -394,7 +394,7 @@ def primer(kind: Literal["3d", "4d", "minecraft"] = "3d", notation: Literal["pyt
 
     Examples
     --------
-    >>> "(assert-that" in sl.primer()
+    >>> "(assert-that" in primer()
     True
     """
     from scenelang.inference.brief import Brief, Notation, Prompts, Task, TaskKind

@@ -167,7 +167,7 @@ _TURNED_HERE = ("rotate", "reflect", "ring", "mirror", "jitter", "scatter")
 # Omitted from the primer: macros, files, entity internals, and the random streams of translated Python.
 _UNTOLD = (
     "define-syntax", "syntax-rules", "define-macro", "let-syntax", "letrec-syntax", "quasiquote", "define-record",
-    "import", "let/ec", "guard", "assert", "assert-that", "declare-that", "begin0", "while",
+    "import", "let/ec", "guard", "assert", "declare-that", "begin0", "while",
     "let*-values", "for/table", "for/set",
     *(f"for*/{kind}" for kind in ("append", "sum", "and", "or", "first", "table", "set", "fold")),
     "retrieve", "no-entities", "bound?", "call-embeddings", "apply-entity-function", "make-entity", "embedding",
