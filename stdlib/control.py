@@ -266,7 +266,7 @@ def assertion_failed(rt: Runtime, message: Any) -> Any:
 
 
 @registry.define("declare-that",
-                 "relation::String operands::List [:any] [:all] [:within] [:min] [:max] [:share] [:each] [:axis]"
+                 "relation::String operands::List [:any] [:all] [:within] [:min] [:max] [:share] [:each] [:axis] [:to]"
                  " [:along] [:around] [:across] [:about] [:message] [:negated] [:first] [:last] [:sometime] [:never]",
                  "None",
                  "State a relation of things about the entity that is being made, or at top level about the scene, as"

@@ -158,14 +158,34 @@ def index_text() -> str:
     return f"{title}\n\nNAMES: dict[str, list[str]] = {{\n{''.join(rows)}}}\n"
 
 
-def _modules() -> dict[str, str]:
-    """Return the source of every module of the package that is written in the language, by file name."""
-    folder = os.path.dirname(__file__)
-    modules = {}
-    for name in sorted(name for name in os.listdir(folder) if name.endswith(".scene")):
-        with open(os.path.join(folder, name), encoding="utf-8") as file:
-            modules[name] = file.read()
-    return modules
+class _Modules(Mapping[str, str]):
+    """Sources of the modules that are written in the language, by file name; each is read when it is looked up.
+
+    Those of ``parts`` are some 100 KB, which most programs do not import.
+    """
+
+    _FOLDERS = (os.path.dirname(__file__), os.path.join(os.path.dirname(__file__), "parts"))
+
+    def __init__(self) -> None:
+        self._paths = {
+            name: os.path.join(folder, name)
+            for folder in self._FOLDERS
+            for name in sorted(os.listdir(folder))
+            if name.endswith(".scene")
+        }
+        self._texts = dict.fromkeys(IMPORTED, "")
+
+    def __getitem__(self, name: str) -> str:
+        if name not in self._texts:
+            with open(self._paths[name], encoding="utf-8") as file:
+                self._texts[name] = file.read()
+        return self._texts[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**self._texts, **self._paths})
+
+    def __len__(self) -> int:
+        return len({**self._texts, **self._paths})
 
 
 @cache
@@ -174,7 +194,7 @@ def build_library() -> Library:
     return Library(
         builtins=_Builtins(TOPICS),
         constants={name: value for name, (value, _) in CONSTANTS.items()},
-        modules={**dict.fromkeys(IMPORTED, ""), **_modules()},
+        modules=_Modules(),
         prelude=PRELUDE,
         constant_docs={name: doc for name, (_, doc) in CONSTANTS.items()},
         imported={module: _Builtins((topic,)) for module, topic in IMPORTED.items()},

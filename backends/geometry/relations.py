@@ -39,6 +39,7 @@ _FACING_DEGREES = 30.0  # degrees by default between a front and the direction t
 _ANGLE_DEGREES = 1.0  # default tolerance in degrees
 _LENGTH_TOLERANCE = 0.01  # default tolerance of a length, relative to it
 _BLOCK_TOLERANCE = 0.01  # of positions of Minecraft blocks, whose edges are 1
+_RADIUS_SHARE = 0.05  # default tolerance of a common radius, relative to it
 _AROUND_SHARE, _AROUND_DEGREES = 0.1, 5.0  # default tolerance of an even angle: a share of it, at most so many degrees
 _PATH_TOLERANCE = 0.03  # default tolerance of a path, relative to its extent, or to its radius
 _MAX_RADIUS = 20.0  # of a circle, relative to the extent of the path: a larger one is a line
@@ -911,6 +912,60 @@ def _proportion(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure
     return _Failure(message, abs(off), a, b)
 
 
+def _aspect(context: _Context) -> list[_Failure]:
+    """Return the subjects whose extents along two axes are not in proportion."""
+    axis, to = context.option("axis"), context.option("to")
+    objects = context.objects(context.declaration.things[0])
+    context.work.spend(len(objects))
+    ratios = (_extent(context.arrangement, a, axis) / max(_extent(context.arrangement, a, to), 1e-300) for a in objects)
+    return _measured(context, ratios, f"measures {{:.3g}} times as much along {axis} as along {to}")
+
+
+def _elevation(context: _Context) -> list[_Failure]:
+    """Return the subjects whose lowest points are not as high above the ground as declared."""
+    arrangement = context.arrangement
+    objects = context.objects(context.declaration.things[0])
+    context.work.spend(len(objects))
+    has_solids = len(arrangement.bodies) > 0
+    ground = arrangement.ground if has_solids else 0.0
+    heights = [float(arrangement.box(placed)[0][1]) - ground for placed in objects]
+    reach = max(arrangement.touch(placed) for placed in objects) if has_solids else _BLOCK_TOLERANCE
+    return _measured(context, (0.0 if abs(height) <= reach else height for height in heights), "is {:.3g} high")
+
+
+def _encircles(context: _Context) -> list[_Failure]:
+    """Return the subjects that are not at the declared distance from an axis, or not at the distance of the others."""
+    arrangement, (first, second) = context.arrangement, context.declaration.things
+    objects, middle = context.objects(first), arrangement.center(context.objects(second)[0])
+    context.work.spend(len(objects))
+    kept = [k for k in range(3) if k != "xyz".index(context.option("axis", "y"))]
+    radii = np.array([np.linalg.norm((arrangement.center(placed) - middle)[kept]) for placed in objects])
+    if context.declaration.number is None and not {"min", "max"} & {*context.declaration.options}:
+        usual = float(np.median(radii))
+        within = float(context.option("within", _RADIUS_SHARE * usual))
+        off = np.where(np.abs(radii - usual) <= within + 1e-9, 0.0, radii - usual)
+        return [
+            _Failure(f'"{a.entity.word}" is {radius:.3g} from the axis, others {usual:.3g}', abs(float(lacking)), a)
+            for a, radius, lacking in zip(objects, radii.tolist(), off.tolist())
+            if lacking != 0.0
+        ]
+    return _measured(context, radii.tolist(), "is {:.3g} from the axis")
+
+
+def _rising(context: _Context) -> list[_Failure]:
+    """Return the subjects that are not higher than the one before along a direction."""
+    objects, centers, _ = _centers(context)
+    along = str(context.option("along"))
+    sign = -1.0 if along[0] == "-" else 1.0
+    order = np.argsort(sign * centers[:, "xyz".index(along[-1])], kind="stable").tolist()
+    return [
+        _Failure(f'"{objects[b].entity.word}" is not higher than the one before along {along}',
+                 float(centers[a, 1] - centers[b, 1]), objects[b], objects[a])
+        for a, b in pairwise(order)
+        if centers[b, 1] <= centers[a, 1] + context.arrangement.touch(objects[b])
+    ]  # fmt: skip
+
+
 def _tilt(context: _Context) -> list[_Failure]:
     """Return the subjects that are not tilted as declared."""
     objects = context.objects(context.declaration.things[0])
@@ -1217,17 +1272,19 @@ def _evenly_spaced(context: _Context) -> list[_Failure]:
 
 
 def _azimuths(context: _Context, objects: Sequence[PlacedObject]) -> FloatArray:
-    """Return the angles (N,) in degrees at which objects are around the one of ``:around``, counterclockwise from +x.
+    """Return the angles (N,) in degrees at which objects are around the one of ``:around``, seen along an axis.
 
     Raises SceneError for one at its center, which has none.
     """
     arrangement, about = context.arrangement, context.option("around")
     middle = arrangement.center(context.objects(about)[0])
-    away = np.array([arrangement.center(placed) - middle for placed in objects])[:, [0, 2]]
+    kept = {"x": [1, 2], "y": [0, 2], "z": [0, 1]}[context.option("axis", "y")]
+    away = np.array([arrangement.center(placed) - middle for placed in objects])[:, kept]
     for placed, length in zip(objects, np.linalg.norm(away, axis=1).tolist()):
         if length <= arrangement.touch(placed):
             raise SceneError("declaration-subject", f'"{placed.entity.word}" is at the centre of "{about}"')
-    return np.asarray(np.degrees(np.arctan2(-away[:, 1], away[:, 0])) % 360.0, np.float64)
+    across = -away[:, 1] if context.option("axis", "y") == "y" else away[:, 1]  # counterclockwise seen from above
+    return np.asarray(np.degrees(np.arctan2(across, away[:, 0])) % 360.0, np.float64)
 
 
 def _evenly_around(context: _Context) -> list[_Failure]:
@@ -1446,6 +1503,10 @@ _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "order": _order,
     "rows": _rows,
     "proportion": _pairwise(_proportion),
+    "aspect": _aspect,
+    "elevation": _elevation,
+    "encircles": _encircles,
+    "rising": _rising,
     "tilt": _tilt,
     "outline": _outline,
     "made-of": _made_of,

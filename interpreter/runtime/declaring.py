@@ -33,8 +33,13 @@ _MAX_MESSAGE_CHARACTERS = 1000
 _LENGTHS = ("within", "min", "max")
 _DEGREES = frozenset({"angle", "facing", "tilt", "turns"})  # relations whose `:within` is an angle
 # Options that may be several axes, and how many.
-_SEVERAL_AXES = {("aligned", "along"): 2, ("evenly-spaced", "along"): 2, ("size", "axis"): 3, ("proportion", "axis"): 3}
-_SIGNED = frozenset({("moves", "along"), ("turns", "axis")})  # options that may be a direction such as "+x"
+_SEVERAL_AXES = {
+    ("aligned", "along"): 2, ("evenly-spaced", "along"): 2, ("size", "axis"): 3, ("proportion", "axis"): 3,
+    ("aspect", "axis"): 3, ("aspect", "to"): 3,
+}  # fmt: skip
+_SIGNED = frozenset(
+    {("moves", "along"), ("turns", "axis"), ("rising", "along")}
+)  # options that may be a direction such as "+x"
 _TERMS = {OUTLINE: OUTLINES, PATH: PATHS}
 _MAX_MATERIAL_CHARACTERS = 100
 
@@ -87,7 +92,7 @@ def _check_amount(relation: Relation, declaration: Declaration) -> None:
     """Raise SceneError unless a declaration has the number or range that its relation needs."""
     name, options = declaration.relation, declaration.options
     has_range = bool({"min", "max"} & set(options))
-    if relation.optional and declaration.number is None and not has_range:
+    if relation.optional and name != "encircles" and declaration.number is None and not has_range:
         raise SceneError("value", f"`{name}` expects a number, `:min` or `:max`", f"write `{relation.usage}`")
     if declaration.number is not None and has_range:
         raise SceneError("value", f"`{name}` expects a number or a range, got both")
@@ -100,7 +105,11 @@ def _check_amount(relation: Relation, declaration: Declaration) -> None:
         raise SceneError("value", f"`{name}` expects a whole number, got {declaration.number:g}")
     if name == "rows" and "along" not in options:
         raise SceneError("value", "`rows` expects `:along`", f"write `{relation.usage}`")
-    if name in ("size", "proportion") and "axis" not in options:
+    if name == "aspect" and "to" not in options:
+        raise SceneError("value", "`aspect` expects `:to`", f"write `{relation.usage}`")
+    if name == "rising" and "along" not in options:
+        raise SceneError("value", "`rising` expects `:along`", f"write `{relation.usage}`")
+    if name in ("size", "proportion", "aspect") and "axis" not in options:
         raise SceneError("value", f"`{name}` expects `:axis`", f"write `{relation.usage}`")
     if name == "order" and ("along" in options) == ("around" in options):
         raise SceneError("value", "`order` expects `:along` or `:around`", f"write `{relation.usage}`")

@@ -171,13 +171,13 @@ _RELATIONS = (
     ),
     Relation(
         "evenly-spaced",
-        '(evenly-spaced A [:along "x"] [:around B] [:within length])',
+        '(evenly-spaced A [:along "x"] [:around B [:axis "y"]] [:within length])',
         "The distances between neighbouring centres of all A, in the order along a line, are equal. With `:around`, the"
-        " angles between neighbours, seen from above from the centre of B; `:within` is then in degrees, by default a"
-        " tenth of the angle.",
+        " angles between neighbours, seen along an axis from the centre of B; `:within` is then in degrees, by default"
+        " a tenth of the angle.",
         '(evenly-spaced "pawn" :along "x")',
         (OBJECT,),
-        ("along", "around", "within"),
+        ("along", "around", "axis", "within"),
     ),
     Relation(
         "rows",
@@ -250,6 +250,42 @@ _RELATIONS = (
         (OBJECT, OBJECT, NUMBER),
         (*_QUANTIFIERS, "axis", "within", "min", "max"),
         1,
+    ),
+    Relation(
+        "aspect",
+        '(aspect A [ratio] :axis "y" :to "x" [:within ratio] [:min ratio] [:max ratio] [:any])',
+        "The extent of every A along an axis of the scene, divided by its own along another, is a number or in a range:"
+        ' a tower is higher than wide, a domino stands. With several axes such as "xz" the largest extent counts.',
+        '(aspect "tower" :axis "y" :to "xz" :min 2)',
+        (OBJECT, NUMBER),
+        ("any", "axis", "to", "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "elevation",
+        "(elevation A [length] [:within length] [:min length] [:max length] [:any])",
+        "The lowest point of every A is so high above the ground, or in a range.",
+        '(elevation "shelf" :min .5)',
+        (OBJECT, NUMBER),
+        ("any", "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "encircles",
+        '(encircles A B [radius] [:axis "y"] [:within length] [:min length] [:max length])',
+        "The centers of all A are at one distance from the axis through the center of B, or at a given one.",
+        '(encircles "chair" "table" .9)',
+        (OBJECT, OBJECT, NUMBER),
+        ("axis", "within", "min", "max"),
+        1,
+    ),
+    Relation(
+        "rising",
+        '(rising A :along "+x")',
+        "In the order of their centers along a direction, every A is higher than the one before.",
+        '(rising "plank" :along "+x")',
+        (OBJECT,),
+        ("along",),
     ),
     Relation(
         "tilt",
@@ -369,6 +405,10 @@ SCENES: Mapping[str, str] = MappingProxyType({
     "rows": "(for*/union ((x '(-1 0 1)) (z '(-.5 .5))) (transform (call \"chair\") (translate (vector x 0 z))))",
     "order": '(call "candle") (transform (call "cup") (translate [-.6 0 0]))\n'
     '(transform (call "plate") (translate [.6 0 0]))',
+    "aspect": '(call "tower")',
+    "elevation": '(call "wall") (transform (call "shelf") (translate [0 .8 .2]))',
+    "encircles": '(call "table") (for/union ((x \'(-.9 .9))) (transform (call "chair") (translate (vector x 0 0))))',
+    "rising": "(for/union ((i (iota 4))) (transform (call \"plank\") (translate (vector (* .3 i) (* .2 i) 0))))",
     "proportion": '(call "table") (transform (call "chair") (translate [0 0 .9]))',
     "tilt": '(transform (call "candle") (rotate (radians 10) [0 0 1]))',
     "outline": '(call "plate")',
@@ -407,6 +447,7 @@ _WORDS = {
     "plate": '(call "cylinder" :radius .25 :p0 [0 0 0] :p1 [0 .04 0])',
     "pawn": '(union (call "cone" :radius .2 :p0 [0 0 0] :p1 [0 .6 0]) (transform (call "sphere" :radius .13) '
     "(translate [0 .6 0])))",
+    "plank": '(transform (call "cube" :scale [.3 .2 1]) (translate [0 .1 0]))',
     "tower": '(union (transform (call "cube" :scale [1 2.4 1]) (translate [0 1.2 0])) (call "cone" :radius .8 '
     ':p0 [0 2.4 0] :p1 [0 3.4 0] :color (color "tomato")))',
 }

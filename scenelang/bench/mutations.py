@@ -1,6 +1,7 @@
 """A model of mistakes: plants them in programs that pass, and repairs them by what ``check --json`` says, nothing else.
 
-What it repairs measures the diagnostics: a mistake counts as repaired if the program makes the scene again that it made
+Mistakes are drawn without a look at the checker: all that counts is that the scene is another one. A mistake counts as
+detected if the checker says something new of it, and as repaired if the program makes the scene again that it made
 before. No language model and no network are needed, and a seed gives the same mistakes on every machine.
 """
 
@@ -65,12 +66,13 @@ class Mutated:
 
 @dataclass(frozen=True, slots=True)
 class MutationRow:
-    """Mistakes of one kind: how many were planted, repaired in one turn, and in at most three."""
+    """Mistakes of one kind: how many were planted, detected, repaired in one turn, and in at most three."""
 
     kind: str
     family: str
     tuned: bool
     planted: int
+    detected: int
     one_turn: int
     all_turns: int
 
@@ -82,8 +84,8 @@ class MutationRow:
         """Return the row as JSON data."""
         return {
             "kind": self.kind, "family": self.family, "split": "tuned" if self.tuned else "untouched",
-            "planted": self.planted, "repaired_in_one_turn": self.one_turn, "repaired": self.all_turns,
-            "share": round(self.share, 4),
+            "planted": self.planted, "detected": self.detected, "repaired_in_one_turn": self.one_turn,
+            "repaired": self.all_turns, "share": round(self.share, 4),
         }  # fmt: skip
 
 
@@ -110,18 +112,23 @@ class MutationReport:
 
     def markdown(self) -> str:
         """Return the report as a table in Markdown."""
-        lines = ["| kind | split | planted | in one turn | in three | share |", "|---|---|---|---|---|---|"]
+        lines = [
+            "| kind | split | planted | detected | repaired | in three turns | share |",
+            "|---|---|---|---|---|---|---|",
+        ]
         for row in sorted(self.rows, key=lambda row: not row.tuned):
             split = "tuned" if row.tuned else "untouched"
             lines.append(
-                f"| {row.kind} | {split} | {row.planted} | {row.one_turn} | {row.all_turns} | {row.share:.0%} |"
+                f"| {row.kind} | {split} | {row.planted} | {row.detected} | {row.one_turn} | {row.all_turns}"
+                f" | {row.share:.0%} |"
             )
         for tuned, split in ((True, "tuned"), (False, "untouched")):
             rows = [row for row in self.rows if row.tuned is tuned]
-            planted, one, every = (
-                sum(getattr(row, name) for row in rows) for name in ("planted", "one_turn", "all_turns")
+            planted, detected, one, every = (
+                sum(getattr(row, name) for row in rows) for name in ("planted", "detected", "one_turn", "all_turns")
             )
-            lines.append(f"| **all** | {split} | {planted} | {one} | {every} | {self.share(tuned):.1%} |")
+            counts = f"{planted} | {detected} | {one} | {every}"
+            lines.append(f"| **all** | {split} | {counts} | {self.share(tuned):.1%} |")
         return "\n".join(lines)
 
 
@@ -285,18 +292,15 @@ def _are_apart(a: TextChange, b: TextChange) -> bool:
 
 
 def _makes_mistake(program: str, kind: MistakeKind, change: TextChange) -> bool:
+    """Return whether a change makes another scene, or none. What the checker says does not count.
+
+    A part that was moved must be farther away than one that counts as repaired.
+    """
     made = _applied(program, [(kind.name, change)])
-    is_geometric = kind.evidence == "geometry"
-    before, after = _outcome(made.sound, is_geometric), _outcome(made.text, is_geometric)
+    before, after = _outcome(made.sound, False), _outcome(made.text, False)
     if before.layout is None:
         return False
-    if kind.evidence == "error" or after.layout is None:
-        return after.layout is None and not is_geometric
-    if is_geometric:
-        return sum(after.findings.values()) > sum(before.findings.values()) and not _is_same(
-            before.layout, after.layout
-        )
-    return not _is_same(before.layout, after.layout)
+    return not _is_same(before.layout, after.layout, _MOVED if kind.evidence == "geometry" else _POSE)
 
 
 def _applied(program: str, changes: Sequence[tuple[str, TextChange]]) -> Mutated:
@@ -375,6 +379,14 @@ def _range(source: Source, place: Mapping[str, Any] | None) -> tuple[int, int] |
     return start, source.line_start(place["end_line"]) + place["end_column"] - 1
 
 
+def is_detected(made: Mutated, mistake: PlantedMistake) -> bool:
+    """Return whether ``check --json`` warns of a mistake, alone in its program, or calls it an error."""
+    edit = TextEdit(mistake.start, mistake.end, mistake.new)
+    known = {document["message"] for document in check_documents(made.sound)}
+    found = check_documents(with_edits(made.sound, [edit]))
+    return any(d["severity"] in ("error", "warning") and d["message"] not in known for d in found)
+
+
 # --- measuring -------------------------------------------------------------------------------------------------------
 
 
@@ -445,6 +457,7 @@ def measure(
         The kinds to measure; by default all.
     """
     planted: Counter[str] = Counter()
+    detected: Counter[str] = Counter()
     one: Counter[str] = Counter()
     every: Counter[str] = Counter()
     missed: list[tuple[str, str, str]] = []
@@ -456,12 +469,21 @@ def measure(
         total, whole = total + 1, whole + all(fixed)
         for mistake, now, then in zip(made.mistakes, fixed, later, strict=True):
             planted[mistake.kind] += 1
+            detected[mistake.kind] += is_detected(made, mistake)
             one[mistake.kind] += now
             every[mistake.kind] += now or then
             if not now:
                 missed.append((mistake.kind, made.text, first))
     rows = tuple(
-        MutationRow(kind.name, kind.family, kind.tuned, planted[kind.name], one[kind.name], every[kind.name])
+        MutationRow(
+            kind.name,
+            kind.family,
+            kind.tuned,
+            planted[kind.name],
+            detected[kind.name],
+            one[kind.name],
+            every[kind.name],
+        )
         for kind in KINDS.values()
         if planted[kind.name]
     )

@@ -98,8 +98,8 @@ def _declarations() -> Iterator[str]:
     yield "\n## What must hold\n"
     yield (
         '`(assert-that (on "cup" "table") (facing "chair" "table") (clear-of "chair" "chair" :min .1)'
-        ' (size "table" :axis "y" .75))` at the end of a program states what must hold of every object of a word, and is'
-        " tested. `:any` and `(not (on ...))` exist."
+        ' (size "table" :axis "y" .75))` at the end of a program states what must hold of every object of a word, and'
+        " is tested. `:any` and `(not (on ...))` exist."
     )
     yield f"Relations: {_STATED}"
 

@@ -144,6 +144,28 @@ CASES = [
         '(evenly-spaced "chair" :around "table" :within 20)',
         True,
     ),
+    # aspect, elevation, encircles, rising
+    (at("post", 0, 0, 0), '(aspect "post" 5 :axis "y" :to "xz")', True),
+    (at("post", 0, 0, 0, "(rotate (/ pi 2) [1 0 0])"), '(aspect "post" :axis "y" :to "xz" :min 2)', False),
+    (TABLE + at("cup", 0, 1, 0), '(elevation "cup" 1)', True),
+    (TABLE + at("cup", 0, 1, 0), '(elevation "table" 0)', True),
+    (TABLE + at("cup", 0, 1.2, 0), '(elevation "cup" :max 1.1)', False),
+    (TABLE + at("chair", 2, 0, 0) + at("chair", 0, 0, -2), '(encircles "chair" "table")', True),
+    (TABLE + at("chair", 2, 0, 0) + at("chair", 0, 0, -2), '(encircles "chair" "table" 2)', True),
+    (TABLE + at("chair", 2, 0, 0) + at("chair", 0, 0, -1.5), '(encircles "chair" "table")', False),
+    (TABLE + at("chair", 2, 0, 0) + at("chair", 0, 0, -2), '(encircles "chair" "table" :max 1)', False),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0.2, 0) + at("cup", 2, 0.4, 0), '(rising "cup" :along "+x")', True),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0.2, 0) + at("cup", 2, 0.4, 0), '(rising "cup" :along "-x")', False),
+    (
+        at("post", 0, 0, 0) + at("cup", 0, 4, 0) + at("cup", 0, -2, 0) + at("cup", 3, 1, 0) + at("cup", -3, 1, 0),
+        '(evenly-spaced "cup" :around "post" :axis "z")',
+        True,
+    ),
+    (
+        at("post", 0, 0, 0) + at("cup", 0, 4, 0) + at("cup", 2, 3, 0) + at("cup", 3, 1, 0),
+        '(evenly-spaced "cup" :around "post" :axis "z")',
+        False,
+    ),
     # rows: positions along an axis, and how many objects at each
     ("".join(at("cup", x, 0, z) for x in (0, 1, 2) for z in (0, 1)), '(rows "cup" 2 :along "z" :each 3)', True),
     ("".join(at("cup", x, 0, z) for x in (0, 1, 2) for z in (0, 1)), '(rows "cup" 3 :along "z")', False),
@@ -253,7 +275,8 @@ def movable(parts: str, declaration: str, holds: bool) -> bool:
 
 # Relations of which no translation is known that makes them hold.
 UNMOVED = {"angle", "facing", "size", "count", "symmetric", "between", "has-color", "order", "proportion", "tilt",
-           "outline", "made-of", "visible-from", "reachable", "rows"}  # fmt: skip
+           "outline", "made-of", "visible-from", "reachable", "rows", "aspect",
+           "elevation", "encircles", "rising"}  # fmt: skip
 
 
 @pytest.mark.parametrize(("parts", "declaration"), [case[:2] for case in CASES if movable(*case)])
