@@ -168,6 +168,8 @@ class Arrangement:
 
     def _rows_at(self, path: str, within: int) -> list[int]:
         """Return the instances with primitives that a path denotes below ``within``; none if the path is wrong."""
+        if not len(self.ancestry):
+            return []
         start = self._locator.at(self.ancestry.path(within))
         try:
             matches = self._locator.find(path, start)
@@ -180,7 +182,7 @@ class Arrangement:
 
     def problem_of(self, path: str, within: int) -> str | None:
         """Return why a path denotes no instance below ``within``; None for words and handles."""
-        if is_plain(path) or is_handle(path):
+        if is_plain(path) or is_handle(path) or not len(self.ancestry):
             return None
         try:
             self._locator.find(path, self._locator.at(self.ancestry.path(within)))

@@ -29,6 +29,7 @@ from scenelang.grammar.diagnostics import (
     near_names,
     suggest,
 )
+from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.declarations import OVER_FRAMES, Declaration, basic_color
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
@@ -1391,7 +1392,9 @@ def _parts(arrangement: Arrangement, placed: PlacedObject) -> tuple[FloatArray, 
         words = [arrangement.bodies.entities[e].word for e in entity.tolist()]
         return low[placed.first : placed.last], high[placed.first : placed.last], words
     first, last = arrangement.rows(placed) or (0, -1)
-    leaves = [arrangement.object_at(int(instance)) for instance in arrangement.ancestry.primitives[first : last + 1]]
+    instances = arrangement.ancestry.primitives[first : last + 1].tolist()
+    # "delete-blocks" has a size and no geometry.
+    leaves = [leaf for leaf in map(arrangement.object_at, instances) if entity_box(leaf.entity) is not None]
     lows, highs = (np.array([arrangement.box(leaf)[k] for leaf in leaves]).reshape(-1, 3) for k in (0, 1))
     return lows, highs, [leaf.entity.word for leaf in leaves]
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
 
 
+_NAME_IN_PATH = lazy_pattern(r"[\w-]+")
 _BARE = lazy_pattern(r"\s*\(\s*(?:not\s*\(\s*)?([^\s()]+)")  # a relation outside of `assert-that`
 
 
@@ -66,6 +67,10 @@ def declared_in_python(declaration: Declaration, words: Collection[str]) -> Decl
 
 
 def _in_python(word: str, words: Collection[str]) -> str:
-    """Return a word as the names of Python's functions write it, if the scene has it only so."""
+    """Return the words of a path as the names of Python's functions write them, if the scene has only those."""
+    return _NAME_IN_PATH.sub(lambda match: _python_name(match[0], words), word)
+
+
+def _python_name(word: str, words: Collection[str]) -> str:
     written = word.replace("-", "_")
     return written if word not in words and written in words else word

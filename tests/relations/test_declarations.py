@@ -552,6 +552,19 @@ def test_a_scene_of_nothing_is_judged() -> None:
         scene.violations('(on "cone" "cone")')
 
 
+def test_deleted_blocks_have_no_place_in_a_symmetry() -> None:
+    build = """(bind "arch" (lambda ()
+      (union (call "set-cuboid" :block-type "stone" :scale [5 5 1])
+        (transform (call "delete-blocks" :scale [3 4 1]) (translate [1 0 0])))))
+    (bind "all" (lambda () (call "arch")))(scene "all")"""
+    assert sl.evaluate(build).violations('(symmetric "arch")') == []
+
+
+def test_paths_in_an_empty_scene_are_errors() -> None:
+    empty = sl.evaluate('(bind "all" (lambda () (union)))(scene "all")')
+    assert refusal(empty, '(on "cup[0]" "table")').name == "declaration-subject"
+
+
 @pytest.mark.parametrize(
     ("height", "declaration", "holds"),
     [
