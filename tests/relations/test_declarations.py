@@ -552,6 +552,18 @@ def test_a_scene_of_nothing_is_judged() -> None:
         scene.violations('(on "cone" "cone")')
 
 
+@pytest.mark.parametrize("x", [-0.82, -3.3, 0.123, 7.77])
+@pytest.mark.parametrize("z", [-2.02, 0.6, 1.37])
+def test_round_feet_on_a_top_that_rounding_lets_overlap(x: float, z: float) -> None:
+    """A lathe on a box shared 4e-20 of volume with it, and counted as sunk by the way out of the box."""
+    program = f"""(bind "glass" (lambda () (lathe [[0 0] [.03 0] [.035 .12] [.033 .12] [.028 .006] [0 .006]])))
+    (bind "board" (lambda () (transform (call "cube" :scale [1.2 .04 .8]) (translate [0 .73 0]))))
+    (bind "all" (lambda () (transform
+      (union (call "board") (transform (call "glass") (translate [.18 .75 -.02]))) (translate [{x} 0 {z}]))))
+    (scene "all")"""
+    assert sl.evaluate(program).violations('(on "glass" "board")', '(clear-of "glass" "board")') == []
+
+
 def test_deleted_blocks_have_no_place_in_a_symmetry() -> None:
     build = """(bind "arch" (lambda ()
       (union (call "set-cuboid" :block-type "stone" :scale [5 5 1])
