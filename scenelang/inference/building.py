@@ -11,12 +11,12 @@ import re
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 
+from scenelang.backends.geometry.acceptance import contradictions, plain_faults, vacuous
 from scenelang.backends.geometry.relations import reasons
 from scenelang.backends.language_models.catalogue import Message, Reply
 from scenelang.grammar.datum import ListDatum, Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.reader import read
-from scenelang.inference.acceptance import contradictions, plain_faults, vacuous
 from scenelang.inference.brief import Brief, Notation, TaskKind, fenced
 from scenelang.inference.steps import (
     EVALUATING,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import scenelang as sl
+from scenelang.backends.geometry.acceptance import contradictions, plain_faults, vacuous
 from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_of
-from scenelang.inference.acceptance import contradictions, plain_faults, vacuous
 from scenelang.session.declarations import declarations_in
 
 ROOM = """
