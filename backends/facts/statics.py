@@ -205,7 +205,9 @@ class Statics:
         height, up = self.ground.height, np.array([0.0, 1.0, 0.0])
         every = np.arange(len(self.solids))
         room = rooms_of(self.solids, np.stack([every, every], axis=1))
-        near = (low[:, 1] <= height + room) & (high[:, 1] > height + room) & ~self.fixed[self.bodies.body]
+        # A marked parking spot or a mat, thinner than the contact tolerance, lies on the plane all the same.
+        above = np.minimum(room, 0.5 * (high - low)[:, 1])
+        near = (low[:, 1] <= height + room) & (high[:, 1] >= height + above) & ~self.fixed[self.bodies.body]
         middle = ((low + high) / 2.0)[:, [0, 2]]
         for k in np.flatnonzero(self.ground.solids).tolist():  # the plane is beside the solids that are the ground
             near &= ~((middle >= low[k, [0, 2]]) & (middle <= high[k, [0, 2]])).all(axis=1)
