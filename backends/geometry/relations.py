@@ -997,7 +997,7 @@ def _made_of(context: _Context) -> list[_Failure]:
         total = sum(volumes.values())
         if total <= 0.0:
             raise SceneError("declaration-subject", f'"{placed.entity.word}" has no Minecraft blocks')
-        named = sum(v for name, v in volumes.items() if name == expected or name.endswith(f"_{expected}"))
+        named = sum(volume for name, volume in volumes.items() if f"_{expected}_" in f"_{name}_")
         if 2.0 * named <= total:
             most = max(volumes, key=lambda name: volumes[name])
             failures.append(_Failure(f'"{placed.entity.word}" is of {most}', 1.0 - named / total, placed))
@@ -1261,6 +1261,10 @@ def _evenly_spaced(context: _Context) -> list[_Failure]:
     direction = np.eye(3)["xyz".index(along[0])] if along else _principal(centers - centers.mean(axis=0))
     positions = centers @ direction
     order = np.argsort(positions, kind="stable")
+    if along:  # an avenue has two trees at each position
+        order = order[np.concatenate([[True], np.diff(positions[order]) > within])]
+        if len(order) < 2:
+            return [_Failure(f'all "{objects[0].entity.word}" are at one position along {along}', 1.0, objects[0])]
     gaps = np.diff(positions[order])
     usual = float(np.median(gaps))
     failures = []

@@ -172,9 +172,9 @@ _RELATIONS = (
     Relation(
         "evenly-spaced",
         '(evenly-spaced A [:along "x"] [:around B [:axis "y"]] [:within length])',
-        "The distances between neighbouring centres of all A, in the order along a line, are equal. With `:around`, the"
-        " angles between neighbours, seen along an axis from the centre of B; `:within` is then in degrees, by default"
-        " a tenth of the angle.",
+        "The distances between neighbouring centres of all A, in the order along a line, are equal; objects at one"
+        " position along an axis count once. With `:around`, the angles between neighbours, seen along an axis from the"
+        " centre of B; `:within` is then in degrees, by default a tenth of the angle.",
         '(evenly-spaced "pawn" :along "x")',
         (OBJECT,),
         ("along", "around", "axis", "within"),
@@ -308,8 +308,8 @@ _RELATIONS = (
     Relation(
         "made-of",
         "(made-of A block-type [:any])",
-        "Most of the volume of every A is of Minecraft blocks with that name or a name that ends in it: an"
-        ' "oak_planks" is of "planks".',
+        "Most of the volume of every A is of Minecraft blocks with that name, or with a name that has it as a part: both"
+        ' "oak" and "planks" are in "oak_planks".',
         '(made-of "brick-wall" "bricks")',
         (OBJECT, MATERIAL),
         ("any",),

@@ -127,6 +127,9 @@ CASES = [
     (TABLE + at("chair", -3, 0, 0) + at("chair", 3, 0, 0), '(symmetric "chair" :about "table")', True),
     (TABLE, '(symmetric "table" :across "z")', True),
     (at("chair", -1, 0, 0) + at("chair", 3, 0.1, 0), '(symmetric "chair")', False),
+    ("".join(at("cup", x, 0, z) for x in (0, 1, 2) for z in (0, 4)), '(evenly-spaced "cup" :along "x")', True),
+    ("".join(at("cup", x, 0, z) for x in (0, 1, 3) for z in (0, 4)), '(evenly-spaced "cup" :along "x")', False),
+    (at("cup", 0, 0, 0) * 3, '(evenly-spaced "cup" :along "x")', False),
     # around: equal angles, whatever the radii
     (
         TABLE + at("chair", 2, 0, 0) + at("chair", -1, 0, 1.7321) + at("chair", -1.5, 0, -2.5981),
@@ -216,6 +219,7 @@ CASES = [
     # made-of: by most of the volume
     ('(call "set-cuboid" :block-type "oak_planks" :size [2 2 2])', '(made-of "set-cuboid" "planks")', True),
     ('(call "set-cuboid" :block-type "minecraft:stone" :size [2 2 2])', '(made-of "set-cuboid" "stone")', True),
+    ('(call "set-cuboid" :block-type "quartz_block" :size [2 2 2])', '(made-of "set-cuboid" "quartz")', True),
     ('(call "set-cuboid" :block-type "cobblestone" :size [2 2 2])', '(made-of "set-cuboid" "stone")', False),
     # visible-from
     (WALL + at("chair", 0, 0, 1) + at("ball", 0, 0.5, -3), '(visible-from "ball" "chair")', False),  # behind the wall
