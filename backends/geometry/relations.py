@@ -1262,7 +1262,8 @@ def _evenly_spaced(context: _Context) -> list[_Failure]:
     positions = centers @ direction
     order = np.argsort(positions, kind="stable")
     if along:  # an avenue has two trees at each position
-        order = order[np.concatenate([[True], np.diff(positions[order]) > within])]
+        same = min(within, _POSITION_TOLERANCE * max(float(np.ptp(positions)), 1e-12))
+        order = order[np.concatenate([[True], np.diff(positions[order]) > same])]
         if len(order) < 2:
             return [_Failure(f'all "{objects[0].entity.word}" are at one position along {along}', 1.0, objects[0])]
     gaps = np.diff(positions[order])
@@ -1318,8 +1319,8 @@ def _evenly_around(context: _Context) -> list[_Failure]:
 def _rows(context: _Context) -> list[_Failure]:
     """Return the failure of the number of positions along an axis, or of the number of objects at each."""
     objects, centers, within = _centers(context)
-    along, each = context.option("along"), context.option("each")
-    positions = centers[:, "xyz".index(along)]
+    along, each = str(context.option("along")), context.option("each")
+    positions = centers[:, "xyz".index(along[-1])] * (-1.0 if along[0] == "-" else 1.0)
     order = np.argsort(positions, kind="stable")
     ends = np.flatnonzero(np.diff(positions[order]) > max(within, 1e-12)) + 1
     rows = np.split(order, ends)
@@ -1327,10 +1328,13 @@ def _rows(context: _Context) -> list[_Failure]:
     if len(rows) != expected:
         message = f'"{objects[0].entity.word}" has {len(rows)} positions along {along}'
         return [_Failure(message, abs(len(rows) - expected), objects[0])]
+    counts = [len(row) if each is None else each for row in rows] if not isinstance(each, tuple) else list(each)
+    if len(counts) != expected:
+        raise SceneError("value", f"`:each` has {len(counts)} numbers for {expected} positions")
     return [
         _Failure(f'there are {len(row)} "{objects[row[0]].entity.word}" at {positions[row[0]]:.3g} along {along}',
-                 abs(len(row) - each), objects[row[0]])
-        for row in rows if each is not None and len(row) != each
+                 abs(len(row) - count), objects[row[0]])
+        for row, count in zip(rows, counts) if len(row) != count
     ]  # fmt: skip
 
 

@@ -26,7 +26,7 @@ from scenelang.interpreter.scene.declarations import (
     Relation,
     basic_color,
 )
-from scenelang.interpreter.values.values import Embedding
+from scenelang.interpreter.values.values import Embedding, list_items
 
 _MAX_NUMBER = 1e100  # its square, which the geometry computes, is a float
 _MAX_MESSAGE_CHARACTERS = 1000
@@ -37,9 +37,8 @@ _SEVERAL_AXES = {
     ("aligned", "along"): 2, ("evenly-spaced", "along"): 2, ("size", "axis"): 3, ("proportion", "axis"): 3,
     ("aspect", "axis"): 3, ("aspect", "to"): 3,
 }  # fmt: skip
-_SIGNED = frozenset(
-    {("moves", "along"), ("turns", "axis"), ("rising", "along")}
-)  # options that may be a direction such as "+x"
+# Options that may be a direction such as "+x".
+_SIGNED = frozenset({("moves", "along"), ("turns", "axis"), ("rising", "along"), ("rows", "along")})
 _TERMS = {OUTLINE: OUTLINES, PATH: PATHS}
 _MAX_MATERIAL_CHARACTERS = 100
 
@@ -193,10 +192,7 @@ def _option(relation: Relation, key: str, value: Any) -> Any:
     if key in _LENGTHS:
         return _number(relation.name, f"a number for `:{key}`", value)
     if key == "each":
-        each = _number(relation.name, "a number for `:each`", value)
-        if each != int(each):
-            raise SceneError("value", f"`:each` expects a whole number, got {each:g}")
-        return each
+        return _counts(relation.name, value)
     if key == "share":
         share = _number(relation.name, "a number for `:share`", value)
         if not 0.0 < share <= 1.0:
@@ -209,6 +205,20 @@ def _option(relation: Relation, key: str, value: Any) -> Any:
     if (relation.name, key) in _SIGNED and type(value) is str and value[:1] in ("+", "-"):
         return value[0] + _axes(key, value[1:], 1)
     return _axes(key, value, _SEVERAL_AXES.get((relation.name, key), 1))
+
+
+def _counts(name: str, value: Any) -> float | tuple[float, ...]:
+    """Return a whole number, or a list of them."""
+    if type(value) in (int, float):
+        counts = [_number(name, "a number for `:each`", value)]
+    else:
+        try:
+            counts = [_number(name, "numbers for `:each`", count) for count in list_items(value)]
+        except TypeError:
+            raise SceneError("type", f"`:each` expects a number or a list of numbers, got {type_name(value)}") from None
+    if not counts or any(count != int(count) for count in counts):
+        raise SceneError("value", "`:each` expects whole numbers")
+    return tuple(counts) if type(value) not in (int, float) else counts[0]
 
 
 def _axes(key: str, value: Any, most: int) -> str:

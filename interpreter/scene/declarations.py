@@ -183,7 +183,8 @@ _RELATIONS = (
         "rows",
         '(rows A number :along "z" [:each count] [:within length])',
         "The centers of all A have so many different positions along an axis: a field of five rows and nine columns has"
-        " 5 along z and 9 along x. With `:each`, so many A are at every position.",
+        " 5 along z and 9 along x. With `:each`, so many A are at every position; a list such as '(1 2 3) says how many"
+        ' in the order along a direction such as "+z".',
         '(rows "chair" 2 :along "z" :each 3)',
         (OBJECT, NUMBER),
         ("along", "each", "within"),
@@ -308,7 +309,7 @@ _RELATIONS = (
     Relation(
         "made-of",
         "(made-of A block-type [:any])",
-        "Most of the volume of every A is of Minecraft blocks with that name, or with a name that has it as a part: both"
+        "Most of the volume of every A is of Minecraft blocks with that name, or a name that has it as a part: both"
         ' "oak" and "planks" are in "oak_planks".',
         '(made-of "brick-wall" "bricks")',
         (OBJECT, MATERIAL),
@@ -541,9 +542,16 @@ class Declaration:
             if name in FLAGS:
                 parts += [f":{name}"] if name != "negated" else []
             elif name != "message":
-                parts += [f":{name}", _written(value) if isinstance(value, str) else f"{value:g}"]
+                parts += [f":{name}", _shown(value)]
         text = f"({' '.join(parts)})"
         return f"(not {text})" if self.options.get("negated") else text
+
+
+def _shown(value: Any) -> str:
+    """Return the value of an option as it is written."""
+    if isinstance(value, tuple):
+        return f"'({' '.join(f'{count:g}' for count in value)})"
+    return _written(value) if isinstance(value, str) else f"{value:g}"
 
 
 def _written(name: str) -> str:

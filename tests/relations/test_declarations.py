@@ -173,6 +173,8 @@ CASES = [
     ("".join(at("cup", x, 0, z) for x in (0, 1, 2) for z in (0, 1)), '(rows "cup" 2 :along "z" :each 3)', True),
     ("".join(at("cup", x, 0, z) for x in (0, 1, 2) for z in (0, 1)), '(rows "cup" 3 :along "z")', False),
     (at("cup", 0, 0, 0) + at("cup", 1, 0, 0) + at("cup", 1, 0, 1), '(rows "cup" 2 :along "z" :each 2)', False),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 1) + at("cup", 3, 0, 1), '(rows "cup" 2 :along "+z" :each \'(1 2))', True),
+    (at("cup", 0, 0, 0) + at("cup", 1, 0, 1) + at("cup", 3, 0, 1), '(rows "cup" 2 :along "-z" :each \'(1 2))', False),
     # order
     (
         at("cup", 0, 0, 0) + at("cup", 0.3, 1, 0) + at("ball", 1, 0, 0) + at("bowl", 2, 0, 0),
