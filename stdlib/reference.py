@@ -1,8 +1,8 @@
 """Reference records of all names of the language, generated from their definitions.
 
 Builtins come from the registry, special forms from ``interpreter.expand.forms``, constants from ``stdlib.numbers``, the
-combinators from the comments of ``combinators.scene``, parts and their sockets from those of ``parts/*.scene``. Help, completion, prompts and the pages of ``docs/reference``
-(``make docs``) read these records; the grammars as text are generated here as well.
+combinators from the comments of ``combinators.scene``, parts and their sockets from those of ``parts/*.scene``. Help,
+completion, prompts and the pages of ``docs/reference`` (``make docs``) read these records; the grammars as text are generated here as well.
 """
 
 from __future__ import annotations
@@ -361,7 +361,9 @@ def _documentation(lines: list[str]) -> list[str]:
 
 # --- parts: everyday objects ------------------------------------------------------------------------------------
 
-_LABEL = lazy_pattern(r" (Parameters|Size|Front|Sockets|Example): ")
+_TYPE = lazy_pattern(r"::\w+|[\[\]]")
+_DEFAULT_COLOR = lazy_pattern(r" \((?:std/)?color [^)]*\)")
+_LABEL = lazy_pattern(r" (Parameters|Size|Front|Sockets|Also|Example): ")
 
 
 @dataclass(frozen=True, slots=True)
@@ -374,6 +376,8 @@ class Part:
         Its record; the picture is an example that uses it.
     summary, parameters, front
         What it is, what its parameters mean with their units, and where its front is.
+    others
+        Other words for it, and places where it is: what a search finds it by.
     size
         Width, height and depth of its box with the default parameters, in metres.
     sockets
@@ -384,6 +388,7 @@ class Part:
     summary: str
     parameters: str
     front: str
+    others: tuple[str, ...]
     size: tuple[float, float, float]
     sockets: tuple[ReferenceRecord, ...]
 
@@ -392,13 +397,18 @@ class Part:
         """Word that it is bound to."""
         return self.record.name
 
+    @property
+    def usage(self) -> str:
+        """Call with all parameters and their defaults, as short as a prompt needs it; colors without a default."""
+        return _DEFAULT_COLOR.sub("", _TYPE.sub("", self.record.signature.removesuffix(" -> Entity")))
+
 
 @cache
 def parts() -> tuple[Part, ...]:
     """Return the parts of all modules, by module in alphabetical order.
 
-    The documentation of a part is a description, then the labels ``Parameters:``, ``Size:``, ``Front:``, ``Sockets:``
-    and ``Example:``; that of a socket is like that of a combinator.
+    The documentation of a part is a description, then the labels ``Parameters:``, ``Size:``, ``Front:``, ``Sockets:``,
+    ``Also:`` and ``Example:``; that of a socket is like that of a combinator.
 
     Examples
     --------
@@ -430,12 +440,13 @@ def _part(module: str, form: Any, comment: list[str], sockets: Mapping[str, Refe
     signature = f'(call "{word}" {" ".join(f"[{print_datum(each)[1:-1]}]" for each in parameters.items)}) -> Entity'
     width, height, depth = map(float, fields["Size"].split())
     mine = tuple(sockets[name] for name in fields["Sockets"].split() if name != "none")
-    doc = f"{summary} {fields['Parameters']} Front: {fields['Front']}"
+    doc = f"{summary} {fields['Parameters']} Front: {fields['Front']} Also: {fields['Also']}"
     where = f" Sockets: {', '.join(f'`{socket.name}`' for socket in mine)}." if mine else ""
     record = ReferenceRecord(
         word, RecordKind.PART, signature, doc + where, (), "parts", f"{STD}{module}", fields["Example"]
     )
-    return Part(record, summary, fields["Parameters"], fields["Front"], (width, height, depth), mine)
+    others = tuple(fields["Also"].rstrip(".").split(", "))
+    return Part(record, summary, fields["Parameters"], fields["Front"], others, (width, height, depth), mine)
 
 
 def _socket(module: str, head: str, comment: list[str]) -> ReferenceRecord:
