@@ -2,7 +2,8 @@
 
 Builtins come from the registry, special forms from ``interpreter.expand.forms``, constants from ``stdlib.numbers``, the
 combinators from the comments of ``combinators.scene``, parts and their sockets from those of ``parts/*.scene``. Help,
-completion, prompts and the pages of ``docs/reference`` (``make docs``) read these records; the grammars as text are generated here as well.
+completion, prompts and the pages of ``docs/reference`` (``make docs``) read these records; the grammars as text are
+generated here as well.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ from generator.markdown import NOTICE, anchor, block
 from scenelang.stdlib.reference import Part, ReferenceRecord, parts
 
 _START = """
-Everyday objects in metres, as words that a program calls. Each stands on y = 0 with the middle of its foot at the origin,
-and its front is +z. `scenelang search "couch"` finds them by other names and by their places, too.
+Everyday objects in metres, as words that a program calls. Each stands on y = 0 with the middle of its foot at the
+origin, and its front is +z. `scenelang search "couch"` finds them by other names and by their places, too.
 
 ```scene
 (import "std/furniture.scene")
@@ -25,10 +25,10 @@ and its front is +z. `scenelang search "couch"` finds them by other names and by
         (transform (call "chair" :height .95) place)))))
 ```
 
-**Sockets** are poses in the frame of a part, for the same parameters. `(transform object (table-top :height .6))` puts the
-foot of an object there, with its front to the socket's +z; `(@ pose (table-top))` is that place on a table that is moved by
-`pose`. A socket in the plural returns a list of poses. Some place the part itself: `(book-upright)` stands a book on its
-edge, so `(@ board (book-upright))` stands it on a board.
+**Sockets** are poses in the frame of a part, for the same parameters. `(transform object (table-top :height .6))` puts
+the foot of an object there, with its front to the socket's +z; `(@ pose (table-top))` is that place on a table that is
+moved by `pose`. A socket in the plural returns a list of poses. Some place the part itself: `(book-upright)` stands a
+book on its edge, so `(@ board (book-upright))` stands it on a board.
 
 A word that a program binds itself belongs to the program, so one part can be replaced and the others kept.
 """.strip()

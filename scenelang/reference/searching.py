@@ -74,8 +74,8 @@ class SearchResult:
     Attributes
     ----------
     kind
-        "form", "function", "combinator", "constant", "type", "part", "primitive", "attribute", "relation", "diagnostic" or
-        "example".
+        "form", "function", "combinator", "constant", "type", "part", "primitive", "attribute", "relation", "diagnostic"
+        or "example".
     name, usage, doc
         As in the reference; the usage of an example is its file.
     example
@@ -128,7 +128,7 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
 
 
 def fitting_parts(text: str, limit: int = 8) -> list[Part]:
-    """Return the parts that a text is about, at most ``limit``: it has their words, other words for them, or their places.
+    """Return the parts that a text is about, at most ``limit``: by their words, other words for them, or their places.
 
     Parts whose own word the text has come first, in its order. Whole words are compared, in both numbers, since a stem
     takes "mirrored" for a mirror and "bowling" for a bowl.
