@@ -368,7 +368,7 @@ _LABEL = lazy_pattern(r" (Parameters|Size|Front|Sockets|Also|Example): ")
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class LibraryPart:
     """Everyday object that a module of ``parts`` binds to a word.
 
     Attributes
@@ -405,7 +405,7 @@ class Part:
 
 
 @cache
-def parts() -> tuple[Part, ...]:
+def parts() -> tuple[LibraryPart, ...]:
     """Return the parts of all modules, by module in alphabetical order.
 
     The documentation of a part is a description, then the labels ``Parameters:``, ``Size:``, ``Front:``, ``Sockets:``,
@@ -419,7 +419,7 @@ def parts() -> tuple[Part, ...]:
     return tuple(part for module in part_modules() for part in _parts_of(module))
 
 
-def _parts_of(module: str) -> Iterator[Part]:
+def _parts_of(module: str) -> Iterator[LibraryPart]:
     """Yield the parts of a module."""
     documented = list(_documented(module))
     sockets = {
@@ -433,7 +433,7 @@ def _parts_of(module: str) -> Iterator[Part]:
             yield _part(module, form, comment, sockets)
 
 
-def _part(module: str, form: Any, comment: list[str], sockets: Mapping[str, ReferenceRecord]) -> Part:
+def _part(module: str, form: Any, comment: list[str], sockets: Mapping[str, ReferenceRecord]) -> LibraryPart:
     """Return a part from its definition and the lines of its documentation."""
     summary, *labelled = _LABEL.split(" ".join(comment))
     fields = dict(zip(labelled[::2], labelled[1::2], strict=True))
@@ -447,7 +447,7 @@ def _part(module: str, form: Any, comment: list[str], sockets: Mapping[str, Refe
         word, RecordKind.PART, signature, doc + where, (), "parts", f"{STD}{module}", fields["Example"]
     )
     others = tuple(fields["Also"].rstrip(".").split(", "))
-    return Part(record, summary, fields["Parameters"], fields["Front"], others, (width, height, depth), mine)
+    return LibraryPart(record, summary, fields["Parameters"], fields["Front"], others, (width, height, depth), mine)
 
 
 def _socket(module: str, head: str, comment: list[str]) -> ReferenceRecord:

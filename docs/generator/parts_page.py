@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from generator.library_page import PICTURES, picture_program
 from generator.markdown import NOTICE, anchor, block
-from scenelang.stdlib.reference import Part, ReferenceRecord, parts
+from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, parts
 
 _START = """
 Everyday objects in metres, as words that a program calls. Each stands on y = 0 with the middle of its foot at the
@@ -51,7 +51,7 @@ def _title(module: str | None) -> str:
     return (module or "").removeprefix("std/").removesuffix(".scene").capitalize()
 
 
-def _part(part: Part) -> Iterator[str]:
+def _part(part: LibraryPart) -> Iterator[str]:
     """The section of a part."""
     width, height, depth = part.size
     yield from (f"### {part.word}", "", f"`{part.record.signature}`", "")
@@ -68,6 +68,6 @@ def _socket(socket: ReferenceRecord) -> str:
     return f"- `{socket.signature}`: {socket.doc}{examples}"
 
 
-def picture_path(part: Part) -> str:
+def picture_path(part: LibraryPart) -> str:
     """Where the picture of a part is, from the page."""
     return f"reference/{PICTURES}/part-{part.word.replace(' ', '-')}.png"

@@ -28,7 +28,7 @@ from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.reference.primer import primer
 from scenelang.reference.searching import fitting_parts
 from scenelang.session.session import Session
-from scenelang.stdlib.reference import Part, ReferenceRecord, helper_header, in_json
+from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, helper_header, in_json
 
 # Prompt templates: files with placeholders ``{{name}}``. A user's file of the same name overrides the package's file.
 
@@ -288,7 +288,7 @@ class Brief:
         sections = (self._section(fitting[:count]) for count in range(len(fitting), 0, -1))
         return next((section for section in sections if len(section) <= _LONGEST_OBJECTS), "")
 
-    def _section(self, objects: Sequence[Part]) -> str:
+    def _section(self, objects: Sequence[LibraryPart]) -> str:
         """Return the section about some parts of the library."""
         modules = dict.fromkeys(f'(import "{part.record.module}")' for part in objects)
         lines = "\n".join(map(_object_line, objects))
@@ -393,7 +393,7 @@ def _read(word: str) -> list[str]:
     return [name for name in attributes_read(word) if not (name == "color" and word in block_words())]
 
 
-def _object_line(part: Part) -> str:
+def _object_line(part: LibraryPart) -> str:
     """Return the call of a part, its size, its front and its sockets."""
     size = " x ".join(f"{side:g}" for side in part.size)
     sockets = ", ".join(map(_socket_usage, part.sockets))

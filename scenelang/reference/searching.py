@@ -20,7 +20,7 @@ from scenelang.grammar.diagnostics import CODES, SceneError
 from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.reference.primer import attribute_doc, attribute_names, attributes_of, stated_task
-from scenelang.stdlib.reference import COMBINATORS, Part, parts, records
+from scenelang.stdlib.reference import COMBINATORS, LibraryPart, parts, records
 
 MAX_QUERY = 500  # characters
 _K1, _B = 1.2, 0.75  # saturation of frequencies and weight of lengths in BM25, at their usual values
@@ -127,7 +127,7 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
     return [_scored(index.documents[number], scores[number]) for number in best]
 
 
-def fitting_parts(text: str, limit: int = 8) -> list[Part]:
+def fitting_parts(text: str, limit: int = 8) -> list[LibraryPart]:
     """Return the parts that a text is about, at most ``limit``: by their words, other words for them, or their places.
 
     Parts whose own word the text has come first, in its order. Whole words are compared, in both numbers, since a stem

@@ -13,9 +13,10 @@ from scenelang.bench.sizes import everyday_sizes
 from scenelang.grammar.datum import ListDatum, Source, print_datum
 from scenelang.grammar.diagnostics import CODES
 from scenelang.grammar.reader import read
+from scenelang.reference.searching import fitting_parts, search
 from scenelang.session.session import Session
 from scenelang.stdlib.library import build_library, part_modules
-from scenelang.stdlib.reference import Part, ReferenceRecord, parts
+from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, parts
 
 PARTS = {part.word: part for part in parts()}
 SOCKETS = {socket.name: (part, socket) for part in parts() for socket in part.sockets}
@@ -25,11 +26,11 @@ OTHER = {"Number": (0.8, 1.25), "Integer": (-1, 2)}  # factors of lengths, steps
 TINTS = ("[.1 .2 .6]", "[.9 .9 .9]")
 
 
-def program(part: Part, body: str) -> str:
+def program(part: LibraryPart, body: str) -> str:
     return f'(import "{part.record.module}")\n(bind "all" (lambda () (union {body})))\n(scene "all")'
 
 
-def called(part: Part, arguments: str = "") -> str:
+def called(part: LibraryPart, arguments: str = "") -> str:
     return f'(call "{part.word}" {arguments})'
 
 
@@ -62,7 +63,7 @@ def default_values(word: str) -> dict[str, str]:
     return dict(zip(names, log, strict=True))
 
 
-def other_values(part: Part, name: str, value: str) -> list[str]:
+def other_values(part: LibraryPart, name: str, value: str) -> list[str]:
     """Return two values of a parameter that are not its default."""
     kind = name.rpartition("::")[2]
     if kind == "Vector":
@@ -200,3 +201,25 @@ def test_all_modules_together() -> None:
     row = " ".join(f'(transform (call "{word}") (translate [{9 * i} 0 0]))' for i, word in enumerate(PARTS))
     scene = sl.evaluate(f'{imports}(bind "all" (lambda () (union {row})))(scene "all")')
     assert set(PARTS) <= set(scene.count())
+
+
+@pytest.mark.parametrize(
+    ("query", "word"),
+    [("chair", "chair"), ("couch", "sofa"), ("mug", "cup"), ("stairs", "staircase"), ("washbasin", "sink"),
+     ("chest of drawers", "cabinet"), ("parasol", "umbrella")],
+)  # fmt: skip
+def test_a_part_is_found_by_its_word_and_by_meaning(query: str, word: str) -> None:
+    first = search(query, 1)[0]
+    assert (first.kind, first.name) == ("part", word)
+    assert f'(import "{PARTS[word].record.module}")' in first.doc
+    assert first.example == " ".join((PARTS[word].record.picture or "").split())[:200]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("A table with four chairs", ["table", "chair"]), ("a living room", ["sofa", "lamp"]),
+     ("Street-lamps along a road", ["street lamp", "lamp"]), ("mirrored bowling pins", []), ("a chessboard", [])],
+)  # fmt: skip
+def test_parts_that_fit_a_text(text: str, words: list[str]) -> None:
+    assert [part.word for part in fitting_parts(text)] == words
+    assert len(fitting_parts(" ".join(PARTS))) == 8
