@@ -158,18 +158,25 @@ def index_text() -> str:
     return f"{title}\n\nNAMES: dict[str, list[str]] = {{\n{''.join(rows)}}}\n"
 
 
+_FOLDER = os.path.dirname(__file__)
+_PARTS = os.path.join(_FOLDER, "parts")
+
+
+def part_modules() -> tuple[str, ...]:
+    """Return the file names of the modules of ``parts``, sorted."""
+    return tuple(sorted(name for name in os.listdir(_PARTS) if name.endswith(".scene")))
+
+
 class _Modules(Mapping[str, str]):
     """Sources of the modules that are written in the language, by file name; each is read when it is looked up.
 
     Those of ``parts`` are some 100 KB, which most programs do not import.
     """
 
-    _FOLDERS = (os.path.dirname(__file__), os.path.join(os.path.dirname(__file__), "parts"))
-
     def __init__(self) -> None:
         self._paths = {
             name: os.path.join(folder, name)
-            for folder in self._FOLDERS
+            for folder in (_FOLDER, _PARTS)
             for name in sorted(os.listdir(folder))
             if name.endswith(".scene")
         }

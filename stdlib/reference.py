@@ -1,8 +1,9 @@
 """Reference records of all names of the language, generated from their definitions.
 
 Builtins come from the registry, special forms from ``interpreter.expand.forms``, constants from ``stdlib.numbers``, the
-combinators from the comments of ``combinators.scene``. Help, completion, prompts and the pages of ``docs/reference``
-(``make docs``) read these records; the grammars as text are generated here as well.
+combinators from the comments of ``combinators.scene``, parts and their sockets from those of ``parts/*.scene``. Help,
+completion, prompts and the pages of ``docs/reference`` (``make docs``) read these records; the grammars as text are
+generated here as well.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
+from typing import Any
 
 from scenelang.grammar.datum import Source, comment_above, print_datum
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -21,7 +23,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, PAPER_FORMS, TOP_LEVEL
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
 from scenelang.interpreter.scene.primitives import attributes_read, block_words, docs_of_attributes, docs_of_words
-from scenelang.stdlib.library import build_library
+from scenelang.stdlib.library import build_library, part_modules
 from scenelang.stdlib.numbers import CONSTANTS
 
 COMBINATORS = "combinators.scene"
@@ -37,6 +39,7 @@ class RecordKind(Enum):
     FUNCTION = "function"
     CONSTANT = "constant"
     TYPE = "type"
+    PART = "part"
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +143,11 @@ TOPICS: dict[str, tuple[str, str]] = {
         "For programs transpiled from Python: operators with Python's semantics for values whose type could not be "
         'inferred. They need `(import "std/python.scene")`. In programs written by hand, prefer the plain operators.',
     ),
+    "parts": (
+        "Parts",
+        "Everyday objects in metres, each with the middle of its foot at the origin and its front at +z, and sockets: "
+        "poses where other objects go. [Parts](../parts.md) shows them.",
+    ),
     "constants": ("Constants", ""),
     "types": ("Types", "The names that annotate a parameter, `name::Type`."),
 }
@@ -214,7 +222,7 @@ _TYPES: dict[str, str] = {
 @cache
 def records() -> tuple[ReferenceRecord, ...]:
     """Return the records of all names, sorted by topic in the order of ``TOPICS``."""
-    all_records = [*_forms(), *_paper(), *_builtins(), *combinators(), *_constants(), *_types()]
+    all_records = [*_forms(), *_paper(), *_builtins(), *combinators(), *_parts(), *_constants(), *_types()]
     order = {topic: position for position, topic in enumerate(TOPICS)}
     return tuple(sorted(all_records, key=lambda record: order[record.topic]))
 
@@ -313,15 +321,19 @@ def combinators() -> tuple[ReferenceRecord, ...]:
     The documentation is the lines that start with ``;;;`` directly above a definition: the description, then one or
     more examples ``;;; Example: expression => value``, then ``;;; Picture: expression``. Each can span several lines.
     """
-    text = build_library().modules[COMBINATORS]
-    source = Source(COMBINATORS, text)
-    documented = []
+    return tuple(
+        _combinator(str(form.items[1].items[0].value), print_datum(form.items[1]), comment)
+        for form, comment in _documented(COMBINATORS)
+    )
+
+
+def _documented(module: str) -> Iterator[tuple[Any, list[str]]]:
+    """Yield the documented definitions of a module that is written in the language, with their documentation."""
+    source = Source(module, build_library().modules[module])
     for datum in read(source).forms:
         comment = _documentation(comment_above(source, datum.span.start))
         if comment:
-            head = datum.items[1]  # type: ignore[union-attr]
-            documented.append(_combinator(str(head.items[0].value), print_datum(head), comment))
-    return tuple(documented)
+            yield datum, comment
 
 
 def _combinator(name: str, head: str, comment: list[str]) -> ReferenceRecord:
@@ -346,6 +358,119 @@ def _documentation(lines: list[str]) -> list[str]:
     for line in lines:
         documentation = [*documentation, line[4:].strip()] if line.startswith(";;; ") else []
     return documentation
+
+
+# --- parts: everyday objects ------------------------------------------------------------------------------------
+
+_TYPE = lazy_pattern(r"::\w+|[\[\]]")
+_DEFAULT_COLOR = lazy_pattern(r" \((?:std/)?color [^)]*\)")
+_LABEL = lazy_pattern(r" (Parameters|Size|Front|Sockets|Also|Example): ")
+
+
+@dataclass(frozen=True, slots=True)
+class LibraryPart:
+    """Everyday object that a module of ``parts`` binds to a word.
+
+    Attributes
+    ----------
+    record
+        Its record; the picture is an example that uses it.
+    summary, parameters, front
+        What it is, what its parameters mean with their units, and where its front is.
+    others
+        Other words for it, and places where it is: what a search finds it by.
+    size
+        Width, height and depth of its box with the default parameters, in metres.
+    sockets
+        Functions that return where other objects go, or how it is placed itself.
+    """
+
+    record: ReferenceRecord
+    summary: str
+    parameters: str
+    front: str
+    others: tuple[str, ...]
+    size: tuple[float, float, float]
+    sockets: tuple[ReferenceRecord, ...]
+
+    @property
+    def word(self) -> str:
+        """Word that it is bound to."""
+        return self.record.name
+
+    @property
+    def usage(self) -> str:
+        """Call with all parameters and their defaults, as short as a prompt needs it; colors without a default."""
+        return _DEFAULT_COLOR.sub("", _TYPE.sub("", self.record.signature.removesuffix(" -> Entity")))
+
+
+@cache
+def parts() -> tuple[LibraryPart, ...]:
+    """Return the parts of all modules, by module in alphabetical order.
+
+    The documentation of a part is a description, then the labels ``Parameters:``, ``Size:``, ``Front:``, ``Sockets:``,
+    ``Also:`` and ``Example:``; that of a socket is like that of a combinator.
+
+    Examples
+    --------
+    >>> [socket.name for part in parts() if part.word == "chair" for socket in part.sockets]
+    ['chair-seat']
+    """
+    return tuple(part for module in part_modules() for part in _parts_of(module))
+
+
+def _parts_of(module: str) -> Iterator[LibraryPart]:
+    """Yield the parts of a module."""
+    documented = list(_documented(module))
+    sockets = {
+        record.name: record
+        for form, comment in documented
+        if form.items[0].value == "define"
+        for record in (_socket(module, print_datum(form.items[1]), comment),)
+    }
+    for form, comment in documented:
+        if form.items[0].value == "bind":
+            yield _part(module, form, comment, sockets)
+
+
+def _part(module: str, form: Any, comment: list[str], sockets: Mapping[str, ReferenceRecord]) -> LibraryPart:
+    """Return a part from its definition and the lines of its documentation."""
+    summary, *labelled = _LABEL.split(" ".join(comment))
+    fields = dict(zip(labelled[::2], labelled[1::2], strict=True))
+    word, parameters = form.items[1].value, form.items[2].items[1]
+    signature = f'(call "{word}" {" ".join(f"[{print_datum(each)[1:-1]}]" for each in parameters.items)}) -> Entity'
+    width, height, depth = map(float, fields["Size"].split())
+    mine = tuple(sockets[name] for name in fields["Sockets"].split() if name != "none")
+    doc = f"{summary} {fields['Parameters']} Front: {fields['Front']} Also: {fields['Also']}"
+    where = f" Sockets: {', '.join(f'`{socket.name}`' for socket in mine)}." if mine else ""
+    record = ReferenceRecord(
+        word, RecordKind.PART, signature, doc + where, (), "parts", f"{STD}{module}", fields["Example"]
+    )
+    others = tuple(fields["Also"].rstrip(".").split(", "))
+    return LibraryPart(record, summary, fields["Parameters"], fields["Front"], others, (width, height, depth), mine)
+
+
+def _socket(module: str, head: str, comment: list[str]) -> ReferenceRecord:
+    """Return the record of a socket from the lines of its documentation."""
+    doc, *examples = " ".join(comment).split(" Example: ")
+    parsed = [example.rpartition(" => ") for example in examples]
+    result = "List[Matrix]" if doc.startswith("Return the poses") else "Matrix"
+    return ReferenceRecord(
+        head[1:].rstrip(")").split(" ", 1)[0],
+        RecordKind.FUNCTION,
+        f"{head} -> {result}",
+        doc,
+        tuple(Example(expression, value) for expression, _, value in parsed),
+        "parts",
+        f"{STD}{module}",
+    )
+
+
+def _parts() -> Iterator[ReferenceRecord]:
+    """Iterate over the records of parts and sockets."""
+    for part in parts():
+        yield part.record
+        yield from part.sockets
 
 
 # --- Python stubs of the helper API ----------------------------------------------------------------------------

@@ -7,10 +7,11 @@ import shutil
 from pathlib import Path
 
 import pytest
-from generator.__main__ import CAMERA, PAGES, SMALL, TUTORIAL, main
+from generator.__main__ import CAMERA, PAGES, PART, SMALL, TUTORIAL, main
 from generator.diagnostics_page import BAD, FIXED, ROOT, shown_case
 from generator.library_page import PICTURES, picture_program
 from generator.markdown import formatted
+from generator.parts_page import picture_path
 from generator.pictures import difference, drawn, save
 from generator.tutorial import steps
 from test_bad import CASES, ELSEWHERE, _command, _directives
@@ -24,7 +25,7 @@ from scenelang.grammar.diagnostics import CODES, REMEDIES, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS
-from scenelang.stdlib.reference import combinators, records
+from scenelang.stdlib.reference import RecordKind, combinators, parts, records
 
 DOCS = ROOT / "docs"
 STEPS = list(steps(DOCS / "tutorial.md"))
@@ -43,6 +44,13 @@ def test_every_combinator_has_its_picture(record) -> None:
     assert difference(drawn(picture_program(record), SMALL, CAMERA, oversampling=1), path) < _ALIKE, "run: make docs"
 
 
+@pytest.mark.parametrize("part", parts(), ids=lambda part: part.word)
+@pytest.mark.sampled(6)
+def test_every_part_has_its_picture(part) -> None:
+    picture = drawn(picture_program(part.record), PART, CAMERA, oversampling=1)
+    assert difference(picture, DOCS / picture_path(part)) < _ALIKE, "run: make docs"
+
+
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.picture)
 @pytest.mark.sampled(4)
 def test_every_step_of_the_tutorial_has_its_picture(step) -> None:
@@ -53,7 +61,8 @@ def test_every_step_of_the_tutorial_has_its_picture(step) -> None:
 def test_every_program_of_the_tutorial_is_drawn_and_no_picture_is_left_over() -> None:
     assert [step.program for step in STEPS] == [text for _, text in blocks("docs/tutorial.md", "scene")]
     assert {path.name for path in (DOCS / "tutorial").iterdir()} == {Path(step.picture).name for step in STEPS}
-    drawn_names = {f"{record.name}.png" for record in records() if record.picture is not None}
+    own = [record for record in records() if record.picture is not None and record.kind is not RecordKind.PART]
+    drawn_names = {f"{record.name}.png" for record in own} | {Path(picture_path(part)).name for part in parts()}
     drawn_names |= {f"relation-{name}.png" for name in RELATIONS}
     assert {path.name for path in (DOCS / "reference" / PICTURES).iterdir()} == drawn_names
 
@@ -64,7 +73,7 @@ def test_the_command_writes_everything(tmp_path: Path) -> None:
     written = {path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()}
     folders = (DOCS / "reference", DOCS / "tutorial")
     known = {path.relative_to(DOCS) for folder in folders for path in folder.rglob("*") if path.is_file()}
-    assert written == known | {Path("architecture.svg")}
+    assert written == known | {Path("architecture.svg"), Path("performance.md"), Path("parts.md")}
 
 
 def test_a_picture_that_shows_the_same_is_not_written_again(tmp_path: Path) -> None:

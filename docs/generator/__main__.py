@@ -10,12 +10,13 @@ from generator.architecture import architecture_svg
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
 from generator.library_page import PICTURES, forms_page, picture_program, relations_page, stdlib_page
+from generator.parts_page import parts_page, picture_path
 from generator.performance_page import performance_page
 from generator.pictures import drawn, save
 from generator.tolerances_page import tolerances_page
 from generator.tutorial import steps
 from scenelang.interpreter.scene.declarations import RELATIONS, example_of
-from scenelang.stdlib.reference import records
+from scenelang.stdlib.reference import RecordKind, parts, records
 
 DOCS = Path(__file__).parents[1]
 PAGES = {
@@ -25,10 +26,12 @@ PAGES = {
     "reference/diagnostics.md": diagnostics_page,
     "reference/tolerances.md": tolerances_page,
     "reference/cli.md": cli_page,
+    "parts.md": parts_page,
     "performance.md": performance_page,
     "architecture.svg": architecture_svg,
 }
 SMALL = (160, 120)
+PART = (240, 180)
 CAMERA = "azimuth=28,elevation=24"
 TUTORIAL = (360, 270)
 
@@ -40,13 +43,15 @@ def main(folder: Path = DOCS) -> int:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(page(), "utf-8")
     for record in records():
-        if record.picture is not None:
+        if record.picture is not None and record.kind is not RecordKind.PART:
             save(drawn(picture_program(record), SMALL, CAMERA), folder / "reference" / PICTURES / f"{record.name}.png")
     for relation in RELATIONS.values():
         save(
             drawn(example_of(relation), SMALL, CAMERA),
             folder / "reference" / PICTURES / f"relation-{relation.name}.png",
         )
+    for part in parts():
+        save(drawn(picture_program(part.record), PART, CAMERA), folder / picture_path(part))
     for step in steps(DOCS / "tutorial.md"):
         save(drawn(step.program, TUTORIAL, step.camera, step.frame), folder / step.picture)
     return 0

@@ -9,16 +9,17 @@ from scenelang.interpreter.expand.forms import ABSENT, FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS, example_of
 from scenelang.interpreter.scene.primitives import all_primitives
 from scenelang.reference.primer import attribute_doc, attribute_names
-from scenelang.stdlib.reference import TOPICS, ReferenceRecord, records
+from scenelang.stdlib.reference import TOPICS, RecordKind, ReferenceRecord, records
 
 _TABLES = ("constants", "types")
+_OWN_PAGES = ("forms", "parts")
 _PRIMITIVES = "Primitives and their attributes"
 PICTURES = "pictures"  # the folder beside the page
 
 
 def stdlib_page() -> str:
     """Every name of the standard library by topic, Markdown."""
-    topics = [topic for topic in TOPICS if topic != "forms"]
+    topics = [topic for topic in TOPICS if topic not in _OWN_PAGES]
     titles = [*(TOPICS[topic][0] for topic in topics), _PRIMITIVES]
     links = " · ".join(f"[{title}](#{anchor(title)})" for title in titles)
     lines = [
@@ -28,7 +29,7 @@ def stdlib_page() -> str:
         "",
         "Every name that programs can use. A signature shows required parameters, `[optional]` ones, `[:keyword]` ones",
         "and, before `...`, the rest; behind `->` stands the type of the value. The special forms have a page of their",
-        "own, [forms](forms.md).",
+        "own, [forms](forms.md), and so have the [parts](../parts.md).",
         "",
         links,
         "",
@@ -81,7 +82,9 @@ def _drawn(record: ReferenceRecord) -> Iterator[str]:
 
 def picture_program(record: ReferenceRecord) -> str:
     """The whole program whose picture shows what a name does."""
-    return formatted(f'(bind "{record.name}" (lambda () {record.picture}))')
+    head = f'(import "{record.module}")\n\n' if record.module is not None else ""
+    word = "picture" if record.kind is RecordKind.PART else record.name  # a part's own word is bound by its module
+    return formatted(f'{head}(bind "{word}" (lambda () {record.picture}))')
 
 
 def relations_page() -> str:

@@ -26,8 +26,9 @@ from scenelang.interpreter.scene.primitives import (
 )
 from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.reference.primer import primer
+from scenelang.reference.searching import fitting_parts
 from scenelang.session.session import Session
-from scenelang.stdlib.reference import helper_header, in_json
+from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, helper_header, in_json
 
 # Prompt templates: files with placeholders ``{{name}}``. A user's file of the same name overrides the package's file.
 
@@ -160,6 +161,8 @@ class Task:
 NO_CHANGES = "NO CHANGES"
 _GAP = re.compile(r"\n{3,}")  # left by empty placeholders
 _FENCED = re.compile(r"```scene\n(.*?)```", re.DOTALL)
+_MOST_OBJECTS = 8  # parts of the library in a prompt
+_LONGEST_OBJECTS = 1_500  # characters of their section
 _SHOWN = 9  # maximum number of lines of an example list
 _FENCES = {Notation.PYTHON: "python", Notation.LANGUAGE: "scene", Notation.LIST: "json"}
 _TURNED = ("rotation_matrix", "reflection_matrix")  # not supported for blocks
@@ -267,10 +270,29 @@ class Brief:
         else:
             name = "user.image.md" if pictures else "user.text.md"
             text = self.prompts.text(name, example=self.example, task=task.text)
+            text = f"{self._objects()}\n\n{text}"
         if self.acceptance:
             stated = "\n".join(map(str, self.acceptance))
             text = f"{text.strip()}\n\n{self.prompts.text('accepted.md', declarations=stated)}"
         return Message("user", (*pictures, TextContent(text.strip(), is_cacheable=True)))
+
+    def _objects(self) -> str:
+        """Return the section about the parts of the library that fit the task, "" if there are none.
+
+        Names are random in the ablation of words, and a list has no calls.
+        """
+        task = self.task
+        if task.notation is not Notation.LANGUAGE or task.kind is TaskKind.BLOCKS or task.ablation is not Ablation.NONE:
+            return ""
+        fitting = fitting_parts(task.text, _MOST_OBJECTS)
+        sections = (self._section(fitting[:count]) for count in range(len(fitting), 0, -1))
+        return next((section for section in sections if len(section) <= _LONGEST_OBJECTS), "")
+
+    def _section(self, objects: Sequence[LibraryPart]) -> str:
+        """Return the section about some parts of the library."""
+        modules = dict.fromkeys(f'(import "{part.record.module}")' for part in objects)
+        lines = "\n".join(map(_object_line, objects))
+        return self.prompts.text("objects.md", modules=fenced("\n".join(modules), Notation.LANGUAGE), objects=lines)
 
     @cached_property
     def example(self) -> str:
@@ -369,6 +391,19 @@ class Brief:
 def _read(word: str) -> list[str]:
     """Return the attributes of a primitive that are documented for lists; blocks have the color of their type."""
     return [name for name in attributes_read(word) if not (name == "color" and word in block_words())]
+
+
+def _object_line(part: LibraryPart) -> str:
+    """Return the call of a part, its size, its front and its sockets."""
+    size = " x ".join(f"{side:g}" for side in part.size)
+    sockets = ", ".join(map(_socket_usage, part.sockets))
+    return f"- `{part.usage}`: {size}; {part.front.rstrip('.')}{f' | {sockets}' if sockets else ''}"
+
+
+def _socket_usage(socket: ReferenceRecord) -> str:
+    """Return the call of a socket with its keywords, and whether it returns a list."""
+    call = " ".join([socket.name, *(f":{name}" for name in socket.keywords)])
+    return f"`({call})`{' (a list)' if 'List[' in socket.signature else ''}"
 
 
 def _docstring(answer: str) -> str:

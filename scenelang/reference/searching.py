@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from scenelang.grammar.diagnostics import CODES, SceneError
 from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.reference.primer import attribute_doc, attribute_names, attributes_of, stated_task
-from scenelang.stdlib.reference import COMBINATORS, records
+from scenelang.stdlib.reference import COMBINATORS, LibraryPart, parts, records
 
 MAX_QUERY = 500  # characters
 _K1, _B = 1.2, 0.75  # saturation of frequencies and weight of lengths in BM25, at their usual values
@@ -28,7 +28,7 @@ _NAME_WEIGHT = 4  # occurrences that a word of a name counts as
 _MAX_EXAMPLE_SIZE = 100_000  # bytes
 _MIN_STEM_LENGTH = 3  # letters
 _SCENES = frozenset(
-    {"forms", "paper", "poses", "combinators", "entities", "solids", "profiles", "paths", "random", "colors"}
+    {"forms", "paper", "poses", "combinators", "entities", "solids", "profiles", "paths", "random", "colors", "parts"}
 )
 _EXACT_SCORE = 100.0  # above that of any text: a query that is a name finds it first
 _SYNONYM_WEIGHT, _PHRASE_WEIGHT = 0.7, 2.0
@@ -74,8 +74,8 @@ class SearchResult:
     Attributes
     ----------
     kind
-        "form", "function", "combinator", "constant", "type", "primitive", "attribute", "relation", "diagnostic" or
-        "example".
+        "form", "function", "combinator", "constant", "type", "part", "primitive", "attribute", "relation", "diagnostic"
+        or "example".
     name, usage, doc
         As in the reference; the usage of an example is its file.
     example
@@ -125,6 +125,32 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
             scores[number] = scores.get(number, 0.0) + _EXACT_SCORE
     best = sorted(scores, key=lambda number: (-scores[number], number))[:limit]
     return [_scored(index.documents[number], scores[number]) for number in best]
+
+
+def fitting_parts(text: str, limit: int = 8) -> list[LibraryPart]:
+    """Return the parts that a text is about, at most ``limit``: by their words, other words for them, or their places.
+
+    Parts whose own word the text has come first, in its order. Whole words are compared, in both numbers, since a stem
+    takes "mirrored" for a mirror and "bowling" for a bowl.
+
+    Examples
+    --------
+    >>> [part.word for part in fitting_parts("two chairs at a table")]
+    ['chair', 'table']
+    """
+    lower = text.lower()
+    named = {part.word: _place(lower, (part.word,)) for part in parts()}
+    meant = {part.word: _place(lower, part.others) for part in parts()}
+    fitting = [part for part in parts() if named[part.word] >= 0 or meant[part.word] >= 0]
+    fitting.sort(key=lambda part: (named[part.word] < 0, named[part.word], meant[part.word]))
+    return fitting[:limit]
+
+
+def _place(text: str, names: Sequence[str]) -> int:
+    """Return where a text has one of some nouns first, in either number; -1 if it has none."""
+    alternatives = "|".join(re.escape(name).replace(r"\ ", r"[ -]") for name in names)
+    match = re.search(rf"\b(?:{alternatives})(?:e?s)?\b", text)
+    return match.start() if match else -1
 
 
 def _scored(result: SearchResult, score: float) -> SearchResult:

@@ -37,12 +37,13 @@ from scenelang.reference.primer import taught
 from scenelang.session.declarations import declarations_in
 from scenelang.session.scene_changes import changes_between, compared_frames
 from scenelang.session.session import Options, Session
-from scenelang.stdlib.reference import helper_header, python_word, records
+from scenelang.stdlib.reference import helper_header, parts, python_word, records
 
 pytestmark = pytest.mark.usefixtures("untried")
 
 GOLDENS = Path(__file__).parent / "prompts"
 TASK = "a chessboard at game start"
+DINNER = "A dining room: a table with four chairs and a lamp, laid with plates, cups, bowls and a vase; a bookcase"
 EDIT = "move the apple to the left"
 LETTERS_PER_TOKEN = 3.5
 
@@ -65,6 +66,7 @@ TASKS = {
         for notation in (Notation.PYTHON, Notation.LANGUAGE)
     },
     **{f"{kind.value}.P": task(kind, Notation.LIST, Ablation.P) for kind in TaskKind},
+    "3d.language.objects": Task(DINNER, notation=Notation.LANGUAGE),
     "3d.PW": task(TaskKind.STILL, Notation.LIST, Ablation.PW),
     "3d.python.W": task(TaskKind.STILL, Notation.PYTHON, Ablation.W),
     "4d.language.W": task(TaskKind.FILM, Notation.LANGUAGE, Ablation.W),
@@ -185,6 +187,35 @@ def test_examples_are_right(kind: TaskKind, notation: Notation, ablation: Ablati
         if ablation is Ablation.NONE and kind is not TaskKind.FILM:  # of a film it is what the findings are of
             checked = Session().check_geometry(Source("example.scene", verdict.program))
             assert [d.message for d in checked] == []
+
+
+OBJECTS = "Objects of a library"
+
+
+def test_objects_of_the_library_are_told_where_they_fit() -> None:
+    told = first_text(Task("two sofas in front of a bookcase", notation=Notation.LANGUAGE))
+    section = told[told.index(OBJECTS) : told.index("Examples of programs:")]
+    assert section.count("\n- `(call ") == 2
+    for expected in ('(import "std/furniture.scene")', '(call "sofa" ', '(call "bookcase" ', "(sofa-seats :width "):
+        assert expected in section
+    film = Task("a car drives by", TaskKind.FILM, Notation.LANGUAGE)
+    assert '(call "car" ' in first_text(film)
+    for other in (
+        replace(film, text="a carousel turns"), replace(film, kind=TaskKind.BLOCKS), replace(film, notation=Notation.PYTHON),
+        replace(film, ablation=Ablation.W), replace(film, program='(bind "a" (lambda () (call "cube")))'),
+    ):  # fmt: skip
+        assert OBJECTS not in first_text(other)
+
+
+def test_the_section_of_objects_has_a_limit() -> None:
+    everything = " ".join(part.word for part in parts())
+    told = first_text(Task(everything, notation=Notation.LANGUAGE))
+    section = told[: told.index("Examples of programs:")].strip()
+    assert 1_000 < len(section) <= 1_500
+    assert 4 <= section.count("\n- `(call ") <= 8
+    for line in section.splitlines():
+        if line.startswith("(import "):
+            assert Session().check(Source("a.scene", f'{line} (bind "a" (lambda () (call "cube")))')).ok
 
 
 def is_told(name: str, text: str) -> bool:
