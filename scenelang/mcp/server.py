@@ -38,6 +38,7 @@ from pydantic import Field, ValidationError
 from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, suggest, to_json
 from scenelang.interpreter.values.limits import Limits
 from scenelang.mcp import inspection, tools, workbench
+from scenelang.mcp.session_files import NO_PROJECT, NO_WRITER, SessionFiles, session_files
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
 from scenelang.mcp.workbench import TextSpan, Workbench, WorkingProgram
 from scenelang.reference.searching import example_names, example_text, search
@@ -198,16 +199,18 @@ def work(tool: Callable[..., Any], *arguments: Any) -> Any:
         raise WrongArguments("the program is nested too deeply for this tool", "nesting") from None
 
 
-def serve(root: Path, limits: Limits, version: str, writes: bool = True) -> None:
+def serve(root: Path, limits: Limits, version: str, writes: bool = True, keeps: bool = False) -> None:
     """Serve on standard input and output until it is closed.
 
-    ``root`` is the only folder that is read, and written with ``writes``.
+    ``root`` is the only folder that is read, and written with ``writes``. With ``keeps`` too, sessions are kept in it.
     """
     os.chdir(root)  # imports and file names in diagnostics are relative to it
     _import_ahead()
     worker = Worker(work, (str(root),))
     writer = Worker(work) if writes else None
-    build_server(Project(root, limits), version, worker, writer).run("stdio")
+    # After the workers are forked: a lock that they inherited would outlive this process.
+    files = session_files(root) if writes and keeps else SessionFiles(root, NO_PROJECT if writes else NO_WRITER)
+    build_server(Project(root, limits), version, files, worker, writer).run("stdio")
 
 
 def _import_ahead() -> None:
@@ -220,8 +223,10 @@ def _import_ahead() -> None:
     all_backends()
 
 
-def build_server(project: Project, version: str, worker: Worker, writer: Worker | None = None) -> SceneServer:
-    """Create the server with all tools and resources; the workers run ``work``.
+def build_server(
+    project: Project, version: str, files: SessionFiles, worker: Worker, writer: Worker | None = None
+) -> SceneServer:
+    """Create the server with all tools and resources; the workers run ``work``, ``files`` keep the sessions.
 
     ``worker`` cannot write files; without ``writer``, which exports, there are no tools that write.
     """
@@ -233,7 +238,7 @@ def build_server(project: Project, version: str, worker: Worker, writer: Worker 
         version=version,
         log_level="CRITICAL",
     )
-    bench = Bench(project, worker, writer)
+    bench = Bench(project, files, worker, writer)
     _add_facts(server, bench)
     _add_pictures(server, bench)
     _add_help(server)
@@ -250,10 +255,13 @@ def build_server(project: Project, version: str, worker: Worker, writer: Worker 
 class Bench:
     """Shared state of a server's tools: the project, the workers, of which one runs at a time, and the sessions."""
 
-    def __init__(self, project: Project, worker: Worker, writer: Worker | None) -> None:
-        """Start without sessions."""
+    def __init__(self, project: Project, files: SessionFiles, worker: Worker, writer: Worker | None) -> None:
+        """Start with the sessions that an earlier server kept."""
         self.project = project
-        self.sessions = Workbench()
+        self.files = files
+        earlier = files.read()
+        self.sessions = Workbench(earlier.drafts, earlier.number)
+        self.notes = [*earlier.notes, *([files.problem] if files.problem else [])]
         self._worker, self._writer = worker, writer
         self._turns = anyio.Lock()
 
@@ -283,7 +291,9 @@ class Bench:
     async def changed(
         self, draft: WorkingProgram, lines: list[str], data: dict[str, Any] | None = None
     ) -> CallToolResult:
-        """Return the answer about a session that changed, with what a check finds."""
+        """Keep a session that changed, and return the answer about it, with what a check finds."""
+        unkept = self.files.keep(draft)
+        lines = [*lines, *([unkept] if unkept else [])]
         is_empty = not draft.text.strip()
         checked = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
         if isinstance(checked, ToolAnswer):
@@ -486,7 +496,7 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         """Open a session: a file of the project, a given text, or an empty program. Python is translated."""
         if not program and not path:
             draft = bench.sessions.open("")
-            return await bench.changed(draft, [f"session {draft.name}, an empty program"])
+            return await bench.changed(draft, [f"session {draft.name}, an empty program", *bench.notes])
         opened = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
         if opened.program is None:
             return _result(opened)
@@ -494,7 +504,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         file_path = str(bench.project.file(path).relative_to(bench.project.root)) if is_file else ""
         draft = bench.sessions.open(opened.program, file_path, opened.program if is_file else None)
         count = workbench.line_count(draft.text)
-        return await bench.changed(draft, [f"session {draft.name}, {count:,} lines", *opened.text.splitlines()])
+        lines = [f"session {draft.name}, {count:,} lines", *bench.notes, *opened.text.splitlines()]
+        return await bench.changed(draft, lines)
 
     @server.tool(annotations=_EDITS)
     async def transpile(program: Text = "", path: File = "") -> CallToolResult:
@@ -503,7 +514,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         if opened.program is None:
             return _result(opened)
         draft = bench.sessions.open(opened.program)
-        return await bench.changed(draft, [f"session {draft.name}", *workbench.numbered(draft.text, 1, 60)])
+        lines = [f"session {draft.name}", *bench.notes, *workbench.numbered(draft.text, 1, 60)]
+        return await bench.changed(draft, lines)
 
     @server.tool(annotations=_READS)
     def read(session: Name, first: Place = 1, last: Place = 0) -> CallToolResult:
@@ -519,11 +531,11 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
 
     @server.tool(annotations=_READS)
     def sessions() -> CallToolResult:
-        """List the open sessions, their files and whether they are saved."""
+        """List the open sessions, also those of an earlier server, their files and whether they are saved."""
         drafts = [bench.sessions[name] for name in bench.sessions.names()]
         rows = [f"{d.name}  {d.path or 'no file'}  {'unsaved' if d.state()['unsaved'] else 'saved'}" for d in drafts]
         data = {"ok": True, "sessions": [d.state() | {"path": d.path} for d in drafts]}
-        return _result(tools.answer(rows or ["no session is open"], data))
+        return _result(tools.answer([*(rows or ["no session is open"]), *bench.notes], data))
 
     @server.tool(annotations=_EDITS)
     def close(
@@ -534,7 +546,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         if draft.state()["unsaved"] and not discard:
             raise WrongArguments(f"`{session}` is not saved; call `save`, or pass `discard`")
         bench.sessions.close(session)
-        return _result(tools.answer([f"closed {session}"], {"ok": True}))
+        left = bench.files.remove(session)
+        return _result(tools.answer([f"closed {session}", *([left] if left else [])], {"ok": True}))
 
 
 def _add_edits(server: SceneServer, bench: Bench) -> None:
@@ -645,7 +658,8 @@ def _add_files(server: SceneServer, bench: Bench) -> None:
         target = workbench.save(bench.project, draft, path, overwrite)
         size = target.stat().st_size
         data = {"ok": True, **draft.state(), "path": draft.path, "bytes": size}
-        return _result(tools.answer([f"saved {draft.path}, {size:,} bytes"], data))
+        unkept = bench.files.keep(draft)
+        return _result(tools.answer([f"saved {draft.path}, {size:,} bytes", *([unkept] if unkept else [])], data))
 
     @server.tool(annotations=_WRITES)
     async def export(

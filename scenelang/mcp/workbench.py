@@ -36,7 +36,9 @@ from scenelang.session.session import is_python
 
 MAX_SESSIONS = 16  # that are open at a time
 MAX_EXPORT = 200_000_000  # of an export, in bytes
-_MAX_UNDO = 200  # versions of a session
+MAX_UNDO = 200  # versions of a session
+MAX_ACCEPTANCE = 50  # declarations of a session, or of a call
+MAX_DECLARATION_LENGTH = 1_000  # characters
 _MAX_DIFF_LINES = 40  # lines
 _MAX_HISTORY_LENGTH = 20_000_000  # characters of all versions of a session
 _MAX_READ_LINES = 60  # lines that are read at a time
@@ -64,6 +66,8 @@ class WorkingProgram:
         Text of that file.
     before, after
         Texts for undo and redo.
+    acceptance
+        Declarations, as texts, that the scene is tested against after every change.
     """
 
     name: str
@@ -72,6 +76,7 @@ class WorkingProgram:
     saved: str | None = None
     before: list[str] = field(default_factory=list)
     after: list[str] = field(default_factory=list)
+    acceptance: tuple[str, ...] = ()
 
     def program(self, root: str = "") -> ProjectProgram:
         """Return the program for a worker."""
@@ -90,7 +95,7 @@ class WorkingProgram:
         self.before.append(self.text)
         self.after.clear()
         self.text = text
-        while len(self.before) > _MAX_UNDO or (
+        while len(self.before) > MAX_UNDO or (
             len(self.before) > 1 and sum(map(len, self.before)) > _MAX_HISTORY_LENGTH
         ):
             del self.before[0]
@@ -109,10 +114,10 @@ class WorkingProgram:
 class Workbench:
     """Open sessions of a server, by name."""
 
-    def __init__(self) -> None:
-        """Start without sessions."""
-        self._drafts: dict[str, WorkingProgram] = {}
-        self._number = 0
+    def __init__(self, drafts: Iterable[WorkingProgram] = (), number: int = 0) -> None:
+        """Start with the sessions of an earlier server; ``number`` is the highest that it gave to one."""
+        self._drafts = {draft.name: draft for draft in drafts}
+        self._number = number
 
     def open(self, text: str, path: str = "", saved: str | None = None) -> WorkingProgram:
         """Open a session; raises WrongArguments if there are too many."""
@@ -296,14 +301,14 @@ def target_of(project: Project, path: str, endings: Iterable[str], overwrite: bo
         raise WrongArguments(f"`{shown}` cannot be written; expected the ending {', '.join(known)}", "file")
     target = project.root / relative
     try:
-        _check_folders(project.root, target, shown)
-        _check_file(target, shown, overwrite=overwrite)
+        check_folders(project.root, target, shown)
+        check_file(target, shown, overwrite=overwrite)
     except (OSError, ValueError):
         raise WrongArguments(f"invalid path `{shown}`", "file") from None
     return target
 
 
-def _check_folders(root: Path, target: Path, shown: str) -> None:
+def check_folders(root: Path, target: Path, shown: str) -> None:
     """Check that all folders of the path exist, and that none is a link."""
     folder = root
     for part in target.relative_to(root).parts[:-1]:
@@ -314,7 +319,7 @@ def _check_folders(root: Path, target: Path, shown: str) -> None:
             raise WrongArguments(f"`{shown}` is below a link or a file; folders of the project only", "file")
 
 
-def _check_file(target: Path, shown: str, *, overwrite: bool) -> None:
+def check_file(target: Path, shown: str, *, overwrite: bool) -> None:
     """Check that a file is a regular one without other links, and may be replaced."""
     if not os.path.lexists(target):
         return
@@ -464,7 +469,7 @@ def _written(folder: Path, target: Path, *, overwrite: bool) -> list[tuple[str, 
     files = []
     for file in sorted(folder.iterdir()):
         if file.name != target.name:
-            _check_file(target.parent / file.name, file.name, overwrite=overwrite)
+            check_file(target.parent / file.name, file.name, overwrite=overwrite)
         if not stat.S_ISREG(os.lstat(file).st_mode):
             raise SceneError("unsupported", f"an export to `{target.name}` makes a folder; use the command line")
         files.append((file.name, file.stat().st_size))
