@@ -38,6 +38,7 @@ from pydantic import Field, ValidationError
 from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, suggest, to_json
 from scenelang.interpreter.values.limits import Limits
 from scenelang.mcp import inspection, tools, workbench
+from scenelang.mcp.acceptance import BriefCheck, accept, brief_check, checked_texts
 from scenelang.mcp.session_files import NO_PROJECT, NO_WRITER, SessionFiles, session_files
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
 from scenelang.mcp.workbench import TextSpan, Workbench, WorkingProgram
@@ -61,7 +62,6 @@ _EDITS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempoten
 _WRITES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_hint=True, open_world_hint=False)
 _MAX_ARGUMENT_LENGTH = 4_000  # characters, of arguments other than programs
 _PROGRAMS = ("program", "program_a", "program_b", "text", "old", "new")
-_MAX_DECLARATIONS = 50  # of a call
 _MAX_REPAIR_EFFORT = 60.0  # effort of a call
 
 Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
@@ -83,7 +83,9 @@ Offset = Annotated[
 Overwrite = Annotated[bool, Field(description="replace a file that exists")]
 Declarations = Annotated[
     list[str] | None,
-    Field(max_length=_MAX_DECLARATIONS, description='declarations, such as (on "cup" "table") or (count "chair" 6)'),
+    Field(
+        max_length=workbench.MAX_ACCEPTANCE, description='declarations, such as (on "cup" "table") or (count "chair" 6)'
+    ),
 ]
 CAMERA = (
     "viewpoint: preset (turntable, top, isometric, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,"
@@ -294,19 +296,21 @@ class Bench:
         """Keep a session that changed, and return the answer about it, with what a check finds."""
         unkept = self.files.keep(draft)
         lines = [*lines, *([unkept] if unkept else [])]
-        is_empty = not draft.text.strip()
-        checked = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
+        is_empty = not draft.text.strip() and not draft.acceptance
+        checked = BriefCheck(0, ()) if is_empty else await self.ask(brief_check, draft.program(), draft.acceptance)
         if isinstance(checked, ToolAnswer):
             return _result(checked)
-        errors, findings = checked
-        finding_lines, _ = tools.diagnosed(findings[:3])
-        omitted = [f"... and {len(findings) - 3} more findings"] if len(findings) > 3 else []
-        warnings = len(findings) - errors
+        finding_lines, _ = tools.diagnosed(checked.findings[:3])
+        omitted = [f"... and {len(checked.findings) - 3} more findings"] if len(checked.findings) > 3 else []
+        errors, warnings = checked.errors, len(checked.findings) - checked.errors
         counted = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
         state = {"ok": True, **draft.state(), "errors": errors, "warnings": warnings, **(data or {})}
-        if findings:
-            state["findings"] = workbench.findings_data(findings)
-        return _result(tools.answer([*lines, f"check: {counted}", *finding_lines, *omitted], state))
+        if checked.findings:
+            state["findings"] = workbench.findings_data(checked.findings)
+        told = [] if checked.acceptance is None else checked.acceptance.lines()
+        if checked.acceptance is not None:
+            state["acceptance"] = checked.acceptance.data()
+        return _result(tools.answer([*lines, *told, f"check: {counted}", *finding_lines, *omitted], state))
 
     async def rewrite(self, draft: WorkingProgram, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
         """Run a tool that returns a new program, put that into the session, and return the answer about it.
@@ -338,8 +342,10 @@ def _add_facts(server: SceneServer, bench: Bench) -> None:
         that: Declarations = None,
         physics: Annotated[bool, Field(description="also evaluate, and report what moves under gravity")] = False,
     ) -> CallToolResult:
-        """Check a program without running it; returns diagnostics with positions and fixes."""
-        return await bench.result(tools.check, bench.program(program, path, session), geometry, that or (), physics)
+        """Check a program without running it; returns diagnostics with positions and fixes. A session with acceptance
+        is also evaluated and tested against that."""
+        declared = (*(that or ()), *(bench.sessions[session].acceptance if session else ()))
+        return await bench.result(tools.check, bench.program(program, path, session), geometry, declared, physics)
 
     @server.tool(annotations=_READS)
     async def run(program: Text = "", path: File = "", session: Name = "", root: Root = "") -> CallToolResult:
@@ -533,9 +539,33 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
     def sessions() -> CallToolResult:
         """List the open sessions, also those of an earlier server, their files and whether they are saved."""
         drafts = [bench.sessions[name] for name in bench.sessions.names()]
-        rows = [f"{d.name}  {d.path or 'no file'}  {'unsaved' if d.state()['unsaved'] else 'saved'}" for d in drafts]
-        data = {"ok": True, "sessions": [d.state() | {"path": d.path} for d in drafts]}
+        rows = [
+            f"{d.name}  {d.path or 'no file'}  {'unsaved' if d.state()['unsaved'] else 'saved'}"
+            f"{f'  {len(d.acceptance)} declarations' if d.acceptance else ''}"
+            for d in drafts
+        ]
+        data = {"ok": True, "sessions": [d.state() | {"path": d.path, "declared": len(d.acceptance)} for d in drafts]}
         return _result(tools.answer([*(rows or ["no session is open"]), *bench.notes], data))
+
+    @server.tool(name="accept", annotations=_EDITS)
+    async def accept_scene(
+        session: Name,
+        that: Annotated[
+            list[str],
+            Field(
+                max_length=workbench.MAX_ACCEPTANCE,
+                description='all declarations that the scene must fulfill, such as (count "chair" 6); none: no more',
+            ),
+        ],
+    ) -> CallToolResult:
+        """Set what a session's scene must fulfill: every later change is answered with how many hold and which fail.
+        Refused if declarations contradict each other, or would also accept a wrong scene."""
+        draft, declared = bench.sessions[session], checked_texts(that)
+        verdict = await bench.ask(accept, draft.program(), declared)
+        if not verdict.data["ok"]:
+            return _result(verdict)
+        draft.acceptance = declared
+        return await bench.changed(draft, [verdict.text])
 
     @server.tool(annotations=_EDITS)
     def close(
@@ -614,10 +644,11 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
             float, Field(gt=0, le=_MAX_REPAIR_EFFORT, description="search effort, about a second each")
         ] = 20.0,
     ) -> CallToolResult:
-        """Edit numbers of a session so that failed declarations and findings of the geometry are resolved; one line for
-        each edit. Undoable."""
+        """Edit numbers of a session so that failed declarations, also of its acceptance, and findings of the geometry
+        are resolved; one line for each edit. Undoable."""
         draft = bench.sessions[session]
-        return await bench.rewrite(draft, workbench.repair, tuple(that or ()), geometry, effort)
+        declared = (*(that or ()), *draft.acceptance)
+        return await bench.rewrite(draft, workbench.repair, declared, geometry, effort)
 
     @server.tool(annotations=_EDITS)
     async def undo(

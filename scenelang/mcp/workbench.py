@@ -392,17 +392,6 @@ def changed_lines(project: Project, old: str, new: str, names: tuple[str, str]) 
     return answer(lines, {"ok": True})
 
 
-def brief_check(project: Project, program: ProjectProgram) -> tuple[int, list[Diagnostic]]:
-    """Return the number of errors of a program, and its findings, errors first."""
-    try:
-        with limited(project.limits):
-            session, source = project.opened(program)
-            diagnostics = list(session.check(source).diagnostics)
-    except SceneError as error:
-        diagnostics = [error.diagnostic]
-    return sum(d.is_error for d in diagnostics), sorted(diagnostics, key=lambda d: not d.is_error)
-
-
 def repair(project: Project, program: ProjectProgram, that: Sequence[str], geometry: bool, effort: float) -> ToolAnswer:
     """Repair a program without a model; one line for each edit."""
     try:

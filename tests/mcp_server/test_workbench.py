@@ -311,7 +311,7 @@ def test_python_becomes_a_session(agent: Any) -> None:
 
 @pytest.mark.parametrize(
     "path",
-    ["../out.scene", "/tmp/out.scene", "sub/../../out.scene", "a.txt", "a.scene.py", ".hidden.scene", ".git/a.scene", "",
+    ["../out.scene", "/tmp/out.scene", "sub/../../out.scene", "a.txt", "a.scene.txt", ".hidden.scene", ".git/a.scene", "",
      "nowhere/a.scene", "link.scene", "linked/a.scene", "folder.scene", "pipe.scene", "hard.scene", "there.scene", "a\0.scene",
      "\x1b[31m.scene", "x" * 300 + ".scene", "there.scene/a.scene", "x" * 5_000],
 )  # fmt: skip
