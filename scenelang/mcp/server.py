@@ -423,6 +423,28 @@ def _add_pictures(server: SceneServer, bench: Bench) -> None:
         return await bench.result(inspection.views, bench.sessions[session].program(), view)
 
     @server.tool(annotations=_READS)
+    async def strip(
+        session: Name,
+        count: Annotated[
+            int, Field(ge=inspection.STRIP_FRAMES[0], le=inspection.STRIP_FRAMES[1], description="number of frames")
+        ] = 5,
+        frames: Annotated[
+            list[Number] | None,
+            Field(
+                min_length=inspection.STRIP_FRAMES[0],
+                max_length=inspection.STRIP_FRAMES[1],
+                description="their numbers; default: evenly apart",
+            ),
+        ] = None,
+        camera: View = "",
+        part: ScenePath = "",
+        side: Annotated[int, Field(ge=32, le=512, description="pixels of each picture")] = 256,
+    ) -> CallToolResult:
+        """Render 3 to 8 frames of a film side by side (PNG), with their numbers."""
+        view = inspection.StripView(tuple(frames or ()), count, camera, part, side)
+        return await bench.result(inspection.strip, bench.sessions[session].program(), view)
+
+    @server.tool(annotations=_READS)
     async def compare(
         session: Name,
         reference: Annotated[str, Field(description="picture in the project folder: .png, .jpg or .webp")],
@@ -627,12 +649,29 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         value: Annotated[str, Field(description="its value, an expression, such as [1 0 0]")] = "",
         form: Annotated[str, Field(description='form in its place, such as (call "cone")')] = "",
         remove: Annotated[bool, Field(description="remove it")] = False,
+        recolor: Annotated[
+            str, Field(description='color of all its primitives, such as (color "ivory") or [1 0 0]')
+        ] = "",
+        scale: Annotated[
+            list[float] | None,
+            Field(min_length=1, max_length=3, description="factor, or three along x, y, z; its underside stays"),
+        ] = None,
+        rotate: Annotated[float | None, Field(description="degrees about its middle")] = None,
+        axis: Annotated[Literal["x", "y", "z"], Field(description="axis of the scene for `rotate`")] = "y",
     ) -> CallToolResult:
-        """Change the form that makes the instances of a path: move them, set an attribute, replace or remove them.
-        Refused if anything else would change. Undoable."""
+        """Change the whole objects of a path: move, recolor, scale or rotate them, set an attribute, replace or remove
+        them. Refused if anything else would change. Undoable."""
         draft = bench.sessions[session]
-        offset = None if move is None else (move[0], move[1], move[2])
-        change = InstanceEdit(path, offset, (attribute, value) if attribute else None, form or None, remove)
+        change = InstanceEdit(
+            path,
+            None if move is None else _triple("move", move),
+            (attribute, value) if attribute else None,
+            form or None,
+            remove,
+            recolor or None,
+            None if scale is None else _triple("scale", scale * 3 if len(scale) == 1 else scale),
+            None if rotate is None else (axis, rotate),
+        )
         return await bench.rewrite(draft, workbench.edit_part, change)
 
     @server.tool(annotations=_EDITS)
@@ -649,6 +688,15 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         draft = bench.sessions[session]
         declared = (*(that or ()), *draft.acceptance)
         return await bench.rewrite(draft, workbench.repair, declared, geometry, effort)
+
+    @server.tool(annotations=_EDITS)
+    async def settle(
+        session: Name,
+        seconds: Annotated[float, Field(gt=0, le=30, description="simulated seconds until it is taken to rest")] = 5.0,
+    ) -> CallToolResult:
+        """Let the scene come to rest under gravity, and put the new poses into the program; one line for each body.
+        Undoable."""
+        return await bench.rewrite(bench.sessions[session], workbench.settle, seconds)
 
     @server.tool(annotations=_EDITS)
     async def undo(
@@ -671,6 +719,13 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         return await bench.changed(
             draft, [f"redid {taken} of {steps}" if taken else "nothing to redo"], {"steps": taken}
         )
+
+
+def _triple(name: str, numbers: list[float]) -> tuple[float, float, float]:
+    """Return three numbers of an argument."""
+    if len(numbers) != 3:
+        raise WrongArguments(f"`{name}`: expected three numbers, got {len(numbers)}")
+    return numbers[0], numbers[1], numbers[2]
 
 
 def _add_files(server: SceneServer, bench: Bench) -> None:

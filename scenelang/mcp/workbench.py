@@ -11,7 +11,7 @@ import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.backends import base
 from scenelang.backends.files import atomic_write_all, read_regular, write_text
@@ -27,12 +27,16 @@ from scenelang.mcp.tools import (
     clipped,
     diagnosed,
     refused,
+    wrong_arguments,
 )
 from scenelang.repairs.instance_edits import InstanceEdit, edited
 from scenelang.repairs.repairing import repaired
 from scenelang.sandbox.supervision import limited
 from scenelang.session.declarations import declaration_source
 from scenelang.session.session import is_python
+
+if TYPE_CHECKING:
+    from scenelang.backends.physics.settling import EditedProgram, RestingScene
 
 MAX_SESSIONS = 16  # that are open at a time
 MAX_EXPORT = 200_000_000  # of an export, in bytes
@@ -47,6 +51,7 @@ _MAX_MATCHES = 10_000  # of a replacement
 _MAX_READ = 16_000_000  # bytes
 _MAX_COMPARED = (500, 120)  # lines, and characters of a line, in which a similar line is searched
 _MAX_LINES_BYTES = 3_000  # of lines that are read at a time
+_MAX_BODIES = 20  # that an answer lists
 _MAX_NAME_BYTES = 200  # of a file name, as file systems allow
 _SAVED = (".scene",)
 
@@ -428,6 +433,50 @@ def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit) -> 
     line = f"line {outcome.line}: {change} ({count}, nothing else changes)"
     data = {"ok": True, "line": outcome.line, "instances": outcome.instances}
     return ToolAnswer(line, data, program=outcome.text)
+
+
+def settle(project: Project, program: ProjectProgram, seconds: float) -> ToolAnswer:
+    """Let the scene of a program come to rest, and put the new poses into its text where literals say them.
+
+    Raises WrongArguments with a line about the installation if the packages for physics are missing.
+    """
+    from scenelang.backends.physics.settling import edited_program, settled
+
+    try:
+        with limited(project.limits):
+            session, source = project.opened(program)
+            result = session.evaluate(source)
+            if result.scene is None:
+                return refused(result.diagnostics, result.log)
+            if result.scene.animated:
+                raise WrongArguments("the frames of a 4D scene do not come to rest; settle a still scene", "frames")
+            rest = settled(result.scene, seconds)
+            placed = edited_program(source, result.scene, None, rest, lambda text: session.evaluate(text).scene)
+    except SceneError as error:
+        if error.name == "backend":
+            raise wrong_arguments(error) from None
+        return refused([error.diagnostic])
+    return _settled_answer(rest, placed)
+
+
+def _settled_answer(rest: RestingScene, placed: EditedProgram) -> ToolAnswer:
+    """Return which bodies moved, and which the program still has where they were."""
+    why = "; no literal of the program is its pose alone, use `edit_part`"
+    rows = [
+        f"moved: {_body(rest, number)}" if number in placed.bodies else f"not moved: {_body(rest, number)}{why}"
+        for number in rest.moved
+    ]
+    shown = rows[:_MAX_BODIES] + ([f"... and {len(rows) - _MAX_BODIES:,} more"] if len(rows) > _MAX_BODIES else [])
+    left = len(rest.moved) - len(placed.bodies)
+    data = {"ok": left == 0, "moved": len(placed.bodies), "left": left}
+    return ToolAnswer("\n".join(shown) or "everything rests", data, program=placed.text)
+
+
+def _body(rest: RestingScene, number: int) -> str:
+    """Return what a body does before it rests."""
+    body = rest.report.bodies[number]
+    words = "/".join(body.words[-3:])
+    return _line(f"{words} {body.kind}, by {body.moved:.4g}, {body.tilt:.1f} degrees: {body.why}")
 
 
 def export(project: Project, program: ProjectProgram, path: str, frame: int | None, overwrite: bool) -> ToolAnswer:
