@@ -52,9 +52,9 @@ PRIMER = "scenelang://primer"
 EXAMPLES = "scenelang://examples"
 _INSTRUCTIONS = (
     "Build 3D and 4D scenes as programs of the Scene Language. First call `help` without a name for an overview of the "
-    "language, and `search` for what you need. `open` a session, write with `edit` and `replace`, `check` and fix, "
-    "`run`, and look with `views`. `measure` and `query` give exact numbers; `repair` fixes what floats or overlaps; "
-    "`undo` goes back. `save` and `export` write files. Paths such as chair/leg[2] name instances. "
+    "language, and `search` for what you need. `open` a session, `accept` what must hold, write with `edit`, "
+    "`check`, fix, `run`, and look with `views`. `measure` and `query` give exact numbers; `repair` fixes what floats "
+    "or overlaps; `undo` goes back. `save` and `export` write files. Paths such as chair/leg[2] name instances. "
     f"The resource {PRIMER} has the whole overview."
 )
 _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
@@ -294,7 +294,8 @@ class Bench:
         self, draft: WorkingProgram, lines: list[str], data: dict[str, Any] | None = None
     ) -> CallToolResult:
         """Keep a session that changed, and return the answer about it, with what a check finds."""
-        unkept = self.files.keep(draft)
+        is_open = draft.name in self.sessions.names()  # it may have been closed while a worker edited it
+        unkept = self.files.keep(draft) if is_open else ""
         lines = [*lines, *([unkept] if unkept else [])]
         is_empty = not draft.text.strip() and not draft.acceptance
         checked = BriefCheck(0, ()) if is_empty else await self.ask(brief_check, draft.program(), draft.acceptance)
@@ -793,15 +794,27 @@ def _add_resources(server: SceneServer, bench: Bench) -> None:
 def _add_prompts(server: SceneServer) -> None:
     """Add the prompts for common tasks."""
 
-    @server.prompt(description="Build a scene from a description")
+    @server.prompt(description="Build a scene from a description, step by step, with acceptance")
     def build(task: str) -> str:
         return (
             f"Build this scene as a program of the Scene Language: {task[:_MAX_ARGUMENT_LENGTH]}\n"
-            "1. Call `help`, then `search` for the forms and combinators that you need.\n"
-            "2. `open` an empty session and write the program with `edit`: one word for each kind of thing.\n"
-            "3. State what must hold with `assert-that`, `check` with `geometry`, and fix or `repair` what is found.\n"
-            "4. Look at `views`, once with the overlay `word`; `measure` what matters.\n"
-            "5. `save` the program."
+            "1. Learn: call `help`, then `search` for the forms, combinators and relations that you need.\n"
+            "2. Plan: list the parts, one word with a size each. `open` an empty session and call `accept` with "
+            "what must hold: counts, a size in scene units, what is on, beside or inside what, directions; in a "
+            "film what moves where. Correct what it refuses. Do not weaken the acceptance later to make a scene "
+            "pass.\n"
+            "3. Parts: write one word after the other with `edit`. After each, read what the check finds, fix "
+            "it, and look at it alone with `render` and its `part`.\n"
+            "4. Whole: write the word that places the parts. `accept` the same declarations again: now it also "
+            "refuses those that say nothing about the scene.\n"
+            "5. Check: `check` with `geometry`; `repair` or `edit_part` what fails, `settle` what should rest.\n"
+            "6. Look: `views`, once with the overlay `word`, of a film `strip`. List what is wrong by the task "
+            "alone, not by the program; `measure` what you are not sure of.\n"
+            "7. Revise one fault at a time, and compare the answer with the one before. If a declaration fails "
+            "that held, or `check` with `geometry` warns of more, call `undo` at once and try it another way; "
+            "after two failures in a row leave that fault.\n"
+            "8. Repeat 5 to 7 until nothing is wrong or nothing gets better, then `save`. Report what holds and "
+            "what does not."
         )
 
     @server.prompt(description="Change a program of the project")
