@@ -38,7 +38,7 @@ from pydantic import Field, ValidationError
 from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, suggest, to_json
 from scenelang.interpreter.values.limits import Limits
 from scenelang.mcp import inspection, tools, workbench
-from scenelang.mcp.acceptance import BriefCheck, accept, brief_check, checked_texts
+from scenelang.mcp.session_acceptance import BriefCheck, accept, brief_check, checked_texts
 from scenelang.mcp.session_files import NO_PROJECT, NO_WRITER, SessionFiles, session_files
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
 from scenelang.mcp.workbench import TextSpan, Workbench, WorkingProgram
