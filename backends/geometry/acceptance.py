@@ -14,6 +14,7 @@ from itertools import pairwise
 from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_of, perturbed, put, walled
 from scenelang.backends.geometry.relations import reasons
 from scenelang.grammar.datum import dataclass
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Scene
 
@@ -51,6 +52,21 @@ def problems_of(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
         If the scene has too many objects to perturb.
     """
     return [*contradictions(declarations), *vacuous(scene, declarations), *plain_faults(scene, declarations)]
+
+
+def undecided(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
+    """Return why declarations do not decide whether a scene is right, one message for each problem.
+
+    Where objects are missing, what is said about their arrangement decides nothing yet, and a scene that is too large
+    cannot be perturbed: both give no messages.
+    """
+    counts = [declaration for declaration in declarations if declaration.relation == "count"]
+    try:
+        if any(reasons(scene, counts)):
+            return []
+        return [*vacuous(scene, declarations), *plain_faults(scene, declarations)]
+    except SceneError:
+        return []
 
 
 # --- declarations that say nothing -----------------------------------------------------------------------------------

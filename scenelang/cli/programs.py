@@ -689,8 +689,8 @@ def add_mcp(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--project",
         metavar="DIR",
-        default=".",
-        help="project folder; no other files are read or written (default: the current folder)",
+        help="project folder, which keeps the sessions in .scenelang/sessions; no other files are read or written "
+        "(default: the current folder, which keeps none)",
     )
     parser.add_argument("--read-only", action="store_true", help="leave out the tools that write files")
     add_limits(parser)
@@ -700,7 +700,7 @@ def run_mcp(arguments: argparse.Namespace) -> int:
     """Serve agents on standard input and output."""
     from pathlib import Path
 
-    folder = Path(arguments.project)
+    folder = Path(arguments.project or ".")
     if not folder.is_dir():
         raise UsageError("file", f"not a folder: {arguments.project}")
     from scenelang.backends.base import require
@@ -711,7 +711,8 @@ def run_mcp(arguments: argparse.Namespace) -> int:
     from scenelang.mcp.server import serve
 
     try:
-        serve(folder.resolve(), limits_of(arguments), version("scenelang"), not arguments.read_only)
+        keeps = arguments.project is not None
+        serve(folder.resolve(), limits_of(arguments), version("scenelang"), not arguments.read_only, keeps)
     except* OSError as group:  # of the tasks that read and write
         raise _first(group) from None
     return 0

@@ -11,8 +11,7 @@ import re
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 
-from scenelang.backends.geometry.acceptance import contradictions, plain_faults, vacuous
-from scenelang.backends.geometry.relations import reasons
+from scenelang.backends.geometry.acceptance import contradictions, undecided
 from scenelang.backends.language_models.catalogue import Message, Reply
 from scenelang.grammar.datum import ListDatum, Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -233,21 +232,11 @@ def _plan_text(plan: ScenePlan) -> str:
 
 
 def _undecided(verdict: Verdict, reader: AnswerReader) -> list[str]:
-    """Return why declarations do not decide whether a scene is right; empty without a scene that has all objects.
-
-    Where objects are missing, what is said about their arrangement decides nothing yet.
-    """
+    """Return why declarations do not decide whether a scene is right; empty without a scene that has all objects."""
     if verdict.scene is None:
         return []
-    declarations = reader.acceptance(verdict.scene)
-    counts = [declaration for declaration in declarations if declaration.relation == "count"]
-    try:
-        with EVALUATING:
-            if any(reasons(verdict.scene, counts)):
-                return []
-            return [*vacuous(verdict.scene, declarations), *plain_faults(verdict.scene, declarations)]
-    except SceneError:
-        return []  # too large to be perturbed
+    with EVALUATING:
+        return undecided(verdict.scene, reader.acceptance(verdict.scene))
 
 
 # --- building --------------------------------------------------------------------------------------------------------

@@ -39,7 +39,9 @@ OVERLAYS = ("none", "word", "instance", "depth")
 CAMERAS = ("isometric", "azimuth=0,elevation=5", "azimuth=90,elevation=5", "top")
 MAX_CAMERAS = 6  # of a contact sheet
 MAX_REFERENCE_BYTES = 20_000_000  # of a reference image
+STRIP_FRAMES = (3, 8)  # least and greatest number of frames of a strip
 _SHEET_PX = 1024  # longer side of a sheet
+_STRIP_PX = 2048  # width of a strip
 _REFERENCE_HEIGHT_PX = 384  # of both images of a comparison
 _MAX_LEGEND_ENTRIES = 24  # entries
 _LEGEND_ROW_PX = 14  # line of the legend
@@ -357,7 +359,7 @@ class _Sheet:
     def cell(self, camera: Any, size: tuple[int, int]) -> Pixels:
         """Draw one image."""
         if self._overlay == "none":
-            return _pixels(self._scene.graph, camera, size, self._frame)
+            return self.picture(camera, size, self._frame)
         maps = maps_of(self._scene.graph, picture_options(camera, size, frame=self._frame))
         if self._overlay == "depth":
             return self._depth(maps["depth"])
@@ -365,6 +367,10 @@ class _Sheet:
         for mask, name in self._masks(maps):
             picture[mask] = (1.0 - _OVERLAY_OPACITY) * picture[mask] + _OVERLAY_OPACITY * np.array(self._color(name))
         return picture.astype(np.uint8)
+
+    def picture(self, camera: Any, size: tuple[int, int], frame: int) -> Pixels:
+        """Draw a frame without an overlay."""
+        return _pixels(self._scene.graph, camera, size, frame)
 
     def _masks(self, maps: Any) -> list[tuple[npt.NDArray[np.bool_], str]]:
         """Return the pixels of each visible word or object, with its name."""
@@ -449,6 +455,41 @@ def _png(image: Any) -> bytes:
     stream = io.BytesIO()
     image.save(stream, "PNG")
     return stream.getvalue()
+
+
+# --- strips ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class StripView:
+    """Contents of a strip: the frames (empty: ``count`` of them, evenly apart), camera, part and side in pixels."""
+
+    frames: tuple[int, ...] = ()
+    count: int = 5
+    camera: str = ""
+    part: str = ""
+    side: int = 256
+
+
+def strip(project: Project, program: ProjectProgram, view: StripView) -> ToolAnswer:
+    """Draw frames of a film side by side, with their numbers."""
+    camera = camera_in(project, view.camera)
+
+    def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
+        """Return the answer for an evaluated scene."""
+        last = len(scene.frames) - 1
+        if not scene.animated or last == 0:
+            raise _wrong("the scene has one frame; call `views`")
+        even = sorted({round(last * k / (view.count - 1)) for k in range(view.count)})
+        numbers = [frame_in(scene, number) for number in view.frames or even]
+        side = min(view.side, _STRIP_PX // len(numbers))
+        sheet = _Sheet(_api(result, project), scene, 0, SheetView(part=view.part))
+        cells = [sheet.picture(camera, (side, side), number) for number in numbers]
+        labels = [f"frame {number}" for number in numbers]
+        lines = [f"{view.part or scene.word}, from left to right frames {', '.join(map(str, numbers))} of 0 to {last}"]
+        return ToolAnswer("\n".join(lines), None, sheet.png(cells, len(cells), labels))
+
+    return of_scene(project, program, reply)
 
 
 # --- reference images ----------------------------------------------------------------------------------------------

@@ -38,6 +38,8 @@ from pydantic import Field, ValidationError
 from scenelang.grammar.diagnostics import CODES, Diagnostic, SceneError, suggest, to_json
 from scenelang.interpreter.values.limits import Limits
 from scenelang.mcp import inspection, tools, workbench
+from scenelang.mcp.session_acceptance import BriefCheck, accept, brief_check, checked_texts
+from scenelang.mcp.session_files import NO_PROJECT, NO_WRITER, SessionFiles, session_files
 from scenelang.mcp.tools import Project, ProjectProgram, ToolAnswer, WrongArguments, clipped, fitted, refused
 from scenelang.mcp.workbench import TextSpan, Workbench, WorkingProgram
 from scenelang.reference.searching import example_names, example_text, search
@@ -50,9 +52,9 @@ PRIMER = "scenelang://primer"
 EXAMPLES = "scenelang://examples"
 _INSTRUCTIONS = (
     "Build 3D and 4D scenes as programs of the Scene Language. First call `help` without a name for an overview of the "
-    "language, and `search` for what you need. `open` a session, write with `edit` and `replace`, `check` and fix, "
-    "`run`, and look with `views`. `measure` and `query` give exact numbers; `repair` fixes what floats or overlaps; "
-    "`undo` goes back. `save` and `export` write files. Paths such as chair/leg[2] name instances. "
+    "language, and `search` for what you need. `open` a session, `accept` what must hold, write with `edit`, "
+    "`check`, fix, `run`, and look with `views`. `measure` and `query` give exact numbers; `repair` fixes what floats "
+    "or overlaps; `undo` goes back. `save` and `export` write files. Paths such as chair/leg[2] name instances. "
     f"The resource {PRIMER} has the whole overview."
 )
 _READS = ToolAnnotations(read_only_hint=True, destructive_hint=False, idempotent_hint=True, open_world_hint=False)
@@ -60,7 +62,6 @@ _EDITS = ToolAnnotations(read_only_hint=False, destructive_hint=False, idempoten
 _WRITES = ToolAnnotations(read_only_hint=False, destructive_hint=True, idempotent_hint=True, open_world_hint=False)
 _MAX_ARGUMENT_LENGTH = 4_000  # characters, of arguments other than programs
 _PROGRAMS = ("program", "program_a", "program_b", "text", "old", "new")
-_MAX_DECLARATIONS = 50  # of a call
 _MAX_REPAIR_EFFORT = 60.0  # effort of a call
 
 Result = Callable[..., Awaitable[CallToolResult]]  # (tool, arguments after the project)
@@ -82,7 +83,9 @@ Offset = Annotated[
 Overwrite = Annotated[bool, Field(description="replace a file that exists")]
 Declarations = Annotated[
     list[str] | None,
-    Field(max_length=_MAX_DECLARATIONS, description='declarations, such as (on "cup" "table") or (count "chair" 6)'),
+    Field(
+        max_length=workbench.MAX_ACCEPTANCE, description='declarations, such as (on "cup" "table") or (count "chair" 6)'
+    ),
 ]
 CAMERA = (
     "viewpoint: preset (turntable, top, isometric, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,"
@@ -198,16 +201,18 @@ def work(tool: Callable[..., Any], *arguments: Any) -> Any:
         raise WrongArguments("the program is nested too deeply for this tool", "nesting") from None
 
 
-def serve(root: Path, limits: Limits, version: str, writes: bool = True) -> None:
+def serve(root: Path, limits: Limits, version: str, writes: bool = True, keeps: bool = False) -> None:
     """Serve on standard input and output until it is closed.
 
-    ``root`` is the only folder that is read, and written with ``writes``.
+    ``root`` is the only folder that is read, and written with ``writes``. With ``keeps`` too, sessions are kept in it.
     """
     os.chdir(root)  # imports and file names in diagnostics are relative to it
     _import_ahead()
     worker = Worker(work, (str(root),))
     writer = Worker(work) if writes else None
-    build_server(Project(root, limits), version, worker, writer).run("stdio")
+    # After the workers are forked: a lock that they inherited would outlive this process.
+    files = session_files(root) if writes and keeps else SessionFiles(root, NO_PROJECT if writes else NO_WRITER)
+    build_server(Project(root, limits), version, files, worker, writer).run("stdio")
 
 
 def _import_ahead() -> None:
@@ -220,8 +225,10 @@ def _import_ahead() -> None:
     all_backends()
 
 
-def build_server(project: Project, version: str, worker: Worker, writer: Worker | None = None) -> SceneServer:
-    """Create the server with all tools and resources; the workers run ``work``.
+def build_server(
+    project: Project, version: str, files: SessionFiles, worker: Worker, writer: Worker | None = None
+) -> SceneServer:
+    """Create the server with all tools and resources; the workers run ``work``, ``files`` keep the sessions.
 
     ``worker`` cannot write files; without ``writer``, which exports, there are no tools that write.
     """
@@ -233,7 +240,7 @@ def build_server(project: Project, version: str, worker: Worker, writer: Worker 
         version=version,
         log_level="CRITICAL",
     )
-    bench = Bench(project, worker, writer)
+    bench = Bench(project, files, worker, writer)
     _add_facts(server, bench)
     _add_pictures(server, bench)
     _add_help(server)
@@ -250,10 +257,13 @@ def build_server(project: Project, version: str, worker: Worker, writer: Worker 
 class Bench:
     """Shared state of a server's tools: the project, the workers, of which one runs at a time, and the sessions."""
 
-    def __init__(self, project: Project, worker: Worker, writer: Worker | None) -> None:
-        """Start without sessions."""
+    def __init__(self, project: Project, files: SessionFiles, worker: Worker, writer: Worker | None) -> None:
+        """Start with the sessions that an earlier server kept."""
         self.project = project
-        self.sessions = Workbench()
+        self.files = files
+        earlier = files.read()
+        self.sessions = Workbench(earlier.drafts, earlier.number)
+        self.notes = [*earlier.notes, *([files.problem] if files.problem else [])]
         self._worker, self._writer = worker, writer
         self._turns = anyio.Lock()
 
@@ -283,20 +293,25 @@ class Bench:
     async def changed(
         self, draft: WorkingProgram, lines: list[str], data: dict[str, Any] | None = None
     ) -> CallToolResult:
-        """Return the answer about a session that changed, with what a check finds."""
-        is_empty = not draft.text.strip()
-        checked = (0, []) if is_empty else await self.ask(workbench.brief_check, draft.program())
+        """Keep a session that changed, and return the answer about it, with what a check finds."""
+        is_open = draft.name in self.sessions.names()  # it may have been closed while a worker edited it
+        unkept = self.files.keep(draft) if is_open else ""
+        lines = [*lines, *([unkept] if unkept else [])]
+        is_empty = not draft.text.strip() and not draft.acceptance
+        checked = BriefCheck(0, ()) if is_empty else await self.ask(brief_check, draft.program(), draft.acceptance)
         if isinstance(checked, ToolAnswer):
             return _result(checked)
-        errors, findings = checked
-        finding_lines, _ = tools.diagnosed(findings[:3])
-        omitted = [f"... and {len(findings) - 3} more findings"] if len(findings) > 3 else []
-        warnings = len(findings) - errors
+        finding_lines, _ = tools.diagnosed(checked.findings[:3])
+        omitted = [f"... and {len(checked.findings) - 3} more findings"] if len(checked.findings) > 3 else []
+        errors, warnings = checked.errors, len(checked.findings) - checked.errors
         counted = f"{errors} error{'s' * (errors != 1)}, {warnings} warning{'s' * (warnings != 1)}"
         state = {"ok": True, **draft.state(), "errors": errors, "warnings": warnings, **(data or {})}
-        if findings:
-            state["findings"] = workbench.findings_data(findings)
-        return _result(tools.answer([*lines, f"check: {counted}", *finding_lines, *omitted], state))
+        if checked.findings:
+            state["findings"] = workbench.findings_data(checked.findings)
+        told = [] if checked.acceptance is None else checked.acceptance.lines()
+        if checked.acceptance is not None:
+            state["acceptance"] = checked.acceptance.data()
+        return _result(tools.answer([*lines, *told, f"check: {counted}", *finding_lines, *omitted], state))
 
     async def rewrite(self, draft: WorkingProgram, tool: Callable[..., ToolAnswer], *arguments: Any) -> CallToolResult:
         """Run a tool that returns a new program, put that into the session, and return the answer about it.
@@ -328,8 +343,10 @@ def _add_facts(server: SceneServer, bench: Bench) -> None:
         that: Declarations = None,
         physics: Annotated[bool, Field(description="also evaluate, and report what moves under gravity")] = False,
     ) -> CallToolResult:
-        """Check a program without running it; returns diagnostics with positions and fixes."""
-        return await bench.result(tools.check, bench.program(program, path, session), geometry, that or (), physics)
+        """Check a program without running it; returns diagnostics with positions and fixes. A session with acceptance
+        is also evaluated and tested against that."""
+        declared = (*(that or ()), *(bench.sessions[session].acceptance if session else ()))
+        return await bench.result(tools.check, bench.program(program, path, session), geometry, declared, physics)
 
     @server.tool(annotations=_READS)
     async def run(program: Text = "", path: File = "", session: Name = "", root: Root = "") -> CallToolResult:
@@ -405,6 +422,28 @@ def _add_pictures(server: SceneServer, bench: Bench) -> None:
         """Render a contact sheet (PNG) from several cameras; default: isometric, front, right and top."""
         view = inspection.SheetView(tuple(cameras or inspection.CAMERAS), overlay, frame, part, side)
         return await bench.result(inspection.views, bench.sessions[session].program(), view)
+
+    @server.tool(annotations=_READS)
+    async def strip(
+        session: Name,
+        count: Annotated[
+            int, Field(ge=inspection.STRIP_FRAMES[0], le=inspection.STRIP_FRAMES[1], description="number of frames")
+        ] = 5,
+        frames: Annotated[
+            list[Number] | None,
+            Field(
+                min_length=inspection.STRIP_FRAMES[0],
+                max_length=inspection.STRIP_FRAMES[1],
+                description="their numbers; default: evenly apart",
+            ),
+        ] = None,
+        camera: View = "",
+        part: ScenePath = "",
+        side: Annotated[int, Field(ge=32, le=512, description="pixels of each picture")] = 256,
+    ) -> CallToolResult:
+        """Render 3 to 8 frames of a film side by side (PNG), with their numbers."""
+        view = inspection.StripView(tuple(frames or ()), count, camera, part, side)
+        return await bench.result(inspection.strip, bench.sessions[session].program(), view)
 
     @server.tool(annotations=_READS)
     async def compare(
@@ -486,7 +525,7 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         """Open a session: a file of the project, a given text, or an empty program. Python is translated."""
         if not program and not path:
             draft = bench.sessions.open("")
-            return await bench.changed(draft, [f"session {draft.name}, an empty program"])
+            return await bench.changed(draft, [f"session {draft.name}, an empty program", *bench.notes])
         opened = await bench.ask(workbench.opened_text, ProjectProgram(program, path))
         if opened.program is None:
             return _result(opened)
@@ -494,7 +533,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         file_path = str(bench.project.file(path).relative_to(bench.project.root)) if is_file else ""
         draft = bench.sessions.open(opened.program, file_path, opened.program if is_file else None)
         count = workbench.line_count(draft.text)
-        return await bench.changed(draft, [f"session {draft.name}, {count:,} lines", *opened.text.splitlines()])
+        lines = [f"session {draft.name}, {count:,} lines", *bench.notes, *opened.text.splitlines()]
+        return await bench.changed(draft, lines)
 
     @server.tool(annotations=_EDITS)
     async def transpile(program: Text = "", path: File = "") -> CallToolResult:
@@ -503,7 +543,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         if opened.program is None:
             return _result(opened)
         draft = bench.sessions.open(opened.program)
-        return await bench.changed(draft, [f"session {draft.name}", *workbench.numbered(draft.text, 1, 60)])
+        lines = [f"session {draft.name}", *bench.notes, *workbench.numbered(draft.text, 1, 60)]
+        return await bench.changed(draft, lines)
 
     @server.tool(annotations=_READS)
     def read(session: Name, first: Place = 1, last: Place = 0) -> CallToolResult:
@@ -519,11 +560,35 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
 
     @server.tool(annotations=_READS)
     def sessions() -> CallToolResult:
-        """List the open sessions, their files and whether they are saved."""
+        """List the open sessions, also those of an earlier server, their files and whether they are saved."""
         drafts = [bench.sessions[name] for name in bench.sessions.names()]
-        rows = [f"{d.name}  {d.path or 'no file'}  {'unsaved' if d.state()['unsaved'] else 'saved'}" for d in drafts]
-        data = {"ok": True, "sessions": [d.state() | {"path": d.path} for d in drafts]}
-        return _result(tools.answer(rows or ["no session is open"], data))
+        rows = [
+            f"{d.name}  {d.path or 'no file'}  {'unsaved' if d.state()['unsaved'] else 'saved'}"
+            f"{f'  {len(d.acceptance)} declarations' if d.acceptance else ''}"
+            for d in drafts
+        ]
+        data = {"ok": True, "sessions": [d.state() | {"path": d.path, "declared": len(d.acceptance)} for d in drafts]}
+        return _result(tools.answer([*(rows or ["no session is open"]), *bench.notes], data))
+
+    @server.tool(name="accept", annotations=_EDITS)
+    async def accept_scene(
+        session: Name,
+        that: Annotated[
+            list[str],
+            Field(
+                max_length=workbench.MAX_ACCEPTANCE,
+                description='all declarations that the scene must fulfill, such as (count "chair" 6); none: no more',
+            ),
+        ],
+    ) -> CallToolResult:
+        """Set what a session's scene must fulfill: every later change is answered with how many hold and which fail.
+        Refused if declarations contradict each other, or would also accept a wrong scene."""
+        draft, declared = bench.sessions[session], checked_texts(that)
+        verdict = await bench.ask(accept, draft.program(), declared)
+        if not verdict.data["ok"]:
+            return _result(verdict)
+        draft.acceptance = declared
+        return await bench.changed(draft, [verdict.text])
 
     @server.tool(annotations=_EDITS)
     def close(
@@ -534,7 +599,8 @@ def _add_sessions(server: SceneServer, bench: Bench) -> None:
         if draft.state()["unsaved"] and not discard:
             raise WrongArguments(f"`{session}` is not saved; call `save`, or pass `discard`")
         bench.sessions.close(session)
-        return _result(tools.answer([f"closed {session}"], {"ok": True}))
+        left = bench.files.remove(session)
+        return _result(tools.answer([f"closed {session}", *([left] if left else [])], {"ok": True}))
 
 
 def _add_edits(server: SceneServer, bench: Bench) -> None:
@@ -584,12 +650,29 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         value: Annotated[str, Field(description="its value, an expression, such as [1 0 0]")] = "",
         form: Annotated[str, Field(description='form in its place, such as (call "cone")')] = "",
         remove: Annotated[bool, Field(description="remove it")] = False,
+        recolor: Annotated[
+            str, Field(description='color of all its primitives, such as (color "ivory") or [1 0 0]')
+        ] = "",
+        scale: Annotated[
+            list[float] | None,
+            Field(min_length=1, max_length=3, description="factor, or three along x, y, z; its underside stays"),
+        ] = None,
+        rotate: Annotated[float | None, Field(description="degrees about its middle")] = None,
+        axis: Annotated[Literal["x", "y", "z"], Field(description="axis of the scene for `rotate`")] = "y",
     ) -> CallToolResult:
-        """Change the form that makes the instances of a path: move them, set an attribute, replace or remove them.
-        Refused if anything else would change. Undoable."""
+        """Change the whole objects of a path: move, recolor, scale or rotate them, set an attribute, replace or remove
+        them. Refused if anything else would change. Undoable."""
         draft = bench.sessions[session]
-        offset = None if move is None else (move[0], move[1], move[2])
-        change = InstanceEdit(path, offset, (attribute, value) if attribute else None, form or None, remove)
+        change = InstanceEdit(
+            path,
+            None if move is None else _triple("move", move),
+            (attribute, value) if attribute else None,
+            form or None,
+            remove,
+            recolor or None,
+            None if scale is None else _triple("scale", scale * 3 if len(scale) == 1 else scale),
+            None if rotate is None else (axis, rotate),
+        )
         return await bench.rewrite(draft, workbench.edit_part, change)
 
     @server.tool(annotations=_EDITS)
@@ -601,10 +684,20 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
             float, Field(gt=0, le=_MAX_REPAIR_EFFORT, description="search effort, about a second each")
         ] = 20.0,
     ) -> CallToolResult:
-        """Edit numbers of a session so that failed declarations and findings of the geometry are resolved; one line for
-        each edit. Undoable."""
+        """Edit numbers of a session so that failed declarations, also of its acceptance, and findings of the geometry
+        are resolved; one line for each edit. Undoable."""
         draft = bench.sessions[session]
-        return await bench.rewrite(draft, workbench.repair, tuple(that or ()), geometry, effort)
+        declared = (*(that or ()), *draft.acceptance)
+        return await bench.rewrite(draft, workbench.repair, declared, geometry, effort)
+
+    @server.tool(annotations=_EDITS)
+    async def settle(
+        session: Name,
+        seconds: Annotated[float, Field(gt=0, le=30, description="simulated seconds until it is taken to rest")] = 5.0,
+    ) -> CallToolResult:
+        """Let the scene come to rest under gravity, and put the new poses into the program; one line for each body.
+        Undoable."""
+        return await bench.rewrite(bench.sessions[session], workbench.settle, seconds)
 
     @server.tool(annotations=_EDITS)
     async def undo(
@@ -629,6 +722,13 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         )
 
 
+def _triple(name: str, numbers: list[float]) -> tuple[float, float, float]:
+    """Return three numbers of an argument."""
+    if len(numbers) != 3:
+        raise WrongArguments(f"`{name}`: expected three numbers, got {len(numbers)}")
+    return numbers[0], numbers[1], numbers[2]
+
+
 def _add_files(server: SceneServer, bench: Bench) -> None:
     """Add the tools that write files of the project."""
 
@@ -645,7 +745,8 @@ def _add_files(server: SceneServer, bench: Bench) -> None:
         target = workbench.save(bench.project, draft, path, overwrite)
         size = target.stat().st_size
         data = {"ok": True, **draft.state(), "path": draft.path, "bytes": size}
-        return _result(tools.answer([f"saved {draft.path}, {size:,} bytes"], data))
+        unkept = bench.files.keep(draft)
+        return _result(tools.answer([f"saved {draft.path}, {size:,} bytes", *([unkept] if unkept else [])], data))
 
     @server.tool(annotations=_WRITES)
     async def export(
@@ -693,15 +794,27 @@ def _add_resources(server: SceneServer, bench: Bench) -> None:
 def _add_prompts(server: SceneServer) -> None:
     """Add the prompts for common tasks."""
 
-    @server.prompt(description="Build a scene from a description")
+    @server.prompt(description="Build a scene from a description, step by step, with acceptance")
     def build(task: str) -> str:
         return (
             f"Build this scene as a program of the Scene Language: {task[:_MAX_ARGUMENT_LENGTH]}\n"
-            "1. Call `help`, then `search` for the forms and combinators that you need.\n"
-            "2. `open` an empty session and write the program with `edit`: one word for each kind of thing.\n"
-            "3. State what must hold with `assert-that`, `check` with `geometry`, and fix or `repair` what is found.\n"
-            "4. Look at `views`, once with the overlay `word`; `measure` what matters.\n"
-            "5. `save` the program."
+            "1. Learn: call `help`, then `search` for the forms, combinators and relations that you need.\n"
+            "2. Plan: list the parts, one word with a size each. `open` an empty session and call `accept` with "
+            "what must hold: counts, a size in scene units, what is on, beside or inside what, directions; in a "
+            "film what moves where. Correct what it refuses. Do not weaken the acceptance later to make a scene "
+            "pass.\n"
+            "3. Parts: write one word after the other with `edit`. After each, read what the check finds, fix "
+            "it, and look at it alone with `render` and its `part`.\n"
+            "4. Whole: write the word that places the parts. `accept` the same declarations again: now it also "
+            "refuses those that say nothing about the scene.\n"
+            "5. Check: `check` with `geometry`; `repair` or `edit_part` what fails, `settle` what should rest.\n"
+            "6. Look: `views`, once with the overlay `word`, of a film `strip`. List what is wrong by the task "
+            "alone, not by the program; `measure` what you are not sure of.\n"
+            "7. Revise one fault at a time, and compare the answer with the one before. If a declaration fails "
+            "that held, or `check` with `geometry` warns of more, call `undo` at once and try it another way; "
+            "after two failures in a row leave that fault.\n"
+            "8. Repeat 5 to 7 until nothing is wrong or nothing gets better, then `save`. Report what holds and "
+            "what does not."
         )
 
     @server.prompt(description="Change a program of the project")

@@ -11,7 +11,7 @@ import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scenelang.backends import base
 from scenelang.backends.files import atomic_write_all, read_regular, write_text
@@ -27,6 +27,7 @@ from scenelang.mcp.tools import (
     clipped,
     diagnosed,
     refused,
+    wrong_arguments,
 )
 from scenelang.repairs.instance_edits import InstanceEdit, edited
 from scenelang.repairs.repairing import repaired
@@ -34,9 +35,14 @@ from scenelang.sandbox.supervision import limited
 from scenelang.session.declarations import declaration_source
 from scenelang.session.session import is_python
 
+if TYPE_CHECKING:
+    from scenelang.backends.physics.settling import EditedProgram, RestingScene
+
 MAX_SESSIONS = 16  # that are open at a time
 MAX_EXPORT = 200_000_000  # of an export, in bytes
-_MAX_UNDO = 200  # versions of a session
+MAX_UNDO = 200  # versions of a session
+MAX_ACCEPTANCE = 50  # declarations of a session, or of a call
+MAX_DECLARATION_LENGTH = 1_000  # characters
 _MAX_DIFF_LINES = 40  # lines
 _MAX_HISTORY_LENGTH = 20_000_000  # characters of all versions of a session
 _MAX_READ_LINES = 60  # lines that are read at a time
@@ -45,6 +51,7 @@ _MAX_MATCHES = 10_000  # of a replacement
 _MAX_READ = 16_000_000  # bytes
 _MAX_COMPARED = (500, 120)  # lines, and characters of a line, in which a similar line is searched
 _MAX_LINES_BYTES = 3_000  # of lines that are read at a time
+_MAX_BODIES = 20  # that an answer lists
 _MAX_NAME_BYTES = 200  # of a file name, as file systems allow
 _SAVED = (".scene",)
 
@@ -64,6 +71,8 @@ class WorkingProgram:
         Text of that file.
     before, after
         Texts for undo and redo.
+    acceptance
+        Declarations, as texts, that the scene is tested against after every change.
     """
 
     name: str
@@ -72,6 +81,7 @@ class WorkingProgram:
     saved: str | None = None
     before: list[str] = field(default_factory=list)
     after: list[str] = field(default_factory=list)
+    acceptance: tuple[str, ...] = ()
 
     def program(self, root: str = "") -> ProjectProgram:
         """Return the program for a worker."""
@@ -90,7 +100,7 @@ class WorkingProgram:
         self.before.append(self.text)
         self.after.clear()
         self.text = text
-        while len(self.before) > _MAX_UNDO or (
+        while len(self.before) > MAX_UNDO or (
             len(self.before) > 1 and sum(map(len, self.before)) > _MAX_HISTORY_LENGTH
         ):
             del self.before[0]
@@ -109,10 +119,10 @@ class WorkingProgram:
 class Workbench:
     """Open sessions of a server, by name."""
 
-    def __init__(self) -> None:
-        """Start without sessions."""
-        self._drafts: dict[str, WorkingProgram] = {}
-        self._number = 0
+    def __init__(self, drafts: Iterable[WorkingProgram] = (), number: int = 0) -> None:
+        """Start with the sessions of an earlier server; ``number`` is the highest that it gave to one."""
+        self._drafts = {draft.name: draft for draft in drafts}
+        self._number = number
 
     def open(self, text: str, path: str = "", saved: str | None = None) -> WorkingProgram:
         """Open a session; raises WrongArguments if there are too many."""
@@ -296,14 +306,14 @@ def target_of(project: Project, path: str, endings: Iterable[str], overwrite: bo
         raise WrongArguments(f"`{shown}` cannot be written; expected the ending {', '.join(known)}", "file")
     target = project.root / relative
     try:
-        _check_folders(project.root, target, shown)
-        _check_file(target, shown, overwrite=overwrite)
+        check_folders(project.root, target, shown)
+        check_file(target, shown, overwrite=overwrite)
     except (OSError, ValueError):
         raise WrongArguments(f"invalid path `{shown}`", "file") from None
     return target
 
 
-def _check_folders(root: Path, target: Path, shown: str) -> None:
+def check_folders(root: Path, target: Path, shown: str) -> None:
     """Check that all folders of the path exist, and that none is a link."""
     folder = root
     for part in target.relative_to(root).parts[:-1]:
@@ -314,7 +324,7 @@ def _check_folders(root: Path, target: Path, shown: str) -> None:
             raise WrongArguments(f"`{shown}` is below a link or a file; folders of the project only", "file")
 
 
-def _check_file(target: Path, shown: str, *, overwrite: bool) -> None:
+def check_file(target: Path, shown: str, *, overwrite: bool) -> None:
     """Check that a file is a regular one without other links, and may be replaced."""
     if not os.path.lexists(target):
         return
@@ -387,17 +397,6 @@ def changed_lines(project: Project, old: str, new: str, names: tuple[str, str]) 
     return answer(lines, {"ok": True})
 
 
-def brief_check(project: Project, program: ProjectProgram) -> tuple[int, list[Diagnostic]]:
-    """Return the number of errors of a program, and its findings, errors first."""
-    try:
-        with limited(project.limits):
-            session, source = project.opened(program)
-            diagnostics = list(session.check(source).diagnostics)
-    except SceneError as error:
-        diagnostics = [error.diagnostic]
-    return sum(d.is_error for d in diagnostics), sorted(diagnostics, key=lambda d: not d.is_error)
-
-
 def repair(project: Project, program: ProjectProgram, that: Sequence[str], geometry: bool, effort: float) -> ToolAnswer:
     """Repair a program without a model; one line for each edit."""
     try:
@@ -436,6 +435,50 @@ def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit) -> 
     return ToolAnswer(line, data, program=outcome.text)
 
 
+def settle(project: Project, program: ProjectProgram, seconds: float) -> ToolAnswer:
+    """Let the scene of a program come to rest, and put the new poses into its text where literals say them.
+
+    Raises WrongArguments with a line about the installation if the packages for physics are missing.
+    """
+    from scenelang.backends.physics.settling import edited_program, settled
+
+    try:
+        with limited(project.limits):
+            session, source = project.opened(program)
+            result = session.evaluate(source)
+            if result.scene is None:
+                return refused(result.diagnostics, result.log)
+            if result.scene.animated:
+                raise WrongArguments("the frames of a 4D scene do not come to rest; settle a still scene", "frames")
+            rest = settled(result.scene, seconds)
+            placed = edited_program(source, result.scene, None, rest, lambda text: session.evaluate(text).scene)
+    except SceneError as error:
+        if error.name == "backend":
+            raise wrong_arguments(error) from None
+        return refused([error.diagnostic])
+    return _settled_answer(rest, placed)
+
+
+def _settled_answer(rest: RestingScene, placed: EditedProgram) -> ToolAnswer:
+    """Return which bodies moved, and which the program still has where they were."""
+    why = "; no literal of the program is its pose alone, use `edit_part`"
+    rows = [
+        f"moved: {_body(rest, number)}" if number in placed.bodies else f"not moved: {_body(rest, number)}{why}"
+        for number in rest.moved
+    ]
+    shown = rows[:_MAX_BODIES] + ([f"... and {len(rows) - _MAX_BODIES:,} more"] if len(rows) > _MAX_BODIES else [])
+    left = len(rest.moved) - len(placed.bodies)
+    data = {"ok": left == 0, "moved": len(placed.bodies), "left": left}
+    return ToolAnswer("\n".join(shown) or "everything rests", data, program=placed.text)
+
+
+def _body(rest: RestingScene, number: int) -> str:
+    """Return what a body does before it rests."""
+    body = rest.report.bodies[number]
+    words = "/".join(body.words[-3:])
+    return _line(f"{words} {body.kind}, by {body.moved:.4g}, {body.tilt:.1f} degrees: {body.why}")
+
+
 def export(project: Project, program: ProjectProgram, path: str, frame: int | None, overwrite: bool) -> ToolAnswer:
     """Export the scene of a program to a file of the project, with the files that belong to it."""
     endings = sorted({ending for backend in base.all_backends(base.Work.EXPORT) for ending in backend.endings})
@@ -464,7 +507,7 @@ def _written(folder: Path, target: Path, *, overwrite: bool) -> list[tuple[str, 
     files = []
     for file in sorted(folder.iterdir()):
         if file.name != target.name:
-            _check_file(target.parent / file.name, file.name, overwrite=overwrite)
+            check_file(target.parent / file.name, file.name, overwrite=overwrite)
         if not stat.S_ISREG(os.lstat(file).st_mode):
             raise SceneError("unsupported", f"an export to `{target.name}` makes a folder; use the command line")
         files.append((file.name, file.stat().st_size))

@@ -16,16 +16,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
+from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, subdatums
 from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, outermost, primitive_ranges
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
+from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs import edit_trials as trials
 from scenelang.repairs.edit_trials import Trials
+from scenelang.repairs.program_forms import forms_of, head_of
+from scenelang.repairs.whole_objects import (
+    Recoloring,
+    box_pivots,
+    color_of_text,
+    colorless,
+    literal_recoloring,
+    motion_about,
+    pose_form,
+    wrapped_recolorings,
+)
 
 if TYPE_CHECKING:
     from scenelang.session.session import Session
@@ -37,8 +49,6 @@ _POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than t
 # The same for the asked motion. It is written with 9 decimals and passes through the poses around the form.
 _MOTION_TOLERANCE = 1e-7
 _MAX_SHOWN_LENGTH = 60  # characters of a form in a message
-# Forms that bound an edit: what encloses them makes more than the call.
-_SCOPES = frozenset({"bind", "define", "lambda", "param", "import", "scene", "let", "let*", "letrec", "quote"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +67,14 @@ class InstanceEdit:
         Text of a form that replaces the one that makes the instance.
     remove
         Whether to remove the instance.
+    recolor
+        Text of a color that all primitives below the instances get, which names nothing of the program.
+    scale
+        Factors along the axes of the scene, about the middle of the underside of the first instance's box. Others
+        are scaled alike in their own axes.
+    rotate
+        Axis of the scene, "x", "y" or "z", and an angle in degrees, about the center of the first instance's box.
+        Others are rotated alike in their own axes.
 
     Examples
     --------
@@ -69,17 +87,34 @@ class InstanceEdit:
     attribute: tuple[str, str] | None = None
     form: str | None = None
     remove: bool = False
+    recolor: str | None = None
+    scale: tuple[float, float, float] | None = None
+    rotate: tuple[str, float] | None = None
 
     def __post_init__(self) -> None:
-        if sum((self.move is not None, self.attribute is not None, self.form is not None, self.remove)) != 1:
-            raise SceneError("value", "expected one of `move`, an attribute, a form that replaces it, and `remove`")
-        for field, text in (("value", self.attribute[1] if self.attribute else None), ("form", self.form)):
+        given = (self.move, self.attribute, self.form, self.remove or None, self.recolor, self.scale, self.rotate)
+        if sum(each is not None for each in given) != 1:
+            message = (
+                "expected one of `move`, an attribute, a form that replaces it, `remove`, `recolor`, `scale`, `rotate`"
+            )
+            raise SceneError("value", message)
+        texts = (("value", self.attribute[1] if self.attribute else None), ("form", self.form), ("color", self.recolor))
+        for field, text in texts:
             if text is not None and not _is_one_form(text):
                 raise SceneError("value", f'the {field} must be one form, such as `[1 0 0]` or `(call "cube")`')
         if self.attribute is not None and not _is_keyword(self.attribute[0]):
             raise SceneError("value", f"`{self.attribute[0][:40]}` is no name of an attribute")
         if self.move is not None and not np.isfinite(self.move).all():
             raise SceneError("value", "`move`: expected three finite numbers")
+        if self.scale is not None and not (np.isfinite(self.scale).all() and (np.abs(self.scale) > 1e-9).all()):
+            raise SceneError("value", "`scale`: expected three finite numbers other than 0")
+        if self.rotate is not None and not (self.rotate[0] in ("x", "y", "z") and np.isfinite(self.rotate[1])):
+            raise SceneError("value", "`rotate`: expected the axis x, y or z, and a finite number of degrees")
+
+    @property
+    def keeps_primitives(self) -> bool:
+        """Whether the instances have as many primitives after it as before."""
+        return any(each is not None for each in (self.move, self.recolor, self.scale, self.rotate))
 
 
 def _is_one_form(text: str) -> bool:
@@ -127,7 +162,9 @@ class _Search:
     def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
         self.session, self.source, self.edit = session, source, edit
         self.trials = Trials(source.name, session.evaluate, _EFFORT, _MAX_TESTS)
-        self.before = _Layout(session.evaluate(source).require(), edit.path)
+        self.before = _Layout(session.evaluate(source).require(), edit)
+        if edit.recolor is not None:
+            self.before.color = color_of_text(session, edit.recolor)
         self._moved: FloatArray | None = None  # motion of the instances by the last candidate, if it moved only them
         self._nearest: tuple[int, _Candidate] | None = None  # fewest other primitives that a form changes, and the form
         self._problem: str | None = None  # why the form that makes only the instances does not fit
@@ -154,7 +191,7 @@ class _Search:
             if candidate.is_direct and self._failure is None:
                 self._failure = problem
             return False
-        outcome = self.before.outcome(result.scene, self.edit)
+        outcome = self.before.outcome(result.scene)
         if outcome is None or outcome.others:
             if outcome is not None and (self._nearest is None or outcome.others < self._nearest[0]):
                 self._nearest = outcome.others, candidate
@@ -213,10 +250,15 @@ class _Search:
 class _Layout:
     """The primitives of the frames of a scene, and which of them belong to the chosen instances."""
 
-    def __init__(self, scene: Scene, path: str) -> None:
+    color: tuple[float, ...] | None = None  # that an edit asks for
+
+    def __init__(self, scene: Scene, edit: InstanceEdit) -> None:
         """Select the instances of a path in every frame; a path must select some in one of them."""
+        self.edit, path = edit, edit.path
         self.frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
         self.ranges: list[list[tuple[int, int]]] = []
+        self.poses: list[list[FloatArray]] = []  # of the instances, (4, 4) each
+        self.motion: FloatArray | None = None  # (4, 4) in the axes of an instance, that the edit asks for
         self.word, self.count = path, 0
         self._parent: FloatArray = np.eye(3)  # axes of the parent of the first instance
         problem: SceneError | None = None
@@ -227,8 +269,10 @@ class _Layout:
             except SceneError as error:
                 problem = problem or error
                 self.ranges.append([])
+                self.poses.append([])
                 continue
             self.ranges.append(primitive_ranges(root, instances))
+            self.poses.append([_square(instance.pose) for instance in instances])
             if not self.count:
                 self._choose(locator, instances)
         if not self.count:
@@ -240,12 +284,16 @@ class _Layout:
         self.is_root = not instances[0].positions
         above = locator.at(instances[0].positions[:-1]).pose if instances[0].positions else IDENTITY
         self._parent = np.array(above, np.float64).reshape(3, 4)[:, :3]
+        if self.edit.scale is not None or self.edit.rotate is not None:
+            base, middle = box_pivots(instances[0].entity, instances[0].pose)
+            pivot = base if self.edit.scale is not None else middle
+            self.motion = motion_about(_square(instances[0].pose), pivot, self.edit.scale, self.edit.rotate)
 
     def local(self, move: Sequence[float]) -> FloatArray:
         """Return a translation in the scene's axes in those of the first instance's parent."""
         return np.asarray(np.linalg.lstsq(self._parent, np.array(move), rcond=None)[0], np.float64)
 
-    def outcome(self, scene: Scene, edit: InstanceEdit) -> _Outcome | None:
+    def outcome(self, scene: Scene) -> _Outcome | None:
         """Return what a program with an edit changes; None if its primitives cannot be matched with those before."""
         try:
             frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
@@ -254,13 +302,28 @@ class _Layout:
         if len(frames) != len(self.frames):
             return None
         others, done, motion = 0, True, None
-        for old, new, ranges in zip(self.frames, frames, self.ranges, strict=True):
-            change = _changed(old, new, ranges, edit)
+        for old, new, ranges, poses in zip(self.frames, frames, self.ranges, self.poses, strict=True):
+            motions = [] if self.motion is None else [pose @ self.motion @ np.linalg.pinv(pose) for pose in poses]
+            change = _changed(old, new, ranges, _Wanted(self.edit, motions, self.color))
             if change is None:
                 return None
             others, motion = others + change.others, motion if motion is not None else change.motion
             done = done and change.is_done
         return _Outcome(others, done, motion)
+
+
+def _square(pose: Sequence[float]) -> FloatArray:
+    """Return a pose as a matrix (4, 4)."""
+    return np.vstack([np.array(pose, np.float64).reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Wanted:
+    """What an edit asks for in a frame: a motion (4, 4) of each instance in the world, or a color, if any."""
+
+    edit: InstanceEdit
+    motions: Sequence[FloatArray] = ()
+    color: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -283,6 +346,18 @@ class _Rows:
             [hash((keys[i], paths[p])) for i, p in zip(frame.index.tolist(), frame.path_index.tolist())], np.int64
         )
         self.size = float(np.abs(self.poses[:, :, 3]).max(initial=1.0))
+        self._frame = frame
+
+    def colors(self, rows: Any) -> list[tuple[float, ...] | None]:
+        """Return the colors of some rows, None where one has no single color."""
+        known = [_color(entity) for entity in self._frame.primitives]
+        return [known[k] for k in self._frame.index[rows].tolist()]
+
+    def colorless(self, rows: Any) -> list[tuple[str, Any]]:
+        """Return the identities of some rows apart from their poses and colors."""
+        keys = [_key(entity, without="color") for entity in self._frame.primitives]
+        index, paths = self._frame.index[rows].tolist(), self._frame.path_index[rows].tolist()
+        return [(keys[i], self._frame.paths[p]) for i, p in zip(index, paths)]
 
     def same(self, rows: Any, other: _Rows, others: Any) -> Any:
         """Return which rows (K,) are equal to those of another frame."""
@@ -290,22 +365,36 @@ class _Rows:
         return (distance <= _POSE_TOLERANCE * self.size) & (self.keys[rows] == other.keys[others])
 
 
-def _key(entity: Entity) -> str:
+def _color(entity: Entity) -> tuple[float, ...] | None:
+    """Return the color of a primitive, None if it has several."""
+    color = primitive_attributes(entity).get("color")
+    try:
+        return tuple(np.array(color["array"] if isinstance(color, dict) else color, np.float64).ravel().tolist())
+    except (TypeError, ValueError, KeyError):
+        return None
+
+
+def _key(entity: Entity, without: str = "") -> str:
     """Return the identity of a primitive apart from its pose: word, handle, text, attributes and box."""
     shape = entity.shape
     box = () if shape is None or not shape.has_geometry else tuple(round(x, 9) for x in shape.box_under(IDENTITY))
     embedding = entity.embedding
-    return repr((entity.word, embedding.handle, embedding.text, sorted(primitive_attributes(entity).items()), box))
+    known = primitive_attributes(entity)
+    if without == "color" and isinstance(expression := getattr(shape, "expression", None), Expression):
+        known = {**known, "solid": colorless(expression).digest}
+    attributes = sorted((name, value) for name, value in known.items() if name != without)
+    return repr((entity.word, embedding.handle, embedding.text, attributes, box))
 
 
-def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], edit: InstanceEdit) -> _Outcome | None:
+def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: _Wanted) -> _Outcome | None:
     """Return what changes in a frame; None if its primitives cannot be matched."""
+    edit = wanted.edit
     chosen = sum(last - first for first, last in ranges)
     left = len(new.keys) - (len(old.keys) - chosen)
     if not ranges:
         return _Outcome(int((~old.same(slice(None), new, slice(None))).sum()), True) if left == 0 else None
     lengths = _lengths(ranges, left)
-    if lengths is None or (edit.move is not None and left != chosen) or (edit.remove and left):
+    if lengths is None or (edit.keeps_primitives and left != chosen) or (edit.remove and left):
         missing = len(old.keys) - len(new.keys) - chosen
         return _Outcome(missing, False) if missing > 0 else None
     outside_old, outside_new, inside_new = _matched(len(old.keys), ranges, lengths)
@@ -313,9 +402,34 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], edit: In
     inside_old = _rows_in(ranges)
     if others or left != chosen:
         return _Outcome(others, not others)
+    if wanted.motions:
+        return _Outcome(0, _is_transformed(old, new, ranges, inside_new, wanted.motions))
+    if wanted.color is not None:
+        return _Outcome(0, _is_recolored(old, new, inside_old, inside_new, wanted.color))
     if edit.move is None:
         return _Outcome(0, not bool(old.same(inside_old, new, inside_new).all()))
     return _moved_rows(old, new, inside_old, inside_new, edit.move)
+
+
+def _is_transformed(
+    old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], after: Any, motions: Sequence[FloatArray]
+) -> bool:
+    """Return whether the primitives of each instance are those before under the instance's motion."""
+    before = _rows_in(ranges)
+    each = np.concatenate([np.repeat(m[None], last - first, axis=0) for m, (first, last) in zip(motions, ranges)])
+    expected = each[:, :3, :3] @ old.poses[before]
+    expected[:, :, 3] += each[:, :3, 3]
+    size = max(old.size, new.size)
+    is_close = np.abs(expected - new.poses[after]).max(initial=0.0) <= _MOTION_TOLERANCE * size
+    return bool(is_close and (old.keys[before] == new.keys[after]).all())
+
+
+def _is_recolored(old: _Rows, new: _Rows, before: Any, after: Any, color: Sequence[float]) -> bool:
+    """Return whether rows ``after`` are rows ``before`` where they were, all with the color."""
+    is_still = np.abs(new.poses[after] - old.poses[before]).max(initial=0.0) <= _POSE_TOLERANCE * old.size
+    if not is_still or old.colorless(before) != new.colorless(after):
+        return False
+    return all(each is not None and each == tuple(color) for each in new.colors(after))
 
 
 def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, move: Sequence[float]) -> _Outcome | None:
@@ -370,16 +484,20 @@ class _Candidate:
     span: Span
     new: str
     is_direct: bool
+    others: tuple[Edit, ...] = ()  # elsewhere in the text
 
     @property
     def edits(self) -> tuple[Edit, ...]:
-        """The replacement as an edit of the text."""
-        return (Edit(self.span, self.new),)
+        """The replacement as an edit of the text, and the others."""
+        return (Edit(self.span, self.new), *self.others)
 
 
 def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Candidate]:
     """Yield candidate edits: calls of the word, then their enclosing forms, then the definition of the word."""
-    calls, bodies = _forms(source, layout.word)
+    calls, bodies = forms_of(source, layout.word)
+    if edit.recolor is not None or layout.motion is not None:
+        yield from _whole_object_candidates(source, edit, layout, calls, bodies)
+        return
     tried: set[tuple[int, int, str]] = set()
     for chain in calls if not layout.is_root else []:
         for form, new, is_direct in _of_chain(edit, chain, layout):
@@ -390,6 +508,34 @@ def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator
     for body in bodies:
         if edit.form is not None or (edit.attribute is None and not edit.remove):
             yield from (_Candidate(body.span, new, False) for new in _changes(edit, body, layout, is_call=True))
+
+
+def _whole_object_candidates(
+    source: Source,
+    edit: InstanceEdit,
+    layout: _Layout,
+    calls: Sequence[Sequence[ListDatum]],
+    bodies: Sequence[ListDatum],
+) -> Iterator[_Candidate]:
+    """Yield candidate edits of whole objects: at a call, which is one object, then in the definition of their word."""
+    direct = [chain[0] for chain in calls if not layout.is_root]
+    if layout.motion is not None:
+        pose = pose_form(layout.motion, layout.edit.scale, layout.edit.rotate)
+        yield from (_Candidate(form.span, f"(transform {form.span.text} {pose})", False) for form in [*direct, *bodies])
+        return
+    for value in dict.fromkeys((edit.recolor or "", "[" + " ".join(f"{x:.12g}" for x in layout.color or ()) + "]")):
+        yield from (_Candidate(form.span, _with_attribute(form, "color", value), False) for form in direct)
+        changed = [
+            literal_recoloring(source, layout.word, value),
+            *wrapped_recolorings(source, [*direct, *bodies], value),
+        ]
+        yield from (_of_recoloring(each) for each in changed if each is not None)
+
+
+def _of_recoloring(change: Recoloring) -> _Candidate:
+    """Return a recoloring as a candidate."""
+    first, *others = change.edits
+    return _Candidate(first.span, first.text, False, tuple(others))
 
 
 def _of_chain(edit: InstanceEdit, chain: Sequence[ListDatum], layout: _Layout) -> Iterator[tuple[ListDatum, str, bool]]:
@@ -406,7 +552,7 @@ def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, *, is_call: b
     text = form.span.text
     if edit.move is not None:
         yield f"(transform {text} (translate {_vector(layout.local(edit.move))}))"
-    elif edit.attribute is not None and _head(form) == "call":
+    elif edit.attribute is not None and head_of(form) == "call":
         yield _with_attribute(form, *edit.attribute)
     elif edit.form is not None and is_call:
         yield edit.form
@@ -416,10 +562,10 @@ def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, *, is_call: b
 
 def _shifted(form: ListDatum, offset: FloatArray) -> Iterator[str]:
     """Yield a form `(transform X (translate [x y z]))` with the offset added to its numbers."""
-    if _head(form) != "transform" or len(form.items) != 3:
+    if head_of(form) != "transform" or len(form.items) != 3:
         return
     pose = form.items[2]
-    if _head(pose) != "translate" or not isinstance(pose, ListDatum) or len(pose.items) != 2:
+    if head_of(pose) != "translate" or not isinstance(pose, ListDatum) or len(pose.items) != 2:
         return
     numbers = [item.value for item in subdatums(pose.items[1]) if isinstance(item, Atom)]
     if len(numbers) == 3 and all(type(x) in (int, float) for x in numbers) and pose.items[1].span.text[0] == "[":
@@ -440,49 +586,3 @@ def _with_attribute(form: ListDatum, name: str, value: str) -> str:
         if isinstance(key, Atom) and isinstance(key.value, Keyword) and key.value == name:
             return text[: old.span.start - start] + value + text[old.span.end - start :]
     return f"{text[:-1].rstrip()} :{name} {value})"
-
-
-def _forms(source: Source, word: str) -> tuple[list[list[ListDatum]], list[ListDatum]]:
-    """Return the calls of a word, each with its enclosing forms up to a definition, and the bodies of its functions.
-
-    Calls whose word is computed come last, as they may be of any word.
-    """
-    literal: list[list[ListDatum]] = []
-    computed: list[list[ListDatum]] = []
-    bodies: list[ListDatum] = []
-    stack: list[tuple[Datum, tuple[ListDatum, ...]]] = [(form, ()) for form in reversed(read(source).forms)]
-    while stack:
-        datum, around = stack.pop()
-        if isinstance(datum, ListDatum):
-            if _head(datum) == "call" and len(datum.items) > 1:
-                name = datum.items[1]
-                if isinstance(name, Atom) and type(name.value) is str:
-                    if name.value == word:
-                        literal.append([datum, *around])
-                else:
-                    computed.append([datum, *around])
-            if _head(datum) == "bind" and _binds(datum, word):
-                bodies += _bodies(datum)
-            around = () if _head(datum) in _SCOPES else (datum, *around)
-        stack.extend((child, around) for child in reversed(list(subdatums(datum))))
-    return [*literal, *computed], bodies
-
-
-def _binds(datum: ListDatum, word: str) -> bool:
-    """Return whether a form binds a word."""
-    return len(datum.items) > 2 and isinstance(datum.items[1], Atom) and datum.items[1].value == word
-
-
-def _bodies(datum: ListDatum) -> list[ListDatum]:
-    """Return the last form of the function that a word is bound to."""
-    function = datum.items[2]
-    if _head(function) != "lambda" or not isinstance(function, ListDatum) or len(function.items) < 3:
-        return []
-    last = function.items[-1]
-    return [last] if isinstance(last, ListDatum) else []
-
-
-def _head(datum: Datum) -> str | None:
-    """Return the symbol that a form begins with; None if it begins with none."""
-    first = datum.items[0] if isinstance(datum, ListDatum) and datum.items else None
-    return str(first.value) if isinstance(first, Atom) and isinstance(first.value, Symbol) else None

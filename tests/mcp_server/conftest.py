@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from concurrent.futures import Future
@@ -81,7 +82,12 @@ def text(result: CallToolResult) -> str:
 async def _connected(folder: Path, *options: str) -> AsyncIterator[ClientSession]:
     command = ["-P", "-m", "scenelang", "mcp", "--project", str(folder), *options]
     with (folder.parent / "stderr.txt").open("a") as errors:
-        parameters = stdio.StdioServerParameters(command=sys.executable, args=command, cwd=folder.parent)
+        parameters = stdio.StdioServerParameters(
+            command=sys.executable,
+            args=command,
+            cwd=folder.parent,
+            env=dict(os.environ),  # the client passes on little, not even PYTHONPATH
+        )
         async with stdio.stdio_client(parameters, errlog=errors) as streams, mcp.ClientSession(*streams) as session:
             await session.initialize()
             yield session

@@ -42,10 +42,10 @@ def picture(result: CallToolResult) -> Any:
 
 
 LOOK = {
-    "check", "run", "count", "diff", "render", "views", "compare", "help", "search", "query", "measure", "relations", "read",
+    "check", "run", "count", "diff", "render", "views", "strip", "compare", "help", "search", "query", "measure", "relations", "read",
     "sessions",
 }  # fmt: skip
-WORK = {"open", "transpile", "close", "edit", "replace", "edit_part", "repair", "undo", "redo"}
+WORK = {"accept", "open", "transpile", "close", "edit", "replace", "edit_part", "repair", "settle", "undo", "redo"}
 
 
 def test_tools_say_what_they_do(agent: Any) -> None:

@@ -311,7 +311,7 @@ def test_python_becomes_a_session(agent: Any) -> None:
 
 @pytest.mark.parametrize(
     "path",
-    ["../out.scene", "/tmp/out.scene", "sub/../../out.scene", "a.txt", "a.scene.py", ".hidden.scene", ".git/a.scene", "",
+    ["../out.scene", "/tmp/out.scene", "sub/../../out.scene", "a.txt", "a.scene.txt", ".hidden.scene", ".git/a.scene", "",
      "nowhere/a.scene", "link.scene", "linked/a.scene", "folder.scene", "pipe.scene", "hard.scene", "there.scene", "a\0.scene",
      "\x1b[31m.scene", "x" * 300 + ".scene", "there.scene/a.scene", "x" * 5_000],
 )  # fmt: skip
@@ -350,7 +350,7 @@ def test_an_export_replaces_only_when_asked_and_writes_all_or_nothing(agent: Any
     agent.refused("export", session=room, path="part.obj", overwrite=True)
     assert not (agent.project / "part.obj").exists()
     assert (agent.project / "whole.mtl").read_bytes() == before
-    assert [name for name in os.listdir(agent.project) if name.startswith(".scenelang")] == []
+    assert [name for name in os.listdir(agent.project) if name.startswith(".scenelang-")] == []
 
 
 def test_a_program_does_not_write_when_it_is_exported(agent: Any) -> None:

@@ -1,0 +1,150 @@
+"""Edits of whole objects: all primitives below the instances of a path, and nothing else."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import scenelang as sl
+from scenelang.grammar.datum import Source
+from scenelang.repairs.instance_edits import EditedText, InstanceEdit, edited
+from scenelang.session.session import Session
+
+ROOM = """; a room
+(bind "leg" (lambda () (call "cube" :scale [.1 1 .1] :color [.5 .3 .1])))
+(bind "chair" (lambda () (union
+  (for*/union ((x '(-.4 .4)) (z '(-.4 .4))) (transform (call "leg") (translate (vector x .5 z))))
+  (transform (call "cube" :scale [1 .1 1]) (translate [0 1.05 0])))))
+(bind "ball" (lambda ((:color [1 0 0])) (call "sphere" :radius .2 :color color)))
+(bind "room" (lambda () (union
+  (call "chair")
+  (transform (union (transform (call "chair") (translate [3 0 0])) (transform (call "ball") (translate [1.5 .2 0])))
+    (rotate 1.5707963267948966 [0 1 0])))))
+"""
+FILM = """(bind "pair" (lambda () (union (call "cube" :color [1 0 0])
+  (transform (call "cone") (translate [0 2 0])))))
+(bind "film" (lambda () (frames (for/list ((i 3)) (union (transform (call "pair") (translate [i 0 0])) (call "sphere"))))))
+"""
+
+
+def edit(text: str, path: str, **change: Any) -> EditedText:
+    return edited(Session(), Source("room.scene", text), InstanceEdit(path, **change))
+
+
+def looks(text: str) -> list[tuple[tuple[float, ...], Any]]:
+    """The pose and the color of every primitive."""
+    return [
+        (tuple(np.round(part.pose, 6).ravel().tolist()), part.attributes.get("color"))
+        for frame in range(len(sl.evaluate(text).graph.frames))
+        for word in ("cube", "sphere", "cone")
+        for part in _instances(sl.evaluate(text), word, frame)
+    ]
+
+
+def _instances(scene: sl.Scene, word: str, frame: int) -> list[Any]:
+    try:
+        return list(scene.instances(word, frame))
+    except sl.SceneError:
+        return []
+
+
+@pytest.mark.parametrize(
+    ("path", "count"), [("chair", 10), ("chair[0]", 5), ("chair[1]", 5), ("leg", 8), ("ball", 1), ("room", 11)]
+)
+@pytest.mark.parametrize("color", ["[0 0 1]", '(color "blue")'])
+def test_all_primitives_of_an_object_get_a_color(path: str, count: int, color: str) -> None:
+    found = edit(ROOM, path, recolor=color)
+    before, after = looks(ROOM), looks(found.text)
+    assert [pose for pose, _ in before] == [pose for pose, _ in after]
+    changed = [new for old, new in zip(before, after, strict=True) if old != new]
+    assert len(changed) == count
+    assert {tuple(map(float, color)) for _, color in changed} == {(0.0, 0.0, 1.0)}
+
+
+def test_the_function_that_recolors_is_added_once_and_under_a_free_name() -> None:
+    once = edit(ROOM, "chair[0]", recolor="[0 0 1]").text
+    assert once.startswith("; a room\n(define (recolored part color)")
+    copies = once.replace('(transform (call "ball")', '(call "chair") (transform (call "ball")')
+    twice = edit(copies, "chair[2]", recolor="[0 1 0]").text
+    assert twice.count("(define (recolored") == 1
+    other = edit(f"(define (recolored x) x)\n{ROOM}", "chair[0]", recolor="[0 0 1]").text
+    assert '(recolored-2 (call "chair") [0 0 1])' in other
+
+
+def test_solids_are_recolored_where_their_literals_stand() -> None:
+    text = """(bind "block" (lambda () (union
+      (difference (call "cube" :color [1 0 0]) (call "sphere" :radius .6 :color [0 1 0]) :color [.2 .2 .2])
+      (transform (call "cube" :color [1 1 0]) (translate [3 0 0])))))"""
+    new = edit(text, "block", recolor="[0 0 1]").text
+    colors = [part.attributes["color"] for word in ("difference", "cube") for part in sl.evaluate(new).instances(word)]
+    assert [tuple(map(float, color)) for color in colors] == [(0.0, 0.0, 1.0)] * 2
+
+
+@pytest.mark.parametrize("path", ["chair[0]", "chair[1]", "ball", "room"])
+def test_an_object_is_scaled_about_its_underside(path: str) -> None:
+    before = sl.evaluate(ROOM).instances(path)[0].box
+    new = sl.evaluate(edit(ROOM, path, scale=(2.0, 3.0, 1.5)).text)
+    after = new.instances(path)[0].box
+    assert before is not None
+    assert after is not None
+    assert after[1] - after[0] == pytest.approx((before[1] - before[0]) * [2, 3, 1.5])
+    assert after[0][1] == pytest.approx(before[0][1])
+    assert (after[0] + after[1])[[0, 2]] == pytest.approx((before[0] + before[1])[[0, 2]])
+
+
+@pytest.mark.parametrize(("axis", "degrees"), [("y", 30.0), ("y", -90.0), ("x", 180.0), ("z", 45.0), ("y", 720.0)])
+@pytest.mark.parametrize("path", ["chair[0]", "chair[1]"])
+def test_an_object_is_rotated_about_its_middle(path: str, axis: str, degrees: float) -> None:
+    scene = sl.evaluate(ROOM)
+    box = scene.instances(path)[0].box
+    assert box is not None
+    middle = (box[0] + box[1]) / 2
+    new = sl.evaluate(edit(ROOM, path, rotate=(axis, degrees)).text)
+    x, y, z = np.eye(3)["xyz".index(axis)]
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    turn = np.eye(3) + math.sin(math.radians(degrees)) * cross + (1 - math.cos(math.radians(degrees))) * cross @ cross
+    for old, part in zip(scene.instances(f"{path}/leg"), new.instances(f"{path}/leg"), strict=True):
+        assert part.pose[:3, 3] == pytest.approx(turn @ (old.pose[:3, 3] - middle) + middle, abs=1e-6)
+        assert part.pose[:3, :3] == pytest.approx(turn @ old.pose[:3, :3], abs=1e-6)
+
+
+def test_every_frame_of_a_film_changes() -> None:
+    blue = looks(edit(FILM, "pair", recolor="[0 0 1]").text)
+    assert sum(color == [0, 0, 1] for _, color in blue) == 6
+    scaled = sl.evaluate(edit(FILM, "pair", scale=(2.0, 2.0, 2.0)).text)
+    for frame in range(3):
+        box = scaled.instances("pair", frame)[0].box
+        assert box is not None
+        assert box[0][1] == pytest.approx(-0.5)
+        assert (box[0] + box[1])[0] / 2 == pytest.approx(frame)
+
+
+@pytest.mark.parametrize(
+    ("path", "change", "part"),
+    [
+        ("chair[0]/leg", {"recolor": "[0 0 1]"}, "no form of the program makes only"),
+        ("chair[0]/leg", {"scale": (2.0, 2.0, 2.0)}, "no form of the program makes only"),
+        ("chair", {"recolor": '"blue sky"'}, ""),
+        ("chair", {"recolor": "[1 2"}, "must be one form"),
+        ("chair", {"recolor": "wood"}, "the name of a color"),
+        ("chair", {"scale": (0.0, 1.0, 1.0)}, "`scale`"),
+        ("chair", {"scale": (math.inf, 1.0, 1.0)}, "`scale`"),
+        ("chair", {"rotate": ("w", 3.0)}, "`rotate`"),
+        ("chair", {"rotate": ("y", math.nan)}, "`rotate`"),
+        ("chair", {"rotate": ("y", 3.0), "remove": True}, "expected one of"),
+        ("stool", {"scale": (2.0, 2.0, 2.0)}, "no part `stool`"),
+    ],
+)
+def test_what_is_refused(path: str, change: dict[str, Any], part: str) -> None:
+    with pytest.raises(sl.SceneError) as error:
+        edit(ROOM, path, **change)
+    assert part in error.value.message
+
+
+def test_a_flat_instance_has_no_axes() -> None:
+    flat = '(bind "a" (lambda () (union (call "sphere") (transform (call "cube") (scale [1 0 1])))))'
+    with pytest.raises(sl.SceneError, match="is flat"):
+        edit(flat, "cube", rotate=("y", 30.0))
