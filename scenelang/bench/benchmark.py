@@ -114,7 +114,7 @@ def benchmark(
     tasks, groups : sequence of str
         Names of tasks and groups; by default all.
     task_folder : path, optional
-        Folder of TOML files with tasks in place of the package's.
+        TOML file with tasks, or a folder of these, in place of the package's.
     settings : InferenceSettings, optional
         Model, limits, number of samples and of repairs.
     replay : path, optional

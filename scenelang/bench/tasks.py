@@ -133,7 +133,7 @@ class BenchTask:
 
 
 def load_tasks(folder: Path | None = None) -> tuple[BenchTask, ...]:
-    """Load the tasks of a folder of TOML files, by default those of the package.
+    """Load the tasks of a TOML file or of a folder of these, by default those of the package.
 
     Raises
     ------
@@ -155,8 +155,10 @@ def _sources(folder: Path | None) -> Iterable[Source]:
     if folder is None:
         entries = [e for e in (files("scenelang.bench") / "tasks").iterdir() if e.name.endswith(".toml")]
         return [Source(e.name, e.read_text("utf-8")) for e in sorted(entries, key=lambda e: e.name)]
+    if folder.is_file():
+        return [Source(str(folder), _text(folder))]
     if not folder.is_dir():
-        raise SceneError("file", f"not a folder of tasks: {folder}")
+        raise SceneError("file", f"no file or folder of tasks: {folder}")
     return [Source(str(path), _text(path)) for path in sorted(folder.glob("*.toml"))]
 
 

@@ -31,7 +31,9 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
     )
     chosen.add_argument("--task", action="append", default=[], metavar="NAME", help="run this task; may be repeated")
     chosen.add_argument("--group", action="append", default=[], metavar="NAME", help="run the tasks of this group")
-    chosen.add_argument("--tasks", metavar="DIR", help="folder of TOML files with tasks (default: the package's)")
+    chosen.add_argument(
+        "--tasks", metavar="PATH", help="TOML file with tasks, or a folder of these (default: the package's)"
+    )
     chosen.add_argument("--list", action="store_true", help="list the tasks and exit")
     chosen.add_argument("--physics", action="store_true", help="simulate static scenes, for the share of stable ones")
     source = parser.add_argument_group("without a model")

@@ -340,6 +340,13 @@ def test_tasks_with_mistakes(old: str, new: str, problem: str, place: Place, tas
     assert problem in done.err
 
 
+def test_a_suite_may_be_one_file(place: Place, tasks: Path) -> None:
+    listed = [place.run("bench", "--tasks", str(path), "--list").out for path in (tasks, tasks / "cubes.toml")]
+    assert listed[0] == listed[1]
+    assert "three-cubes" in listed[0]
+    assert place.run("bench", "--tasks", str(tasks / "none.toml"), "--list").code == 1
+
+
 def test_statistics() -> None:
     assert wilson(0.5, 10) == pytest.approx((0.2366, 0.7634), abs=1e-4)  # as in statsmodels
     assert wilson(0.0, 0) == (0.0, 1.0)
