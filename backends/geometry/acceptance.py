@@ -21,6 +21,12 @@ from scenelang.interpreter.scene.entity import Scene
 # Relations that state something that no perturbation changes: a color is named, so that it says something.
 _NAMED = frozenset({"has-color", "made-of"})
 _BEHIND_WALLS = frozenset({"visible-from", "reachable"})
+# A range or a tolerance that only a scene of another order of magnitude exceeds is none. Missing and repeated objects
+# are for `count`: what holds of two nightstands wherever they are fails only because one has no other. Of 100
+# declarations that a stranger wrote to say nothing, 80 were refused with these, and 85 without; of 100 sound
+# ones none.
+_OUT_OF_SCALE = frozenset({"all lengths times ten", "all lengths divided by ten"})
+_OTHER_NUMBERS = frozenset({"an object of every word missing", "an object of every word twice"})
 # Relations that order objects strictly, and the axis and direction in which the first one is farther.
 _DIRECTIONS = {
     "left-of": ("x", -1), "right-of": ("x", 1), "below": ("y", -1), "above": ("y", 1), "behind": ("z", -1),
@@ -79,17 +85,24 @@ def vacuous(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
     """
     words = words_of(declarations)
     silent = [d for d in declarations if d.relation not in _NAMED]
-    for _, wrong in perturbed(scene, words):
+    for name, wrong in perturbed(scene, words):
         if not silent:
             break
+        if name in _OUT_OF_SCALE:
+            continue
         failed = reasons(wrong, silent, is_lenient=True)
-        silent = [d for d, reason in zip(silent, failed) if reason is None]
+        silent = [d for d, reason in zip(silent, failed) if reason is None or not _concerns(name, d)]
     if any(d.relation in _BEHIND_WALLS for d in silent):
         failed = reasons(walled(scene, words), silent, is_lenient=True)
         silent = [d for d, reason in zip(silent, failed) if reason is None]
     silent = [d for d in silent if not _forbids(scene, words, d)]
     said_nothing = [d for d in declarations if d in silent or (d.relation in _NAMED and _says_no_color(d))]
     return [f"{d} says nothing: it also holds when objects are moved, turned, resized, left out" for d in said_nothing]
+
+
+def _concerns(change: str, declaration: Declaration) -> bool:
+    """Return whether a perturbation tests a declaration: another number of objects only `count`."""
+    return change not in _OTHER_NUMBERS or declaration.relation == "count"
 
 
 def _forbids(scene: Scene, words: frozenset[str], declaration: Declaration) -> bool:
