@@ -19,6 +19,7 @@ from scenelang.session.session import Checked, Options, Session, TranslatedProgr
 if TYPE_CHECKING:
     from scenelang.backends.base import Backend
     from scenelang.doctor.doctor import Check
+    from scenelang.inference.conductor import Inference
     from scenelang.inference.generation import Edited, Generated
     from scenelang.inference.records import InferenceSettings
     from scenelang.reference.searching import SearchResult
@@ -363,15 +364,20 @@ def generate(
     """
     from scenelang.inference.brief import Ablation, Notation, TaskKind
     from scenelang.inference.conductor import Inference
-    from scenelang.inference.generation import begin, generated, play, recorded, settings_with, task_of
+    from scenelang.inference.generation import settings_with, task_of
 
     request = task_of(task, images, TaskKind(kind), Notation(notation), Ablation(ablation), seed)
     options = Options(seed=seed, limits=limits or Limits())
-    inference = Inference(request, settings_with(settings, model), options)
-    facts = {"output": None, "render": False, "invert": False}
-    run = begin(inference, "generate", task or "reconstruction", runs, **facts)
+    return _played(Inference(request, settings_with(settings, model), options), "generate", task, runs, live)
+
+
+def _played(inference: Inference, command: str, task: str, runs: str | None, live: TextIO | None) -> Generated[Scene]:
+    """Begin the run of a command and play it to its end."""
+    from scenelang.inference.generation import begin, generated, play, recorded
+
+    run = begin(inference, command, task or "reconstruction", runs, output=None, render=False, invert=False)
     with recorded(run):
-        return generated(run, play(inference, run, live), options, Scene)
+        return generated(run, play(inference, run, live), inference.options, Scene)
 
 
 @typed
@@ -451,7 +457,7 @@ def build(
     from scenelang.grammar.datum import replace
     from scenelang.inference.brief import Notation, TaskKind
     from scenelang.inference.conductor import Inference
-    from scenelang.inference.generation import begin, generated, play, recorded, settings_with, task_of
+    from scenelang.inference.generation import settings_with, task_of
     from scenelang.inference.records import REVISIONS
 
     chosen = settings_with(settings, model)
@@ -459,10 +465,7 @@ def build(
         chosen = replace(chosen, revisions=REVISIONS)
     request = task_of(task, images, TaskKind(kind), Notation(notation), seed=seed)
     options = Options(seed=seed, limits=limits or Limits())
-    inference = Inference(request, chosen, options)
-    run = begin(inference, "build", task or "reconstruction", runs, output=None, render=False, invert=False)
-    with recorded(run):
-        return generated(run, play(inference, run, live), options, Scene)
+    return _played(Inference(request, chosen, options), "build", task, runs, live)
 
 
 @typed

@@ -12,10 +12,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
 from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_of, perturbed, put, walled
-from scenelang.backends.geometry.relations import reasons
+from scenelang.backends.geometry.relations import SIDES, reasons
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.declarations import Declaration
+from scenelang.interpreter.scene.declarations import AXES, Declaration
 from scenelang.interpreter.scene.entity import Scene
 
 # Relations that state something that no perturbation changes: a color is named, so that it says something.
@@ -23,15 +23,9 @@ _NAMED = frozenset({"has-color", "made-of"})
 _BEHIND_WALLS = frozenset({"visible-from", "reachable"})
 # A range or a tolerance that only a scene of another order of magnitude exceeds is none. Missing and repeated objects
 # are for `count`: what holds of two nightstands wherever they are fails only because one has no other. Of 100
-# declarations that a stranger wrote to say nothing, 80 were refused with these, and 85 without; of 100 sound
-# ones none.
+# declarations that a stranger wrote to say nothing, 80 were refused with these, and 85 without; of 100 sound ones none.
 _OUT_OF_SCALE = frozenset({"all lengths times ten", "all lengths divided by ten"})
 _OTHER_NUMBERS = frozenset({"an object of every word missing", "an object of every word twice"})
-# Relations that order objects strictly, and the axis and direction in which the first one is farther.
-_DIRECTIONS = {
-    "left-of": ("x", -1), "right-of": ("x", 1), "below": ("y", -1), "above": ("y", 1), "behind": ("z", -1),
-    "in-front-of": ("z", 1),
-}  # fmt: skip
 # Cases in which the set as a whole must fail, and the number of objects and of different words that they need.
 _PLAINLY_WRONG = {
     "all objects in one place": (2, 1),
@@ -47,17 +41,6 @@ class _Interval:
     low: float
     high: float
     stated: Declaration
-
-
-def problems_of(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
-    """Return why declarations that hold for a scene are no acceptance, one message for each problem.
-
-    Raises
-    ------
-    LimitError
-        If the scene has too many objects to perturb.
-    """
-    return [*contradictions(declarations), *vacuous(scene, declarations), *plain_faults(scene, declarations)]
 
 
 def undecided(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
@@ -112,7 +95,7 @@ def _forbids(scene: Scene, words: frozenset[str], declaration: Declaration) -> b
     """
     if not declaration.options.get("negated") or len(declaration.things) != 2:
         return False
-    first, second = (thing.rpartition("/")[2].partition("[")[0] for thing in declaration.things)
+    first, second = map(_word_of, declaration.things)
     wrong = (changed(scene, words, put(first, second, share)) for share in (1.0, 0.0))
     return any(reasons(each, [declaration], is_lenient=True) != [None] for each in wrong)
 
@@ -125,7 +108,12 @@ def _says_no_color(declaration: Declaration) -> bool:
 def words_of(declarations: Iterable[Declaration]) -> frozenset[str]:
     """Return the words of declarations, those of paths by their last word."""
     things = [thing for d in declarations for thing in (*d.things, *_options(d))]
-    return frozenset(thing.rpartition("/")[2].partition("[")[0] for thing in things if not thing.startswith("<"))
+    return frozenset(_word_of(thing) for thing in things if not thing.startswith("<"))
+
+
+def _word_of(thing: str) -> str:
+    """Return the last word of a path, a word itself."""
+    return thing.rpartition("/")[2].partition("[")[0]
 
 
 def _options(declaration: Declaration) -> list[str]:
@@ -251,10 +239,10 @@ def _edges(declaration: Declaration) -> list[tuple[str, str, str]]:
     things = declaration.things
     if declaration.relation == "on":
         return [("of what is on what", things[1], things[0])]
-    if declaration.relation in _DIRECTIONS:
-        axis, sign = _DIRECTIONS[declaration.relation]
-        first, second = (things[1], things[0]) if sign > 0 else (things[0], things[1])
-        return [(f"along {axis}", first, second)]
+    if declaration.relation in SIDES:
+        axis, sign, _ = SIDES[declaration.relation]
+        first, second = (things[1], things[0]) if sign > 0.0 else (things[0], things[1])
+        return [(f"along {AXES[axis]}", first, second)]
     if declaration.relation == "order" and "along" in declaration.options:
         return [(f"along {declaration.options['along']}", a, b) for a, b in pairwise(things)]
     return []

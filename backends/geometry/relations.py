@@ -52,7 +52,8 @@ _POSITION_TOLERANCE = 0.01  # default tolerance of positions, relative to the ex
 _NOT_FOR_BLOCKS = frozenset(
     {"inside", "supported", "floating", "fastened", "has-color", "tilt", "outline", "visible-from", "reachable"}
 )
-_SIDES = {
+# Relations of directions: the axis, the sign of its direction in which A is farther, and how messages say it.
+SIDES = {
     "above": (1, 1.0, "above"), "below": (1, -1.0, "below"), "left-of": (0, -1.0, "to the left of"),
     "right-of": (0, 1.0, "to the right of"), "in-front-of": (2, 1.0, "in front of"), "behind": (2, -1.0, "behind"),
 }  # fmt: skip
@@ -782,7 +783,7 @@ def _facing(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | N
 
 def _direction(name: str) -> _Test:
     """Return the test of a relation such as "above": the center of ``a`` is beyond the box of ``b`` along an axis."""
-    axis, sign, words = _SIDES[name]
+    axis, sign, words = SIDES[name]
 
     def test(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
         """Return why ``a`` is not on the declared side of ``b``."""
@@ -1503,7 +1504,7 @@ _RELATIONS: dict[str, Callable[[_Context], list[_Failure]]] = {
     "distance": _pairwise(_distance),
     "angle": _pairwise(_angle),
     "facing": _pairwise(_facing),
-    **{name: _pairwise(_direction(name)) for name in _SIDES},
+    **{name: _pairwise(_direction(name)) for name in SIDES},
     "between": _between,
     "aligned": _aligned,
     "evenly-spaced": _evenly_spaced,

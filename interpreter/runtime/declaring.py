@@ -209,16 +209,11 @@ def _option(relation: Relation, key: str, value: Any) -> Any:
 
 def _counts(name: str, value: Any) -> float | tuple[float, ...]:
     """Return a whole number, or a list of them."""
-    if type(value) in (int, float):
-        counts = [_number(name, "a number for `:each`", value)]
-    else:
-        try:
-            counts = [_number(name, "numbers for `:each`", count) for count in list_items(value)]
-        except TypeError:
-            raise SceneError("type", f"`:each` expects a number or a list of numbers, got {type_name(value)}") from None
+    is_single = type(value) in (int, float)
+    counts = [_number(name, "numbers for `:each`", count) for count in ([value] if is_single else list_items(value))]
     if not counts or any(count != int(count) for count in counts):
         raise SceneError("value", "`:each` expects whole numbers")
-    return tuple(counts) if type(value) not in (int, float) else counts[0]
+    return counts[0] if is_single else tuple(counts)
 
 
 def _axes(key: str, value: Any, most: int) -> str:

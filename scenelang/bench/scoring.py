@@ -85,7 +85,7 @@ def score_of(task: BenchTask, scene: Scene, simulates: bool = False, is_python: 
         names = {finding.name for finding in findings}
         collides, floats = bool(names & _COLLISIONS), bool(names & _GAPS)
         stable = _is_stable(scene) if simulates and task.kind is TaskKind.STILL else None
-        before = _warned(check_geometry(scene_of(task.program))) if task.program is not None else ()
+        before = _warned(task.program) if task.program is not None else ()
         # What moves need not stand: a domino that falls is out of balance in every frame.
         ignored = {*task.allows, *(["unstable"] if scene.animated else [])}
         counted = [f for f in findings if f.severity == "warning" and f.name in _PHYSICAL]
@@ -99,9 +99,10 @@ def score_of(task: BenchTask, scene: Scene, simulates: bool = False, is_python: 
     return Score(tuple(reasons(scene, declarations)), locality, warnings, collides, floats, stable)
 
 
-def _warned(findings: Sequence[Diagnostic]) -> Collection[tuple[str, str]]:
-    """Return what the warnings among the findings of the geometry lint are about."""
-    return {_about(finding) for finding in findings if finding.severity == "warning"}
+@lru_cache(maxsize=64)
+def _warned(program: str) -> Collection[tuple[str, str]]:
+    """Return what the warnings of the geometry lint about a program's scene are about."""
+    return {_about(finding) for finding in check_geometry(scene_of(program)) if finding.severity == "warning"}
 
 
 def _about(finding: Diagnostic) -> tuple[str, str]:

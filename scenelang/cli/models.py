@@ -236,16 +236,21 @@ def _say_written(arguments: argparse.Namespace, path: Path) -> None:
 # --- generate --------------------------------------------------------------------------------------------------------
 
 
+def _add_task(parser: argparse.ArgumentParser, example: str) -> None:
+    """Add the task, the kind of the scene, and the files to write."""
+    parser.add_argument("task", metavar="TASK", nargs="?", help=f'text prompt, such as "{example}"')
+    parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
+    _add_kind(parser)
+    parser.add_argument("--render", action="store_true", help="also render the scene to an image beside the program")
+
+
 def add_generate(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``generate``."""
     parser.description = (
         "Generate a scene with a language model: sample programs, check and evaluate them, repair errors, and "
         "write the program. Generated Python is translated, never executed."
     )
-    parser.add_argument("task", metavar="TASK", nargs="?", help='text prompt, such as "a chessboard at game start"')
-    parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
-    _add_kind(parser)
-    parser.add_argument("--render", action="store_true", help="also render the scene to an image beside the program")
+    _add_task(parser, "a chessboard at game start")
     parser.add_argument(
         "--invert", action="store_true",
         help="also learn embeddings of its parts from the input images (textual inversion)",
@@ -261,10 +266,7 @@ def add_build(parser: argparse.ArgumentParser) -> None:
         "measure, let a critic look, and revise. A revision that makes anything worse is rolled back. Generated Python "
         "is translated, never executed."
     )
-    parser.add_argument("task", metavar="TASK", nargs="?", help='text prompt, such as "a kitchen for two"')
-    parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
-    _add_kind(parser)
-    parser.add_argument("--render", action="store_true", help="also render the scene to an image beside the program")
+    _add_task(parser, "a kitchen for two")
     parser.add_argument(
         "--ask", action="store_true", help="ask at most three questions about the task before the first request"
     )

@@ -78,8 +78,9 @@ def plan_of(answer: str, options: Options) -> ScenePlan:
         return ScenePlan(parts, (), (problem,))
     try:
         # In a forked process first, as answers are: expressions of options may not end.
-        failure = trial(lambda: _declared(source, options))
-        declarations = _declared(source, options) if failure is None else ()
+        with EVALUATING:
+            failure = trial(lambda: _declared(source, options))
+            declarations = _declared(source, options) if failure is None else ()
         problems = (failure.message,) if failure is not None else ()
     except SceneError as error:
         return ScenePlan(parts, (), (f"{error.message}{f'; {error.hint}' if error.hint else ''}",))
@@ -92,8 +93,7 @@ def plan_of(answer: str, options: Options) -> ScenePlan:
 
 def _declared(source: Source, options: Options) -> tuple[Declaration, ...]:
     """Return the declarations of a source; raises SceneError with the first mistake."""
-    with EVALUATING:
-        return Session(options).declarations(source)
+    return Session(options).declarations(source)
 
 
 def _stated(answer: str) -> tuple[Source, str | None]:
@@ -252,14 +252,14 @@ def build_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Samp
     stated = yield from plan_steps(brief, reader.options, speaker, plan.repairs)
     written = yield from _parts(brief, reader, speaker, plan, stated)
     turns = (brief.whole(written),) if written else ()
-    draft = yield from _draft(brief, _on_parts(reader, written), speaker, plan, stated, turns)
+    draft = yield from _draft(brief, replace(reader, prefix=written), speaker, plan, stated, turns)
     best, log, brief, reader = draft.verdict, list(draft.log), draft.brief, replace(draft.reader, base=None)
     tried: list[str] = []
     rejected = 0
     stopped: SceneError | None = None
     for number in range(plan.revisions or 0):
         try:
-            report = yield from _faults(brief, speaker, plan, best)
+            report = yield from _faults(brief, speaker, best)
             if report is None or best.scene is None:
                 break
             candidate = yield from _revised(brief, reader, speaker, plan, best, report, tried)
@@ -300,20 +300,13 @@ def _parts(
     return written
 
 
-def _on_parts(reader: AnswerReader, written: str) -> AnswerReader:
-    """Return a reader of answers that continue the functions of the parts."""
-    return replace(reader, prefix=written)
-
-
-def _faults(
-    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict
-) -> Generator[Step, Reply | None, str | None]:
+def _faults(brief: Brief, speaker: Speaker, best: Verdict) -> Generator[Step, Reply | None, str | None]:
     """Return what is wrong with a scene: by measurement, else by a critic who sees only task, facts and images."""
     if best.scene is None or best.diagnostics or best.findings:
         errors = best.report_text() if best.diagnostics else ""
         return "\n\n".join(text for text in (errors, noticed(best)) if text)
     with EVALUATING:
-        shown = views(best.scene) if plan.sees else []
+        shown = views(best.scene)
     system, turn = brief.critic(shown, facts_of(best))
     reply, _ = yield from complete(replace(speaker, grammar=None), system, Purpose.CRITIC, (turn,))
     yield SampleProgress(best, "critic: nothing to change" if wants_nothing(reply.text) else "critic: faults")

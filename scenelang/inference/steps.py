@@ -496,14 +496,13 @@ class SamplePlan:
     """Maximum numbers of repairs and critiques of a sample.
 
     ``accepts``: the model first writes what must hold. ``revisions`` of a scene that is built part by part, with a
-    critic; None for a sample of `generate`. ``sees``: whether the model is shown images.
+    critic; None for a sample of `generate`.
     """
 
     repairs: int = 3
     critiques: int = 0
     accepts: bool = False
     revisions: int | None = None
-    sees: bool = True
 
 
 def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan) -> Steps:

@@ -6,21 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-
-ROOM = """(bind "leg" (lambda () (call "cube" :scale [.1 1 .1])))
-(bind "chair"
-  (lambda ()
-    (union
-      (for*/union ((x '(-.4 .4)) (z '(-.4 .4)))
-        (transform (call "leg") (translate (vector x .5 z))))
-      (transform (call "cube" :scale [1 .1 1]) (translate [0 1.05 0])))))
-(bind "cup" (lambda () (call "cylinder" :radius .1 :p1 [0 .2 0] :color [1 0 0])))
-(bind "room"
-  (lambda ()
-    (union (call "chair")
-      (transform (call "chair") (translate [3 0 0]))
-      (transform (call "cup") (translate [0 1.4 0])))))
-"""
+from mcp_server.conftest import ROOM
 
 
 def text(result: Any) -> str:
