@@ -60,7 +60,7 @@ _SETTLED = {
     "the task": "task", "FILE": "file", "--image": "image", "--animate": "animate", "--minecraft": "minecraft",
     "--dsl": "dsl", "--ablate": "ablate", "--model": "model", "--effort": "effort", "--price": "price",
     "--max-tokens": "max_tokens", "--prompt-dir": "prompt_dir", "--batch": "batch", "--no-cache": "no_cache",
-    "--dry-run": "dry_run",
+    "--no-images": "no_images", "--dry-run": "dry_run",
 }  # fmt: skip
 
 
@@ -72,7 +72,7 @@ def add_model_options(
 ) -> None:
     """Add the options shared by all commands that call a language model; ``looped`` are settings of its loop."""
     model = parser.add_argument_group("language model")
-    add_fields(model, InferenceSettings, ("model", "effort", "max_tokens", *_SERVICE, "uses_replies"))
+    add_fields(model, InferenceSettings, ("model", "effort", "max_tokens", *_SERVICE, "uses_replies", "sends_images"))
     loop = parser.add_argument_group("sampling and repair")
     add_fields(loop, InferenceSettings, (*looped, "side_by_side", "is_batch"))
     ablated = "ablation of the paper: without programs (P), words (W) or both (PW)"

@@ -361,14 +361,20 @@ class Brief:
         text = self.prompts.text("critic.md", task=self.task.text, facts=facts)
         return self.prompts.text("critic.system.md"), Message("user", (*self.task.pictures, *parts, TextContent(text)))
 
-    def revision(self, program: str, report: str, facts: str, tried: Sequence[str]) -> Message:
-        """Return the turn that asks for a revision of a program; ``tried`` are revisions that made it worse."""
+    def revision(
+        self, program: str, report: str, facts: str, tried: Sequence[str], views: Sequence[tuple[str, ImageContent]]
+    ) -> Message:
+        """Return the turn that asks for a revision of a program.
+
+        ``tried`` are revisions that made it worse, ``views`` close-ups of what is wrong, with captions.
+        """
+        parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
         notes = "\n\n".join(["These changes were tried and made it worse; do something else:", *tried]) if tried else ""
         text = self.prompts.text(
             "revise.md", program=fenced(program, self.task.notation), report=report, facts=facts, tried=notes,
             patch=self.prompts.text("patch.md"),
         )  # fmt: skip
-        return text_message("user", _GAP.sub("\n\n", text))
+        return Message("user", (*parts, TextContent(_GAP.sub("\n\n", text))))
 
     # --- about an answer ------------------------------------------------------------------------------------------
 

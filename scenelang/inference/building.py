@@ -28,6 +28,7 @@ from scenelang.inference.steps import (
     Step,
     Steps,
     Verdict,
+    close_ups,
     complete,
     criticized,
     facts_of,
@@ -259,7 +260,7 @@ def build_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Samp
     stopped: SceneError | None = None
     for number in range(plan.revisions or 0):
         try:
-            report = yield from _faults(brief, speaker, best)
+            report = yield from _faults(brief, speaker, plan, best)
             if report is None or best.scene is None:
                 break
             candidate = yield from _revised(brief, reader, speaker, plan, best, report, tried)
@@ -300,14 +301,15 @@ def _parts(
     return written
 
 
-def _faults(brief: Brief, speaker: Speaker, best: Verdict) -> Generator[Step, Reply | None, str | None]:
+def _faults(
+    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict
+) -> Generator[Step, Reply | None, str | None]:
     """Return what is wrong with a scene: by measurement, else by a critic who sees only task, facts and images."""
     if best.scene is None or best.diagnostics or best.findings:
         errors = best.report_text() if best.diagnostics else ""
         return "\n\n".join(text for text in (errors, noticed(best)) if text)
-    with EVALUATING:
-        shown = views(best.scene)
-    system, turn = brief.critic(shown, facts_of(best))
+    scene = best.scene
+    system, turn = brief.critic(plan.shown(lambda: views(scene)), facts_of(best))
     reply, _ = yield from complete(replace(speaker, grammar=None), system, Purpose.CRITIC, (turn,))
     yield SampleProgress(best, "critic: nothing to change" if wants_nothing(reply.text) else "critic: faults")
     return None if wants_nothing(reply.text) else reply.text.strip()
@@ -323,7 +325,9 @@ def _revised(
     tried: Sequence[str],
 ) -> Generator[Step, Reply | None, Verdict]:
     """Ask for a revision of a program, as a whole or in pieces."""
-    turns = (brief.first, brief.revision(best.code, report, facts_of(best), tried))
+    scene, findings = best.scene, best.findings
+    shown = plan.shown(lambda: close_ups(scene, findings)) if scene is not None and findings else []
+    turns = (brief.first, brief.revision(best.code, report, facts_of(best), tried, shown))
     once = replace(plan, repairs=min(plan.repairs, 1))
     verdict, _ = yield from with_repairs(brief, replace(reader, base=best.code), speaker, once, Purpose.REVISE, turns)
     return verdict

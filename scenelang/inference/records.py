@@ -440,6 +440,7 @@ class InferenceSettings:
     max_run_seconds: float | None = setting(
         None, "seconds after which no further request is sent (default: no limit)", metavar="SECONDS", read=seconds
     )
+    sends_images: bool = setting(True, "send no images of scenes, for a model that reads none", "--no-images")
     side_by_side: int = setting(4, "number of concurrent samples (default 4)", "--jobs", metavar="N", read=whole)
     is_batch: bool = setting(False, "use the batch API: half the price, up to a day", "--batch")
     uses_replies: bool = setting(True, "disable the cache of answers", "--no-cache")
@@ -454,7 +455,7 @@ class InferenceSettings:
 
     @property
     def plan(self) -> SamplePlan:
-        return SamplePlan(self.repairs, self.critiques, self.acceptance, self.revisions)
+        return SamplePlan(self.repairs, self.critiques, self.acceptance, self.revisions, self.sends_images)
 
     @property
     def prompts_folder(self) -> Path | None:

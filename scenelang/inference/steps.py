@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from io import BytesIO
 from itertools import islice
 from pathlib import Path
@@ -34,6 +35,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.inference.brief import NO_CHANGES, Brief, Notation, Prompts, Task, TaskKind, fenced
 from scenelang.inference.listing import program_of
+from scenelang.interpreter.inspection.instance_paths import box_of
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
@@ -367,6 +369,10 @@ _STILL = (
 )
 _FILM_VIEW = "azimuth=30,elevation=20"
 _MOMENTS = (0.0, 0.13, 0.41, 0.77)  # of a film; avoids fractions at which periodic motion repeats
+_MAX_CLOSE_UPS = 3  # of one request
+_NEAR = "azimuth=40,elevation=8"  # low, so that a gap below an object is seen
+# Distance of a close-up in diagonals of the object's box: at 1.6 it fills the field of view of 35 degrees.
+_AROUND = 3.5
 _MARGIN_PX = 8  # pixels between the views of a contact sheet
 
 
@@ -382,6 +388,33 @@ def views(scene: Scene) -> list[tuple[str, Encoded]]:
         return [(f"The scene, {caption}:", encoded(picture(scene, view, frame))) for caption, view, frame in shown]
     except SceneError:
         return []
+
+
+def close_ups(scene: Scene, findings: Sequence[Diagnostic]) -> list[tuple[str, Encoded]]:
+    """Render the objects that the first findings name, each from near and with what is around it, with captions.
+
+    A finding without the path of an object has none, and so has an object that cannot be rendered.
+    """
+    shown = []
+    named = dict.fromkeys(path for finding in findings if (path := _path_in(finding)) is not None)
+    for path in list(named)[:_MAX_CLOSE_UPS]:
+        try:
+            box = box_of(scene, path)
+            if box is not None:
+                low, high = np.array(box[:3]), np.array(box[3:])
+                target, distance = ":".join(map(str, (low + high) / 2.0)), _AROUND * float(np.linalg.norm(high - low))
+                view = f"{_NEAR},target={target},distance={distance}"
+                shown.append((f'"{path}", from near:', encoded(picture(scene, view))))
+        except SceneError:
+            continue
+    return shown
+
+
+def _path_in(finding: Diagnostic) -> str | None:
+    """Return the path of the object that the message of a finding begins with."""
+    before, quote, rest = finding.message.partition('"')
+    path, closing, _ = rest.partition('"')
+    return path if quote and closing and not before else None
 
 
 def picture(scene: Scene, view: str, frame: int | None = None, size: int = _VIEW_PX) -> Picture:
@@ -496,13 +529,21 @@ class SamplePlan:
     """Maximum numbers of repairs and critiques of a sample.
 
     ``accepts``: the model first writes what must hold. ``revisions`` of a scene that is built part by part, with a
-    critic; None for a sample of `generate`.
+    critic; None for a sample of `generate`. ``sees``: the model reads images.
     """
 
     repairs: int = 3
     critiques: int = 0
     accepts: bool = False
     revisions: int | None = None
+    sees: bool = True
+
+    def shown(self, render: Callable[[], list[tuple[str, Encoded]]]) -> list[tuple[str, Encoded]]:
+        """Return rendered images with their captions; none for a model that reads no images."""
+        if not self.sees:
+            return []
+        with EVALUATING:
+            return render()
 
 
 def sample_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: SamplePlan) -> Steps:
@@ -518,9 +559,9 @@ def criticized(
     """Refine a program by critiques of its pictures, while the model changes it and its findings do not increase."""
     for _ in range(plan.critiques):
         best = reader.with_layout(best)
-        with EVALUATING:
-            shown = views(best.scene) if best.is_usable and best.scene is not None else []
-        if not shown:
+        scene = best.scene if best.is_usable else None
+        shown = plan.shown(partial(views, scene)) if scene is not None else []
+        if scene is None or (plan.sees and not shown):
             break
         if best.repairs and brief.task.notation is Notation.LANGUAGE:
             answer = fenced(best.program, Notation.LANGUAGE)

@@ -94,6 +94,25 @@ def test_a_revision_that_makes_it_worse_is_rolled_back_and_remembered(place: Pla
     assert '-(bind "room"' in again
 
 
+def test_revisions_of_findings_have_close_ups(place: Place) -> None:
+    sunk = GOOD.replace('(call "table")', '(call "table") (transform (call "table") (translate [3 .3 0]))')
+    stated = PLAN.replace('(count "table" 1)', '(count "table" 2)')
+    lower = "<<<<<<< SEARCH\n[3 .3 0]\n=======\n[3 0 0]\n>>>>>>> REPLACE"
+    server = place.serve(answers(stated, TABLE, CUP, sunk, lower, DONE))
+    build(place)
+    revision = server.requests[4]["messages"][-1]["content"]
+    assert [part["text"] for part in revision if part["type"] == "text"][0] == '"room/table", from near:'
+    assert sum(part["type"] == "image" for part in revision) == 1
+
+
+def test_no_images_for_a_model_that_reads_none(place: Place) -> None:
+    server = place.serve(answers(PLAN, TABLE, CUP, GOOD, DONE))
+    build(place, "--no-images")
+    critic = server.requests[-1]["messages"][-1]["content"]
+    assert "bounding box" in texts(server.requests[-1]["messages"][-1])
+    assert not any(part["type"] == "image" for part in critic)
+
+
 def test_statements_that_decide_nothing_are_sent_back(place: Place) -> None:
     weak = PLAN.replace('(clear-of "cup" "cup" :min .05)', '(count "cup" :min 0)')
     server = place.serve(answers(weak, TABLE, CUP, GOOD, PLAN, DONE))

@@ -43,7 +43,7 @@ SILENT = [
     '(clear-of "cup" "cup")', '(proportion "chair" "table" :axis "y" :min 0)', '(tilt "chair" :max 180)',
     '(aligned "chair" :within 100000)', '(symmetric "table" :within 1000)', '(not (has-color "cup" "pink"))',
     '(angle "chair" "table" 90 :axis "y" :within 180)', '(distance "chair" "table" :max 1000000)',
-    '(tilt "cup" :min 0)', '(not (count "chair" 77))',
+    '(tilt "cup" :min 0)', '(not (count "chair" 77))', '(left-of "chair" "chair" :any)', '(aligned "chair" :within 20)',
 ]  # fmt: skip
 
 
