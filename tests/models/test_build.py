@@ -101,7 +101,7 @@ def test_revisions_of_findings_have_close_ups(place: Place) -> None:
     server = place.serve(answers(stated, TABLE, CUP, sunk, lower, DONE))
     build(place)
     revision = server.requests[4]["messages"][-1]["content"]
-    assert [part["text"] for part in revision if part["type"] == "text"][0] == '"room/table", from near:'
+    assert next(part["text"] for part in revision if part["type"] == "text") == '"room/table", from near:'
     assert sum(part["type"] == "image" for part in revision) == 1
 
 
