@@ -17,7 +17,7 @@ from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_
 from scenelang.backends.geometry.relations import SIDES, reasons
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.declarations import AXES, Declaration
+from scenelang.interpreter.scene.declarations import AXES, IN_DEGREES, Declaration
 from scenelang.interpreter.scene.entity import Scene
 
 # Relations that state something that no perturbation changes: a color is named, so that it says something.
@@ -114,7 +114,7 @@ def _allows_all(scene: Scene, words: frozenset[str], declaration: Declaration) -
     if declaration.relation in SIDES and options.get("any") and len({*objects}) == 1:
         return True
     within = options.get("within")
-    if within is None or options.get("negated"):
+    if within is None or options.get("negated") or declaration.relation in IN_DEGREES:
         return False
     if "around" in options:
         return float(within) >= _HALF_TURN

@@ -14,6 +14,7 @@ from scenelang.interpreter.scene.declarations import (
     COLORS,
     FLAGS,
     FRAME_FLAGS,
+    IN_DEGREES,
     MATERIAL,
     NUMBER,
     OBJECT,
@@ -31,7 +32,6 @@ from scenelang.interpreter.values.values import Embedding, list_items
 _MAX_NUMBER = 1e100  # its square, which the geometry computes, is a float
 _MAX_MESSAGE_CHARACTERS = 1000
 _LENGTHS = ("within", "min", "max")
-_DEGREES = frozenset({"angle", "facing", "tilt", "turns"})  # relations whose `:within` is an angle
 # Options that may be several axes, and how many.
 _SEVERAL_AXES = {
     ("aligned", "along"): 2, ("evenly-spaced", "along"): 2, ("size", "axis"): 3, ("proportion", "axis"): 3,
@@ -98,7 +98,7 @@ def _check_amount(relation: Relation, declaration: Declaration) -> None:
     least, most = options.get("min"), options.get("max")
     if least is not None and most is not None and least > most:
         raise SceneError("value", f"`{name}` expects `:min` to be at most `:max`, got {least:g} and {most:g}")
-    if name in _DEGREES and options.get("within", 0.0) > 180.0:
+    if name in IN_DEGREES and options.get("within", 0.0) > 180.0:
         raise SceneError("value", f"`:within` of `{name}` expects degrees from 0 to 180")
     if name in ("count", "rows") and declaration.number is not None and declaration.number != int(declaration.number):
         raise SceneError("value", f"`{name}` expects a whole number, got {declaration.number:g}")

@@ -20,6 +20,7 @@ PATHS = ("line", "circle", "closed")
 # In which frames of a 4D scene a declaration must hold; in all without one of these. `:never` is that of `not`.
 FRAME_FLAGS = ("first", "last", "sometime", "never")
 MAX_OBJECTS = 64  # operands of `order`
+IN_DEGREES = frozenset({"angle", "facing", "tilt", "turns"})  # relations whose tolerance is an angle
 
 
 @dataclass(frozen=True, slots=True)

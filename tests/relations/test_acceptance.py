@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
 import pytest
 
 import scenelang as sl
 from scenelang.backends.geometry.acceptance import contradictions, plain_faults, vacuous
 from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_of
+from scenelang.bench.scoring import scene_of
+from scenelang.bench.tasks import load_tasks
 from scenelang.session.declarations import declarations_in
 
 ROOM = """
@@ -123,3 +128,21 @@ def test_a_set_that_accepts_none(room: sl.Scene) -> None:
 )
 def test_contradictions(texts: list[str], count: int) -> None:
     assert len(contradictions(declarations_in(None, texts))) == count
+
+
+# 200 declarations of an author who did not know what is refused, and those that are judged otherwise than he does.
+STATED = tomllib.loads((Path(__file__).parent / "vacuity.toml").read_text("utf-8"))["scene"]
+JUDGED_OTHERWISE = {
+    '(not (evenly-spaced "bird" :along "x" :within .05))',  # irregular birds on a wire, which is too weak
+    '(turns "wheel" :axis "z" :min 0 :max 10000)',
+    '(rising "ring" :along "+y")',
+    '(clear-of "doll" "doll" :any)',
+}
+
+
+@pytest.mark.parametrize("stated", STATED, ids=lambda stated: stated["name"])
+@pytest.mark.sampled(4)
+def test_declarations_of_another_author(stated: dict[str, list[str]]) -> None:
+    scene = scene_of(next(task.passes for task in load_tasks() if task.name == stated["name"]))
+    for text in {*stated["says"], *stated["nothing"]} - JUDGED_OTHERWISE:
+        assert bool(vacuous(scene, declarations_in(None, [text]))) == (text in stated["nothing"]), text
