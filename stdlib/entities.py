@@ -412,7 +412,7 @@ def shape_center(rt: Runtime, x: Any) -> Vector:
 
 @define(
     "compute-shape-sizes", "x::Parts", "Vector",
-    "Return the sizes of the bounding box of an entity or parts along x, y and z, in scene units.",
+    "Return the sizes of the bounding box of an entity or parts in x, y and z, in scene units.",
     ('(compute-shape-sizes (call "sphere"))', "[2.0 2.0 2.0]"),
 )  # fmt: skip
 def shape_sizes(rt: Runtime, x: Any) -> Vector:

@@ -266,7 +266,7 @@ def circle(rt: Runtime, radius: Any, segments: int = SEGMENTS) -> Any:
 
 @define(
     "rectangle", "width::Number height::Number [:radius::Number] [:segments::Integer]", "Array",
-    "Return the profile of a rectangle around the origin, `width` along x and `height` along y, its corners rounded by "
+    "Return the profile of a rectangle around the origin, `width` in x and `height` in y, its corners rounded by "
     "`:radius`. `:segments` are those of a full circle.",
     ("(rectangle 4 2)", "[[-2.0 -1.0] [2.0 -1.0] [2.0 1.0] [-2.0 1.0]]"),
     picture='(extrude (rectangle 3 2 :radius .5) .3 :color (color "gold"))',

@@ -391,7 +391,7 @@ def _extrusion(
 
 @define(
     "text", f"text::String [:depth::Number] {TEXT} {LOOK}", "Entity",
-    "Return a text as a solid that faces +z, its baseline along +x at y = 0, its back at z = 0. It is the outlines, as "
+    "Return a text as a solid that faces +z, its baseline at y = 0, its back at z = 0. It is the outlines, as "
     "by `text-outline` with its keywords, extruded by `:depth`, a fifth of the size by default.",
     ('(entity-word (text "Ada"))', '"text"'),
     picture='(text "Ada" :depth .3 :color (color "gold"))',

@@ -302,10 +302,10 @@ def test_sections_are_added_by_the_program_to_edit_by_kind_and_by_name() -> None
 
 # Names whose lengths, angles and directions a model must know, with what their lines say of them.
 ORIENTED = {
-    "translate": "scene units", "rotate": "radians", "look-at": "+z towards", "grid": "along x", "ring": "From +z",
+    "translate": "scene units", "rotate": "radians", "look-at": "+z towards", "grid": "towards +x", "ring": "From +z",
     "row": "from -x to +x", "stack": "upwards", "jitter": "radians", "scatter": "scene units", "along": "+z along",
     "extrude": "along +z", "lathe": "around the y axis", "compute-shape-min": "scene units", "circle": "plane of x and y",
-    "rectangle": "along x", "helix": "around the y axis", "sweep": "upwards", "text": "faces +z", "rounded": "scene units",
+    "rectangle": "in x", "helix": "around the y axis", "sweep": "upwards", "text": "faces +z", "rounded": "scene units",
     "shell": "scene units",
 }  # fmt: skip
 
