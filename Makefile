@@ -270,11 +270,11 @@ blocks: install
 train-toy: $(VENV)/.dev $(VENV)/.package
 	PYTHONPATH=tests $(BIN)/python -m toy.train
 
-# The parser's tables from the grammars, and the names of the builtins; committed, so that only a change of a grammar or a
+# The parser's tables from the grammars, the names of the builtins, and the signatures of Python mode; committed, so that only a change of a grammar or a
 # new builtin needs it.
 tables: $(VENV)/.dev install
 	$(BIN)/python -P -m scenelang.grammar.table_making grammar/tables
-	$(BIN)/python -P -m scenelang.stdlib.library stdlib/builtin_names.py
+	$(BIN)/python -P -m scenelang.stdlib.library stdlib/builtin_names.py interpreter/runtime/modelling_signatures.py
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: install

@@ -381,31 +381,48 @@ def _played(inference: Inference, command: str, task: str, runs: str | None, liv
 
 
 @typed
-def primer(kind: Literal["3d", "4d", "minecraft"] = "3d", notation: Literal["python", "language"] = "language") -> str:
-    """Return what a language model must know to write a scene: the system prompt of ``generate``.
+def primer(
+    task: str = "",
+    *,
+    kind: Literal["3d", "4d", "minecraft"] = "3d",
+    notation: Literal["python", "language"] = "language",
+    sections: Sequence[str] = (),
+) -> str:
+    """Return what a language model must know to write a scene: the system prompt of ``generate``, and sections.
 
     It is for those who bring their own model. An answer is read by ``evaluate``, which takes responses too.
 
     Parameters
     ----------
+    task : str
+        Description of the scene, whose words add the sections that they ask for: "a bent pipe" that about solids.
     kind : str
         "3d", "4d" or "minecraft".
     notation : str
         "language" for the Scene Language, or "python" for Python with the helper API.
+    sections : sequence of str
+        Further sections by name: "films", "solids" or "blocks".
 
     Returns
     -------
     str
-        Some 10,000 characters of Markdown.
+        Some 10,000 characters of Markdown; a section has at most 1,500.
+
+    Raises
+    ------
+    SceneError
+        For an unknown section.
 
     Examples
     --------
     >>> "(assert-that" in primer()
     True
+    >>> "(sweep profile path" in primer("a bent pipe"), "(sweep profile path" in primer()
+    (True, False)
     """
     from scenelang.inference.brief import Brief, Notation, Prompts, Task, TaskKind
 
-    return Brief(Task("", TaskKind(kind), Notation(notation)), Prompts()).system
+    return Brief(Task(task, TaskKind(kind), Notation(notation)), Prompts()).with_sections(sections)
 
 
 @typed

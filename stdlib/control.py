@@ -269,7 +269,7 @@ def assertion_failed(rt: Runtime, message: Any) -> Any:
                  "relation::String operands::List [:any] [:all] [:within] [:min] [:max] [:share] [:each] [:axis] [:to]"
                  " [:along] [:around] [:across] [:about] [:message] [:negated] [:first] [:last] [:sometime] [:never]",
                  "None",
-                 "State a relation of things about the entity that is being made, or at top level about the scene, as"
+                 "State a relation of objects about the entity that is being made, or at top level about the scene, as"
                  " `assert-that` does. `check --run` tests whether it holds.",
                  ('(declare-that "on" (list "cup" "table") :any #t)', "none"))  # fmt: skip
 def declare_that(rt: Runtime, relation: str, operands: Any, **options: Any) -> None:

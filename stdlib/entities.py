@@ -46,7 +46,7 @@ def _finite(name: str, make: Callable[..., Matrix], *arguments: Any) -> Matrix:
 
 
 @poses.define(
-    "translate", "offset::Vector", "Matrix", "Return the pose that translates by `offset`.",
+    "translate", "offset::Vector", "Matrix", "Return the pose that translates by `offset`, [x y z] in scene units.",
     ("(@ (translate [1 2 3]) [0 0 0])", "[1.0 2.0 3.0]"),
 )  # fmt: skip
 def translate(rt: Runtime, offset: Vector) -> Matrix:
@@ -99,8 +99,8 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
 
 @poses.define(
     "reflect", "first::Vector [normal::Vector]", "Matrix",
-    "Return the reflection in a plane given by a point and a normal, `(reflect point normal)`; `(reflect normal)` for "
-    "a plane through the origin.",
+    "Return the reflection in the plane through a point with a normal, `(reflect point normal)`; `(reflect normal)` "
+    "through the origin.",
     ("(@ (reflect [1 0 0]) [1 2 3])", "[-1.0 2.0 3.0]"),
 )  # fmt: skip
 def reflect(rt: Runtime, first: Vector, normal: Vector | None = None) -> Matrix:
@@ -383,7 +383,8 @@ def box_of(rt: Runtime, x: Any) -> tuple[float, ...]:
 
 
 @define(
-    "compute-shape-min", "x::Parts", "Vector", "Return the minimum corner of the bounding box of an entity or parts.",
+    "compute-shape-min", "x::Parts", "Vector",
+    "Return the minimum corner of the bounding box of an entity or parts, [x y z] in scene units.",
     ('(compute-shape-min (call "cube" :scale [1 2 1]))', "[-0.5 -1.0 -0.5]"),
 )  # fmt: skip
 def shape_min(rt: Runtime, x: Any) -> Vector:
@@ -391,7 +392,8 @@ def shape_min(rt: Runtime, x: Any) -> Vector:
 
 
 @define(
-    "compute-shape-max", "x::Parts", "Vector", "Return the maximum corner of the bounding box of an entity or parts.",
+    "compute-shape-max", "x::Parts", "Vector",
+    "Return the maximum corner of the bounding box of an entity or parts, [x y z] in scene units.",
     ('(compute-shape-max (call "cylinder"))', "[1.0 1.0 1.0]"),
 )  # fmt: skip
 def shape_max(rt: Runtime, x: Any) -> Vector:
@@ -399,7 +401,8 @@ def shape_max(rt: Runtime, x: Any) -> Vector:
 
 
 @define(
-    "compute-shape-center", "x::Parts", "Vector", "Return the centre of the bounding box of an entity or parts.",
+    "compute-shape-center", "x::Parts", "Vector",
+    "Return the centre of the bounding box of an entity or parts, [x y z] in scene units.",
     ('(compute-shape-center (call "cylinder"))', "[0.0 0.5 0.0]"),
 )  # fmt: skip
 def shape_center(rt: Runtime, x: Any) -> Vector:
@@ -408,7 +411,8 @@ def shape_center(rt: Runtime, x: Any) -> Vector:
 
 
 @define(
-    "compute-shape-sizes", "x::Parts", "Vector", "Return the sizes of the bounding box of an entity or parts.",
+    "compute-shape-sizes", "x::Parts", "Vector",
+    "Return the sizes of the bounding box of an entity or parts in x, y and z, in scene units.",
     ('(compute-shape-sizes (call "sphere"))', "[2.0 2.0 2.0]"),
 )  # fmt: skip
 def shape_sizes(rt: Runtime, x: Any) -> Vector:

@@ -158,6 +158,20 @@ def index_text() -> str:
     return f"{title}\n\nNAMES: dict[str, list[str]] = {{\n{''.join(rows)}}}\n"
 
 
+_MODELLING = ("solids.registry", "profiles.registry", "paths.registry")
+
+
+def modelling_text() -> str:
+    """Return the text of ``interpreter.runtime.modelling_signatures``: parameters and results for Python mode.
+
+    The interpreter does not import the library, and a translation of Python does not import the builtins.
+    """
+    entries = [entry for topic in _MODELLING for entry in registry_of(topic).entries.values()]
+    rows = [f"    {entry.name!r}: ({entry.parameters!r}, {entry.result!r}),\n" for entry in entries]
+    title = '"""Parameters and results of the builtins of solids, profiles and paths, written by ``make tables``."""'
+    return f"{title}\n\nSIGNATURES: dict[str, tuple[str, str]] = {{\n{''.join(rows)}}}\n"
+
+
 _FOLDER = os.path.dirname(__file__)
 _PARTS = os.path.join(_FOLDER, "parts")
 
@@ -209,5 +223,6 @@ def build_library() -> Library:
 
 
 if __name__ == "__main__":
-    with open(sys.argv[1], "w", encoding="utf-8") as output:
-        output.write(index_text())
+    for path, text in zip(sys.argv[1:], (index_text(), modelling_text()), strict=True):
+        with open(path, "w", encoding="utf-8") as output:
+            output.write(text)

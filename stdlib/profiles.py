@@ -253,7 +253,8 @@ def profile_value(rt: Runtime, contours: Contours) -> Any:
 
 @define(
     "circle", "radius::Number [:segments::Integer]", "Array",
-    "Return the profile of a circle around the origin, as a polygon of `:segments` sides, 64 by default.",
+    "Return the profile of a circle around the origin of the plane of x and y. It is a polygon of `:segments` sides, "
+    "64 by default.",
     ("(circle 1 :segments 4)", "[[1.0 0.0] [0.0 1.0] [-1.0 0.0] [0.0 -1.0]]"),
     picture='(extrude (circle 1) .3 :color (color "gold"))',
 )  # fmt: skip
@@ -265,8 +266,8 @@ def circle(rt: Runtime, radius: Any, segments: int = SEGMENTS) -> Any:
 
 @define(
     "rectangle", "width::Number height::Number [:radius::Number] [:segments::Integer]", "Array",
-    "Return the profile of a rectangle around the origin, its corners rounded by `:radius`; `:segments` are those of a "
-    "full circle.",
+    "Return the profile of a rectangle around the origin, `width` in x and `height` in y, its corners rounded by "
+    "`:radius`. `:segments` are those of a full circle.",
     ("(rectangle 4 2)", "[[-2.0 -1.0] [2.0 -1.0] [2.0 1.0] [-2.0 1.0]]"),
     picture='(extrude (rectangle 3 2 :radius .5) .3 :color (color "gold"))',
 )  # fmt: skip

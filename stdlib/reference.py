@@ -509,7 +509,7 @@ def helper_header(names: Sequence[str], words: Sequence[str]) -> str:
     pieces = [_HEAD]
     for name in names:
         helper = HELPERS[name]
-        doc = _primitives(words) if name == "primitive_call" else [_description(helper)]
+        doc = _primitive_call(words) if name == "primitive_call" else [_description(helper)]
         signature = (
             _block_signature() if name == "primitive_call" and set(words) <= set(block_words()) else helper.signature
         )
@@ -544,6 +544,18 @@ def _description(helper: Helper) -> str:
     return f"{_in_python(_CLAUSE.sub('', _LISP.sub('', record.doc)).rstrip('.'))}. {helper.note}".rstrip()
 
 
+_QUOTED = lazy_pattern(r"`(:?[a-z][\w-]*)`")
+
+
+def in_python_terms(text: str) -> str:
+    """Return a description in Python's terms: names as Python writes them, vectors as tuples.
+
+    >>> in_python_terms("A path at `:start`, as by `frame-at`, from [0 0 1].")
+    'A path at `start`, as by `frame_at`, from (0, 0, 1).'
+    """
+    return _in_python(_QUOTED.sub(lambda match: f"`{match[1].lstrip(':').replace('-', '_')}`", text))
+
+
 def _in_python(text: str) -> str:
     """Return a description in Python's terms, vectors as tuples."""
     for words, others in _WORDS.items():
@@ -551,11 +563,16 @@ def _in_python(text: str) -> str:
     return _ARRAY.sub(lambda match: f"({', '.join(match[1].split())})", text)
 
 
-def _primitives(words: Sequence[str]) -> list[str]:
-    """Return the lines that describe the primitives, their attributes and the arguments."""
+def _primitive_call(words: Sequence[str]) -> list[str]:
+    """Return the description of ``primitive_call``; without words, those stand elsewhere."""
+    return ["Make a primitive.", *(["", *python_primitives(words)] if words else [])]
+
+
+def python_primitives(words: Sequence[str]) -> list[str]:
+    """Return the lines that describe the primitives in Python, their attributes and the arguments."""
     docs = docs_of_words()
     are_blocks = set(words) <= set(block_words())
-    lines = ["Make a primitive.", ""]
+    lines: list[str] = []
     for word in words:
         attributes = [name for name in attributes_read(word) if name != "color"]
         keys = ", ".join(f"'{name}'" if not are_blocks else name.replace("-", "_") for name in attributes)

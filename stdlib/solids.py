@@ -233,8 +233,8 @@ def _with_ball(rt: Runtime, name: str, base: Any, key: str, size: float, sides: 
 
 @define(
     "rounded", f"solid::Parts radius::Number [:segments::Integer] {LOOK}", "Entity",
-    "Return a solid with its outer edges rounded by a ball of `radius`, by Minkowski sums with a ball of `:segments` "
-    "sides, 12 by default; the size stays.",
+    "Return a solid of the same size with its outer edges rounded by `radius`, in scene units. The ball of the "
+    "Minkowski sums has `:segments` sides, 12 by default.",
     ('(round (compute-shape-sizes (rounded (call "cube") .1)) 3)', "[1.0 1.0 1.0]"),
     picture='(rounded (call "cube" :color (color "gold")) .2)',
 )  # fmt: skip
@@ -244,7 +244,7 @@ def rounded(rt: Runtime, solid: Any, radius: Any, segments: int = 12, **look: An
 
 @define(
     "shell", f"solid::Parts thickness::Number [:segments::Integer] {LOOK}", "Entity",
-    "Return a solid hollowed out, with walls of `thickness`; cut it to see inside.",
+    "Return a solid hollowed out, with walls of `thickness`, in scene units; cut it to see inside.",
     ('(round (volume (shell (call "cube") .25 :segments 4)) 3)', "0.875"),
     picture='(cut-plane (shell (call "sphere" :color (color "tomato")) .2 :segments 16) [-1 0 -1])',
 )  # fmt: skip
@@ -345,9 +345,9 @@ def profile_silhouette(rt: Runtime, solid: Any, segments: int = SEGMENTS) -> Any
     "extrude",
     f"profile height::Number [:twist::Number] [:taper] [:slices::Integer] [:center::Boolean] {FILL} {LOOK}",
     "Entity",
-    "Return a profile in the plane of x and y, extruded along +z by `height`. The top is turned by `:twist` radians "
-    "and scaled by `:taper`, one factor or two; `:slices` are layers of a twist; `:center` puts the middle at z = 0. "
-    "`:fill` is that of `profile-union`.",
+    "Return a profile in the plane of x and y, extruded from z = 0 along +z by `height`. The top is turned by "
+    "`:twist` radians and scaled by `:taper`, one factor or two; `:slices` are layers of a twist; `:center` puts the "
+    "middle at z = 0. `:fill` is that of `profile-union`.",
     ("(volume (extrude [[0 0] [2 0] [2 1] [0 1]] 3))", "6.0"),
     picture='(extrude [[0 0] [2 0] [2 .5] [.5 .5] [.5 1.5] [0 1.5]] .8 :color (color "steelblue"))',
 )  # fmt: skip
@@ -391,8 +391,8 @@ def _extrusion(
 
 @define(
     "text", f"text::String [:depth::Number] {TEXT} {LOOK}", "Entity",
-    "Return a text as a solid: its outlines, as by `text-outline` with its keywords, extruded by `:depth`, a fifth "
-    "of the size by default. The back is at z = 0 and the front at z = `:depth`; the baseline is at y = 0.",
+    "Return a text as a solid that faces +z, its baseline at y = 0, its back at z = 0. It is the outlines, as "
+    "by `text-outline` with its keywords, extruded by `:depth`, a fifth of the size by default.",
     ('(entity-word (text "Ada"))', '"text"'),
     picture='(text "Ada" :depth .3 :color (color "gold"))',
 )  # fmt: skip
@@ -432,8 +432,8 @@ def lathe(
 
 @define(
     "sweep", f"profile path::ArrayLike [:twist::Number] [:taper] [:closed::Boolean] {FILL} {LOOK}", "Entity",
-    "Return a profile moved along a path. Its y axis is as far upwards as possible at the start, and it does not turn "
-    "about the path except by `:twist` radians in all; `:taper`, one factor or two, is its final size. Corners are "
+    "Return a profile moved along a path, its y axis as far upwards as possible at the start. It does not turn about "
+    "the path except by `:twist` radians in all; `:taper`, one factor or two, is its final size. Corners are "
     "mitred. `:closed` leads from the last point back to the first; a path that ends where it begins is closed. "
     "`:fill` is that of `profile-union`.",
     ("(volume (sweep (rectangle 1 2) [[0 0 0] [5 0 0] [5 0 5]]))", "20.0"),

@@ -164,7 +164,7 @@ _FORMS = [
     Form(
         "assert-that",
         '(assert-that (relation word ...) ... ["message"])',
-        'State relations of things, such as `(on "cup" "table")`, about the entity that is being made, or at top '
+        'State relations of objects, such as `(on "cup" "table")`, about the entity that is being made, or at top '
         "level about the scene; `check --run` tests whether they hold.",
         None,
     ),

@@ -465,6 +465,11 @@ class Signature:
         """Required and optional parameters."""
         return (*self.required, *self.optional)
 
+    @property
+    def parameters(self) -> tuple[BuiltinParameter, ...]:
+        """All parameters but the one for the remaining arguments."""
+        return (*self.positional, *self.keywords)
+
     def takes(self, count: int) -> bool:
         """Return whether a call may have ``count`` positional arguments."""
         return len(self.required) <= count and (count <= len(self.positional) or self.rest is not None)

@@ -25,8 +25,9 @@ from scenelang.interpreter.scene.primitives import (
     solid_words,
 )
 from scenelang.interpreter.transpile.analysis.python_text import code_of
-from scenelang.reference.primer import primer
+from scenelang.reference.primer import primer, python_modelling
 from scenelang.reference.searching import fitting_parts
+from scenelang.reference.sections import fitting_sections, with_sections
 from scenelang.session.session import Session
 from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, helper_header, in_json
 
@@ -180,7 +181,7 @@ _UNTOLD = (
     "py-sample", "py-shuffle", "py-shuffle!",
 )  # fmt: skip
 _FIELDS = {
-    "word": "what it belongs to, a name such as \"chair\"; parts of one thing have one name",
+    "word": "what it belongs to, a name such as \"chair\"; parts of one object have one name",
     "shape": "the kind of primitive",
     "attributes": "an object with the primitive's attributes",
     "pose": "the upper three rows of its 4x4 matrix in the world, three lists of four numbers",
@@ -202,10 +203,24 @@ def words_of(kind: TaskKind) -> tuple[str, ...]:
     return block_words() if kind is TaskKind.BLOCKS else solid_words()
 
 
+def sections_of(kind: TaskKind) -> tuple[str, ...]:
+    """Return the sections of the system prompt of a kind."""
+    return _SECTIONS.get(kind, ())
+
+
+_SECTIONS = {TaskKind.FILM: ("films",), TaskKind.BLOCKS: ("blocks",)}
+_BY_WORDS = ("solids",)  # the others are those of a kind
+
+
+def _listed(kind: TaskKind) -> tuple[str, ...]:
+    """Return the primitives that stand before the sections: those of blocks are in theirs."""
+    return () if kind is TaskKind.BLOCKS else words_of(kind)
+
+
 def untold(kind: TaskKind) -> tuple[str, ...]:
     """Return the names of the language that are omitted from the primer for programs of a kind."""
     turned = _TURNED_HERE if kind is TaskKind.BLOCKS else ()
-    return (*_UNTOLD, *turned) if kind is TaskKind.FILM else (*_UNTOLD, *turned, "frames")
+    return (*_UNTOLD, *turned)
 
 
 def fenced(text: str, notation: Notation) -> str:
@@ -233,10 +248,12 @@ class Brief:
         if task.ablation is Ablation.W and not task.is_edit:
             rules = f"{rules}\n\n{self.prompts.text('names.md')}"
         if task.notation is Notation.PYTHON:
-            header = helper_header(helpers_of(task.kind), words_of(task.kind)).strip()
-            return self.prompts.text("system.python.md", header=header, rules=rules)
+            header = helper_header(helpers_of(task.kind), _listed(task.kind)).strip()
+            modelling = python_modelling(task.kind is not TaskKind.BLOCKS)
+            modelling = with_sections(modelling, sections_of(task.kind), is_python=True)
+            return self.prompts.text("system.python.md", header=header, modelling=modelling, rules=rules)
         if task.notation is Notation.LANGUAGE:
-            text = primer(words_of(task.kind), untold(task.kind))
+            text = with_sections(primer(_listed(task.kind), untold(task.kind)), sections_of(task.kind))
             answer = self.prompts.text("bare.md" if self.is_bare else "fenced.md")
             return self.prompts.text("system.language.md", primer=text, rules=rules, answer=answer)
         fields, primitives, most = self._fields(), self._primitives(), f"{MAX_ITEMS:,}"
@@ -271,10 +288,32 @@ class Brief:
             name = "user.image.md" if pictures else "user.text.md"
             text = self.prompts.text(name, example=self.example, task=task.text)
             text = f"{self._objects()}\n\n{text}"
+        text = f"{self._sections()}\n\n{text}"
         if self.acceptance:
             stated = "\n".join(map(str, self.acceptance))
             text = f"{text.strip()}\n\n{self.prompts.text('accepted.md', declarations=stated)}"
         return Message("user", (*pictures, TextContent(text.strip(), is_cacheable=True)))
+
+    def with_sections(self, names: Sequence[str] = ()) -> str:
+        """Return the system prompt with the sections of the task and others by name, each once."""
+        given = [name for name in names if name not in sections_of(self.task.kind)]
+        is_python = self.task.notation is Notation.PYTHON
+        return with_sections(self.system, [*self._fitting(), *given], is_python)
+
+    def _sections(self) -> str:
+        """Return the sections that the task asks for by its words, or whose names the program to edit calls.
+
+        They stand in the first turn, so that all tasks of a kind share the system prompt. A list has no functions, and
+        blocks have no solids.
+        """
+        return with_sections("", self._fitting(), self.task.notation is Notation.PYTHON)
+
+    def _fitting(self) -> list[str]:
+        """Return the names of the sections that the task asks for."""
+        task = self.task
+        if task.notation is Notation.LIST or task.kind is TaskKind.BLOCKS:
+            return []
+        return [name for name in fitting_sections(task.text, task.program or "") if name in _BY_WORDS]
 
     def _objects(self) -> str:
         """Return the section about the parts of the library that fit the task, "" if there are none.

@@ -814,8 +814,8 @@ def _add_prompts(server: SceneServer) -> None:
             "that held, or `check` with `geometry` warns of more, call `undo` at once and try it another way; "
             "after two failures in a row leave that fault.\n"
             "8. Repeat 5 to 7 until nothing is wrong or nothing gets better, then `save`. Report what holds and "
-            "what does not."
-        )
+            f"what does not.\n\n{tools.sections_for(task[:_MAX_ARGUMENT_LENGTH])}"
+        ).strip()
 
     @server.prompt(description="Change a program of the project")
     def edit(path: str, instruction: str) -> str:

@@ -25,6 +25,7 @@ from scenelang.interpreter.scene.primitives import docs_of_words
 from scenelang.interpreter.scene.primitives.asset import is_hidden
 from scenelang.interpreter.values.limits import Limits
 from scenelang.reference.primer import description, known_names, primer
+from scenelang.reference.sections import SECTIONS, fitting_sections, with_sections
 from scenelang.sandbox.supervision import limited
 from scenelang.session.declarations import declaration_source
 from scenelang.session.scene_changes import (
@@ -235,8 +236,14 @@ _END = "\nUse the tool `help` for the description of a name, and `search` to fin
 
 
 def primer_text() -> str:
-    """Return the primer as Markdown, with an example."""
-    return "\n".join([_START, primer(), _END])
+    """Return the primer as Markdown, with an example and all sections."""
+    return "\n".join([_START, with_sections(primer(), list(SECTIONS)), _END])
+
+
+def sections_for(task: str) -> str:
+    """Return the sections of the primer that a task asks for; "" without any."""
+    names = fitting_sections(task)
+    return with_sections("For this task:", names) if names else ""
 
 
 def overview_text() -> str:

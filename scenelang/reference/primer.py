@@ -9,9 +9,11 @@ from types import MappingProxyType
 
 from scenelang.backends.surfaces.appearance import MATERIALS
 from scenelang.grammar.diagnostics import CODES, diagnostic_named, explanation
+from scenelang.interpreter.runtime.modelling_helpers import modelling_helpers, python_name
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene import primitives
-from scenelang.stdlib.reference import ReferenceRecord, lookup, records
+from scenelang.interpreter.scene.declarations import RELATIONS
+from scenelang.stdlib.reference import ReferenceRecord, in_python_terms, lookup, records
 
 # One-line descriptions of primitives and their attributes, for help and completion.
 
@@ -49,18 +51,17 @@ def attribute_names() -> tuple[str, ...]:
 # as in Scheme, Python or NumPy. A name with a tilde is explained by the first sentence of its doc, with two tildes by
 # the first two, where the second one says how copies are oriented: models guess that, and turn chairs away.
 _TAUGHT: Mapping[str, str] = MappingProxyType({
-    "Things": "call~ union~ union-loop~ transform~",
-    "Definitions": "define lambda bind~ scene~ param let let* define-values frames~",
+    "Objects": "call~ union~ union-loop~ transform~",
+    "Definitions": "define lambda bind~ scene~ param let let* define-values",
     "Choices": "if cond case when and or",
     "Loops": "for/union for*/union for/list for/sum for/fold for range iota zip",
     "Poses": "translate~ rotate~ scale~ reflect~ look-at~",
-    "Combinators": "grid~ ring~~ row~ stack~ mirror~ on-top-of~ align~ attach~ along~~ scatter~ jitter",
-    "Boxes": "compute-shape-min compute-shape-max compute-shape-center compute-shape-sizes",
+    "Combinators": "grid~ ring~~ row~ stack~ mirror~ on-top-of~ align~ attach~ along~ scatter~ jitter~",
+    "Boxes": "compute-shape-min~ compute-shape-max compute-shape-center compute-shape-sizes",
     "Colours": "color~ rgb hsv",
     "Random": "random uniform normal randint choice shuffle noise",
-    "Solids": "difference~ intersection union-solid hull extrude~ lathe~ sweep rounded shell text",
-    "Profiles": "circle rectangle polygon regular-polygon star spline profile-union profile-difference offset-profile",
-    "Paths": "polyline bezier catmull-rom helix~",
+    "Solids": "difference~ extrude~ lathe~",
+    "Profiles": "circle~ rectangle~ polygon~",
     "Numbers": "+ * - / = < > <= >= // % expt atan min max round clamp lerp sqrt abs sign floor ceiling sin cos tan "
     "asin acos radians even? odd? not",
     "Lists": "list append make-list first last rest length reverse ref take drop map filter fold apply append-map "
@@ -72,11 +73,23 @@ _BY_NAME = ("Numbers", "Lists", "Vectors")  # groups whose parameters are those 
 # Relations that a prompt teaches; the others are for benchmarks and plans, which list all.
 _STATED = (
     "on inside touching clear-of distance supported above left-of in-front-of between facing aligned evenly-spaced rows"
-    " order symmetric tilt size count has-color moves turns path"
+    " order symmetric tilt size count has-color"
 )
+_STATEMENTS = ('(on "cup" "table")', '(facing "chair" "table")', '(clear-of "chair" "chair" :min .1)',
+               '(size "table" .75 :axis "y")')  # fmt: skip
+_PLAIN_OPTION = re.compile(r" \[:(?!along|across)[^]]*(?:\[[^]]*\][^]]*)?\]")  # that a usage can do without
 _CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
 _SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
-_OMITTED_KEYWORDS = (*_SURFACE, "segments", "stream", "size", "line-height")  # of solids and functions in a prompt
+_OMITTED_KEYWORDS = (
+    *_SURFACE,
+    "segments",
+    "stream",
+    "size",
+    "line-height",
+    "fill",
+    "slices",
+    "limit",
+)  # of solids and functions in a prompt
 
 
 def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) -> str:
@@ -90,23 +103,111 @@ def primer(words: Sequence[str] | None = None, without: Collection[str] = ()) ->
         Names to leave out.
     """
     chosen = tuple(primitives.docs_of_words()) if words is None else words
-    return "\n".join([*_primitives(chosen), *_names(chosen, without), *_declarations()])
+    return "\n".join([*primitive_lines(chosen), *_names(chosen, without), *_declarations()])
 
 
 def _declarations() -> Iterator[str]:
     """Yield five lines about declarations, which a program tests itself by."""
     yield "\n## What must hold\n"
     yield (
-        '`(assert-that (on "cup" "table") (facing "chair" "table") (clear-of "chair" "chair" :min .1)'
-        ' (size "table" :axis "y" .75))` at the end of a program states what must hold of every object of a word, and'
-        " is tested. `:any` and `(not (on ...))` exist."
+        f"`(assert-that {' '.join(_STATEMENTS)})` at the end of a program states what must hold of every object of a"
+        f" word, and is tested. `:any`, `:min`, `:max`, `:within` and `(not (on ...))` exist. {_UNITS}"
     )
-    yield f"Relations: {_STATED}"
+    yield f"Relations: `{' '.join(map(relation_usage, _STATED.split()))}`"
 
 
-def _primitives(words: Sequence[str]) -> Iterator[str]:
+_UNITS = (
+    "Lengths are in scene units, angles in degrees; left is -x, in front is +z, and the front of an object is its own"
+    " +z."
+)
+
+
+def relation_usage(name: str) -> str:
+    """Return how a relation is written, without the options that it can do without.
+
+    >>> relation_usage("order")
+    '(order A B ... [:along "x"])'
+    """
+    return _PLAIN_OPTION.sub("", RELATIONS[name].usage)
+
+
+def python_modelling(with_solids: bool = True) -> str:
+    """Return what Python mode has beside the helper API, as Markdown: solids, profiles and declarations.
+
+    Parameters
+    ----------
+    with_solids
+        Whether to describe the solids, which blocks of Minecraft have not.
+    """
+    groups = taught_groups({group: _TAUGHT[group] for group in ("Solids", "Profiles")})
+    head = f"More functions, also with `color`, `roughness` and `metallic`. {_PYTHON_UNITS}"
+    solids = [head, *python_lines(groups), ""] if with_solids else []
+    return "\n".join([*solids, *_python_declarations()])
+
+
+_PYTHON_UNITS = "Lengths are in scene units, angles in radians; profiles are arrays of points (x, y)."
+
+
+def _python_declarations() -> Iterator[str]:
+    """Yield lines about declarations in Python."""
+    stated = ", ".join(map(in_python, _STATEMENTS))
+    yield (
+        f"`assert_that({stated})` at the end of the program states what must hold of every object of a word, and is"
+        f" tested. `any=True`, `min=`, `max=`, `within=` and `not on(...)` exist. {_UNITS}"
+    )
+    yield f"Relations: `{', '.join(map(python_relation, _STATED.split()))}`"
+
+
+def python_relation(name: str) -> str:
+    """Return how Python mode writes a relation, without the options that it can do without.
+
+    >>> python_relation("clear-of")
+    'clear_of(a, b)'
+    """
+    call = re.sub(r"[\[\]]", "", relation_usage(name)).replace(" ...", "")
+    return in_python(re.sub(r"(?<= )[A-Z](?=[ )])", lambda match: match[0].lower(), call))
+
+
+def in_python(form: str) -> str:
+    """Return a form of names, texts and numbers as Python writes the call.
+
+    >>> in_python('(size "table" .75 :axis "y")')
+    'size("table", .75, axis="y")'
+    """
+    name, *words = form[1:-1].split()
+    text = re.sub(r":([\w-]+) ", lambda match: f"{python_name(match[1])}=", " ".join(words))
+    arguments = [each if each.startswith('"') else each.replace("-", "_") for each in text.split()]
+    return f"{python_name(name)}({', '.join(arguments)})"
+
+
+def python_lines(groups: Mapping[str, Sequence[tuple[ReferenceRecord, int]]]) -> Iterator[str]:
+    """Yield the functions of Python mode by group, those that are explained as lines; it has not all names."""
+    for group, all_members in groups.items():
+        members = [each for each in all_members if python_name(each[0].name) in modelling_helpers()]
+        if not members:
+            continue
+        plain = [_python_usage(record) for record, explained in members if not explained]
+        yield f"{group}:" + (f" {', '.join(f'`{usage}`' for usage in plain)}" if plain else "")
+        yield from (
+            f"- `{_python_usage(record)}`: {in_python_terms(_sentences(record.doc, explained))}"
+            for record, explained in members
+            if explained
+        )
+
+
+def _python_usage(record: ReferenceRecord) -> str:
+    """Return the call of a function without attributes of materials."""
+    helper = modelling_helpers()[python_name(record.name)]
+    rest = [f"*{python_name(helper.signature.rest.name)}"] if helper.signature.rest else []
+    left_out = {python_name(name) for name in _OMITTED_KEYWORDS}
+    options = [f"{name}=" for name in helper.keywords if name not in left_out]
+    return f"{helper.name}({', '.join([*helper.positional, *rest, *options])})"
+
+
+def primitive_lines(words: Sequence[str]) -> Iterator[str]:
     """Yield the primitives with their attributes, each attribute explained once, and the materials of all."""
-    yield "## Primitives\n"
+    if words:
+        yield "## Primitives\n"
     docs = primitives.docs_of_words()
     explained: set[str] = set()
     for word in words:
@@ -124,8 +225,15 @@ def _primitives(words: Sequence[str]) -> Iterator[str]:
 
 def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, int]]]:
     """Return the names that a prompt teaches by group, and by how many sentences each is explained."""
+    return taught_groups(_TAUGHT, without)
+
+
+def taught_groups(
+    texts: Mapping[str, str], without: Collection[str] = ()
+) -> dict[str, list[tuple[ReferenceRecord, int]]]:
+    """Return the names of groups, each with a tilde for every sentence that explains it, as records."""
     groups: dict[str, list[tuple[ReferenceRecord, int]]] = {}
-    for group, text in _TAUGHT.items():
+    for group, text in texts.items():
         for item in text.split():
             name, explained = item.rstrip("~"), item.count("~")
             record = lookup(name)
@@ -140,9 +248,14 @@ def _names(words: Sequence[str], without: Collection[str]) -> Iterator[str]:
     is_blocks = set(words) <= set(primitives.block_words())
     yield "\n## Names\n"
     yield "`clause` is `(x xs)`, `xs` a list or a number of turns, or `:when test`. What is in brackets is optional.\n"
-    for group, members in taught(without).items():
-        if is_blocks and group in _NOT_FOR_BLOCKS:
-            continue
+    left_out = _NOT_FOR_BLOCKS if is_blocks else ()
+    yield from group_lines({group: members for group, members in taught(without).items() if group not in left_out})
+    yield "Constants: `pi`, `tau`, `none`, `#t`, `#f`"
+
+
+def group_lines(groups: Mapping[str, Sequence[tuple[ReferenceRecord, int]]]) -> Iterator[str]:
+    """Yield the names of each group: the plain ones as one list, the explained ones as lines."""
+    for group, members in groups.items():
         if group in _BY_NAME:
             yield f"{group}: `{' '.join(record.name for record, _ in members)}`"
             continue
@@ -153,7 +266,6 @@ def _names(words: Sequence[str], without: Collection[str]) -> Iterator[str]:
             for record, explained in members
             if explained
         )
-    yield "Constants: `pi`, `tau`, `none`, `#t`, `#f`"
 
 
 def _together(usages: Sequence[str]) -> Iterator[str]:
@@ -173,13 +285,13 @@ def _quoted(usage: str) -> str:
     return " or ".join(f"`{call}`" for call in re.split(r" or (?=\()", usage))
 
 
-_NOT_FOR_BLOCKS = ("Colours", "Solids", "Profiles", "Paths")
+_NOT_FOR_BLOCKS = ("Colours", "Solids", "Profiles")
 
 
 def _sentences(doc: str, count: int) -> str:
     """Return the first sentences of a description without "Return", which every second one starts with."""
     text = ". ".join(re.split(r"(?<![ .])\. ", doc.removeprefix("Return "))[:count]).removesuffix(".")
-    return text[0].upper() + text[1:]
+    return text[:1].upper() + text[1:]
 
 
 def _usage(record: ReferenceRecord) -> str:

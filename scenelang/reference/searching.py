@@ -146,6 +146,20 @@ def fitting_parts(text: str, limit: int = 8) -> list[LibraryPart]:
     return fitting[:limit]
 
 
+def is_like(word: str, other: str) -> bool:
+    """Return whether two words have one stem: "pipes" and "pipe"."""
+    return _stem(word) == _stem(other)
+
+
+def synonyms_of(names: Sequence[str]) -> tuple[str, ...]:
+    """Return the words that lead a search to some names.
+
+    >>> synonyms_of(["helix"])
+    ('spiral',)
+    """
+    return tuple(word for word, meant in _SYNONYMS.items() if set(names) & set(meant.split()))
+
+
 def _place(text: str, names: Sequence[str]) -> int:
     """Return where a text has one of some nouns first, in either number; -1 if it has none."""
     alternatives = "|".join(re.escape(name).replace(r"\ ", r"[ -]") for name in names)

@@ -14,9 +14,11 @@ from pathlib import Path
 
 import pytest
 
+import scenelang as sl
 from models.conftest import WRONG, cubes, python, recorded
 from scenelang.backends.language_models.catalogue import ImageContent, TextContent
 from scenelang.grammar.datum import Source
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.python_helpers import HELPERS
 from scenelang.inference.brief import (
     Ablation,
@@ -27,17 +29,25 @@ from scenelang.inference.brief import (
     TaskKind,
     helpers_of,
     prompt_names,
+    sections_of,
     untold,
     words_of,
 )
 from scenelang.inference.steps import AnswerReader, Verdict
+from scenelang.interpreter.runtime.modelling_helpers import (
+    ASSERT_THAT,
+    modelling_helpers,
+    python_name,
+    relation_helpers,
+)
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
 from scenelang.reference.primer import taught
+from scenelang.reference.sections import MAX_SECTION, SECTIONS, section_text
 from scenelang.session.declarations import declarations_in
 from scenelang.session.scene_changes import changes_between, compared_frames
 from scenelang.session.session import Options, Session
-from scenelang.stdlib.reference import helper_header, parts, python_word, records
+from scenelang.stdlib.reference import helper_header, in_python_terms, parts, python_word, records
 
 pytestmark = pytest.mark.usefixtures("untried")
 
@@ -152,7 +162,7 @@ def test_every_prompt_is_read_and_has_its_places_filled() -> None:
 @pytest.mark.parametrize("name", TASKS)
 def test_prompts_have_a_bounded_size(name: str) -> None:
     chosen = TASKS[name]
-    most = {Notation.PYTHON: 1_700, Notation.LANGUAGE: 4_300, Notation.LIST: 900}[chosen.notation]
+    most = {Notation.PYTHON: 2_450, Notation.LANGUAGE: 4_300, Notation.LIST: 900}[chosen.notation]
     tokens = len(brief(chosen).system) / LETTERS_PER_TOKEN
     assert tokens < most, f"{name}: about {tokens:.0f} tokens"
     assert len(first_text(chosen)) / LETTERS_PER_TOKEN < 2_500
@@ -210,7 +220,7 @@ def test_objects_of_the_library_are_told_where_they_fit() -> None:
 def test_the_section_of_objects_has_a_limit() -> None:
     everything = " ".join(part.word for part in parts())
     told = first_text(Task(everything, notation=Notation.LANGUAGE))
-    section = told[: told.index("Examples of programs:")].strip()
+    section = told[told.index(OBJECTS) : told.index("Examples of programs:")].strip()
     assert 1_000 < len(section) <= 1_500
     assert 4 <= section.count("\n- `(call ") <= 8
     for line in section.splitlines():
@@ -223,17 +233,104 @@ def is_told(name: str, text: str) -> bool:
     return re.search(rf"`(\(|[^`\n(]* )?{re.escape(name)}[ )`]", text) is not None
 
 
+@pytest.mark.parametrize("notation", [Notation.LANGUAGE, Notation.PYTHON])
 @pytest.mark.parametrize("kind", TaskKind)
-def test_the_prompt_of_the_language_is_short_and_true(kind: TaskKind) -> None:
-    chosen = brief(task(kind, Notation.LANGUAGE))
+def test_prompts_are_short(kind: TaskKind, notation: Notation) -> None:
+    chosen = brief(task(kind, notation))
     text = chosen.system + "".join(part.text for part in chosen.first.parts if isinstance(part, TextContent))
-    assert len(text) <= 13_000
+    assert len(text) <= 13_000 + MAX_SECTION * len(sections_of(kind))
+
+
+@pytest.mark.parametrize("is_python", [False, True])
+@pytest.mark.parametrize("name", SECTIONS)
+def test_sections_are_short_and_tell_what_they_name(name: str, is_python: bool) -> None:
+    text, section = section_text(name, is_python), SECTIONS[name]
+    assert 500 < len(text) <= MAX_SECTION
+    told = [*section.names, *section.relations] if not is_python else [
+        each for each in map(python_name, (*section.names, *section.relations))
+        if each in {*modelling_helpers(), *relation_helpers()}
+    ]  # fmt: skip
+    assert told
+    for each in told:
+        assert re.search(rf"`[@(]?{re.escape(each)}[ (`]", text), each
+
+
+@pytest.mark.parametrize("kind", TaskKind)
+def test_the_prompt_of_the_language_tells_what_it_names(kind: TaskKind) -> None:
+    system = brief(task(kind, Notation.LANGUAGE)).system
     groups = taught(untold(kind))
-    listed = [r for name, members in groups.items() for r, _ in members if f"{name}:" in text]
-    assert len(groups) - len({name for name in groups if f"{name}:" in text}) == (4 if kind is TaskKind.BLOCKS else 0)
+    missing = [name for name in groups if f"\n{name}:" not in system]
+    assert len(missing) == (3 if kind is TaskKind.BLOCKS else 0)
+    listed = [r for name, members in groups.items() for r, _ in members if name not in missing]
     assert 80 < len(listed) < 150
     for record in listed:
-        assert is_told(record.name, text), record.name
+        assert is_told(record.name, system), record.name
+
+
+ASKING = {
+    "a bent pipe": True, "a sign with the word OPEN in letters": True, "a spiral staircase of stone": True,
+    "three mugs": True, "a hollow ball": True, "two boxes on a table": False, "a chessboard at game start": False,
+    "a circle of six chairs": False,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("notation", [Notation.LANGUAGE, Notation.PYTHON])
+@pytest.mark.parametrize("text", ASKING)
+def test_sections_are_added_by_words(text: str, notation: Notation) -> None:
+    section = section_text("solids", notation is Notation.PYTHON)
+    assert (section in first_text(Task(text, notation=notation))) is ASKING[text]
+    assert section not in brief(Task(text, notation=notation)).system
+    given = sl.primer(text, notation=notation.value)
+    assert (section in given) is ASKING[text]
+    assert sl.primer(text, notation=notation.value, sections=["solids"]).count(section) == 1
+
+
+def test_sections_are_added_by_the_program_to_edit_by_kind_and_by_name() -> None:
+    program = '(bind "a" (lambda () (rounded (call "cube") .1)))'
+    assert "## More solids" in first_text(Task("make it red", notation=Notation.LANGUAGE, program=program))
+    assert "## More solids" not in first_text(Task("make it red", notation=Notation.LANGUAGE, program='(scene "a")'))
+    for kind, name in ((TaskKind.FILM, "films"), (TaskKind.BLOCKS, "blocks")):
+        for notation in (Notation.LANGUAGE, Notation.PYTHON):
+            section = section_text(name, notation is Notation.PYTHON)
+            assert brief(task(kind, notation)).system.count(section) == 1
+            assert section not in brief(task(TaskKind.STILL, notation)).system
+            assert section in sl.primer(notation=notation.value, sections=[name])
+    with pytest.raises(SceneError, match="unknown section `solid`") as caught:
+        sl.primer(sections=["solid"])
+    assert "solids" in (caught.value.hint or "")
+
+
+# Names whose lengths, angles and directions a model must know, with what their lines say of them.
+ORIENTED = {
+    "translate": "scene units", "rotate": "radians", "look-at": "+z towards", "grid": "towards +x", "ring": "From +z",
+    "row": "from -x to +x", "stack": "upwards", "jitter": "radians", "scatter": "scene units", "along": "+z along",
+    "extrude": "along +z", "lathe": "around the y axis", "compute-shape-min": "scene units", "circle": "plane of x and y",
+    "rectangle": "in x", "helix": "around the y axis", "sweep": "upwards", "text": "faces +z", "rounded": "scene units",
+    "shell": "scene units",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ORIENTED)
+def test_signatures_say_orientation_and_units(name: str) -> None:
+    told = sl.primer(sections=["solids"])
+    (line,) = [line for line in told.splitlines() if line.startswith(f"- `({name} ")]
+    assert ORIENTED[name] in line
+    helper = python_name(name)
+    if helper in modelling_helpers():
+        python_told = sl.primer(notation="python", sections=["solids"])
+        (line,) = [line for line in python_told.splitlines() if line.startswith(f"- `{helper}(")]
+        assert in_python_terms(ORIENTED[name]) in line
+
+
+@pytest.mark.parametrize("kind", TaskKind)
+def test_functions_that_python_mode_is_told_translate(kind: TaskKind) -> None:
+    told = sl.primer(kind=kind.value, notation="python", sections=["solids"])
+    names = set(re.findall(r"[`, ]([a-z_]+)\(", told))
+    stated = told.split("Relations: `")[1].split("`")[0]
+    assert {python_name(name) for name in ("on", "clear-of", "evenly-spaced", "has-color")} <= names
+    assert set(re.findall(r"(\w+)\(", stated)) <= set(relation_helpers())
+    assert {"sweep", "helix"} <= names
+    assert ("lathe" in names) is (kind is not TaskKind.BLOCKS)
 
 
 @pytest.mark.parametrize("ablation", [Ablation.P, Ablation.PW])
@@ -313,7 +410,8 @@ def test_the_header_of_a_kind_is_named_in_its_rules() -> None:
     for kind in TaskKind:
         system = brief(task(kind, Notation.PYTHON)).system
         for name in set(re.findall(r"`@?([a-z_]+_[a-z_]+)\b", system)):
-            assert name in (*helpers_of(kind), "func_name"), f"{kind}: {name}"
+            known = (*helpers_of(kind), *modelling_helpers(), *relation_helpers(), ASSERT_THAT, "func_name")
+            assert name in known, f"{kind}: {name}"
 
 
 def test_names_that_are_not_told_exist() -> None:
@@ -328,7 +426,7 @@ def test_names_that_are_not_told_exist() -> None:
 # What a parameter of each helper may be.
 BALL = 'primitive_call("sphere", shape_kwargs={"radius": 1})'
 VALUES = {
-    "docstring": "'a thing'", "func_name": "'part'", "name": "'cube'", "shape_kwargs": "{'scale': (1, 2, 3)}",
+    "docstring": "'an object'", "func_name": "'part'", "name": "'cube'", "shape_kwargs": "{'scale': (1, 2, 3)}",
     "color": "(1, 0, 0)", "n": "3", "fn": "lambda i: part", "shape": "part", "pose": "translation_matrix((1, 0, 0))",
     "offset": "(1, 2, 3)", "angle": "0.5", "direction": "(0, 1, 0)", "point": "(1, 0, 0)", "scale": "(1, 2, 1)",
     "origin": "(0, 1, 0)", "normal": "(0, 1, 0)",

@@ -13,6 +13,7 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from scenelang.interpreter.runtime.modelling_helpers import modelling_helpers
 from scenelang.interpreter.transpile.analysis.collect import Effects
 from scenelang.interpreter.transpile.analysis.expressions import (
     assign,
@@ -567,8 +568,14 @@ class Departures:
         if isinstance(outer, ast.keyword):
             outer = self._parents.get(outer)
         if isinstance(outer, ast.Call) and read is not outer.func:
-            return (self._paths.of(outer.func) or "") in _LOOKED_AT or (
-                isinstance(outer.func, ast.Attribute) and outer.func.attr in ("update", "extend", "join", "issubset")
+            path = self._paths.of(outer.func) or ""
+            return (
+                path in _LOOKED_AT
+                or path in modelling_helpers()
+                or (
+                    isinstance(outer.func, ast.Attribute)
+                    and outer.func.attr in ("update", "extend", "join", "issubset")
+                )
             )
         if isinstance(outer, (ast.Dict, ast.List, ast.Tuple, ast.Set, ast.Assign, ast.AnnAssign, ast.Yield)):
             return False

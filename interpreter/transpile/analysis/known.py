@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TypeAlias, TypeVar
 
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, ModellingHelper, modelling_helpers
 from scenelang.interpreter.transpile.analysis.inference import (
     ANYTHING,
     ARRAY,
     BOOL,
+    CHANGES,
     CONTAINERS,
     DICT,
+    DRAWS,
     INT,
     LIST,
     NONE,
@@ -462,7 +466,51 @@ def _for_names(module: str, names: str, result: T) -> dict[str, T]:
     return {f"{module}.{name}" if module else name: result for name in names.split()}
 
 
+def _declaring(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
+    """Return the type of ``assert_that``, which states something of the object that is being made."""
+    infer.effect(node, CHANGES)
+    return T_NONE
+
+
+def _rows(infer: InferenceState, node: ast.AST, tag: str) -> AbstractType:
+    """Return the type of an array of points."""
+    return infer.container(node, ARRAY, infer.container(node, ARRAY, T_FLOAT, tag=f"{tag}row"), tag=tag)
+
+
+def _modelled(helper: ModellingHelper) -> Result:
+    """Return the type of what a function for solids, profiles or paths returns; functions that it takes get numbers."""
+
+    def result(
+        infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+    ) -> AbstractType:
+        for value in (*args, *named.values()):
+            for function in value.functions:
+                infer.call(value, node, [T_FLOAT] * len(function.parameters), {})
+        if helper.draws:
+            infer.effect(node, DRAWS)
+        return _BUILTIN_RESULTS[helper.result](infer, node)
+
+    return result
+
+
+# Types of the results of builtins by their names in the registry; contours are a list of arrays of points.
+_BUILTIN_RESULTS: Mapping[str, Callable[[InferenceState, ast.AST], AbstractType]] = MappingProxyType({
+    "Entity": lambda infer, node: T_SHAPE,
+    "Float": lambda infer, node: T_FLOAT,
+    "Vector": _array,
+    "Array": lambda infer, node: _rows(infer, node, ""),
+    "List": lambda infer, node: infer.container(node, LIST, _rows(infer, node, "contour")),
+    "List[Entity]": lambda infer, node: infer.container(node, LIST, T_SHAPE),
+    "List[Matrix]": lambda infer, node: infer.container(
+        node, LIST, infer.container(node, POSE, AbstractType(ARRAY), tag="pose")
+    ),
+    "Any": lambda infer, node: ANYTHING,
+})  # fmt: skip
+
 RESULTS: dict[str, AbstractType | Result] = {
+    **{name: _modelled(helper) for name, helper in modelling_helpers().items()}, ASSERT_THAT: _declaring,
     # the helper API
     "primitive_call": T_SHAPE, "concat_shapes": _concatenated_shapes, "transform_shape": T_SHAPE, "loop": _loop,
     "library_call": T_SHAPE, "translation_matrix": _pose, "rotation_matrix": _pose, "scale_matrix": _pose,

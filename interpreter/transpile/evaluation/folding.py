@@ -22,6 +22,7 @@ import numpy as np
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers, relation_helpers
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, variable_of
 from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives, UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
@@ -75,6 +76,7 @@ _ARRAY_DRAWS = words(
 _REGISTERED = "library_call(...)"  # stands for all registered functions
 _STATE = "state"  # parameter of a function that depends on more than its arguments
 _POSES = ("translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix")
+_KINDS = {"Entity": "shape", "Float": "float", "Vector": "array", "Array": "array"}  # of results of builtins
 _BOXES = ("compute_shape_center", "compute_shape_min", "compute_shape_max", "compute_shape_sizes")
 
 
@@ -547,7 +549,44 @@ class Folding:
             functions[name] = self._maker(name, "pose")
         for name in _BOXES:
             functions[name] = self._maker(name, "array")
+        for name, helper in modelling_helpers().items():
+            functions[name] = self._modelling(name, _KINDS.get(helper.result, "any"))
+        for name in relation_helpers():
+            functions[name] = self._relation_named(name)
+        functions[ASSERT_THAT] = self._declare
         return {name: Native(name, function) for name, function in functions.items()}
+
+    def _modelling(self, name: str, kind: str) -> Callable[..., Residual]:
+        """Return the function for solids, profiles or paths of a name, whose calls remain."""
+
+        def make(*arguments: Any, **named: Any) -> Residual:
+            found = self._residual(name, arguments, named, kind)
+            found.primitives = (lambda: [found]) if kind == "shape" else None
+            return found
+
+        return make
+
+    def _relation_named(self, name: str) -> Callable[..., Residual]:
+        """Return the function for a relation: its call is a statement that remains, until ``assert_that`` takes it."""
+
+        def state(*operands: Any, **options: Any) -> Residual:
+            found = self._residual(name, operands, options, "any")
+            if self.parts:
+                self.parts[-1].statements.append(("", found.node))
+            return found
+
+        return state
+
+    def _declare(self, *relations: Any, **named: Any) -> None:
+        """Leave declarations to the program."""
+        if not self.parts:
+            raise UnsupportedPython("`assert_that` about what is evaluated belongs into a registered function")
+        nodes = {key: node_of(value) for key, value in named.items()}
+        call = call_node(ASSERT_THAT, [node_of(each) for each in relations], nodes)
+        taken = [each.node for each in relations if type(each) is Residual]
+        statements = self.parts[-1].statements
+        statements[:] = [each for each in statements if not any(each[1] is node for node in taken)]
+        statements.append(("", call))
 
     def _maker(self, name: str, kind: str) -> Callable[..., Residual]:
         def make(*arguments: Any, **named: Any) -> Residual:

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers, relation_helpers
 from scenelang.interpreter.transpile.analysis.python_text import (
     PythonText,
     child_nodes,
@@ -169,7 +170,7 @@ class _Tabulation:
 
     def _shape_makers(self) -> set[str]:
         """Return the names of functions and classes that make shapes, directly or through others."""
-        found = set(_SHAPE_MAKERS)
+        found = {*_SHAPE_MAKERS, *_modelling_called(self._tree)}
         tops = [each for each in self._tree.body if isinstance(each, (ast.FunctionDef, ast.ClassDef))]
         uses = {each.name: _names_in(each) for each in tops}
         changed = True
@@ -743,6 +744,8 @@ class _Run(Folding):
             "concat_shapes": lambda *_: self._shape, "transform_shape": lambda *_: self._shape,
             "primitive_call": lambda *_, **__: self._shape, "library_call": self._call_word, "loop": self._repeat,
             **{name: self._pose_by(function) for name, function in _MATRICES.items()},
+            **{name: lambda *_, **__: self._shape for name, each in modelling_helpers().items() if each.is_shape},
+            ASSERT_THAT: lambda *_, **__: None,
         }  # fmt: skip
         return {name: Native(name, function) for name, function in functions.items()}
 
@@ -1090,6 +1093,15 @@ def _with_meaning(node: ast.AST) -> Iterator[ast.AST]:
             for child in value if isinstance(value, list) else [value]:
                 if isinstance(child, ast.AST):
                     yield from _with_meaning(child)
+
+
+def _modelling_called(tree: ast.Module) -> set[str]:
+    """Return the functions for solids and declarations that a program calls and does not define itself."""
+    nodes = list(walk_tree(tree))
+    called = {each.func.id for each in nodes if isinstance(each, ast.Call) and isinstance(each.func, ast.Name)}
+    own = {each.name for each in nodes if isinstance(each, (ast.FunctionDef, ast.ClassDef))}
+    own |= {each.id for each in nodes if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
+    return called & {*modelling_helpers(), *relation_helpers(), ASSERT_THAT} - own
 
 
 def _names_in(node: ast.AST | None) -> set[str]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from scenelang.grammar.diagnostics import suggest
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers, relation_helpers
 from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     DICT,
@@ -23,7 +24,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
 )
 from scenelang.interpreter.transpile.analysis.rewriting import name_of
 from scenelang.interpreter.transpile.analysis.scopes import PythonVariable
-from scenelang.interpreter.transpile.writing import helpers
+from scenelang.interpreter.transpile.writing import helpers, modelling
 from scenelang.interpreter.transpile.writing.code import (
     Code,
     FormCode,
@@ -689,6 +690,8 @@ _NUMPY = {
 
 
 CALLS: dict[str, CallWriter] = {
+    **dict.fromkeys(modelling_helpers(), modelling.modelling_call), ASSERT_THAT: modelling.assert_that,
+    **dict.fromkeys(relation_helpers(), modelling.relation_alone),
     "library_call": helpers.library_call, "primitive_call": helpers.primitive_call, "loop": helpers.loop,
     "concat_shapes": helpers.concat_shapes, "transform_shape": helpers.transform_shape,
     "translation_matrix": helpers.translation_matrix, "rotation_matrix": helpers.rotation_matrix,
@@ -765,6 +768,7 @@ CALLS: dict[str, CallWriter] = {
 
 
 _VALUE_NAMES = {
+    **{name: helper.counterpart for name, helper in modelling_helpers().items()},
     "len": "length", "abs": "abs", "min": "min", "max": "max", "sum": "sum", "float": "inexact", "int": "truncate",
     "round": "round", "sorted": "sort", "list": "->list", "tuple": "->list", "set": "list->set", "reversed": "reverse",
     "str.upper": "string-upcase", "concat_shapes": "union", "transform_shape": "transform",

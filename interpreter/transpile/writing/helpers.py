@@ -306,7 +306,7 @@ def _attribute(w: Writer, name: str, value: ast.expr, items: list[Code]) -> None
         return
     key = Key(_keyword_of(name), w.span(value))
     if name == "color":
-        code = _color(w, value)
+        code = write_color(w, value)
     elif name == "block_kwargs":
         code = _block_kwargs(w, value)
     elif name == "fill":
@@ -332,7 +332,7 @@ def _is_nothing(value: ast.expr) -> bool:
     return (isinstance(value, ast.Dict) and not value.keys) or is_none(value)
 
 
-def _color(w: Writer, value: ast.expr) -> Code:
+def write_color(w: Writer, value: ast.expr) -> Code:
     """Return a colour of three components; a fourth, alpha, is dropped."""
     if isinstance(value, (ast.Tuple, ast.List)) and len(value.elts) == 4:
         if not any(isinstance(e, ast.Starred) for e in value.elts) and not w.effect(value.elts[3]).has_effect:
@@ -427,7 +427,7 @@ def _given(w: Writer, node: ast.Call, name: str) -> dict[str, ast.expr]:
 def transform_shape(w: Writer, node: ast.Call) -> Code:
     given = _given(w, node, "transform_shape")
     values = [given["shape"], given["pose"]]
-    return _in_order(w, values, [Writer.expr, _pose], lambda shape, pose: form("transform", shape, pose))
+    return in_order(w, values, [Writer.expr, _pose], lambda shape, pose: form("transform", shape, pose))
 
 
 def loop(w: Writer, node: ast.Call) -> Code:
@@ -443,9 +443,7 @@ def _never_returns_shape(w: Writer, function: Function) -> bool:
     return returned is not None and returned.kinds != 0 and not returned.may(SHAPE | SEQUENCES)
 
 
-def _in_order(
-    w: Writer, values: list[ast.expr], writers: Sequence[WriteExpression], build: Callable[..., Code]
-) -> Code:
+def in_order(w: Writer, values: list[ast.expr], writers: Sequence[WriteExpression], build: Callable[..., Code]) -> Code:
     """Return a call whose arguments are evaluated in Python's order, through a ``let*`` if the order matters."""
     positions = [(v.lineno, v.col_offset) for v in values]
     codes = [write(w, value) for write, value in zip(writers, values)]
@@ -473,7 +471,7 @@ def rotation_matrix(w: Writer, node: ast.Call) -> Code:
     if not is_zero_vector(given.get("point")):
         values.append(given["point"])
     writers = [Writer.expr, write_vector, write_vector]
-    return _in_order(w, values, writers, lambda *codes: form("rotate", *codes))
+    return in_order(w, values, writers, lambda *codes: form("rotate", *codes))
 
 
 def scale_matrix(w: Writer, node: ast.Call) -> Code:
@@ -481,7 +479,7 @@ def scale_matrix(w: Writer, node: ast.Call) -> Code:
     values = [given["scale"]]
     if not is_zero_vector(given.get("origin")):
         values.append(given["origin"])
-    return _in_order(w, values, [write_vector, write_vector], lambda *codes: form("scale", *codes))
+    return in_order(w, values, [write_vector, write_vector], lambda *codes: form("scale", *codes))
 
 
 def reflection_matrix(w: Writer, node: ast.Call) -> Code:
@@ -489,7 +487,7 @@ def reflection_matrix(w: Writer, node: ast.Call) -> Code:
     if is_zero_vector(given["point"]):
         return form("reflect", write_vector(w, given["normal"]))
     values = [given["point"], given["normal"]]
-    return _in_order(w, values, [write_vector, write_vector], lambda *codes: form("reflect", *codes))
+    return in_order(w, values, [write_vector, write_vector], lambda *codes: form("reflect", *codes))
 
 
 def identity_matrix(w: Writer, node: ast.Call) -> Code:

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.modelling_helpers import modelling_helpers
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import DICT, NOTHING, AbstractType
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
@@ -170,7 +171,7 @@ def _expression(w: Writer, node: ast.Expr, block: Block, note: Code) -> None:
         return
     body = w.exits.function.body
     is_last = bool(body) and body[-1] is node  # then the function's value is found to be missing where it is used
-    if isinstance(value, ast.Call) and w.paths.of(value.func) in _SHAPE_MAKERS and not is_last:
+    if isinstance(value, ast.Call) and _makes_shape(w.paths.of(value.func) or "") and not is_last:
         w.warn(
             "python-ignored", "the shape that this statement creates is not used", node,
             "assign it, or return it: `return ...`",
@@ -180,6 +181,12 @@ def _expression(w: Writer, node: ast.Expr, block: Block, note: Code) -> None:
 
 # Functions that return a shape and change nothing.
 _SHAPE_MAKERS = frozenset(("primitive_call", "library_call", "transform_shape", "concat_shapes", "loop"))
+
+
+def _makes_shape(path: str) -> bool:
+    """Return whether a function returns a shape and changes nothing."""
+    helper = modelling_helpers().get(path)
+    return path in _SHAPE_MAKERS or (helper is not None and helper.is_shape)
 
 
 def _functional(w: Writer, node: ast.Expr, block: Block, note: Code) -> None:
