@@ -401,7 +401,12 @@ class Brief:
         return self.prompts.text("critic.system.md"), Message("user", (*self.task.pictures, *parts, TextContent(text)))
 
     def revision(
-        self, program: str, report: str, facts: str, tried: Sequence[str], views: Sequence[tuple[str, ImageContent]]
+        self,
+        program: str,
+        report: str,
+        facts: str,
+        tried: Sequence[str],
+        views: Sequence[tuple[str, ImageContent]] = (),
     ) -> Message:
         """Return the turn that asks for a revision of a program.
 
