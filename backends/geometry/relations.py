@@ -955,13 +955,17 @@ def _encircles(context: _Context) -> list[_Failure]:
 
 
 def _rising(context: _Context) -> list[_Failure]:
-    """Return the subjects that are not higher than the one before along a direction."""
+    """Return the subjects that are not higher than the one before along a direction, or around an object."""
     objects, centers, _ = _centers(context)
-    along = str(context.option("along"))
-    sign = -1.0 if along[0] == "-" else 1.0
-    order = np.argsort(sign * centers[:, "xyz".index(along[-1])], kind="stable").tolist()
+    around, along = context.option("around"), str(context.option("along"))
+    if around is not None:
+        azimuths = _azimuths(context, objects)
+        places, way = (azimuths - azimuths[int(np.argmin(centers[:, 1]))]) % 360.0, f'around "{around}"'
+    else:
+        places, way = centers[:, "xyz".index(along[-1])] * (-1.0 if along[0] == "-" else 1.0), f"along {along}"
+    order = np.argsort(places, kind="stable").tolist()
     return [
-        _Failure(f'"{objects[b].entity.word}" is not higher than the one before along {along}',
+        _Failure(f'"{objects[b].entity.word}" is not higher than the one before {way}',
                  float(centers[a, 1] - centers[b, 1]), objects[b], objects[a])
         for a, b in pairwise(order)
         if centers[b, 1] <= centers[a, 1] + context.arrangement.touch(objects[b])

@@ -106,12 +106,10 @@ def _check_amount(relation: Relation, declaration: Declaration) -> None:
         raise SceneError("value", "`rows` expects `:along`", f"write `{relation.usage}`")
     if name == "aspect" and "to" not in options:
         raise SceneError("value", "`aspect` expects `:to`", f"write `{relation.usage}`")
-    if name == "rising" and "along" not in options:
-        raise SceneError("value", "`rising` expects `:along`", f"write `{relation.usage}`")
     if name in ("size", "proportion", "aspect") and "axis" not in options:
         raise SceneError("value", f"`{name}` expects `:axis`", f"write `{relation.usage}`")
-    if name == "order" and ("along" in options) == ("around" in options):
-        raise SceneError("value", "`order` expects `:along` or `:around`", f"write `{relation.usage}`")
+    if name in ("order", "rising") and ("along" in options) == ("around" in options):
+        raise SceneError("value", f"`{name}` expects `:along` or `:around`", f"write `{relation.usage}`")
     if name == "evenly-spaced" and "along" in options and "around" in options:
         raise SceneError("value", "`evenly-spaced` expects `:along` or `:around`, got both")
     if len({*FRAME_FLAGS} & {*options}) > 1:

@@ -283,11 +283,12 @@ _RELATIONS = (
     ),
     Relation(
         "rising",
-        '(rising A :along "+x")',
-        "In the order of their centers along a direction, every A is higher than the one before.",
+        '(rising A [:along "+x"] [:around B])',
+        "In the order of their centers along a direction, every A is higher than the one before. With `:around`, in the"
+        " order counterclockwise around B, seen from above, from the lowest A on.",
         '(rising "plank" :along "+x")',
         (OBJECT,),
-        ("along",),
+        ("along", "around"),
     ),
     Relation(
         "tilt",

@@ -94,6 +94,7 @@ def benchmark(
     modes: Sequence[str] = (),
     tasks: Sequence[str] = (),
     groups: Sequence[str] = (),
+    hard: bool = False,
     task_folder: str | Path | None = None,
     settings: InferenceSettings | None = None,
     replay: str | Path | None = None,
@@ -112,7 +113,9 @@ def benchmark(
         Modes: "python", "dsl" and "dsl-grammar", each also with "+critique"; by default "python" and "dsl", or those of
         the recording.
     tasks, groups : sequence of str
-        Names of tasks and groups; by default all.
+        Names of tasks and groups; by default all but the hard split.
+    hard : bool
+        Whether the hard split is run: alone, or besides ``tasks`` and ``groups``.
     task_folder : path, optional
         TOML file with tasks, or a folder of these, in place of the package's.
     settings : InferenceSettings, optional
@@ -152,7 +155,8 @@ def benchmark(
         raise UsageError("value", "a recording and the mutation model cannot be combined")
     recording = Replay(recording_of(Path(replay)), any_prompt) if replay is not None else None
     known = load_tasks(Path(task_folder) if task_folder is not None else None)
-    chosen = applicable(known, tasks, groups)
+    is_as_recorded = recording is not None and not (tasks or groups or hard)
+    chosen = known if is_as_recorded else applicable(known, tasks, groups, hard)
     chosen_modes = tuple(modes) or _default_modes(recording, mutations)
     samples = recording.samples if recording is not None and settings.samples == 1 else settings.samples
     asked = BenchSettings(chosen_modes, samples, settings.repairs, simulates, settings.prompt_dir)
@@ -222,6 +226,7 @@ def measure_diagnostics(
     *,
     tasks: Sequence[str] = (),
     groups: Sequence[str] = (),
+    hard: bool = False,
     task_folder: str | Path | None = None,
     seed: int = 0,
 ) -> MutationReport:
@@ -231,7 +236,7 @@ def measure_diagnostics(
     ----------
     per_kind : int
         Number of programs with a mistake of each kind.
-    tasks, groups, task_folder
+    tasks, groups, hard, task_folder
         As of ``benchmark``.
     seed : int
         The same seed plants the same mistakes.
@@ -243,7 +248,7 @@ def measure_diagnostics(
     """
     if not 1 <= per_kind <= 10_000:
         raise UsageError("value", f"expected 1 to 10,000 mistakes of each kind, got {per_kind:,}")
-    chosen = applicable(load_tasks(Path(task_folder) if task_folder is not None else None), tasks, groups)
+    chosen = applicable(load_tasks(Path(task_folder) if task_folder is not None else None), tasks, groups, hard)
     return measure({task.name: task.passes for task in chosen}, per_kind, seed)
 
 

@@ -83,6 +83,8 @@ class BenchTask:
         Names of warnings of `check --geometry` that a scene may have, such as "floating" for planets.
     program, python
         The program to edit in the language and in Python; None where there is none.
+    is_hard
+        Whether it belongs to the hard split, which runs only when it is asked for: `hard = true` of its file.
     is_image
         Whether the model is given a picture of the scene of ``passes``.
     passes
@@ -102,6 +104,7 @@ class BenchTask:
     allows: frozenset[str]
     program: str | None
     python: str | None
+    is_hard: bool
     is_image: bool
     passes: str
     wrong: tuple[WrongScene, ...]
@@ -177,12 +180,13 @@ def tasks_of(source: Source) -> list[BenchTask]:
     tables = document.tables("task")
     if len(tables) > _MAX_TASKS:
         document.fail("task", f"more than {_MAX_TASKS:,} tasks")
-    found = [_task(table, group) for table in tables]
+    is_hard = document.flag("hard", False)
+    found = [_task(table, group, is_hard) for table in tables]
     document.finish()
     return found
 
 
-def _task(table: TomlTable, group: str) -> BenchTask:
+def _task(table: TomlTable, group: str, is_hard: bool) -> BenchTask:
     name = _required(table, "name")
     if not _NAME.fullmatch(name) or len(name) > _MAX_NAME:
         expected = f"at most {_MAX_NAME} small letters, digits and hyphens"
@@ -202,8 +206,8 @@ def _task(table: TomlTable, group: str) -> BenchTask:
     table.finish()
     return BenchTask(
         name, group, kind, tuple(clause for clause, _ in clauses), tuple(declared),
-        tuple(dict.fromkeys(word for clause, _ in clauses for word in clause.keep)), allows, program, python, is_image,
-        passes, wrong, tuple(declared.values()),
+        tuple(dict.fromkeys(word for clause, _ in clauses for word in clause.keep)), allows, program, python, is_hard,
+        is_image, passes, wrong, tuple(declared.values()),
     )  # fmt: skip
 
 

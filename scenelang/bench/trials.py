@@ -400,11 +400,17 @@ def run_trials(
     return run.trials()
 
 
-def applicable(tasks: Sequence[BenchTask], names: Sequence[str], groups: Sequence[str]) -> list[BenchTask]:
-    """Return the tasks with some names or of some groups, all if none are given. Raises UsageError for unknown ones."""
+def applicable(
+    tasks: Sequence[BenchTask], names: Sequence[str], groups: Sequence[str], is_hard: bool = False
+) -> list[BenchTask]:
+    """Return the tasks with some names, of some groups or, if ``is_hard``, of the hard split; by default all others.
+
+    Raises UsageError for unknown names and groups.
+    """
     for asked, known, what in ((names, [t.name for t in tasks], "task"), (groups, [t.group for t in tasks], "group")):
         for name in asked:
             if name not in known:
                 listed = ", ".join(dict.fromkeys(known)) if what == "group" else None
                 raise UsageError("value", f"unknown {what} `{name}`", suggest(name, known) or listed)
-    return [t for t in tasks if (not names and not groups) or t.name in names or t.group in groups]
+    is_split = is_hard or not (names or groups)
+    return [t for t in tasks if t.name in names or t.group in groups or (is_split and t.is_hard == is_hard)]

@@ -31,6 +31,7 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
     )
     chosen.add_argument("--task", action="append", default=[], metavar="NAME", help="run this task; may be repeated")
     chosen.add_argument("--group", action="append", default=[], metavar="NAME", help="run the tasks of this group")
+    chosen.add_argument("--hard", action="store_true", help="run the hard split, which other runs leave out")
     chosen.add_argument(
         "--tasks", metavar="PATH", help="TOML file with tasks, or a folder of these (default: the package's)"
     )
@@ -72,8 +73,8 @@ def run_bench(arguments: argparse.Namespace) -> int:
         return print_result(arguments, api.comparison_data(comparison), comparison_markdown(comparison))
     if arguments.mistakes is not None:
         measured = api.measure_diagnostics(
-            arguments.mistakes, tasks=arguments.task, groups=arguments.group, task_folder=arguments.tasks,
-            seed=arguments.mutations or 0,
+            arguments.mistakes, tasks=arguments.task, groups=arguments.group, hard=arguments.hard,
+            task_folder=arguments.tasks, seed=arguments.mutations or 0,
         )  # fmt: skip
         return print_result(arguments, measured.data(), measured.markdown())
     return _run(arguments)
@@ -82,7 +83,7 @@ def run_bench(arguments: argparse.Namespace) -> int:
 def _list(arguments: argparse.Namespace) -> int:
     """Print the tasks that the options select."""
     tasks = load_tasks(Path(arguments.tasks) if arguments.tasks else None)
-    chosen = applicable(tasks, arguments.task, arguments.group)
+    chosen = applicable(tasks, arguments.task, arguments.group, arguments.hard)
     rows = [(t.group, t.name, t.kind.value, len(t.that) + bool(t.keep), t.prompt) for t in chosen]
     data = [dict(zip(("group", "name", "kind", "predicates", "prompt"), row)) for row in rows]
     header = ("group", "task", "kind", "predicates", "prompt")
@@ -98,9 +99,9 @@ def _run(arguments: argparse.Namespace) -> int:
     try:
         report = api.benchmark(
             arguments.output, modes=arguments.mode.split(",") if arguments.mode else (), tasks=arguments.task,
-            groups=arguments.group, task_folder=arguments.tasks, settings=settings, replay=arguments.replay,
-            any_prompt=arguments.any_prompt, mutations=arguments.mutations, simulates=arguments.physics,
-            progress=progress(arguments, "trials"),
+            groups=arguments.group, hard=arguments.hard, task_folder=arguments.tasks, settings=settings,
+            replay=arguments.replay, any_prompt=arguments.any_prompt, mutations=arguments.mutations,
+            simulates=arguments.physics, progress=progress(arguments, "trials"),
         )  # fmt: skip
     except KeyboardInterrupt:
         print(f"interrupted; the same command goes on with {arguments.output}", file=sys.stderr)

@@ -10,6 +10,7 @@ import pytest
 import scenelang as sl
 from scenelang.bench.scoring import kept_share, scene_of, score_of
 from scenelang.bench.tasks import BenchTask, load_tasks, tasks_of
+from scenelang.bench.trials import applicable
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import TaskKind
@@ -72,6 +73,28 @@ def passes(task: BenchTask, program: str) -> bool:
 def test_wrong_scenes_are_five_with_a_reason_each(task: BenchTask) -> None:
     assert 4 <= len(task.wrong) == len({wrong.program for wrong in task.wrong}) <= 5
     assert all(wrong.breaks and wrong.why for wrong in task.wrong)
+
+
+HARD = [task for task in TASKS if task.is_hard]
+
+
+@pytest.mark.parametrize("task", HARD, ids=lambda task: task.name)
+@pytest.mark.sampled(8)
+def test_every_clause_of_a_hard_task_is_broken_by_a_wrong_scene(task: BenchTask) -> None:
+    broken = {text for wrong in task.wrong for text in score_of(task, scene_of(wrong.program)).failed(task)}
+    assert [clause.says for clause in task.clauses if clause.that and not broken & {*clause.that}] == []
+
+
+def test_the_hard_split_runs_only_when_it_is_asked_for() -> None:
+    assert len(HARD) == 40
+    assert {task.group for task in HARD} == {"hard"}
+    assert Counter(task.kind for task in HARD) == {TaskKind.STILL: 35, TaskKind.FILM: 3, TaskKind.BLOCKS: 2}
+    assert applicable(TASKS, (), (), is_hard=True) == applicable(TASKS, (), ["hard"]) == HARD
+    assert applicable(TASKS, ["bicycle"], ()) == [task for task in HARD if task.name == "bicycle"]
+    assert not any(task.is_hard for task in applicable(TASKS, (), ()))
+    both = applicable(TASKS, ["abacus"], (), is_hard=True)
+    assert [task.name for task in both if not task.is_hard] == ["abacus"]
+    assert len(both) == 41
 
 
 def test_nearly_all_wrong_scenes_are_rejected() -> None:

@@ -160,6 +160,16 @@ CASES = [
     (at("cup", 0, 0, 0) + at("cup", 1, 0.2, 0) + at("cup", 2, 0.4, 0), '(rising "cup" :along "+x")', True),
     (at("cup", 0, 0, 0) + at("cup", 1, 0.2, 0) + at("cup", 2, 0.4, 0), '(rising "cup" :along "-x")', False),
     (
+        at("post", 0, 0, 0) + at("cup", 0, 0.2, 1) + at("cup", 1, 0.4, 0) + at("cup", 0, 0.6, -1),
+        '(rising "cup" :around "post")',
+        True,
+    ),
+    (
+        at("post", 0, 0, 0) + at("cup", 0, 0.2, -1) + at("cup", 1, 0.4, 0) + at("cup", 0, 0.6, 1),
+        '(rising "cup" :around "post")',
+        False,
+    ),
+    (
         at("post", 0, 0, 0) + at("cup", 0, 4, 0) + at("cup", 0, -2, 0) + at("cup", 3, 1, 0) + at("cup", -3, 1, 0),
         '(evenly-spaced "cup" :around "post" :axis "z")',
         True,
