@@ -791,7 +791,7 @@ _FORMS = {
 _NAMES = {
     "unbound": "Correct the spelling, define the name, or import the file that defines it.",
     "undefined-yet": "Move the definition before its first use, or use the name only inside a function called later.",
-    "type-name": "Use a type listed in `docs/reference/stdlib.md`, or the name of a record.",
+    "type-name": "Use a type listed in `docs/reference/types.md`, or the name of a record.",
     "no-root": 'Bind a word, for example `(bind "word" (lambda () (call "cube")))`.',
     "param": "Pass a value of the param's type, between its `:min` and `:max`, under the name used in the program.",
 }

@@ -46,7 +46,7 @@ from scenelang.stdlib.sequences import (
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
 
-registry = Registry("changes")
+registry = Registry("mutation")
 
 _MIN_CHARGED_ITEMS = 1 << 16  # the reallocation of longer lists is charged
 

@@ -32,7 +32,7 @@ from scenelang.stdlib.operands import identical, is_array, record_read
 if TYPE_CHECKING:
     from scenelang.interpreter.runtime.runtime import Runtime
 
-registry = Registry("tests")
+registry = Registry("predicates")
 
 
 def _define_test(

@@ -115,15 +115,15 @@ TOPICS: dict[str, tuple[str, str]] = {
         "A path is an array of points [x y z]; points [x y] are in the plane z = 0. It is closed if it ends where it "
         "begins. `sweep` moves a profile along it, and `along` places objects on it.",
     ),
-    "colors": ("Colours", ""),
+    "colors": ("Colors", ""),
     "numbers": ("Numbers", "Arithmetic works on numbers and elementwise on arrays."),
-    "tests": ("Type predicates and equality", ""),
+    "predicates": ("Type predicates and equality", ""),
     "lists": ("Lists and pairs", ""),
     "sequences": (
         "Sequences",
         "A sequence is a list, a mutable list, an array, a string, a set or the keys of a table.",
     ),
-    "changes": (
+    "mutation": (
         "Mutation",
         "These functions modify mutable lists, mutable arrays, tables and sets. Lists, arrays and strings are "
         "immutable.",

@@ -22,6 +22,8 @@ from scenelang.stdlib import reference
 from scenelang.stdlib.library import PRELUDE, build_library
 
 ROOT = Path(__file__).parents[1]
+# Pages whose examples are run where what they show is tested, or that have no examples.
+TESTED_ELSEWHERE = {"cli", "diagnostics", "forms", "relations", "tolerances"}
 DOCUMENTS = (
     "README.md",
     "docs/language.md",
@@ -44,7 +46,6 @@ DOCUMENTS = (
     "docs/distillation.md",
     "docs/inversion.md",
     "docs/evaluation.md",
-    "docs/reference/stdlib.md",
     "docs/reference/diagnostics.md",
     "docs/reference/cli.md",
     "docs/checker.md",
@@ -57,6 +58,11 @@ DOCUMENTS = (
     "docs/concepts.md",
     "docs/paper.md",
     "docs/faq.md",
+    *(
+        f"docs/reference/{path.name}"
+        for path in sorted((ROOT / "docs" / "reference").glob("*.md"))
+        if path.stem not in TESTED_ELSEWHERE
+    ),
     *(f"docs/tutorials/{path.name}" for path in sorted((ROOT / "docs" / "tutorials").glob("*.md"))),
 )
 
@@ -172,7 +178,8 @@ def test_links_lead_somewhere(document: str) -> None:
 
 
 def _anchors(page: Path) -> set[str]:
-    return {_anchor(title) for title in re.findall(r"^#+ (.*)$", page.read_text("utf-8"), re.M)}
+    titles = re.findall(r"^#+ (.*?)(?: \{#(\S+)\})?$", page.read_text("utf-8"), re.M)
+    return {identifier or _anchor(title) for title, identifier in titles}
 
 
 def _anchor(title: str) -> str:

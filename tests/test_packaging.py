@@ -138,7 +138,7 @@ def test_the_sdist_builds_the_same_wheel(built: Built, tmp_path: Path) -> None:
 
 def test_the_sdist_has_what_people_and_builders_need(built: Built) -> None:
     wanted = {"LICENSE", "README.md", "Makefile", "constraints.txt", "pyproject.toml", "docs/tutorial.md",
-              "docs/reference/stdlib.md", "docs/reference/pictures/ring.png", "examples/chessboard.scene",
+              "docs/reference/combinators.md", "docs/reference/pictures/ring.png", "examples/chessboard.scene",
               "tests/test_packaging.py", "tests/bad/E101-end.scene", "backends/viewer/source/src/main.js",
               "backends/deepslate/source/src/main.js",
               "docs/generator/__main__.py", "editors/vscode/package.json"}  # fmt: skip

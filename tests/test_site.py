@@ -72,7 +72,7 @@ def test_search_works_from_files(site: Path) -> None:
     text = (site / "search" / "search_index.js").read_text("utf-8")
     index = json.loads(text.removeprefix("var __index = "))
     found = [page["location"] for page in index["docs"] if "union-loop" in page["text"]]
-    assert any(location.startswith("reference/stdlib.html") for location in found)
+    assert any(location.startswith("reference/paper.html") for location in found)
     assert "iframe-worker.js" in (site / "index.html").read_text("utf-8")
 
 

@@ -4,12 +4,13 @@ into this folder of documents or another."""
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 from generator.architecture import architecture_svg
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
-from generator.library_page import PICTURES, forms_page, picture_program, relations_page, stdlib_page
+from generator.library_page import PICTURES, forms_page, library_pages, picture_program, relations_page
 from generator.parts_page import parts_page, picture_path
 from generator.performance_page import performance_page
 from generator.pictures import drawn, save
@@ -20,7 +21,6 @@ from scenelang.stdlib.reference import RecordKind, parts, records
 
 DOCS = Path(__file__).parents[1]
 PAGES = {
-    "reference/stdlib.md": stdlib_page,
     "reference/forms.md": forms_page,
     "reference/relations.md": relations_page,
     "reference/diagnostics.md": diagnostics_page,
@@ -36,12 +36,18 @@ CAMERA = "azimuth=28,elevation=24"
 TUTORIAL = (360, 270)
 
 
+def pages() -> Iterator[tuple[str, str]]:
+    """Yield the file names of all generated pages, relative to the folder of documents, and their texts."""
+    yield from ((name, page()) for name, page in PAGES.items())
+    yield from ((f"reference/{name}", text) for name, text in library_pages().items())
+
+
 def main(folder: Path = DOCS) -> int:
     """Write every page and picture."""
-    for name, page in PAGES.items():
+    for name, text in pages():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page(), "utf-8")
+        path.write_text(text, "utf-8")
     for record in records():
         if record.picture is not None and record.kind is not RecordKind.PART:
             save(drawn(picture_program(record), SMALL, CAMERA), folder / "reference" / PICTURES / f"{record.name}.png")

@@ -39,3 +39,34 @@ def anchor(title: str) -> str:
     """What a heading is linked by."""
     kept = "".join(c for c in title.lower() if c.isalnum() or c in "_- ")
     return kept.replace(" ", "-")
+
+
+# Names of which nothing is left without signs.
+_SIGNS = {
+    "+": "plus", "-": "minus", "*": "times", "/": "divided-by", "//": "floor-divided-by", "%": "modulo",
+    "=": "equal-to", "<": "less-than", ">": "greater-than", "<=": "at-most", ">=": "at-least",
+    "@": "matrix-product", "==": "equals",
+}  # fmt: skip
+_MARKS = {"?": "-p", "!": "-changes", "->": "-to-", "*": "-star", ":": "attribute-", "/": "-"}
+
+
+def identifier(name: str) -> str:
+    """What the section of a name is linked by; no two names of the language have one in common.
+
+    >>> identifier("list->string"), identifier("even?"), identifier("translate"), identifier("+")
+    ('list-to-string', 'even-p', 'translate', 'plus')
+    """
+    prefix, _, sign = name.partition("py-")
+    if not prefix and sign in _SIGNS:
+        return f"py-{_SIGNS[sign]}"
+    if name in _SIGNS:
+        return _SIGNS[name]
+    for sign, word in _MARKS.items():
+        name = name.replace(sign, word)
+    return anchor(name)
+
+
+def heading(level: int, name: str) -> str:
+    """A heading for a name; its identifier is written where it is not the one that Markdown makes of the name."""
+    own = identifier(name)
+    return f"{'#' * level} {name}" + (f" {{#{own}}}" if own != anchor(name) else "")

@@ -22,6 +22,15 @@ ROOT = DOCS.parent
 PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", "SECURITY.md": "reporting.md"}
 LIVE = ("chessboard", "orrery")
 
+# Pages about the project itself come after those about the product, and long lists of words are no answers.
+_SEARCH = {
+    name: {"boost": 0.1}
+    for name in (
+        "architecture.md", "decisions.md", "performance.md", "reference/index.md", "reference/tolerances.md",
+        *PAGES.values(),
+    )
+}  # fmt: skip
+
 _LINK = re.compile(r"(?P<before>\]\()(?P<path>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
 _FENCE = re.compile(r"(^(?P<fence>`{3,}).*?^(?P=fence)$)", re.M | re.S)
 _INFO = re.compile(r"^(`{3,}\w+)\b(?! title=)[^\n]*")  # words that only the tests of the documentation read
@@ -52,6 +61,7 @@ def _folder(file: File) -> Path:
 
 
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
+    page.meta.setdefault("search", _SEARCH.get(page.file.src_uri, {}))
     if page.file.src_uri == "gallery.md":
         markdown = _gallery()
     parts = _FENCE.split(markdown)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -45,23 +45,65 @@ _STOP = frozenset(
         "the their this thing to want what which with",
     )
 )
+# Words of other tools and languages, and of tasks, with the names that they mean here. Search, help and the reference
+# read them. From the documentation of OpenSCAD, CadQuery, build123d, Blender, trimesh, three.js, numpy, Scheme, Python.
 _SYNONYMS = {
+    # copies and arrangements
     "duplicate": "copy repeat", "clone": "copy repeat", "repeat": "copy loop", "copies": "ring row grid union-loop",
-    "copy": "ring row grid", "circle": "ring around", "radial": "ring", "circular": "ring", "around": "ring",
+    "copy": "ring row grid", "circle": "ring around", "radial": "ring", "circular": "ring", "polar": "ring",
+    "around": "ring", "array": "ring row grid along array", "pattern": "ring row grid", "linear": "row",
+    "instance": "call union along scatter", "distribute": "row scatter scatter-on", "clones": "union-loop grid",
+    "pile": "stack", "tower": "stack", "snap": "align attach on-top-of", "flip": "mirror reflect",
+    "reflect": "mirror", "mirrored": "mirror symmetric", "symmetry": "mirror symmetric",
+    # solids
     "subtract": "difference cut", "carve": "difference cut", "hole": "difference subtract", "cut": "difference",
-    "boolean": "difference intersection union-solid", "merge": "union", "combine": "union", "group": "union",
-    "move": "translate", "shift": "translate", "position": "translate", "spin": "rotate", "turn": "rotate",
-    "resize": "scale", "flip": "mirror reflect", "reflect": "mirror", "mirrored": "mirror symmetric",
-    "animation": "frames", "animate": "frames", "video": "frames", "motion": "frames", "material": "roughness metallic",
-    "shiny": "metallic roughness", "glass": "opacity ior", "transparent": "opacity", "transparency": "opacity",
-    "glow": "emission", "light": "emission", "colour": "color", "touch": "touching", "pile": "stack", "tower": "stack",
-    "spiral": "helix", "tube": "sweep", "pipe": "sweep", "letters": "text", "uneven": "noise", "font": "text",
-    "bevel": "rounded", "fillet": "rounded", "ball": "sphere", "box": "cube", "minecraft": "block",
-    "variable": "define let", "function": "lambda define", "iterate": "for", "slider": "param", "adjustable": "param",
-    "stands": "on supported", "stand": "on supported", "rest": "on supported", "resting": "on supported",
-    "floating": "supported on", "collide": "clear-of", "collision": "clear-of", "overlap": "clear-of",
-    "gap": "distance", "apart": "distance clear-of", "undefined": "unbound", "defined": "unbound", "revolve": "lathe",
-    "revolution": "lathe", "terrain": "heightfield",
+    "cutout": "difference", "boolean": "difference intersection union-solid", "fuse": "union-solid",
+    "weld": "union-solid", "merge": "union", "combine": "union", "group": "union", "collection": "union",
+    "bevel": "rounded", "fillet": "rounded", "chamfer": "rounded", "hollow": "shell difference", "thicken": "shell",
+    "inset": "offset-profile", "grow": "offset-solid", "slice": "cut-plane split profile-section",
+    "linear-extrude": "extrude", "pad": "extrude", "revolve": "lathe", "revolution": "lathe", "screw": "helix sweep",
+    "thread": "helix sweep", "spiral": "helix", "spring": "helix sweep", "tube": "sweep", "pipe": "sweep",
+    "letters": "text", "font": "text", "terrain": "heightfield", "landscape": "heightfield noise", "convex": "hull",
+    "svg": "svg-path", "vertices": "mesh", "faces": "mesh",
+    # poses
+    "move": "translate", "shift": "translate", "position": "translate", "offset": "translate offset-profile",
+    "spin": "rotate", "turn": "rotate", "orient": "look-at rotate", "aim": "look-at", "lookat": "look-at",
+    "resize": "scale", "pivot": "rotate scale pose", "place": "transform translate", "parent": "transform union",
+    "multmatrix": "transform @", "matmul": "@", "compose": "@", "slerp": "lerp", "tween": "lerp smoothstep",
+    "boundingbox": "compute-shape-min compute-shape-max", "bounds": "compute-shape-min compute-shape-max",
+    "bbox": "compute-shape-min compute-shape-max", "dimensions": "compute-shape-sizes",
+    # looks
+    "material": "roughness metallic", "shiny": "metallic roughness", "metal": "metallic roughness",
+    "glass": "opacity ior", "transparent": "opacity", "transparency": "opacity", "alpha": "opacity",
+    "glow": "emission", "light": "emission", "lights": "emission", "lamp": "emission", "colour": "color",
+    "hex": "color", "paint": "color", "texture": "color noise", "uneven": "noise", "perlin": "noise fbm",
+    # primitives
+    "ball": "sphere", "box": "cube", "block": "cube set-cuboid", "cuboid": "cube", "pyramid": "cone",
+    "donut": "torus", "pill": "capsule", "plane": "cube", "minecraft": "block", "obj": "asset", "gltf": "asset",
+    "glb": "asset", "model": "asset",
+    # films
+    "animation": "frames", "animate": "frames", "video": "frames", "motion": "frames", "keyframe": "frames lerp",
+    "keyframes": "frames lerp", "timeline": "frames",
+    # language
+    "variable": "define let", "function": "lambda define", "def": "define", "module": "define import",
+    "iterate": "for", "loop": "for union-loop do while", "foreach": "for for-each", "comprehension": "for/list",
+    "slider": "param", "customizer": "param", "adjustable": "param", "else": "if cond", "elif": "cond",
+    "switch": "case cond", "match": "case cond", "try": "guard", "catch": "guard", "except": "guard",
+    "throw": "raise error", "return": "let/ec", "break": "let/ec", "null": "none null?", "nil": "none null?",
+    "dict": "table", "dictionary": "table", "hash": "table", "object": "table define-record", "struct": "define-record",
+    "class": "define-record", "len": "length", "size": "length", "nth": "ref list-ref",
+    "concat": "append string-append", "concatenation": "append string-append",
+    "join": "string-join append", "substr": "substring",
+    "uppercase": "string-upcase", "lowercase": "string-downcase", "interpolate": "format lerp interp",
+    "debug": "print", "echo": "print", "log": "print", "seed": "random set-seed! random-stream",
+    "gaussian": "normal", "rand": "random uniform", "modulo": "%", "power": "expt", "pow": "expt", "ln": "log",
+    "atan2": "atan", "degree": "degrees radians", "angle": "radians rotate", "mix": "lerp", "clip": "clamp",
+    "magnitude": "norm", "unit": "normalize",
+    # relations and errors
+    "touch": "touching", "stands": "on supported", "stand": "on supported", "rest": "on supported",
+    "resting": "on supported", "floating": "supported on", "collide": "clear-of", "collision": "clear-of",
+    "overlap": "clear-of", "gap": "distance", "apart": "distance clear-of", "undefined": "unbound",
+    "defined": "unbound",
 }  # fmt: skip
 
 _AROUND = re.compile(r"\b(?:in|into|around|on) an? (?:circle|ring)\b")  # a place, not the profile
@@ -151,11 +193,16 @@ def is_like(word: str, other: str) -> bool:
     return _stem(word) == _stem(other)
 
 
+def other_words() -> Mapping[str, tuple[str, ...]]:
+    """Return the words of other tools, each with the names that it means here."""
+    return {word: tuple(meant.split()) for word, meant in _SYNONYMS.items()}
+
+
 def synonyms_of(names: Sequence[str]) -> tuple[str, ...]:
     """Return the words that lead a search to some names.
 
     >>> synonyms_of(["helix"])
-    ('spiral',)
+    ('screw', 'thread', 'spiral', 'spring')
     """
     return tuple(word for word, meant in _SYNONYMS.items() if set(names) & set(meant.split()))
 
