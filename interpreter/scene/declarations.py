@@ -477,6 +477,7 @@ COLORS = ("black", "white", "gray", "red", "orange", "brown", "yellow", "green",
 _MAX_BLACK_VALUE, _MAX_BLACK_GRAY_VALUE, _MIN_WHITE_VALUE = 0.2, 0.36, 0.85  # the second one of pale colors
 _MAX_PALE_SATURATION = 0.15
 _MAX_BROWN_VALUE, _MAX_BROWN_SATURATION = 0.72, 0.45  # a dark or a dull orange is brown
+_MAX_RED_BROWN_VALUE, _MAX_RED_BROWN_SATURATION = 0.7, 0.78  # "brown" of CSS is a dark, dull red; "firebrick" is red
 _MAX_OLIVE_VALUE = 0.6  # a dark yellow is green
 _MAX_PINK_SATURATION, _MIN_PINK_VALUE = 0.5, 0.8  # a light, dull red is pink
 _MAX_MAROON_VALUE = 0.5  # a dark pink is purple
@@ -499,6 +500,8 @@ def basic_color(color: Sequence[float]) -> str:
         return "white" if value > _MIN_WHITE_VALUE else "gray"
     name = next(name for end, name in _HUES if 360.0 * hue <= end)
     if name == "orange" and (value < _MAX_BROWN_VALUE or saturation < _MAX_BROWN_SATURATION):
+        return "brown"
+    if name == "red" and value < _MAX_RED_BROWN_VALUE and saturation < _MAX_RED_BROWN_SATURATION:
         return "brown"
     if name == "yellow" and value < _MAX_OLIVE_VALUE:
         return "green"
