@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from generator.architecture import architecture_svg
+from generator.cheat_sheet import cheat_sheet_page
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
 from generator.library_page import PICTURES, forms_page, library_pages, picture_program, relations_page
@@ -26,6 +27,7 @@ PAGES = {
     "reference/diagnostics.md": diagnostics_page,
     "reference/tolerances.md": tolerances_page,
     "reference/cli.md": cli_page,
+    "cheat-sheet.md": cheat_sheet_page,
     "parts.md": parts_page,
     "performance.md": performance_page,
     "architecture.svg": architecture_svg,

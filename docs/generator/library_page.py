@@ -91,7 +91,7 @@ def _notes(name: str, errors: Sequence[str] = ()) -> Iterator[str]:
     if others:
         notes.append("In other words: " + ", ".join(others))
     if related:
-        notes.append("See also: " + ", ".join(f"[`{other}`]({_place_of(other)})" for other in related))
+        notes.append("See also: " + ", ".join(f"[`{other}`]({place_of(other)})" for other in related))
     yield from (". ".join([*notes, ""]).rstrip(), "") if notes else ()
 
 
@@ -123,7 +123,8 @@ def _places() -> Mapping[str, str]:
     return places
 
 
-def _place_of(name: str) -> str:
+def place_of(name: str) -> str:
+    """Return where a name has its section, relative to the folder of the reference."""
     return _places()[name]
 
 
@@ -202,7 +203,7 @@ def _names_of(topic: str) -> str:
 
 
 def _linked(names: Sequence[str]) -> str:
-    return ", ".join(f"[`{name}`]({_place_of(name)})" for name in names)
+    return ", ".join(f"[`{name}`]({place_of(name)})" for name in names)
 
 
 def picture_program(record: ReferenceRecord) -> str:

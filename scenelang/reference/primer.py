@@ -50,7 +50,7 @@ def attribute_names() -> tuple[str, ...]:
 # Names that a prompt teaches, by group: what scenes need, by a census of the examples and the corpus. All others work
 # as in Scheme, Python or NumPy. A name with a tilde is explained by the first sentence of its doc, with two tildes by
 # the first two, where the second one says how copies are oriented: models guess that, and turn chairs away.
-_TAUGHT: Mapping[str, str] = MappingProxyType({
+TAUGHT: Mapping[str, str] = MappingProxyType({
     "Objects": "call~ union~ union-loop~ transform~",
     "Definitions": "define lambda bind~ scene~ param let let* define-values",
     "Choices": "if cond case when and or",
@@ -139,7 +139,7 @@ def python_modelling(with_solids: bool = True) -> str:
     with_solids
         Whether to describe the solids, which blocks of Minecraft have not.
     """
-    groups = taught_groups({group: _TAUGHT[group] for group in ("Solids", "Profiles")})
+    groups = taught_groups({group: TAUGHT[group] for group in ("Solids", "Profiles")})
     head = f"More functions, also with `color`, `roughness` and `metallic`. {_PYTHON_UNITS}"
     solids = [head, *python_lines(groups), ""] if with_solids else []
     return "\n".join([*solids, *_python_declarations()])
@@ -225,7 +225,7 @@ def primitive_lines(words: Sequence[str]) -> Iterator[str]:
 
 def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, int]]]:
     """Return the names that a prompt teaches by group, and by how many sentences each is explained."""
-    return taught_groups(_TAUGHT, without)
+    return taught_groups(TAUGHT, without)
 
 
 def taught_groups(
