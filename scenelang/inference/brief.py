@@ -383,6 +383,10 @@ class Brief:
         """Return the turn that sends a plan back with what is wrong with it."""
         return text_message("user", self.prompts.text("replan.md", problems="\n".join(f"- {p}" for p in problems)))
 
+    def reconsidering(self, problems: Sequence[str]) -> Message:
+        """Return the turn that asks whether statements that fail say what the task does."""
+        return text_message("user", self.prompts.text("reconsider.md", problems="\n".join(f"- {p}" for p in problems)))
+
     def part(self, word: str, described: str, written: Sequence[str]) -> Message:
         """Return the turn that asks for the function of one part."""
         known = ", ".join(f'"{each}"' for each in written) or "none"

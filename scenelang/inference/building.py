@@ -182,13 +182,27 @@ def accepted_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: S
 
 @dataclass(frozen=True, slots=True)
 class _Draft:
-    """First scene with its answer, and the brief and reader whose acceptance it was tested against."""
+    """Scene with its answer, the plan it was tested against, the turns that asked for it, and what was done so far."""
 
     verdict: Verdict
     answer: str
+    stated: ScenePlan
     brief: Brief
     reader: AnswerReader
+    asked: tuple[Message, ...]
     log: tuple[str, ...]
+
+    def noted(self, line: str) -> _Draft:
+        """Return the draft with a line of its log."""
+        return replace(self, log=(*self.log, line))
+
+    def tested(self, stated: ScenePlan) -> _Draft:
+        """Return the same answer, tested against another plan."""
+        brief, reader = _with_plan(self.brief, self.reader, stated)
+        return replace(self, verdict=reader.read(self.answer), stated=stated, brief=brief, reader=reader)
+
+
+Drafted = Generator[Step, Reply | None, _Draft]
 
 
 def _draft(
@@ -198,31 +212,70 @@ def _draft(
     plan: SamplePlan,
     stated: ScenePlan,
     turns: tuple[Message, ...],
-) -> Generator[Step, Reply | None, _Draft]:
-    """Ask for a scene. If it shows that the acceptance decides nothing, ask for a better one before any repair."""
-    plain_brief = brief
-    brief, reader = _with_plan(brief, reader, stated)
-    log = [_plan_note(stated)]
-    asked = (brief.first, *turns)
-    once = replace(plan, repairs=0)
-    verdict, answer = yield from with_repairs(brief, reader, speaker, once, Purpose.DRAFT, asked)
+) -> Drafted:
+    """Ask for a scene, for a plan that decides, for repairs, and at last whether a statement that fails is right."""
+    planned, testing = _with_plan(brief, reader, stated)
+    asked, once = (planned.first, *turns), replace(plan, repairs=0)
+    verdict, answer = yield from with_repairs(planned, testing, speaker, once, Purpose.DRAFT, asked)
+    draft = _Draft(verdict, answer, stated, planned, testing, asked, (_plan_note(stated),))
+    draft = yield from _decided(draft, brief, speaker, plan)
+    draft = yield from _repaired(draft, speaker, plan)
+    draft = yield from _reconsidered(draft, speaker, plan)
+    return draft.noted(f"draft: {_summary(draft.verdict)}")
+
+
+def _decided(draft: _Draft, brief: Brief, speaker: Speaker, plan: SamplePlan) -> Drafted:
+    """Ask for another plan while the scene shows that the statements decide nothing; ``brief`` has no acceptance."""
     for _ in range(_PLAN_ROUNDS):
-        problems = _undecided(verdict, reader)
+        problems = _undecided(draft.verdict, draft.reader)
         if not problems:
             break
-        log.append(f"plan: decides too little, {problems[0]}")
-        written = _plan_text(stated)
-        stated = yield from plan_steps(plain_brief, reader.options, speaker, plan.repairs, problems, written)
-        brief, reader = _with_plan(plain_brief, reader, stated)
-        verdict = reader.read(answer)
-        yield SampleProgress(verdict, _plan_note(stated))
-        asked = (brief.first, *turns)
-    if not verdict.is_usable and plan.repairs:
-        again = (*asked, *shown_answer(answer), brief.repair(verdict.report_text()))
-        left = replace(plan, repairs=plan.repairs - 1)
-        verdict, answer = yield from with_repairs(brief, reader, speaker, left, Purpose.REPAIR, again)
-    log.append(f"draft: {_summary(verdict)}")
-    return _Draft(verdict, answer, brief, reader, tuple(log))
+        draft = draft.noted(f"plan: decides too little, {problems[0]}")
+        options, written = draft.reader.options, _plan_text(draft.stated)
+        stated = yield from plan_steps(brief, options, speaker, plan.repairs, problems, written)
+        draft = draft.tested(stated)
+        draft = replace(draft, asked=(draft.brief.first, *draft.asked[1:]))
+        yield SampleProgress(draft.verdict, _plan_note(stated))
+    return draft
+
+
+def _repaired(draft: _Draft, speaker: Speaker, plan: SamplePlan) -> Drafted:
+    """Ask for repairs of a scene that has errors or does not fulfill its statements."""
+    if draft.verdict.is_usable or not plan.repairs:
+        return draft
+    again = (*draft.asked, *shown_answer(draft.answer), draft.brief.repair(draft.verdict.report_text()))
+    left = replace(plan, repairs=plan.repairs - 1)
+    verdict, answer = yield from with_repairs(draft.brief, draft.reader, speaker, left, Purpose.REPAIR, again)
+    return replace(draft, verdict=verdict, answer=answer)
+
+
+def _reconsidered(draft: _Draft, speaker: Speaker, plan: SamplePlan) -> Drafted:
+    """Ask once whether the statements that no repair fulfilled are what the task says.
+
+    Of 20 builds with answers of a model three failed since it had stated a relation that means something else, such as
+    balls to the right of the table on which they lie, and nothing could correct it. All other statements must stay.
+    """
+    failed = [d for d in draft.verdict.diagnostics if d.name == "declaration"]
+    if not failed or not plan.repairs or len(failed) < sum(d.is_error for d in draft.verdict.diagnostics):
+        return draft
+    system, turn = draft.brief.planning
+    turns = (turn, *shown_answer(_plan_text(draft.stated)), draft.brief.reconsidering([d.message for d in failed]))
+    reply, _ = yield from complete(replace(speaker, grammar=None), system, Purpose.PLAN, turns)
+    stated = plan_of(reply.text, draft.reader.options)
+    if wants_nothing(reply.text) or stated.problems or not _keeps_others(draft.stated, stated, failed):
+        yield SampleProgress(draft.verdict, "plan: the statements that fail are kept")
+        return draft
+    changed = draft.tested(stated).noted(f"plan: {len(failed)} statements that failed are corrected")
+    if _undecided(changed.verdict, changed.reader):
+        return draft
+    yield SampleProgress(changed.verdict, _plan_note(stated))
+    return changed
+
+
+def _keeps_others(before: ScenePlan, after: ScenePlan, failed: Sequence[Diagnostic]) -> bool:
+    """Return whether a plan has all statements of another one except those that failed."""
+    wrong = {_statement(d) for d in failed}
+    return {str(d) for d in before.declarations} - wrong <= {str(d) for d in after.declarations}
 
 
 def _plan_text(plan: ScenePlan) -> str:
@@ -370,8 +423,6 @@ def _summary(verdict: Verdict) -> str:
     failed = sum(d.name == "declaration" for d in verdict.diagnostics)
     others = sum(d.is_error for d in verdict.diagnostics) - failed
     warnings = sum(d.severity == "warning" for d in verdict.findings)
-    counted = [(others, "errors"), (failed, "statements fail"), (warnings, "warnings")]
-    told = [
-        f"{count} {name}{'s' if count > 1 and not name.endswith('fails') else ''}" for count, name in counted if count
-    ]
-    return ", ".join(told) or "all statements hold"
+    counted = [(others, "error", ""), (failed, "statement", " not fulfilled"), (warnings, "warning", "")]
+    parts = [f"{count} {noun}{'s' * (count > 1)}{rest}" for count, noun, rest in counted if count]
+    return ", ".join(parts) or "all statements hold"

@@ -509,7 +509,7 @@ class Inference:
         sample = self._best(outcomes, conductor, speaker)
         stopped = tuple(_errors(ended))
         if sample is None:
-            raise _nothing(outcomes, stopped)
+            raise _nothing(run, outcomes, stopped)
         _keep_steps(run, outcomes[sample])
         usage = sum((_usage(attempt.facts) for attempt in run.attempts()), Usage())
         return Result(outcomes[sample].verdict, sample, client.budget.spent, usage, stopped)
@@ -547,11 +547,12 @@ def _keep_steps(run: Run, outcome: SampleOutcome) -> None:
 class NoProgram(SceneError):
     """Raised if no sample yields a valid program; ``verdict`` is that of the first sample's last attempt."""
 
-    def __init__(self, verdict: Verdict) -> None:
+    def __init__(self, verdict: Verdict, place: Path | None = None) -> None:
         failed = sum(d.name == "declaration" for d in verdict.diagnostics)
         problem, hint = "no sample produced a valid program", "allow more repairs with --repair"
         if verdict.scene is not None and failed and failed == sum(d.is_error for d in verdict.diagnostics):
             problem = f"the best scene does not fulfill {failed} of the statements that it must"
+            hint += f"; its program is {place}" if place is not None else ""
         super().__init__("model-answer", problem, hint)
         self.verdict = verdict
 
@@ -561,11 +562,19 @@ def _errors(ended: Mapping[int, Ended]) -> list[SceneError]:
     return [error for error in errors if error is not None]
 
 
-def _nothing(outcomes: Mapping[int, SampleOutcome], stopped: tuple[SceneError, ...]) -> SceneError:
-    """Return the reason for a failed run: the error that stopped the first sample, else its last verdict."""
+def _nothing(run: Run, outcomes: Mapping[int, SampleOutcome], stopped: tuple[SceneError, ...]) -> SceneError:
+    """Return the reason for a failed run: the error that stopped the first sample, else its last verdict.
+
+    The program of a scene that fails statements only is written into the run, for a person to go on with.
+    """
     if not outcomes and stopped:
         return stopped[0]
-    return NoProgram(next(iter(outcomes.values())).verdict)
+    outcome = next(iter(outcomes.values()))
+    _keep_steps(run, outcome)
+    if outcome.verdict.scene is not None and outcome.verdict.program:
+        run.keep_text("refused.scene", outcome.verdict.program)
+        return NoProgram(outcome.verdict, run.path / "refused.scene")
+    return NoProgram(outcome.verdict)
 
 
 def _usage(facts: Mapping[str, Any]) -> Usage:

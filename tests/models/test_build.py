@@ -133,6 +133,29 @@ def test_it_fails_where_acceptance_does_not_hold(place: Place) -> None:
     assert not (place.work / "out.scene").exists()
 
 
+WRONG = PLAN.replace('(on "cup" "table")', '(on "cup" "table") (right-of "cup" "table")')
+
+
+def test_a_wrong_statement_is_corrected_once(place: Place) -> None:
+    server = place.serve(answers(WRONG, TABLE, CUP, GOOD, GOOD, GOOD, PLAN, DONE))
+    run = build(place, "--repair", "2")
+    assert "`(right-of " not in texts(server.requests[6]["messages"][-1])
+    assert '(right-of "cup" "table") does not hold' in texts(server.requests[6]["messages"][-1])
+    assert "plan: 1 statements that failed are corrected" in (run / "steps.txt").read_text()
+    assert "right-of" not in (place.work / "out.scene").read_text()
+
+
+@pytest.mark.parametrize("answer", [DONE, PLAN.replace('(count "cup" 2)', '(count "cup" :min 1)')])
+def test_statements_that_hold_are_not_weakened(place: Place, answer: str) -> None:
+    place.serve(answers(WRONG, TABLE, CUP, GOOD, GOOD, GOOD, answer, DONE))
+    done = place.run("build", "a table with two cups", "--dsl", "-o", "out.scene", "--repair", "2")
+    assert done.code == 1
+    refused = place.run_folder() / "refused.scene"
+    assert "does not fulfill 1 of the statements" in done.err
+    assert str(refused) in done.err.replace("\n", "")
+    assert '(bind "cup"' in refused.read_text()
+
+
 def test_generate_with_acceptance(place: Place) -> None:
     whole = TABLE.replace("```\n", "").replace("```", "") + CUP.replace("```scene", "").replace("```", "")
     answer = "```scene" + whole.partition("scene")[2] + GOOD.replace("```scene", "")
