@@ -148,7 +148,14 @@ def test_every_prompt_is_read_and_has_its_places_filled() -> None:
         told = Brief(chosen, Watching())
         assert "{{" not in told.system + told.example
         _ = told.first, told.repair(""), told.cut(1), told.critique([], "")
-        _ = told.planning, told.replanning(["x"]), told.part("a", "b", []), told.whole("x"), told.critic([], "")
+        _ = (
+            told.planning,
+            told.replanning(["x"]),
+            told.reconsidering(["x"]),
+            told.part("a", "b", []),
+            told.whole("x"),
+            told.critic([], ""),
+        )
         _ = told.revision("x", "y", "z", ["w"])
     accepted = declarations_in(None, ['(count "a" 1)'])
     assert '(count "a" 1)' in str(Brief(TASKS["3d.language"], Watching(), acceptance=tuple(accepted)).first)
