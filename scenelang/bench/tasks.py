@@ -18,6 +18,7 @@ from scenelang.grammar.datum import Source, dataclass
 from scenelang.grammar.diagnostics import ABOUT_GEOMETRY, SceneError, suggest
 from scenelang.grammar.reader import read
 from scenelang.inference.brief import TaskKind
+from scenelang.interpreter.inspection.instance_paths import is_plain
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.primitives import block_words, solid_words
 from scenelang.session.declarations import declaration_source
@@ -123,7 +124,7 @@ class BenchTask:
         """Words that the declarations are about, in their order, without primitives, handles and paths."""
         own = {*solid_words(), *block_words()}
         named = dict.fromkeys(thing for each in self.declarations for thing in each.things)
-        return tuple(word for word in named if word not in own and "/" not in word and not word.startswith("<"))
+        return tuple(word for word in named if word not in own and is_plain(word))
 
     @property
     def text(self) -> str:

@@ -19,28 +19,13 @@ from scenelang.inference.steps import has_blocks
 TASKS = load_tasks()
 # Wrong scenes that pass, by task, and why they are wrong: what the predicates cannot tell yet.
 MISSED: dict[str, tuple[str, ...]] = {
-    "amphitheater": ("sixteen seats in every ring, 80 in all",),
     "balanced-scale": ("pans hang half way along the beam",),
-    "conveyor-belt": ("right crates ride further than left ones",),
-    "domino-spiral": ("dominoes in a closed circle",),
     "hydra": ("heads half way down the necks",),
-    "ladder-against-wall": (
-        "foot at the wall, top leans away",
-        "tilted sideways, flat along the wall",
-    ),
-    "lighthouse-on-a-rock": ("sea only on the right of the rock",),
+    "ladder-against-wall": ("foot at the wall, top leans away",),
     "menger-sponge": ("half sunk into the ground",),
-    "nested-boxes": ("crates closed with a lid",),
     "paper-bramante-staircase": ("two separate spirals side by side",),
-    "piano-octave": (
-        "pattern of three and two",
-        "black keys in the middle of white keys",
-    ),
-    "pixel-heart": ("heart upside down",),
     "rubiks-cube": ("every face has three stripes of colors",),
-    "stairs-green-column": ("5 long, but its lowest 1 below the ground",),
     "stonehenge": ("each lintel lies on one stone only",),
-    "well": ("water beside the well",),
 }
 
 
@@ -100,7 +85,7 @@ def test_the_hard_split_runs_only_when_it_is_asked_for() -> None:
 def test_nearly_all_wrong_scenes_are_rejected() -> None:
     count = sum(len(task.wrong) for task in TASKS)
     assert count > 1_000
-    assert sum(map(len, MISSED.values())) <= 0.02 * count
+    assert sum(map(len, MISSED.values())) <= 0.01 * count
 
 
 @pytest.mark.parametrize("task", [task for task in TASKS if task.program is not None], ids=lambda task: task.name)
