@@ -347,8 +347,8 @@ _RELATIONS = (
     Relation(
         "has-color",
         "(has-color A color [:any])",
-        "Most of the surface of every A has a color that is called so: black, white, gray, red, orange, brown, yellow,"
-        " green, cyan, blue, purple or pink. A color vector means the one of these that it is called.",
+        "More of the surface of every A has a color that is called so than any other: black, white, gray, red, orange,"
+        " brown, yellow, green, cyan, blue, purple or pink. A color vector means the one of these that it is called.",
         '(has-color "cup" "blue")',
         (OBJECT, COLOR),
         ("any",),
