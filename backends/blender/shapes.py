@@ -81,7 +81,7 @@ def angle_text(angle: float) -> str:
     """Return an angle as text: degrees where they are few digits."""
     degrees = math.degrees(angle)
     if abs(degrees - round(degrees, 2)) < 1e-5:
-        return f"(radians {number(round(degrees, 2))})"
+        return f"(deg {number(round(degrees, 2))})"
     return number(angle)
 
 

@@ -89,7 +89,7 @@ def trees(text: str, start: int = 0, end: int | None = None) -> Tree:
     return root
 
 
-def _walk(root: Tree) -> Iterator[Tree]:
+def walk(root: Tree) -> Iterator[Tree]:
     """Iterate over the descendants of a tree."""
     stack = [root]
     while stack:
@@ -246,7 +246,7 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
         root = trees(source.text, start, end)
         yield from _commas(source, root)
         yield from _spellings(source, start, end)
-        for tree in _walk(root):
+        for tree in walk(root):
             if tree.opener:
                 yield from _forms(source, tree)
                 yield from _calls_of_words(source, tree, words, unbound)
@@ -466,7 +466,7 @@ def _is_unquote(text: str, comma: Tree) -> bool:
 
 def _commas(source: Source, root: Tree) -> Iterator[Habit]:
     """Commas between the items of an array or a call."""
-    for tree in [root, *_walk(root)]:
+    for tree in [root, *walk(root)]:
         commas = [item for item in tree.items if item.text == "," and not _is_unquote(source.text, item)]
         if tree.opener == "(" and all(_is_decimal(source.text, comma) for comma in commas):
             continue

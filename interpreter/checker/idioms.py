@@ -128,9 +128,11 @@ NAMES: Mapping[str, Term] = {
     "string-concat": Term("Lisp", "string-append"),
     "display": Term("Scheme", "print"), "printf": Term("C", "print"), "power": Term("Python", "expt"),
     "throw": Term("JavaScript", "error"), "size": Term("JavaScript", "length"), "head": Term("Haskell", "first"),
-    "random.choice": Term("Python", "choice"), "np.deg2rad": Term("Python", "radians"),
-    "deg2rad": Term("Python", "radians"), "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
-    "math.radians": Term("Python", "radians"), "math.degrees": Term("Python", "degrees"),
+    "random.choice": Term("Python", "choice"), "np.deg2rad": Term("Python", "deg"), "np.radians": Term("Python", "deg"),
+    "deg2rad": Term("Python", "deg"), "λ": Term("Scheme", "lambda"), "otherwise": Term("Common Lisp", "else"),
+    "math.radians": Term("Python", "deg"), "math.degrees": Term("Python", "to-degrees"),
+    "np.degrees": Term("Python", "to-degrees"), "np.rad2deg": Term("Python", "to-degrees"),
+    "rad2deg": Term("Python", "to-degrees"),
 }  # fmt: skip
 
 # Functions of a module that are called the same here, or as the second name says.
@@ -302,7 +304,7 @@ FORMS: Sequence[Idiom] = (
     Idiom("OpenSCAD", "(translate ?v ?child ?more ...)", "(transform (union ?child ?more ...) (translate ?v))",
          "`translate` makes a pose; `transform` applies it to an entity"),
     Idiom("OpenSCAD", "(rotate [?a ?b ?c] ?child)", "",
-         "`rotate` takes an angle in radians and an axis: `(transform part (rotate (radians 90) [0 1 0]))`"),
+         "`rotate` takes an angle in radians and an axis: `(transform part (rotate (deg 90) [0 1 0]))`"),
     Idiom("OpenSCAD", "(rotate ?a ?axis ?child)", "(transform ?child (rotate ?a ?axis))",
          "`rotate` makes a pose; `transform` applies it to an entity"),
     Idiom("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
@@ -331,8 +333,8 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("JavaScript", r"/\*.*?\*/", "", "a comment of several lines is `#| ... |#`"),
     Spelling("Python", SINGLE_QUOTES, r'"\1"', "strings stand in double quotes"),
     Spelling("Python", r"\bf(?=\")", "", 'values are put into a text by `(format "{} m" x)`'),
-    Spelling("CSS", rf"(?<![\w#])({_NUMBER})deg\b", r"(radians \1)", "angles are in radians; `radians` converts"),
-    Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(radians \1)", "angles are in radians; `radians` converts"),
+    Spelling("CSS", rf"(?<![\w#])({_NUMBER})deg\b", r"(deg \1)", "angles are in radians; `deg` converts degrees"),
+    Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(deg \1)", "angles are in radians; `deg` converts degrees"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})%", r"(/ \1 100)", "shares are numbers from 0 to 1"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})(?:px|pt|cm|mm|m|in|em)\b", r"\1", "lengths have no unit"),
     Spelling(

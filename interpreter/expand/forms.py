@@ -207,6 +207,9 @@ ABSENT: dict[str, str] = {
     "char?": "characters are strings of length 1",
 }
 
+# Names of earlier versions, with the names of today (docs/decisions.md, "Names of the field").
+RENAMED: Mapping[str, str] = {"radians": "deg", "degrees": "to-degrees"}
+
 
 # An example of every special form: a small program, and the value of its last expression (None for a definition).
 

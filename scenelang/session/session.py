@@ -988,9 +988,10 @@ def settled(
     remaining = list(diagnostics)
     for source in sources:
         if not is_python(source) and any(d.is_error for d in remaining):
+            from scenelang.interpreter.checker.angles import with_meant_conversions
             from scenelang.interpreter.checker.habits import explain
 
-            remaining = explain(source, [with_fixes(d) for d in remaining])
+            remaining = explain(source, with_meant_conversions([with_fixes(d) for d in remaining]))
     remaining = without_consequences(remaining, program)
     return tuple(with_fixes(d) for d in _sorted(without_suppressed(remaining, sources)))
 
