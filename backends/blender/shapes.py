@@ -275,7 +275,7 @@ class ShapeWriter:
         return f"(beveled-box {_sizes(sizes)} {number(width)} {segments}{look})", placed
 
     def _operation(self, operation: BooleanPiece, look: str) -> str:
-        name = {"DIFFERENCE": "difference", "UNION": "union-solid", "INTERSECT": "intersection"}.get(operation.kind)
+        name = {"DIFFERENCE": "difference", "UNION": "solid-union", "INTERSECT": "intersection"}.get(operation.kind)
         if name is None:
             raise UnsupportedPython(f"the boolean {operation.kind} is not supported")
         operands = [self.united(operation.base, ""), *(self.united(tool, "") for tool in operation.tools)]

@@ -32,7 +32,7 @@ deg determinant difference dot empty? equal? exp expt extrude floor hull hypot i
 list log log10 max max-of mesh min min-of minkowski none? norm not offset-profile ord polygon profile-
 difference profile-hull profile-intersection profile-minkowski profile-union range rectangle ref
 reflect remainder rgb rotate scale sign sin sqrt string-append tan text-outline to-degrees transform transform-profile
-profile-section profile-silhouette translate uniform union union-solid number? string? boolean? procedure?
+profile-section profile-silhouette translate uniform union solid-union number? string? boolean? procedure?
 """
 _UPRIGHT = "(rotate (deg -90) [1 0 0])"
 

@@ -47,7 +47,7 @@ _TEXT = """
 (define (painted object (:color none) (:opacity none))
   (if (empty? (primitives object))
     (union)
-    (union-solid object :color color :opacity opacity)))
+    (solid-union object :color color :opacity opacity)))
 
 ;;; The operands that are not empty.
 (define (present-solids operands)

@@ -423,7 +423,7 @@ class Objects(Expressions):
 
     def _painted(self, shape: Shape, color: str) -> Shape:
         """Return a solid that was made elsewhere with one colour."""
-        name = self.c.helper("painted") if shape.may_be_empty else "union-solid"
+        name = self.c.helper("painted") if shape.may_be_empty else "solid-union"
         return Shape(
             call(name, shape._replace(moves=()).text, color), shape.dimensions, shape.may_be_empty, shape.moves
         )

@@ -96,7 +96,7 @@ NAMES: Mapping[str, Term] = {
     "thicken": Term("build123d", hint="write `(offset-solid solid distance)`, or `(shell solid thickness)` for walls"),
     "solidify": Term("Blender", "shell"),
     "cut": Term("CadQuery", hint="write `(difference solid tool)`, or for a plane `(cut-plane solid normal)`"),
-    "fuse": Term("build123d", "union-solid"),
+    "fuse": Term("build123d", "solid-union"),
     "multmatrix": Term("OpenSCAD", "transform"),
     "polyhedron": Term("OpenSCAD", "mesh"), "linear-extrude": Term("OpenSCAD", "extrude"),
     "rotate-extrude": Term("OpenSCAD", "lathe"), "hollow": Term("CSG", "shell"),

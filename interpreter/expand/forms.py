@@ -208,7 +208,7 @@ ABSENT: dict[str, str] = {
 }
 
 # Names of earlier versions, with the names of today (docs/decisions.md, "Names of the field").
-RENAMED: Mapping[str, str] = {"radians": "deg", "degrees": "to-degrees"}
+RENAMED: Mapping[str, str] = {"radians": "deg", "degrees": "to-degrees", "union-solid": "solid-union"}
 
 
 # An example of every special form: a small program, and the value of its last expression (None for a definition).

@@ -202,7 +202,7 @@ def call_embeddings(
 # Functions of entities: `call` with one of their names would create a semantic primitive.
 OF_ENTITIES = frozenset((
     "cut-plane", "difference", "hull", "intersection", "minkowski", "offset-solid", "rounded", "shell", "split",
-    "transform", "union", "union-solid",
+    "transform", "union", "solid-union",
 ))  # fmt: skip
 
 

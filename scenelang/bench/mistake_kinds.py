@@ -317,7 +317,7 @@ def _cad_name(text: Text, pick: Random) -> Iterator[TextChange]:
 
 _SYNONYMS = {
     "color": ("colour", "col", "fill"), "radius": ("r", "rad"), "scale": ("size", "dimensions"), "p0": ("from",),
-    "p1": ("to", "end"), "opacity": ("alpha",), "tube": ("tube-radius", "thickness"), "rounding": ("bevel",),
+    "p1": ("to", "end"), "opacity": ("alpha",), "tube": ("tube-radius", "thickness"),
     "emission": ("emissive", "glow"), "metallic": ("metalness",),
 }  # fmt: skip
 

@@ -49,7 +49,7 @@ _SYNONYMS = {
     "duplicate": "copy repeat", "clone": "copy repeat", "repeat": "copy loop", "copies": "ring row grid union-loop",
     "copy": "ring row grid", "circle": "ring around", "radial": "ring", "circular": "ring", "around": "ring",
     "subtract": "difference cut", "carve": "difference cut", "hole": "difference subtract", "cut": "difference",
-    "boolean": "difference intersection union-solid", "merge": "union", "combine": "union", "group": "union",
+    "boolean": "difference intersection solid-union", "merge": "union", "combine": "union", "group": "union",
     "move": "translate", "shift": "translate", "position": "translate", "spin": "rotate", "turn": "rotate",
     "resize": "scale", "flip": "mirror reflect", "reflect": "mirror", "mirrored": "mirror symmetric",
     "animation": "frames", "animate": "frames", "video": "frames", "motion": "frames", "material": "roughness metallic",
