@@ -79,7 +79,7 @@ CASES = [
     Case("rounded cube", "rounded-cube", {"scale": SIZE, "radius": 0.2}, ("radius", 0.3)),
     Case("rounded cube, quite round", "rounded-cube", {"scale": SIZE, "radius": 9.0}, ("radius", 0.1)),
     Case("semantic", "moai", {"scale": SIZE}, ("scale", 2.0)),
-    Case("asset", "asset"),
+    Case("mesh file", "mesh"),
     Case("block", "set-cuboid", {"block-type": "stone", "scale": Vector((2.0, 3.0, 1.0))}, ("scale", 2.0)),
     Case("pyramid", "pyramid", {"base": 1.2, "height": 0.9}, ("height", 1.4)),
 ]
@@ -129,7 +129,7 @@ class Made:
         self.case = case
         self.given = dict(case.given)
         self.asset = None
-        if case.word == "asset":
+        if case.word == "mesh":
             self.asset = AssetFiles(folder, folder, False).measure("gem.ply")
             self.given["file"] = self.asset.path
         self.shape: Primitive = primitives.shape_of(case.word, self.given, self.asset)

@@ -143,7 +143,7 @@ def test_a_mesh_is_no_program(command: str, ending: str, run: Run, tmp_path: Pat
     code, said = run(*words, *(["-o", OUTPUTS[command]] if command in OUTPUTS else []))
     assert code == 1
     assert re.search(r"error\[E\d{3}\]: `a mesh.\w+` is a mesh, not a program", said), said
-    assert f'(call "asset" :file "{name}")' in said
+    assert f'(call "mesh" :file "{name}")' in said
     assert (tmp_path / name).stat().st_size > 100
 
 

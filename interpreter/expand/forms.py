@@ -191,7 +191,7 @@ ABSENT: dict[str, str] = {
     "define-record-type": "write `(define-record name field ...)`",
     "read": "programs cannot read input; use `param`",
     "read-line": "programs cannot read input; use `param`",
-    "open-input-file": 'programs cannot open files; use `import` or "asset"',
+    "open-input-file": 'programs cannot open files; use `import` or `(call "mesh" :file ...)`',
     "open-output-file": "programs cannot open files",
     "with-output-to-file": "programs cannot open files",
     "display": "use `print`",

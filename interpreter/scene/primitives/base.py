@@ -385,7 +385,7 @@ class Primitive:
         attributes
             Values by name; missing ones and ``none`` mean the defaults.
         asset
-            Metadata of the mesh file; only the primitive "asset" uses it.
+            Metadata of the mesh file; only the primitive "mesh" uses it.
 
         Raises
         ------
