@@ -35,6 +35,7 @@ from scenelang.interpreter.checker.idioms import (
     Spelling,
     Term,
 )
+from scenelang.interpreter.checker.other_tools import meaning_of_function
 from scenelang.interpreter.scene.primitives import is_word
 
 _MAX_EXPLAINED = 300  # errors that are explained; messages show fewer
@@ -250,6 +251,7 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
             if tree.opener:
                 yield from _forms(source, tree)
                 yield from _calls_of_words(source, tree, words, unbound)
+                yield from _primitives_of_other_tools(source, tree, words, unbound)
                 yield from _adjacent_calls(source, tree)
                 yield from _color_names(source, tree, unbound)
             else:
@@ -399,6 +401,21 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
         message = f"a word is a string: `{word.text}` has no quotes"
         yield Habit(word.start, word.end, (), frozenset(),
                     _diagnostic(source, word.start, word.end, message, f'write `"{word.text}"`', fix))  # fmt: skip
+
+
+def _primitives_of_other_tools(
+    source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]
+) -> Iterator[Habit]:
+    """``(plane 4 4)`` and ``(camera :fov 40)``: primitives, lights and cameras of other tools."""
+    head = tree.items[0] if tree.items else tree
+    if tree.opener != "(" or head.start not in unbound or is_word(head.text) or head.text in words:
+        return
+    hint = meaning_of_function(head.text) if head.text not in NAMES else None
+    if hint is not None:
+        message = f"`{head.text}` is a name of other tools, not of the Scene Language"
+        inner = tuple((item.start, item.end) for item in tree.items[1:])
+        yield Habit(tree.start, tree.end, inner, frozenset(),
+                    _diagnostic(source, head.start, head.end, message, hint, None))  # fmt: skip
 
 
 def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
