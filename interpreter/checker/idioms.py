@@ -112,6 +112,8 @@ NAMES: Mapping[str, Term] = {
     "module": Term("OpenSCAD", "bind"), "colour": Term("CSS", "color"),
     "hex-color": Term("CSS", "color"), "rgb-color": Term("CSS", "rgb"), "circular-array": Term("CAD", "ring"),
     "polar-array": Term("CAD", "ring"), "linear-array": Term("CAD", "row"), "grid-array": Term("CAD", "grid"),
+    "polar-pattern": Term("CAD", "ring"), "circular-pattern": Term("CAD", "ring"),
+    "linear-pattern": Term("CAD", "row"), "path-array": Term("CAD", "along"), "curve-array": Term("CAD", "along"),
     "reflect-copy": Term("CAD", "mirror"), "stack-on": Term("CAD", "on-top-of"),
     "place-on-top": Term("CAD", "on-top-of"), "place-on": Term("CAD", "on-top-of"),
     "for/vector": Term("Racket", "for/list"),

@@ -61,7 +61,9 @@ _SYNONYMS = {
     "stands": "on supported", "stand": "on supported", "rest": "on supported", "resting": "on supported",
     "floating": "supported on", "collide": "clear-of", "collision": "clear-of", "overlap": "clear-of",
     "gap": "distance", "apart": "distance clear-of", "undefined": "unbound", "defined": "unbound", "revolve": "lathe",
-    "revolution": "lathe", "terrain": "heightfield",
+    "revolution": "lathe", "terrain": "heightfield", "chamfer": "rounded",
+    "degree": "deg to-degrees",
+    "degrees": "deg to-degrees", "radians": "to-degrees deg", "asset": "mesh", "model": "mesh",
 }  # fmt: skip
 
 _AROUND = re.compile(r"\b(?:in|into|around|on) an? (?:circle|ring)\b")  # a place, not the profile
