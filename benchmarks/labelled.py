@@ -44,7 +44,7 @@ def samples() -> Probe:
 
 def seconds_of_maps(views: int = 3) -> float:
     """Seconds of one processor for a picture of `maps` of the chess set, with its other maps and the full shading."""
-    command = [sys.executable, "-m", "scenelang", "maps", str(ROOT / "examples" / "chessboard.scene"), "-q"]
+    command = [sys.executable, "-m", "scenelang", "labels", str(ROOT / "examples" / "chessboard.scene"), "-q"]
     times = []
     with tempfile.TemporaryDirectory() as folder:
         for count in (1, 1 + views):

@@ -522,7 +522,7 @@ STRICT_HEADS = {
 STRICT_OPERATORS = frozenset({
     "car", "cdr", "list-ref", "+", "-", "*", "/", "//", "%", "=", "<", ">", "<=", ">=", "not", "abs", "min",
     "max", "floor", "ceiling", "round", "truncate", "sqrt", "expt", "exp", "log", "sin", "cos", "tan", "asin",
-    "acos", "atan", "hypot", "degrees", "radians", "quotient", "remainder", "modulo", "translate", "rotate",
+    "acos", "atan", "hypot", "deg", "to-degrees", "quotient", "remainder", "modulo", "translate", "rotate",
     "scale", "reflect", "@", "vector", "norm", "normalize", "dot", "cross",
 })  # fmt: skip
 STRICT_MEASURES = frozenset(f"compute-shape-{measure}" for measure in ("center", "min", "max", "sizes"))

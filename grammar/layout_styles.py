@@ -101,7 +101,7 @@ _ORDINARY, _GROUP, _ARRAY, _DATA = (
 
 _ALIGNED_HEADS = (
     *("+", "-", "*", "/", "//", "%", "**", "expt", "abs", "min", "max", "sqrt", "square", "hypot", "exp", "log"),
-    *("sin", "cos", "tan", "asin", "acos", "atan", "radians", "degrees", "floor", "ceiling", "round"),
+    *("sin", "cos", "tan", "asin", "acos", "atan", "deg", "to-degrees", "floor", "ceiling", "round"),
     *("=", "!=", "<", ">", "<=", ">=", "and", "or", "not", "list", "cons", "set", "ref", "@"),
 )
 _ALWAYS = {

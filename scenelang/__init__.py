@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from scenelang.api import generate as generate
     from scenelang.api import grammar_text as grammar_text
     from scenelang.api import import_build as import_build
-    from scenelang.api import lift as lift
     from scenelang.api import list_backends as list_backends
     from scenelang.api import load as load
     from scenelang.api import parse as parse
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from scenelang.api import repair as repair
     from scenelang.api import resume as resume
     from scenelang.api import search as search
+    from scenelang.api import simplify as simplify
     from scenelang.api import transpile as transpile
     from scenelang.backends.labels.maps import Maps as Maps
     from scenelang.backends.neural.distillation.training import DistillationSettings as DistillationSettings
@@ -101,7 +101,7 @@ if not os.path.isdir(os.path.join(os.path.dirname(__file__), "grammar")):
 # Module of each public name, imported lazily on first access to keep startup fast.
 _HOMES = {
     "check": "api", "check_installation": "api", "diff": "api", "edit_instance": "api", "evaluate": "api",
-    "expand": "api", "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "lift": "api",
+    "expand": "api", "explain": "api", "format": "api", "grammar_text": "api", "import_build": "api", "simplify": "api",
     "list_backends": "api", "load": "api", "parse": "api", "repair": "api", "search": "api", "transpile": "api",
     "DistillationSettings": "backends.neural.distillation.training",
     "InversionSettings": "backends.neural.inversion", "Granularity": "backends.neural.prompts",

@@ -138,7 +138,7 @@ def transpile(text: str, name: str = "<response>.py", *, literal: bool = False) 
     """Translate a language model's response, or its Python, to a program of the language; Python is never executed.
 
     ``.text`` is the program, empty if ``.ok`` is false; ``.diagnostics`` contains the errors. The program is lifted
-    (see `lift`), unless ``literal`` is true.
+    (see `simplify`), unless ``literal`` is true.
 
     Examples
     --------
@@ -150,7 +150,7 @@ def transpile(text: str, name: str = "<response>.py", *, literal: bool = False) 
 
 
 @typed
-def lift(text: str, name: str = "<program>.scene") -> str:
+def simplify(text: str, name: str = "<program>.scene") -> str:
     """Rewrite a program as a person would write it: rings, grids, tables of similar parts, params, composed poses.
 
     Parameters
@@ -174,7 +174,7 @@ def lift(text: str, name: str = "<program>.scene") -> str:
     Examples
     --------
     >>> program = '(bind "s" (lambda () (define dot (call "sphere")) (union dot)))'
-    >>> print(lift(program).strip())
+    >>> print(simplify(program).strip())
     (bind "s"
       (lambda ()
         (union (call "sphere"))))  ; dot

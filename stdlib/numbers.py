@@ -525,9 +525,11 @@ _define_unary("acos", math.acos, "Return the arc cosine of `x` in radians, from 
 _define_unary("sinh", math.sinh, "Return the hyperbolic sine.", ("(sinh 0)", "0.0"))
 _define_unary("cosh", math.cosh, "Return the hyperbolic cosine.", ("(cosh 0)", "1.0"))
 _define_unary("tanh", math.tanh, "Return the hyperbolic tangent.", ("(tanh 0)", "0.0"))
-_define_unary("degrees", math.degrees, "Convert an angle from radians to degrees.", ("(degrees pi)", "180.0"))
 _define_unary(
-    "radians", math.radians, "Convert an angle from degrees to radians.", ("(radians 180)", "3.141592653589793")
+    "deg", math.radians, "Return an angle that is given in degrees, in radians.", ("(deg 180)", "3.141592653589793")
+)
+_define_unary(
+    "to-degrees", math.degrees, "Return an angle that is given in radians, in degrees.", ("(to-degrees pi)", "180.0")
 )
 
 
@@ -603,7 +605,7 @@ def log(rt: Runtime, x: Any, base: Any = None) -> Any:
     "Number",
     "Return the arc tangent of `y` in radians; with `x`, the angle of the point (x, y) from the x axis, from -pi to "
     "pi.",
-    ("(degrees (atan 1 -1))", "135.0"),
+    ("(to-degrees (atan 1 -1))", "135.0"),
 )
 def atan(rt: Runtime, y: Any, x: Any = None) -> Any:
     if x is None:

@@ -80,7 +80,7 @@ def solid_operand(rt: Runtime, name: str, value: Any, segments: int = SEGMENTS) 
         raise SceneError("solid", f"`{name}` has an operand without primitives")
     if len(leaves) == 1:
         return leaves[0]
-    return Operand(Expression("union-solid", operands=tuple(leaves)), IDENTITY)
+    return Operand(Expression("solid-union", operands=tuple(leaves)), IDENTITY)
 
 
 def _leaves(rt: Runtime, name: str, value: Any, segments: int) -> list[Operand]:
@@ -190,14 +190,14 @@ def intersection(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS
 
 
 @define(
-    "union-solid", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
+    "solid-union", f"first::Parts others::Parts ... [:segments::Integer] {LOOK}", "Entity",
     "Return one watertight solid of all operands. `union` keeps them as separate parts, which costs nothing.",
-    ('(volume (union-solid (call "cube") (transform (call "cube") (translate [.5 0 0]))))', "1.5"),
-    picture='(union-solid (call "cube" :color (color "tomato")) (transform (call "sphere" :radius .5 :color '
+    ('(volume (solid-union (call "cube") (transform (call "cube") (translate [.5 0 0]))))', "1.5"),
+    picture='(solid-union (call "cube" :color (color "tomato")) (transform (call "sphere" :radius .5 :color '
             '(color "gold")) (translate [.4 .4 .4])))',
 )  # fmt: skip
-def union_solid(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
-    return _combined(rt, "union-solid", (first, *others), segments, look)
+def solid_union(rt: Runtime, first: Any, *others: Any, segments: int = SEGMENTS, **look: Any) -> Entity:
+    return _combined(rt, "solid-union", (first, *others), segments, look)
 
 
 @define(
@@ -312,7 +312,7 @@ def _drawn(rt: Runtime, name: str, solid: Any, segments: int, height: float | No
     from scenelang.interpreter.scene.modelling.contours import contours_of
 
     operand = solid_operand(rt, name, solid, segment_count(name, segments))
-    manifold = manifold_of(Expression("union-solid", {}, (operand,), None, name, site=rt.site)).manifold
+    manifold = manifold_of(Expression("solid-union", {}, (operand,), None, name, site=rt.site)).manifold
     rt.charge(64 + (manifold.num_tri() >> 3))
     return profile_value(rt, contours_of(manifold.project() if height is None else manifold.slice(height)))
 

@@ -14,7 +14,7 @@ _FORMS = {
     "cone": ('(call "cone" :radius .5 :p0 [0 -.5 0] :p1 [0 .5 0])', pi / 12, 0.075),
     "torus": ('(call "torus" :radius .5 :tube .01)', pi**2 * 1e-4, 0.125),
     "capsule": ('(call "capsule" :radius .25 :p0 [0 -.25 0] :p1 [0 .25 0])', pi / 32 + pi / 48, 0.02875),
-    "rounded-cube": ('(call "rounded-cube" :rounding .1)', 0.896 + 0.024 * pi + 0.004 / 3 * pi, 0.1),
+    "rounded-cube": ('(call "rounded-cube" :radius .1)', 0.896 + 0.024 * pi + 0.004 / 3 * pi, 0.1),
 }
 # Poses, and the factors by which they change lengths along each axis.
 _POSES = {

@@ -55,17 +55,17 @@ def test_the_other_side_of_what_is_on_one() -> None:
 PLACE = """(define-syntax place
   (syntax-rules (at turned)
     ((_ thing at p) (transform thing (translate p)))
-    ((_ thing turned angle) (transform thing (rotate (radians angle) [0 1 0])))))"""
+    ((_ thing turned angle) (transform thing (rotate (deg angle) [0 1 0])))))"""
 
 
 @pytest.mark.parametrize(
     ("meant", "written"),
     [
         ("(transform thing (translate p))", "(transform (translate p) thing)"),
-        ("(radians angle)", "(radians)"),
-        ("(rotate (radians angle) [0 1 0])", "(rotate [0 1 0] (radians angle))"),
-        ("(rotate (radians angle) [0 1 0])", "(rotate (radians angle) 0 1 0)"),
-        ("(rotate (radians angle) [0 1 0])", "(rotate (radians angle) [0 1 0 1])"),
+        ("(deg angle)", "(deg)"),
+        ("(rotate (deg angle) [0 1 0])", "(rotate [0 1 0] (deg angle))"),
+        ("(rotate (deg angle) [0 1 0])", "(rotate (deg angle) 0 1 0)"),
+        ("(rotate (deg angle) [0 1 0])", "(rotate (deg angle) [0 1 0 1])"),
     ],
 )
 def test_arguments_in_the_definition_of_a_macro(meant: str, written: str) -> None:

@@ -30,7 +30,7 @@ DOCUMENTS = (
     "docs/tutorial.md",
     "docs/pictures.md",
     "docs/python.md",
-    "docs/maps.md",
+    "docs/labels.md",
     "docs/datasets.md",
     "docs/minecraft.md",
     "docs/from-openscad.md",

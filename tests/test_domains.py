@@ -198,7 +198,7 @@ USES = {  # commands of each domain, which end with one line without it
     "pictures": [["render", "a.scene", "-o", "a.png", "--size", "16x16"], ["graph", "a.scene", "-o", "a.svg"]],
     "exports": [["export", "a.scene", "-o", "a.glb"], ["export", "a.scene", "-o", "a.stl"]],
     "Mitsuba export": [["export", "a.scene", "-o", "a.xml"]],
-    "labels": [["maps", "a.scene", "-o", "maps", "--size", "16x16"]],
+    "labels": [["labels", "a.scene", "-o", "maps", "--size", "16x16"]],
     "viewer": [["view", "a.scene", "--html", "a.html"]],
     "geometry checks": [["check", "--geometry", "a.scene"]],
     "physics": [["check", "--physics", "a.scene"], ["settle", "a.scene", "-o", "settled.json"]],
@@ -206,7 +206,7 @@ USES = {  # commands of each domain, which end with one line without it
     "Minecraft pages": [["view", "a.scene", "--minecraft", "--html", "a.html"]],
     "OpenSCAD": [["import", "a.scad"]],
     "Blender": [["import", "b.py"], ["run", "b.py"], ["export", "a.scene", "-o", "b2.py", "--to", "bpy"]],
-    "Python": [["transpile", "a.py"], ["lift", "a.scene"]],
+    "Python": [["transpile", "a.py"], ["simplify", "a.scene"]],
     "repair": [["repair", "a.scene", "--only-declarations"]],
     "neural": [
         ["embeddings", "a.scene", "list"],
@@ -222,7 +222,7 @@ USES = {  # commands of each domain, which end with one line without it
 }
 NEEDED_BY = {  # the domain of each command that the kernel alone cannot do; its help may need the domain too
     "transpile": "Python", "lift": "Python", "repl": "REPL", "lsp": "LSP", "mcp": "MCP",
-    "render": "pictures", "graph": "pictures", "view": "viewer", "maps": "labels", "dataset": "datasets",
+    "render": "pictures", "graph": "pictures", "view": "viewer", "labels": "labels", "dataset": "datasets",
     "simulate": "physics", "settle": "physics", "repair": "repair",
     "generate": "inference", "build": "inference", "edit": "inference", "runs": "inference", "bench": "bench",
     "embeddings": "neural", "embed": "neural", "imagine": "neural", "invert": "neural", "style": "neural",

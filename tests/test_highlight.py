@@ -49,13 +49,13 @@ def test_every_beginning_of_a_program() -> None:
 def test_what_tokens_are() -> None:
     found = {value: token for token, value in _tokens(
         '(define (f x::Float) (if #t -1.5 3)) (bind "dot" (lambda () (call "cube" :scale [1 2 3] <z1>)))'
-        ' (for/list ((y xs)) (radians y)) #;(gone "\\"") pi (mine) (union-loop 3 g) ; end\n"a\\n"'
+        ' (for/list ((y xs)) (deg y)) #;(gone "\\"") pi (mine) (union-loop 3 g) ; end\n"a\\n"'
     )}  # fmt: skip
     wanted = {
         "define": Keyword.Declaration, "f": Name.Function, "x": Name.Variable, "Float": Keyword.Type, "if": Keyword,
         "#t": Keyword.Constant, "-1.5": Number.Float, "3": Number.Integer, "bind": Keyword.Namespace,
         "dot": Name.Class, "cube": Name.Class, ":scale": Name.Attribute, "[": Punctuation, "<z1>": Name.Decorator,
-        "for/list": Keyword, "radians": Name.Builtin, "gone ": Comment.Preproc, "pi": Name.Constant, "mine": Name,
+        "for/list": Keyword, "deg": Name.Builtin, "gone ": Comment.Preproc, "pi": Name.Constant, "mine": Name,
         "union-loop": Keyword.Namespace, "; end": Comment.Single, "\\n": String.Escape,
     }  # fmt: skip
     assert {value: found.get(value) for value in wanted} == wanted

@@ -76,10 +76,10 @@ CASES = [
     Case("capsule of one point", "capsule", {"radius": 0.6, "p0": P0, "p1": P0}, ("radius", 0.7)),
     Case("torus", "torus", {"radius": 0.8, "tube": 0.2}, ("tube", 0.3)),
     Case("torus without a hole", "torus", {"radius": 0.5, "tube": 0.6}, ("tube", 0.8)),
-    Case("rounded cube", "rounded-cube", {"scale": SIZE, "rounding": 0.2}, ("rounding", 0.3)),
-    Case("rounded cube, quite round", "rounded-cube", {"scale": SIZE, "rounding": 9.0}, ("rounding", 0.1)),
+    Case("rounded cube", "rounded-cube", {"scale": SIZE, "radius": 0.2}, ("radius", 0.3)),
+    Case("rounded cube, quite round", "rounded-cube", {"scale": SIZE, "radius": 9.0}, ("radius", 0.1)),
     Case("semantic", "moai", {"scale": SIZE}, ("scale", 2.0)),
-    Case("asset", "asset"),
+    Case("mesh file", "mesh"),
     Case("block", "set-cuboid", {"block-type": "stone", "scale": Vector((2.0, 3.0, 1.0))}, ("scale", 2.0)),
     Case("pyramid", "pyramid", {"base": 1.2, "height": 0.9}, ("height", 1.4)),
 ]
@@ -129,7 +129,7 @@ class Made:
         self.case = case
         self.given = dict(case.given)
         self.asset = None
-        if case.word == "asset":
+        if case.word == "mesh":
             self.asset = AssetFiles(folder, folder, False).measure("gem.ply")
             self.given["file"] = self.asset.path
         self.shape: Primitive = primitives.shape_of(case.word, self.given, self.asset)
@@ -593,7 +593,7 @@ def test_the_lint_knows_how_far_it_reaches(made: Made) -> None:
 
 
 def test_programs_make_the_new_primitives_and_bind_their_words() -> None:
-    body = '(union (call "capsule" :radius .2) (call "torus" :tube .1) (call "rounded-cube" :rounding .3))'
+    body = '(union (call "capsule" :radius .2) (call "torus" :tube .1) (call "rounded-cube" :radius .3))'
     words = [part.car.word for part in evaluate(f'(bind "a" (lambda () {body}))').root.children]
     assert words == ["capsule", "torus", "rounded-cube"]
     own = evaluate('(bind "torus" (lambda () (call "cube")))\n(bind "a" (lambda () (call "torus")))\n(scene "a")').root

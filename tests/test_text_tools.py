@@ -277,7 +277,7 @@ FORMS = {
 def test_malformed_clauses_have_codes(form: str, odd: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program = tmp_path / "a.scene"
     program.write_text(scene(f'(print {FORMS[form].format(odd)}) (call "cube")'))
-    codes = {command: main([command, str(program)]) for command in ("check", "run", "lift", "expand", "fmt")}
+    codes = {command: main([command, str(program)]) for command in ("check", "run", "simplify", "expand", "fmt")}
     said = capsys.readouterr().err
     assert "Traceback" not in said
     assert "E5" not in said or "E50" in said
@@ -286,7 +286,7 @@ def test_malformed_clauses_have_codes(form: str, odd: str, tmp_path: Path, capsy
         assert re.search(r"error\[E\d{3}\]", said), said
 
 
-@pytest.mark.parametrize("command", ["check", "run", "lift"])
+@pytest.mark.parametrize("command", ["check", "run", "simplify"])
 def test_a_loop_over_a_call_has_a_code(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     program = tmp_path / "a.scene"
     program.write_text('(bind "a" (lambda () (do (((call "a") 0 (+ i 4))) ((> i 3) 1))))')

@@ -43,6 +43,11 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     return go
 
 
+@pytest.mark.parametrize(("old", "today"), [("maps", "labels"), ("lift", "simplify")])
+def test_a_command_of_earlier_versions_names_that_of_today(old: str, today: str, run: Run) -> None:
+    assert run(old, "a.scene") == (2, f"scenelang: error: use `scenelang {today}`\n")
+
+
 # --- options given twice ---------------------------------------------------------------------------------------------
 
 VIEWS = ("top", "isometric", "azimuth=40,elevation=20", "azimuth=41")
@@ -76,7 +81,7 @@ def test_the_error_comes_before_all_else(run: Run, tmp_path: Path) -> None:
 
 
 def test_maps_take_several_cameras(run: Run, tmp_path: Path) -> None:
-    code, said = run("maps", "a.scene", "-o", "m", "--size", "16x16", "--camera", "top", "--camera", "isometric")
+    code, said = run("labels", "a.scene", "-o", "m", "--size", "16x16", "--camera", "top", "--camera", "isometric")
     assert (code, said) == (0, said)
     assert sorted(each.name for each in (tmp_path / "m").iterdir() if each.is_dir()) == [
         "camera-000",
@@ -128,8 +133,8 @@ def test_keys_of_a_spec(spec: str, run: Run, tmp_path: Path) -> None:
 
 # --- meshes where programs are expected ------------------------------------------------------------------------------
 
-COMMANDS = ["run", "import", "check", "render", "bounds", "count", "tree", "measure", "flatten", "export", "maps", "lift", "expand", "diff"]  # fmt: skip
-OUTPUTS = {"render": "x.png", "export": "x.ply", "maps": "x"}
+COMMANDS = ["run", "import", "check", "render", "bounds", "count", "tree", "measure", "flatten", "export", "labels", "simplify", "expand", "diff"]  # fmt: skip
+OUTPUTS = {"render": "x.png", "export": "x.ply", "labels": "x"}
 
 
 @pytest.mark.parametrize("ending", ["glb", "gltf", "obj", "stl", "ply", "GLB"])
@@ -143,7 +148,7 @@ def test_a_mesh_is_no_program(command: str, ending: str, run: Run, tmp_path: Pat
     code, said = run(*words, *(["-o", OUTPUTS[command]] if command in OUTPUTS else []))
     assert code == 1
     assert re.search(r"error\[E\d{3}\]: `a mesh.\w+` is a mesh, not a program", said), said
-    assert f'(call "asset" :file "{name}")' in said
+    assert f'(call "mesh" :file "{name}")' in said
     assert (tmp_path / name).stat().st_size > 100
 
 

@@ -728,7 +728,7 @@ def _hint(group: str, name: str) -> str | None:
     if group in ("curve", "font", "mball") or name in ("text_add", "metaball_add"):
         return "build it from meshes"
     if name in _FILE_READERS or group.startswith("import"):
-        return 'a mesh file is a primitive of a scene: `(call "asset" :file "chair.glb")`'
+        return 'a mesh file is a primitive of a scene: `(call "mesh" :file "chair.glb")`'
     if group in ("ptcache", "rigidbody", "cloth", "fluid", "particle"):
         return "simulations are not part of a scene"
     return None

@@ -447,7 +447,7 @@ class ProgramWriter:
 
 
 PRIMITIVES = frozenset(
-    ["cube", "sphere", "cylinder", "cone", "capsule", "torus", "rounded-cube", "asset", "set-cuboid", "delete-blocks"]
+    ["cube", "sphere", "cylinder", "cone", "capsule", "torus", "rounded-cube", "mesh", "set-cuboid", "delete-blocks"]
 )
 
 

@@ -81,7 +81,7 @@ def angle_text(angle: float) -> str:
     """Return an angle as text: degrees where they are few digits."""
     degrees = math.degrees(angle)
     if abs(degrees - round(degrees, 2)) < 1e-5:
-        return f"(radians {number(round(degrees, 2))})"
+        return f"(deg {number(round(degrees, 2))})"
     return number(angle)
 
 
@@ -275,7 +275,7 @@ class ShapeWriter:
         return f"(beveled-box {_sizes(sizes)} {number(width)} {segments}{look})", placed
 
     def _operation(self, operation: BooleanPiece, look: str) -> str:
-        name = {"DIFFERENCE": "difference", "UNION": "union-solid", "INTERSECT": "intersection"}.get(operation.kind)
+        name = {"DIFFERENCE": "difference", "UNION": "solid-union", "INTERSECT": "intersection"}.get(operation.kind)
         if name is None:
             raise UnsupportedPython(f"the boolean {operation.kind} is not supported")
         operands = [self.united(operation.base, ""), *(self.united(tool, "") for tool in operation.tools)]

@@ -46,7 +46,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
     (0: background, see ``words``), ``depth`` the distance along the viewing axis in scene units (infinity: background),
     ``normal`` and ``position`` are in world space, ``albedo`` is linear sRGB. 4D scenes also have ``flow`` (pixels to
     the next frame), ``path`` and ``local``, which are equal where two frames show the same point. ``list(maps)`` lists
-    all of them (docs/maps.md).
+    all of them (docs/labels.md).
     """
 
     def __init__(self, scene: ApiScene, options: PictureOptions, frame: int, tracked: int, image: Image) -> None:
@@ -99,7 +99,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
     def annotations(self, limit: int = 20_000) -> list[dict[str, Any]]:
         """Return the visible instances as COCO annotations, at most ``limit``, highest in the hierarchy first.
 
-        Fields: ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``, ``handle``, ``path`` (docs/maps.md).
+        Fields: ``category``, ``bbox``, ``area``, ``segmentation``, ``box3d``, ``handle``, ``path`` (docs/labels.md).
         """
         return annotations_of(self.truth, self._maps.boxes, self._handles, limit)
 
@@ -140,7 +140,7 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
     @typed
     def save(self, folder: str | Path, annotations: int = 20_000) -> Path:
-        """Write all maps to a new or existing folder as PNG, NPZ, EXR and JSON (docs/maps.md). Returns it.
+        """Write all maps to a new or existing folder as PNG, NPZ, EXR and JSON (docs/labels.md). Returns it.
 
         ``annotations`` is the maximum number of annotated instances. Trajectories are written for 4D scenes.
         """

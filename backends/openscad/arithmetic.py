@@ -815,11 +815,11 @@ def _number(name: str, kind: SnippetKind = NUM) -> _Make:
 
 
 def _angle(name: str) -> _Make:
-    return lambda place, values: Snippet(call(name, call("radians", values[0].text)), NUM)
+    return lambda place, values: Snippet(call(name, call("deg", values[0].text)), NUM)
 
 
 def _in_degrees(name: str) -> _Make:
-    return lambda place, values: Snippet(call("degrees", call(name, *(each.text for each in values))), NUM)
+    return lambda place, values: Snippet(call("to-degrees", call(name, *(each.text for each in values))), NUM)
 
 
 def _extreme(name: str) -> _Make:

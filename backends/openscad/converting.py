@@ -28,13 +28,13 @@ _RESERVED = {"scene", "pi", "tau", "none", "else", "profile", "number"}
 # Names of the library that conversions write besides those in helpers.
 _WRITTEN = """
 @ * + - / < <= = > >= abs acos and append apply array asin atan call ceiling chr circle color cos cross
-degrees determinant difference dot empty? equal? exp expt extrude floor hull hypot intersection lathe length
+deg determinant difference dot empty? equal? exp expt extrude floor hull hypot intersection lathe length
 list log log10 max max-of mesh min min-of minkowski none? norm not offset-profile ord polygon profile-
-difference profile-hull profile-intersection profile-minkowski profile-union radians range rectangle ref
-reflect remainder rgb rotate scale sign sin sqrt string-append tan text-outline transform transform-profile
-profile-section profile-silhouette translate uniform union union-solid number? string? boolean? procedure?
+difference profile-hull profile-intersection profile-minkowski profile-union range rectangle ref
+reflect remainder rgb rotate scale sign sin sqrt string-append tan text-outline to-degrees transform transform-profile
+profile-section profile-silhouette translate uniform union solid-union number? string? boolean? procedure?
 """
-_UPRIGHT = "(rotate (radians -90) [1 0 0])"
+_UPRIGHT = "(rotate (deg -90) [1 0 0])"
 
 
 def imported(path: Path) -> tuple[str, list[Diagnostic]]:

@@ -21,7 +21,7 @@ _TEXT = """
   (define side (for/list ((angle (reverse angles))) (* radius [(sin angle) (cos angle)])))
   (if (> radius 0)
     (transform (lathe (append (list [0 (- top)]) side (list [0 top])) :segments sides :color color :opacity opacity)
-               (rotate (radians 90) [1 0 0]))
+               (rotate (deg 90) [1 0 0]))
     (union)))
 
 ;;; A cone without its tip, or with it if one of the radii is 0.
@@ -47,7 +47,7 @@ _TEXT = """
 (define (painted object (:color none) (:opacity none))
   (if (empty? (primitives object))
     (union)
-    (union-solid object :color color :opacity opacity)))
+    (solid-union object :color color :opacity opacity)))
 
 ;;; The operands that are not empty.
 (define (present-solids operands)
@@ -199,14 +199,14 @@ _TEXT = """
 ;;; An extrusion turned by `twist` degrees, clockwise, in layers as OpenSCAD counts them.
 (define (twisted profile height twist (:fn 0) (:fa 12) (:fs 2) (:taper 1) (:center #f) (:color none) (:opacity none))
   (define radius (max-of (map norm (profile-points profile))))
-  (define turn (abs (radians twist)))
+  (define turn (abs (deg twist)))
   (define arc-length (if (= turn 0) height (* turn (hypot radius (/ height turn)))))
   (define layers
     (if (> fn 0)
       (/ (* turn fn) tau)
-      (min (/ (degrees turn) (max fa .01)) (/ arc-length (max fs .01)))))
-  (define slices (max 1 (ceiling (/ (degrees turn) 120)) (ceiling (- layers 1e-9))))
-  (extrude profile height :twist (radians (- twist)) :slices slices :taper taper :center center :color color
+      (min (/ (to-degrees turn) (max fa .01)) (/ arc-length (max fs .01)))))
+  (define slices (max 1 (ceiling (/ (to-degrees turn) 120)) (ceiling (- layers 1e-9))))
+  (extrude profile height :twist (deg (- twist)) :slices slices :taper taper :center center :color color
            :opacity opacity))
 
 ;;; A profile turned around z by `angle` degrees, with as many sides as OpenSCAD takes; x may be below 0 everywhere.
@@ -220,11 +220,11 @@ _TEXT = """
   (define sides (if is-full round-sides (max 1 (floor (/ (* round-sides (abs angle)) 360)))))
   (define part
     (lathe (if is-left (transform-profile profile :scale [-1 1]) profile)
-           :angle (if is-full tau (radians (abs angle)))
+           :angle (if is-full tau (deg (abs angle)))
            :segments (if is-full sides (max 3 (min 1024 (floor (/ (* sides 360) (abs angle))))))
            :color color :opacity opacity))
   (transform part
-             (@ (rotate (radians 90) [1 0 0])
+             (@ (rotate (deg 90) [1 0 0])
                 (rotate (if (equal? is-left (and is-full (odd? sides))) 0 pi) [0 1 0])
                 (scale [1 1 (if (< angle 0) -1 1)]))))
 
@@ -237,10 +237,10 @@ _TEXT = """
 ;;; A rotation by degrees: about an axis, or about x, y and z if `angle` is a vector.
 (define (turn angle (axis [0 0 1]))
   (if (number? angle)
-    (if (= (norm axis) 0) (identity-pose) (rotate (radians angle) axis))
-    (@ (rotate (radians (if (> (length angle) 2) (ref angle 2) 0)) [0 0 1])
-       (rotate (radians (ref angle 1)) [0 1 0])
-       (rotate (radians (ref angle 0)) [1 0 0]))))
+    (if (= (norm axis) 0) (identity-pose) (rotate (deg angle) axis))
+    (@ (rotate (deg (if (> (length angle) 2) (ref angle 2) 0)) [0 0 1])
+       (rotate (deg (ref angle 1)) [0 1 0])
+       (rotate (deg (ref angle 0)) [1 0 0]))))
 
 ;;; A pose of three or four rows.
 (define (full-matrix rows)

@@ -423,7 +423,7 @@ class Objects(Expressions):
 
     def _painted(self, shape: Shape, color: str) -> Shape:
         """Return a solid that was made elsewhere with one colour."""
-        name = self.c.helper("painted") if shape.may_be_empty else "union-solid"
+        name = self.c.helper("painted") if shape.may_be_empty else "solid-union"
         return Shape(
             call(name, shape._replace(moves=()).text, color), shape.dimensions, shape.may_be_empty, shape.moves
         )
@@ -840,7 +840,7 @@ def _linear_extrude(place: Objects, instance: Instance) -> Shape:
             name = place.c.helper("twisted")
             words += [twist.text, *place.resolution()]
         else:
-            words.append(f":twist {call('radians', place.negative(twist).text)}")
+            words.append(f":twist {call('deg', place.negative(twist).text)}")
     if slices is not None:
         words.append(f":slices {slices}")
     if taper is not None:
@@ -924,7 +924,7 @@ def _translate(place: Objects, instance: Instance, shape: Shape) -> Shape:
 
 
 def _radians(place: Objects, angle: Snippet) -> str:
-    return call("radians", angle.text)
+    return call("deg", angle.text)
 
 
 def _rotate(place: Objects, instance: Instance, shape: Shape) -> Shape:

@@ -1,4 +1,4 @@
-"""Mesh files for the primitive "asset": path checks, validation, loading and measurement."""
+"""Mesh files for the primitive "mesh": path checks, validation, loading and measurement."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from scenelang.backends.base import require
 from scenelang.backends.surfaces.appearance import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives import MESH_ENDINGS
-from scenelang.interpreter.scene.primitives.asset import Asset, located, set_mesh_loader
 from scenelang.interpreter.scene.primitives.mesh import Mesh
+from scenelang.interpreter.scene.primitives.mesh_file import Asset, located, set_mesh_loader
 
 # Support function of a point set: the extremes of a linear form. Points are sorted along a Morton curve into blocks
 # with bounding boxes, so that only blocks that may contain the extreme point are opened. The result equals that of all
@@ -113,11 +113,11 @@ class AssetFiles:
         self._allow_outside = allow_outside
 
     def measure(self, file: str, charge: Callable[[int], None] = _uncharged) -> Asset:
-        """Return the asset of a mesh file; raises SceneError if it cannot be read.
+        """Return the mesh file of a mesh file; raises SceneError if it cannot be read.
 
         ``charge`` meters the work, if possible before it is done, and raises LimitError if it exceeds the budget.
         """
-        target = located(file, "asset", self._folder, self._project, self._allow_outside)
+        target = located(file, "mesh file", self._folder, self._project, self._allow_outside)
         is_inside = target.is_relative_to(self._project)
         state = target.stat()
         charge(_CLOCK_STEPS + (state.st_size >> 5))
@@ -200,7 +200,7 @@ class References:
         self._pixels -= size[0] * size[1]
         if self._pixels < 0:
             message = (
-                f"{what} of the asset {self.file_name} has {size[0]:,} x {size[1]:,} pixels; all pictures of an asset"
+                f"{what} of the mesh file {self.file_name} has {size[0]:,} x {size[1]:,} pixels; all pictures of a file"
             )
             raise SceneError("file", f"{message} together may have at most {MAX_PIXELS:,}")
 
@@ -208,11 +208,11 @@ class References:
         """Read a file within the limits of path, size and pixels."""
         target = self._target(name)
         if not target.is_file():  # never read a device or a pipe, which may have no end
-            raise SceneError("file", f"the asset {self.file_name} refers to `{name[:80]}`, which does not exist")
+            raise SceneError("file", f"the mesh file {self.file_name} refers to `{name[:80]}`, which does not exist")
         size = target.stat().st_size
         self._room -= size
         if self._room < 0:
-            message = f"the files that the asset {self.file_name} refers to exceed the total limit"
+            message = f"the files that the mesh file {self.file_name} refers to exceed the total limit"
             raise SceneError("file", f"{message} of {MAX_FILE_BYTES:,} bytes")
         with target.open("rb") as file:
             data = file.read(size)
@@ -222,7 +222,7 @@ class References:
     def _target(self, name: str) -> Path:
         """Return the path of ``name`` with symbolic links resolved."""
         plain = unquote(name) if self._decoded else name
-        shown = f"the asset {self.file_name} refers to `{name[:80]}`, which"
+        shown = f"the mesh file {self.file_name} refers to `{name[:80]}`, which"
         if _SCHEME.match(plain) or "\\" in plain or "\0" in plain or Path(plain).is_absolute() or plain[:1] == "/":
             raise SceneError("import-outside", f"{shown} is not a relative path", hint=_HINT)
         try:
@@ -234,7 +234,7 @@ class References:
         return target
 
 
-_HINT = "move the asset's buffers, materials and images into the project folder, or embed them in the asset"
+_HINT = "move the mesh file's buffers, materials and images into the project folder, or embed them in the mesh file"
 
 
 def _size_of(data: bytes) -> tuple[int, int] | None:
@@ -249,12 +249,12 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
             with image.open(io.BytesIO(data)) as opened:
                 kind, (width, height) = opened.format, opened.size
         except image.DecompressionBombError:
-            raise SceneError("file", f"an image of an asset may have at most {MAX_PIXELS:,} pixels") from None
+            raise SceneError("file", f"an image of a mesh file may have at most {MAX_PIXELS:,} pixels") from None
         except Exception:  # decoding an untrusted file may raise any exception
             return None
     if kind not in _IMAGE_FORMATS:
         expected = ", ".join(_IMAGE_FORMATS)
-        raise SceneError("file", f"unsupported image format {kind} in an asset; expected one of {expected}")
+        raise SceneError("file", f"unsupported image format {kind} in a mesh file; expected one of {expected}")
     return width, height
 
 
@@ -332,7 +332,7 @@ def checked_gltf(data: bytes, is_binary: bool, references: References) -> dict[s
 
 def _broken(name: str, what: str) -> SceneError:
     """Return the error of an invalid file."""
-    return SceneError("file", f"the asset {name} is invalid: {what}")
+    return SceneError("file", f"the mesh file {name} is invalid: {what}")
 
 
 def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
@@ -355,7 +355,7 @@ def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
 def _document(text: bytes, name: str) -> dict[str, Any]:
     """Parse the JSON of a glTF file, after bounding the number of its values by its punctuation."""
     if sum(text.count(mark) for mark in (b"{", b"[", b",")) > _MAX_VALUES:
-        raise SceneError("file", f"the JSON of the asset {name} has more than the limit of {_MAX_VALUES:,} values")
+        raise SceneError("file", f"the JSON of the mesh file {name} has more than the limit of {_MAX_VALUES:,} values")
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -391,7 +391,7 @@ class _Gltf:
             if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
                 raise self._wrong(f"`{name}` is not a list of objects")
             if len(items) > MAX_NODES:
-                message = f"the asset {self._name} has {len(items):,} {name}, more than the limit of {MAX_NODES:,}"
+                message = f"the mesh file {self._name} has {len(items):,} {name}, more than the limit of {MAX_NODES:,}"
                 raise SceneError("file", message)
 
     def check_indices(self) -> None:
@@ -443,7 +443,7 @@ class _Gltf:
             level = [child for number in level for child in children[number]]
         if depth > _MAX_DEPTH:
             raise SceneError(
-                "file", f"the nodes of the asset {self._name} are nested deeper than the limit of {_MAX_DEPTH}"
+                "file", f"the nodes of the mesh file {self._name} are nested deeper than the limit of {_MAX_DEPTH}"
             )
         if reached < len(nodes):
             raise self._wrong("its `nodes` contain a cycle")
@@ -469,11 +469,11 @@ class _Gltf:
         views = [self._view(number, view, buffers) for number, view in enumerate(self._all("bufferViews"))]
         if sum(map(len, views)) > _MAX_VIEW_BYTES:
             raise SceneError(
-                "file", f"the buffer views of the asset {self._name} overlap and exceed the size limit in total"
+                "file", f"the buffer views of the mesh file {self._name} overlap and exceed the size limit in total"
             )
         sizes = [self._accessor(number, accessor, views) for number, accessor in enumerate(self._all("accessors"))]
         if sum(sizes) > _MAX_VIEW_BYTES:
-            raise SceneError("file", f"the accessors of the asset {self._name} exceed the size limit in total")
+            raise SceneError("file", f"the accessors of the mesh file {self._name} exceed the size limit in total")
         for number, image in enumerate(self._all("images")):
             where = f"images[{number}]"
             if "bufferView" in image:
@@ -549,11 +549,11 @@ class _Gltf:
         meshes = [node["mesh"] for node in self._all("nodes") if "mesh" in node]
         parts = sum(sizes[mesh][0] for mesh in meshes) + sum(count for count, _ in sizes)
         if parts > MAX_NODES:
-            message = f"the nodes of the asset {self._name} place {parts:,} parts, more than the limit of {MAX_NODES:,}"
+            message = f"the nodes of the mesh file {self._name} place {parts:,} parts, more than {MAX_NODES:,}"
             raise SceneError("file", message)
         triangles = sum(sizes[mesh][1] for mesh in meshes)
         if triangles > MAX_TRIANGLES:
-            message = f"the asset {self._name} has {triangles:,} triangles, more than the limit of {MAX_TRIANGLES:,}"
+            message = f"the mesh file {self._name} has {triangles:,} triangles, more than {MAX_TRIANGLES:,}"
             raise SceneError("file", message)
 
     def _placed(self, number: int, mesh: dict[str, Any]) -> tuple[int, int]:
@@ -573,7 +573,7 @@ class _Gltf:
         return len(primitives), triangles
 
 
-# Mesh files as colored triangles, for the primitive "asset".
+# Mesh files as colored triangles, for the primitive "mesh".
 
 
 IntArray = npt.NDArray[np.int64]
@@ -600,16 +600,16 @@ def load_asset(file: str | Path, root: str | Path | None = None) -> Mesh:
     if path.suffix.lower() not in MESH_ENDINGS:
         raise SceneError(
             "file",
-            f"the asset {path.name} is not a supported mesh file",
+            f"the mesh file {path.name} is not a supported mesh file",
             hint=f"supported extensions: {' '.join(MESH_ENDINGS)}",
         )
     try:
         state = path.stat()
     except OSError as error:
-        raise SceneError("file", f"cannot read the asset {path.name}: {error.strerror or error}") from None
+        raise SceneError("file", f"cannot read the mesh file {path.name}: {error.strerror or error}") from None
     if state.st_size > MAX_FILE_BYTES:
         raise SceneError(
-            "file", f"the asset {path.name} has {state.st_size:,} bytes, more than the limit of {MAX_FILE_BYTES:,}"
+            "file", f"the mesh file {path.name} has {state.st_size:,} bytes, more than the limit of {MAX_FILE_BYTES:,}"
         )
     return _loaded(str(path), str(root or path.resolve().parent), state.st_mtime_ns, state.st_size)
 
@@ -633,7 +633,7 @@ def _loaded(path: str, root: str, changed: int, size: int) -> Mesh:
         message = str(error).splitlines()[0][:120] if str(error) else type(error).__name__
         if isinstance(error, IndexError):
             message = f"index out of range ({message})"
-        problem = SceneError("file", f"cannot read the asset {name} as a {ending} file: {message}")
+        problem = SceneError("file", f"cannot read the mesh file {name} as a {ending} file: {message}")
         raise references.problem or problem from None
     if references.problem is not None:  # trimesh may have swallowed it
         raise references.problem
@@ -653,17 +653,17 @@ def _mesh(path: Path, references: References) -> Mesh:
         scene = trimesh.load_scene(io.BytesIO(data), file_type=ending[1:], resolver=references, process=False)
     parts = [part for part in _parts(scene) if isinstance(part[0], trimesh.Trimesh) and len(part[0].faces)]
     if not parts:
-        raise SceneError("file", f"the asset {name} contains no mesh")
+        raise SceneError("file", f"the mesh file {name} contains no mesh")
     meshes = [mesh for mesh, _ in parts]
     count = sum(len(mesh.faces) for mesh in meshes)
     if count > MAX_TRIANGLES:
-        raise SceneError("file", f"the asset {name} has {count:,} triangles, more than the limit of {MAX_TRIANGLES:,}")
+        raise SceneError("file", f"the mesh file {name} has {count:,} triangles, more than {MAX_TRIANGLES:,}")
     for mesh in meshes:
         _check_faces(mesh, name)
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     vertices = np.concatenate([mesh.vertices @ pose[:3, :3].T + pose[:3, 3] for mesh, pose in parts])
     if not np.isfinite(vertices).all():
-        raise SceneError("file", f"the asset {name} has vertices with non-finite coordinates")
+        raise SceneError("file", f"the mesh file {name} has vertices with non-finite coordinates")
     faces = np.concatenate([np.asarray(m.faces, np.int64) + start for m, start in zip(meshes, starts, strict=True)])
     factors = None if document is None else _gltf_factors(document)
     images: dict[int, npt.NDArray[np.uint8]] = {}
@@ -679,7 +679,7 @@ def _check_faces(mesh: Any, name: str) -> None:
     low, high, count = int(mesh.faces.min()), int(mesh.faces.max()), len(mesh.vertices)
     if low < 0 or high >= count:
         wrong = low if low < 0 else high
-        raise SceneError("file", f"the asset {name} is invalid: a face refers to vertex {wrong:,} of {count:,}")
+        raise SceneError("file", f"the mesh file {name} is invalid: a face refers to vertex {wrong:,} of {count:,}")
 
 
 def _parts(scene: Any) -> Iterator[tuple[Any, FloatArray]]:

@@ -81,6 +81,9 @@ if TYPE_CHECKING:
 # Functions that take an angle in radians, with the position of that argument.
 ANGLES = {"rotate": 0, "sin": 0, "cos": 0, "tan": 0}
 
+# Attributes and options whose values are angles in radians.
+ANGLE_KEYWORDS = frozenset(("angle", "rotate", "start", "sweep", "turn", "twist"))
+
 # Arguments that are points or directions: three numbers.
 TRIPLES = {"translate": (0,), "rotate": (1, 2), "reflect": (0, 1), "scale": (0, 1)}
 
@@ -369,7 +372,7 @@ def _constant(kind: Kind) -> Rule:
 
 _MAYBE = {"Integer": union_of((INTEGER, BOOLEAN))}
 _FUNCTIONS = (
-    "sqrt", "exp", "log10", "log2", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "tanh", "degrees", "radians",
+    "sqrt", "exp", "log10", "log2", "sin", "cos", "tan", "asin", "acos", "sinh", "cosh", "tanh", "deg", "to-degrees",
     "inexact", "exact->inexact",
 )  # fmt: skip
 
@@ -746,10 +749,10 @@ def _check_sorted(inference: KindInference, node: Any, name: str, nodes: Sequenc
 def _check_radians(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Check the angle and the axis of a rotation."""
     angle = nodes[0]
-    if called_builtin(angle) == "degrees" and angle.function.span.expansion is None:
-        fix = Fix("Write `radians`", (Edit(angle.function.span, "radians"),), safe=True)
-        inference.warn("out-of-range", f"`degrees` gives degrees, but `{name}` takes radians", angle.span,
-                       "degrees are converted by `radians`", (fix,), expected="an angle in radians",
+    if called_builtin(angle) == "to-degrees" and angle.function.span.expansion is None:
+        fix = Fix("Write `deg`", (Edit(angle.function.span, "deg"),), safe=True)
+        inference.warn("out-of-range", f"`to-degrees` gives degrees, but `{name}` takes radians", angle.span,
+                       "degrees are converted by `deg`", (fix,), expected="an angle in radians",
                        found="degrees")  # fmt: skip
     if name != "rotate" or len(nodes) == 1:
         return True
@@ -996,6 +999,6 @@ def check_angle(inference: KindInference, node: Any) -> None:
     text = node.span.text
     inference.warn(
         "out-of-range", f"angles are in radians, and {text} is {abs(value) / TURN:.0f} turns", node.span,
-        f"convert degrees: `(radians {text})`", (Fix("Convert from degrees", (Edit(node.span, f"(radians {text})"),)),),
+        f"convert degrees: `(deg {text})`", (Fix("Convert from degrees", (Edit(node.span, f"(deg {text})"),)),),
         expected="an angle in radians", found=text,
     )  # fmt: skip

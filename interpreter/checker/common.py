@@ -362,13 +362,13 @@ def literal_fits(type_: Type, value: Any) -> bool:
 
 def turned(node: Any, angles: Any) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for ``(rotate [0 45 0])``: the angles about the three axes."""
-    hint = "`rotate` takes an angle in radians and an axis: `(rotate (radians 90) [0 1 0])`"
+    hint = "`rotate` takes an angle in radians and an axis: `(rotate (deg 90) [0 1 0])`"
     numbers = [number_of(item) for item in angles.items] if type(angles) is ast.ArrayLiteral else []
     turning = [i for i, number in enumerate(numbers) if number != 0]
     if len(numbers) != len(AXES) or len(turning) != 1 or node.span.expansion is not None:
         return hint, ()
     (index,) = turning
-    written = f"(rotate (radians {angles.items[index].span.text}) {AXES[index]})"
+    written = f"(rotate (deg {angles.items[index].span.text}) {AXES[index]})"
     return f"write `{written}`", (Fix("Write an angle and an axis", (Edit(node.span, written),), safe=True),)
 
 

@@ -35,6 +35,7 @@ from scenelang.interpreter.checker.idioms import (
     Spelling,
     Term,
 )
+from scenelang.interpreter.checker.other_tools import meaning_of_function
 from scenelang.interpreter.scene.primitives import is_word
 
 _MAX_EXPLAINED = 300  # errors that are explained; messages show fewer
@@ -89,7 +90,7 @@ def trees(text: str, start: int = 0, end: int | None = None) -> Tree:
     return root
 
 
-def _walk(root: Tree) -> Iterator[Tree]:
+def walk(root: Tree) -> Iterator[Tree]:
     """Iterate over the descendants of a tree."""
     stack = [root]
     while stack:
@@ -246,10 +247,11 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
         root = trees(source.text, start, end)
         yield from _commas(source, root)
         yield from _spellings(source, start, end)
-        for tree in _walk(root):
+        for tree in walk(root):
             if tree.opener:
                 yield from _forms(source, tree)
                 yield from _calls_of_words(source, tree, words, unbound)
+                yield from _primitives_of_other_tools(source, tree, words, unbound)
                 yield from _adjacent_calls(source, tree)
                 yield from _color_names(source, tree, unbound)
             else:
@@ -401,6 +403,21 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
                     _diagnostic(source, word.start, word.end, message, f'write `"{word.text}"`', fix))  # fmt: skip
 
 
+def _primitives_of_other_tools(
+    source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]
+) -> Iterator[Habit]:
+    """``(plane 4 4)`` and ``(camera :fov 40)``: primitives, lights and cameras of other tools."""
+    head = tree.items[0] if tree.items else tree
+    if tree.opener != "(" or head.start not in unbound or is_word(head.text) or head.text in words:
+        return
+    hint = meaning_of_function(head.text) if head.text not in NAMES else None
+    if hint is not None:
+        message = f"`{head.text}` is a name of other tools, not of the Scene Language"
+        inner = tuple((item.start, item.end) for item in tree.items[1:])
+        yield Habit(tree.start, tree.end, inner, frozenset(),
+                    _diagnostic(source, head.start, head.end, message, hint, None))  # fmt: skip
+
+
 def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
     """``f(3)`` and ``rgb(255, 0, 0)``: a name directly before its arguments."""
     for head, arguments in zip(tree.items, tree.items[1:]):
@@ -466,7 +483,7 @@ def _is_unquote(text: str, comma: Tree) -> bool:
 
 def _commas(source: Source, root: Tree) -> Iterator[Habit]:
     """Commas between the items of an array or a call."""
-    for tree in [root, *_walk(root)]:
+    for tree in [root, *walk(root)]:
         commas = [item for item in tree.items if item.text == "," and not _is_unquote(source.text, item)]
         if tree.opener == "(" and all(_is_decimal(source.text, comma) for comma in commas):
             continue

@@ -17,7 +17,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.lazy_patterns import lazy_pattern
-from scenelang.interpreter.scene.primitives import geometry_attributes, is_word
+from scenelang.interpreter.scene.primitives import COLOR, geometry_attributes, is_word
 from scenelang.interpreter.values.values import Keyword
 
 
@@ -35,6 +35,9 @@ _EDGES = Meaning("a part has its size by `:scale [x y z]`, and is placed by `tra
 _STROKES = Meaning('paths of SVG are profiles: `(extrude (svg-path "M 0 0 L 1 0 L 1 1 Z") 1)`')
 _RADIANCE = Meaning("a surface with `:emission` is a light", "emission")
 _CAMERA = Meaning("the camera is no part of the scene: `render --camera azimuth=40,elevation=20,fov=35`")
+_AIMED = Meaning(
+    "a part is turned by `(look-at eye target)`, and the camera of a picture by `render --camera target=x:y:z`"
+)
 _SHADOWS = Meaning("every surface casts and receives shadows in final pictures")
 _SMOOTH = Meaning("surfaces are exact; `export --tolerance` says how finely they are divided")
 _SIDES = Meaning("surfaces have two sides, and are always filled")
@@ -59,7 +62,8 @@ _ROWS: Mapping[Meaning, str] = {
         subdivisions $fn $fa $fs theta-start theta-length phi-start phi-length
     """,
     _SIDES: "wireframe double-sided side-orientation open-ended flat-shading smooth-shading",
-    _PLACED: "position pos translation translate local-position",
+    _PLACED: "position pos translation translate local-position location",
+    _AIMED: "target look-target",
     _TURNED: "rotation rotate euler quaternion local-rotation local-euler-angles",
     _SHADED: "diffuse specular shininess metalness diffuse-color specular-color base-color",
     _MESH: "geometry vertices faces paths indices triangles normal normals",
@@ -67,7 +71,7 @@ _ROWS: Mapping[Meaning, str] = {
 }
 _ATTRIBUTES: Mapping[str, Meaning] = {name: meaning for meaning, names in _ROWS.items() for name in names.split()}
 
-_ARRAYS = (_PLACED, _TURNED, _MESH)  # attributes that hold arrays there; with a number they describe a noun
+_ARRAYS = (_PLACED, _TURNED, _MESH, _AIMED)  # attributes that hold arrays there; with a number they describe a noun
 
 # The primitive for each name that other tools use ("" if there is none), and the attributes of its size there.
 _PRIMITIVES: Mapping[str, str] = {
@@ -165,6 +169,39 @@ def calls_of_other_tools(node: ast.Call, word: str) -> Iterator[Diagnostic]:
         if meaning is not None and not is_text and meaning.hint not in reported:  # one warning for a width and a height
             reported.add(meaning.hint)
             yield _attribute(word, key, meaning, _fix(node, key, attributes, primitive, meaning))
+
+
+def meaning_of_function(name: str) -> str | None:
+    """Return what to write for a primitive, light or camera of another tool that is called as a function, or None.
+
+    Examples
+    --------
+    >>> meaning_of_function("pointLight")
+    'a surface with `:emission` is a light, and `--environment` lights the whole scene'
+    >>> meaning_of_function("chair")
+    """
+    normal = _normal(name)
+    compound = _compounds().get(normal)
+    primitive = compound[0] if compound is not None else _PRIMITIVES.get(normal)
+    if primitive:
+        return f'{_IS.format(primitive)}: `(call "{primitive}" {_usage(primitive, is_flat=normal in _FLAT)})`'
+    if normal.rpartition("-")[2] in ("light", "sun", "lamp"):
+        return _LIGHT
+    if normal.rpartition("-")[2] == "camera":
+        return _CAMERA.hint
+    if normal == "line":
+        return 'a line is a thin cylinder: `(call "cylinder" :radius .02 :p0 [0 0 0] :p1 [1 0 0])`'
+    return compound[1] if compound is not None else None
+
+
+_FLAT = frozenset(("plane", "quad", "square"))
+
+
+def _usage(primitive: str, *, is_flat: bool) -> str:
+    """Return the attributes of a primitive's geometry with examples of their values."""
+    values = {"scale": "[4 .02 4]" if is_flat else "[1 2 3]", "p0": "[0 0 0]", "p1": "[0 1 0]"}
+    names = [name for name in geometry_attributes(primitive) or () if name != COLOR.name]
+    return " ".join(f":{name} {values.get(name, '.5')}" for name in names)
 
 
 def hint_for_primitive(name: str) -> tuple[str, str | None] | None:

@@ -31,6 +31,7 @@ from scenelang.interpreter.values.values import Keyword
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.program import Program
+    from scenelang.interpreter.scene.primitives.base import Attribute
 
 
 # --- parameters that no call passes, values that no template takes ---------------------------------------------------
@@ -670,7 +671,7 @@ _AXIS = {
 }
 _BOX = {
     "width height depth length w h x-size y-size z-size": _SIDES,
-    "bevel fillet corner-radius": '"rounded-cube" has rounded edges: `:rounding`',
+    "bevel fillet corner-radius": '"rounded-cube" has rounded edges: `:radius`',
 }
 _ROUND = {
     "diameter d": _DIAMETER,
@@ -727,7 +728,8 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                     hint = foreign[0]
                 if hint is not None:
                     near = near_attribute(word, name) or (foreign[1] if foreign else _named_in(hint))
-                    fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),)),) if near else ()
+                    is_former = near is not None and near == _today(word, name)
+                    fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),), is_former),) if near else ()
                     message = f'the primitive "{word}" does not use the attribute `:{name}`'
                     yield (
                         word,
@@ -800,14 +802,26 @@ def _named_in(hint: str) -> str | None:
     return match[1] if match is not None else None
 
 
+def _attributes_of(word: str) -> tuple[Attribute, ...]:
+    """Return the attributes that change how a word looks; a word that is no primitive is drawn as a box."""
+    try:
+        primitive = find(word)
+    except SceneError:
+        primitive = None
+    return (*(primitive.attributes if primitive is not None else (SCALE,)), COLOR, *MATERIALS)
+
+
+def _today(word: str, name: str) -> str | None:
+    """Return the name of an attribute that earlier versions called ``name``, or None."""
+    return next((each.name for each in _attributes_of(word) if name and name == each.former), None)
+
+
 def near_attribute(word: str, name: str) -> str | None:
     """Return the attribute of a primitive that ``name`` is a synonym or a misspelling of."""
-    try:
-        cls = find(word)
-    except SceneError:
-        cls = None
-    known = [*(cls.attributes if cls is not None else (SCALE,)), COLOR, *MATERIALS]
+    known = _attributes_of(word)
     for attribute in known:
+        if name == attribute.former:
+            return attribute.name
         if name.lower() in attribute.aliases and name != "transparency":
             return attribute.name
     near = close_matches(name.lower(), [attribute.name for attribute in known], 1, _NEAR)

@@ -27,6 +27,7 @@ from scenelang.interpreter.checker.common import (
     unquoted_number,
     wrap_fix,
 )
+from scenelang.interpreter.checker.other_tools import hint_for_primitive
 from scenelang.interpreter.compile.analyze import called_builtin
 from scenelang.interpreter.compile.kinds import (
     ANY,
@@ -45,7 +46,15 @@ from scenelang.interpreter.compile.kinds import (
 )
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.parts import OF_ENTITIES
-from scenelang.interpreter.scene.primitives import COLOR, MATERIALS, PHYSICS, Attribute, find
+from scenelang.interpreter.scene.primitives import (
+    COLOR,
+    MATERIALS,
+    PHYSICS,
+    Attribute,
+    find,
+    former_word,
+    word_of_today,
+)
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference
@@ -307,6 +316,12 @@ def check_primitive(
         Arguments of the call, as ``calls.split`` returns them.
     """
     cls = _primitive(word)
+    today = word_of_today(word, [key for key, _, _ in keywords]) if cls is None else None
+    if today is not None:
+        fix = Fix(f'Change to "{today}"', (Edit(node.word.span, f'"{today}"'),), safe=True)
+        inference.report("attribute", former_word(word, today), node.word.span, f'write `(call "{today}" ...)`',
+                         fixes=(fix,))  # fmt: skip
+        return
     attributes = cls.attributes if cls is not None else ()
     known = {attribute.name: attribute for attribute in (COLOR, *MATERIALS, *_physics_of(cls), *attributes)}
     for key, _, value in keywords:
@@ -315,8 +330,10 @@ def check_primitive(
             _check_attribute(inference, word, attribute, value)
     if cls is not None and cls.is_file and not any(map(_may_carry_attributes, positional)):
         if all(key != "file" for key, _, _ in keywords):
+            meant = [said[0] for key, _, _ in keywords if (said := hint_for_primitive(key)) is not None]
+            hint = meant[0] if meant else f'write `(call "{word}" :file "chair.glb")`'  # vertices, as in other tools
             inference.report("attribute", f'the primitive "{word}" requires the attribute `:file`, a string', node.span,
-                             f'write `(call "{word}" :file "chair.glb")`', expected=":file", found="nothing",
+                             hint, expected=":file", found="nothing",
                              signature=_usage_of(word))  # fmt: skip
     ends = [value for key, _, value in keywords if key in ("p0", "p1")]
     points = [[inference.number_of(item) for item in end.items] for end in ends if type(end) is ast.ArrayLiteral]

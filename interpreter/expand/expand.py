@@ -25,7 +25,7 @@ from scenelang.grammar.diagnostics import (
     suggest,
 )
 from scenelang.interpreter.expand import macros
-from scenelang.interpreter.expand.forms import ABSENT, FORMS
+from scenelang.interpreter.expand.forms import ABSENT, FORMS, RENAMED
 from scenelang.interpreter.expand.macros import BRACKETS, quoted_value
 from scenelang.interpreter.expand.scope import (
     Alias,
@@ -41,7 +41,7 @@ from scenelang.interpreter.expand.scope import (
     make_alias,
 )
 from scenelang.interpreter.runtime.procedures import MAKE_RECORD, record_procedure_names
-from scenelang.interpreter.runtime.types import BASE_TYPES, Builtin, Type, parse_type, record_type
+from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin, Type, parse_type, record_type
 
 # Runs a macro's function on operands as data; returns the value, and whether it is deterministic.
 RunMacro = Callable[[Datum, list[Any]], tuple[Any, bool]]
@@ -58,6 +58,16 @@ _PLACEMENT_HINTS = {
     "unquote": "use `,` inside a quasiquote: `` `(a ,b) ``",
     "unquote-splicing": "use `,@` inside a quasiquote: `` `(a ,@b) ``",
 }
+
+
+def _renamed(atom: Atom, name: str, scope: Scope) -> SceneError:
+    """Return the error for a name of an earlier version, with the fix that writes ``name``, that of today."""
+    old = base_name(atom.value)
+    written = f"{STD}{name}" if old.startswith(STD) or name in scope.names() else name
+    has_fix = atom.span.expansion is None and atom.span.text == old
+    fixes = (Fix(f"Change to `{written}`", (Edit(atom.span, written),), safe=True),) if has_fix else ()
+    hint = f"it is called `{written}`"
+    return SceneError("unbound", f"`{old}` is not defined", hint, atom.span, fixes=fixes, near=(written,))
 
 
 def core(head: str, items: Iterable[Datum], span: Span) -> ListDatum:
@@ -173,6 +183,8 @@ class Expander:
             return SceneError(
                 "unbound", f"`{name}` is a word, not a function", f'to call it, write `(call "{name}")`', atom.span
             )
+        if name.removeprefix(STD) in RENAMED:
+            return _renamed(atom, RENAMED[name.removeprefix(STD)], scope)
         module = self.importable_from(name)
         near: list[str] = []
         hint: str | None
@@ -198,8 +210,8 @@ class Expander:
         self.searches += 1
         if self.searches > _MAX_SEARCHES:
             return []
-        if name.startswith("std/"):
-            return [f"std/{near}" for near in near_names(name.removeprefix("std/"), self.known_names())]
+        if name.startswith(STD):
+            return [f"{STD}{near}" for near in near_names(name.removeprefix(STD), self.known_names())]
         return near_names(name, {*scope.names(), *self.known_names(), *FORMS})
 
     def known_names(self) -> Iterable[str]:

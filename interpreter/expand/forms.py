@@ -191,7 +191,7 @@ ABSENT: dict[str, str] = {
     "define-record-type": "write `(define-record name field ...)`",
     "read": "programs cannot read input; use `param`",
     "read-line": "programs cannot read input; use `param`",
-    "open-input-file": 'programs cannot open files; use `import` or "asset"',
+    "open-input-file": 'programs cannot open files; use `import` or `(call "mesh" :file ...)`',
     "open-output-file": "programs cannot open files",
     "with-output-to-file": "programs cannot open files",
     "display": "use `print`",
@@ -206,6 +206,9 @@ ABSENT: dict[str, str] = {
     "set-cdr!": "pairs are immutable; use `(mutable-list ...)`",
     "char?": "characters are strings of length 1",
 }
+
+# Names of earlier versions, with the names of today (docs/decisions.md, "Names of the field").
+RENAMED: Mapping[str, str] = {"radians": "deg", "degrees": "to-degrees", "union-solid": "solid-union"}
 
 
 # An example of every special form: a small program, and the value of its last expression (None for a definition).

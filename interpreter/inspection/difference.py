@@ -74,7 +74,7 @@ class ComparedSolid:
     Attributes
     ----------
     kind
-        Word ("block" for all block words) and properties that no pose can change, such as the file of an asset.
+        Word ("block" for all block words) and properties that no pose can change, such as the file of a mesh file.
     look
         Appearance of a block, which replaces its color; "" for other primitives.
     size

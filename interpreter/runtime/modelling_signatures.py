@@ -3,7 +3,7 @@
 SIGNATURES: dict[str, tuple[str, str]] = {
     'difference': ('base::Parts tools::Parts ... [:segments::Integer] [:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]', 'Entity'),
     'intersection': ('first::Parts others::Parts ... [:segments::Integer] [:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]', 'Entity'),
-    'union-solid': ('first::Parts others::Parts ... [:segments::Integer] [:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]', 'Entity'),
+    'solid-union': ('first::Parts others::Parts ... [:segments::Integer] [:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]', 'Entity'),
     'hull': ('first::Parts others::Parts ... [:segments::Integer] [:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]', 'Entity'),
     'minkowski': ('base::Parts tool::Parts [:segments::Integer] [:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]', 'Entity'),
     'rounded': ('solid::Parts radius::Number [:segments::Integer] [:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]', 'Entity'),

@@ -14,7 +14,7 @@ from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import matrix_or_none, type_name
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.primitives.asset import Asset
+from scenelang.interpreter.scene.primitives.mesh_file import Asset
 from scenelang.interpreter.values.values import (
     ANONYMOUS,
     IDENTITY,
@@ -202,7 +202,7 @@ def call_embeddings(
 # Functions of entities: `call` with one of their names would create a semantic primitive.
 OF_ENTITIES = frozenset((
     "cut-plane", "difference", "hull", "intersection", "minkowski", "offset-solid", "rounded", "shell", "split",
-    "transform", "union", "union-solid",
+    "transform", "union", "solid-union",
 ))  # fmt: skip
 
 
@@ -252,7 +252,7 @@ def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
 
 
 def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Asset, dict[str, Any]]:
-    """Load the mesh file of an asset.
+    """Load the mesh file of a mesh file.
 
     Returns
     -------
@@ -261,9 +261,9 @@ def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Asset, dic
     """
     file = attributes.get("file")
     if type(file) is not str:
-        raise SceneError("attribute", 'the primitive "asset" requires the attribute `:file`, a string')
+        raise SceneError("attribute", 'the primitive "mesh" requires the attribute `:file`, a string')
     if runtime.asset is None:
-        raise SceneError("file", f"cannot read the asset {file}: loading of assets is disabled here")
+        raise SceneError("file", f"cannot read the mesh file {file}: loading of mesh files is disabled here")
     asset = runtime.asset(file, runtime.charge)
     return asset, {**attributes, "file": asset.path}
 

@@ -41,8 +41,8 @@ from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Entity, Frames
 from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.scene.modelling.solid import SolidShape
-from scenelang.interpreter.scene.primitives import class_of
-from scenelang.interpreter.scene.primitives.asset import Asset
+from scenelang.interpreter.scene.primitives import class_of, former_word, word_of_today
+from scenelang.interpreter.scene.primitives.mesh_file import Asset
 from scenelang.interpreter.values.limits import Limits, Meter
 from scenelang.interpreter.values.values import (
     NIL,
@@ -758,6 +758,9 @@ class Runtime:
         attributes = parts.geometric_attributes(self, z)
         asset = None
         cls = class_of(word)
+        today = word_of_today(word, attributes) if cls.is_semantic else None
+        if today is not None:
+            raise SceneError("attribute", former_word(word, today), f'write `(call "{today}" ...)`', span)
         if cls.is_file:
             self.output += 1  # the file may change
             asset, attributes = parts.load_asset(self, attributes)

@@ -413,7 +413,7 @@ SCENES: Mapping[str, str] = MappingProxyType({
     "encircles": '(call "table") (ring 6 (transform (call "chair") (rotate pi [0 1 0])) :radius 1.6)',
     "rising": "(for/union ((i (iota 4))) (transform (call \"plank\") (translate (vector (* .3 i) (* .2 i) 0))))",
     "proportion": '(call "table") (transform (call "chair") (translate [0 0 .9]))',
-    "tilt": '(transform (call "candle") (rotate (radians 10) [0 0 1]))',
+    "tilt": '(transform (call "candle") (rotate (deg 10) [0 0 1]))',
     "outline": '(call "plate")',
     "made-of": '(call "brick-wall")',
     "visible-from": '(call "table") (transform (call "candle") (translate [0 1 0]))\n'

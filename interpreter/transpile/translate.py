@@ -409,7 +409,8 @@ _FUNCTIONS = {
     "length": "len", "string": "str",
     "string-append": "+", "list": "list", "map": "map", "expt": "**", "modulo": "%", "ceiling": "math.ceil",
     "floor": "math.floor", "sqrt": "math.sqrt", "sin": "math.sin", "cos": "math.cos", "tan": "math.tan",
-    "atan": "math.atan2", "hypot": "math.hypot", "radians": "math.radians", "append": "+", "ref": "[]",
+    "atan": "math.atan2", "hypot": "math.hypot", "deg": "math.radians", "append": "+", "ref": "[]",
+    "to-degrees": "math.degrees",
     "set-ref!": "[]=", "push!": "append", "for/union": "a loop of shapes",
 }  # fmt: skip
 _KINDS = (

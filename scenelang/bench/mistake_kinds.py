@@ -254,7 +254,7 @@ _PYTHON = {
     "length": ("len",), "expt": ("pow", "**", "math.pow"), "sin": ("math.sin", "np.sin"), "cos": ("math.cos", "np.cos"),
     "sqrt": ("math.sqrt",), "pi": ("math.pi", "np.pi"), "tau": ("math.tau",), "ceiling": ("ceil", "math.ceil"),
     "floor": ("math.floor",), "atan": ("math.atan2",), "=": ("==",), "abs": ("fabs",), "string": ("str",),
-    "truncate": ("int",), "inexact": ("float",), "radians": ("math.radians", "np.deg2rad"),
+    "truncate": ("int",), "inexact": ("float",), "deg": ("math.radians", "np.deg2rad"),
     "random": ("random.random",), "uniform": ("random.uniform",), "choice": ("random.choice",),
     "iota": ("range", "np.arange"), "and": ("&&",),
     "or": ("||",), "ref": ("get",), "list": ("array",), "mutable-list": ("list",), "print": ("println",),
@@ -317,7 +317,7 @@ def _cad_name(text: Text, pick: Random) -> Iterator[TextChange]:
 
 _SYNONYMS = {
     "color": ("colour", "col", "fill"), "radius": ("r", "rad"), "scale": ("size", "dimensions"), "p0": ("from",),
-    "p1": ("to", "end"), "opacity": ("alpha",), "tube": ("tube-radius", "thickness"), "rounding": ("bevel",),
+    "p1": ("to", "end"), "opacity": ("alpha",), "tube": ("tube-radius", "thickness"),
     "emission": ("emissive", "glow"), "metallic": ("metalness",),
 }  # fmt: skip
 
@@ -498,7 +498,7 @@ def _constant(datum: Datum) -> float | None:
         return None
     first, rest = float(operands[0] or 0.0), [float(x or 0.0) for x in operands[1:]]
     head = head_of(datum)
-    if head == "radians":
+    if head == "deg":
         return math.radians(first)
     if head == "-":
         return first - sum(rest) if rest else -first

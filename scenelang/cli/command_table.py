@@ -57,13 +57,13 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
         "diff": CommandRow(EVALUATION, "programs", "compare the geometry of two scenes"),
         "expand": CommandRow(PROGRAM, "programs", "print the program after macro expansion"),
         "transpile": CommandRow(STANDALONE, "programs", "convert Python written by a language model to a program"),
-        "lift": CommandRow(PROGRAM, "programs", "rewrite a program as a person would write it"),
+        "simplify": CommandRow(PROGRAM, "programs", "rewrite a program as a person would write it"),
         "import": CommandRow(OUTPUT, "programs", "convert OpenSCAD, Blender scripts, Minecraft builds"),
     },
     "Inspect scenes": {
         "render": CommandRow(PROGRAM, "pictures", "render an image or a video of the scene"),
         "view": CommandRow(EVALUATION, "pictures", "show programs in a browser with live reload"),
-        "maps": CommandRow(EVALUATION, "pictures", "render labeled images: segmentation, depth, boxes, motion"),
+        "labels": CommandRow(EVALUATION, "pictures", "render labeled images: segmentation, depth, boxes, motion"),
         "dataset": CommandRow(TEXT, "pictures", "make labeled datasets of any size from a spec of what varies"),
         "graph": CommandRow(PROGRAM, "pictures", "draw the dependency graph of words (paper, Figure 2)"),
         "tree": CommandRow(PROGRAM, "programs", "print the entity hierarchy"),
@@ -105,6 +105,9 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
     },
 }
 COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
+
+# Commands of earlier versions, with the names of today (docs/decisions.md, "Names of the field").
+RENAMED_COMMANDS = {"lift": "simplify", "maps": "labels"}
 
 
 def top_parser(kind: type[AnyParser], version: type[argparse.Action]) -> AnyParser:

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 
 from scenelang.cli.command_table import COMMANDS as COMMANDS
-from scenelang.cli.command_table import CommandRow, formatter, top_parser
+from scenelang.cli.command_table import RENAMED_COMMANDS, CommandRow, formatter, top_parser
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
 from scenelang.console.reports import Parser
 from scenelang.grammar.diagnostics import (
@@ -69,6 +69,9 @@ def _main(words: list[str], *, supervised: bool) -> int:
         build_parser("").print_help()
         sys.stdout.flush()
         return 0
+    if words[0] in RENAMED_COMMANDS:
+        print(f"scenelang: error: use `scenelang {RENAMED_COMMANDS[words[0]]}`", file=sys.stderr)
+        return 2
     if words[0] not in COMMANDS and not words[0].startswith("-"):
         near = suggest(words[0], COMMANDS) or "see `scenelang --help` for a list of commands"
         print(f"scenelang: error: unknown command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Commands that render and view scenes: render, maps, dataset, graph, view."""
+"""Commands that render and view scenes: render, labels, dataset, graph, view."""
 
 from __future__ import annotations
 
@@ -115,11 +115,11 @@ def run_render(arguments: argparse.Namespace) -> int:
     return 0
 
 
-# --- maps ------------------------------------------------------------------------------------------------------------
+# --- labels ----------------------------------------------------------------------------------------------------------
 
 
-def add_maps(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``maps``."""
+def add_labels(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``labels``."""
     from scenelang.backends.labels.dataset import MapOptions
 
     parser.add_argument("files", metavar="FILE", nargs="+", help="programs, or `-` for standard input")
@@ -132,7 +132,7 @@ def add_maps(parser: argparse.ArgumentParser) -> None:
     add_backend_options(parser, base.Work.PICTURE)
 
 
-def run_maps(arguments: argparse.Namespace) -> int:
+def run_labels(arguments: argparse.Namespace) -> int:
     """Render labeled images of scenes; exit code 1 if a program has errors."""
     from scenelang.backends.labels.dataset import MapOptions, check_set_folder, write_set
     from scenelang.backends.pictures.viewpoints import views_of

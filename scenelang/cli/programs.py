@@ -1,4 +1,4 @@
-"""Commands for programs: check, run, tree, flatten, count, bounds, expand, fmt, diff, transpile, lift, explain,
+"""Commands for programs: check, run, tree, flatten, count, bounds, expand, fmt, diff, transpile, simplify, explain,
 grammar, import, doctor; interactive ones and servers: repl, lsp, mcp, completion."""
 
 from __future__ import annotations
@@ -446,7 +446,7 @@ def add_transpile(parser: argparse.ArgumentParser) -> None:
     parser.description = "Translate the Python of a language model's response to a program. It is never executed."
     parser.add_argument("file", metavar="FILE", help="response (.txt), Python program (.py), or `-` for standard input")
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="output program (default: standard output)")
-    parser.add_argument("--literal", action="store_true", help="follow the Python closely; do not lift the program")
+    parser.add_argument("--literal", action="store_true", help="follow the Python closely; do not simplify the program")
     add_output(parser)
     add_limits(parser)
 
@@ -468,13 +468,13 @@ def run_transpile(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def add_lift(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of ``lift``."""
+def add_simplify(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``simplify``."""
     parser.description = "Rewrite a program as a person would write it, and print the diff. The scene stays the same."
     parser.add_argument("-o", "--output", metavar="OUT.scene", help="write the program; OUT.scene may be FILE itself")
 
 
-def run_lift(arguments: argparse.Namespace) -> int:
+def run_simplify(arguments: argparse.Namespace) -> int:
     """Rewrite a program, and write it or print the diff."""
     from scenelang.session.formatting import difference
 
@@ -487,7 +487,7 @@ def run_lift(arguments: argparse.Namespace) -> int:
     if arguments.output is not None:
         deliver(lifted, arguments.output)
     else:
-        changes = difference(source.text, lifted, arguments.file, "lifted")
+        changes = difference(source.text, lifted, arguments.file, "simplified")
         sys.stdout.writelines(painted(changes, use_color(arguments, sys.stdout)))
     return 0
 

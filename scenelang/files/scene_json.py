@@ -18,7 +18,7 @@ from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.modelling.operations import from_plain, to_plain
 from scenelang.interpreter.scene.modelling.solid import SolidShape
-from scenelang.interpreter.scene.primitives import Primitive, class_of
+from scenelang.interpreter.scene.primitives import Primitive, class_of, former_word, word_of_today
 from scenelang.interpreter.values.values import Embedding, Matrix, Pair
 
 FORMAT = "scenelang-scene"
@@ -285,6 +285,9 @@ class _Reader:
         return self._plain_shape(word, attributes, fields.get("file"), where)
 
     def _plain_shape(self, word: str, attributes: dict[str, Any], file: Any, where: str) -> Primitive:
+        today = word_of_today(word, () if file is None else ("file",))
+        if today is not None:
+            self.fail(f"in {where}, {former_word(word, today)}")
         cls = class_of(word)
         if not cls.is_file:
             return cls.from_attributes(word, attributes)

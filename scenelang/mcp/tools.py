@@ -22,7 +22,7 @@ from scenelang.interpreter.inspection.outline import summary, summary_rows
 from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.scene.entity import Scene, count_words
 from scenelang.interpreter.scene.primitives import docs_of_words
-from scenelang.interpreter.scene.primitives.asset import is_hidden
+from scenelang.interpreter.scene.primitives.mesh_file import is_hidden
 from scenelang.interpreter.values.limits import Limits
 from scenelang.reference.primer import description, known_names, primer
 from scenelang.reference.sections import SECTIONS, fitting_sections, with_sections

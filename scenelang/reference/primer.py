@@ -63,7 +63,7 @@ TAUGHT: Mapping[str, str] = MappingProxyType({
     "Solids": "difference~ extrude~ lathe~",
     "Profiles": "circle~ rectangle~ polygon~",
     "Numbers": "+ * - / = < > <= >= // % expt atan min max round clamp lerp sqrt abs sign floor ceiling sin cos tan "
-    "asin acos radians even? odd? not",
+    "asin acos deg even? odd? not",
     "Lists": "list append make-list first last rest length reverse ref take drop map filter fold apply append-map "
     "contains? sort",
     "Vectors": "vector dot cross norm normalize distance linspace sum",

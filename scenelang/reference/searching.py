@@ -57,8 +57,8 @@ _SYNONYMS = {
     "reflect": "mirror", "mirrored": "mirror symmetric", "symmetry": "mirror symmetric",
     # solids
     "subtract": "difference cut", "carve": "difference cut", "hole": "difference subtract", "cut": "difference",
-    "cutout": "difference", "boolean": "difference intersection union-solid", "fuse": "union-solid",
-    "weld": "union-solid", "merge": "union", "combine": "union", "group": "union", "collection": "union",
+    "cutout": "difference", "boolean": "difference intersection solid-union", "fuse": "solid-union",
+    "weld": "solid-union", "merge": "union", "combine": "union", "group": "union", "collection": "union",
     "bevel": "rounded", "fillet": "rounded", "chamfer": "rounded", "hollow": "shell difference", "thicken": "shell",
     "inset": "offset-profile", "grow": "offset-solid", "slice": "cut-plane split profile-section",
     "linear-extrude": "extrude", "pad": "extrude", "revolve": "lathe", "revolution": "lathe", "screw": "helix sweep",
@@ -79,8 +79,8 @@ _SYNONYMS = {
     "hex": "color", "paint": "color", "texture": "color noise", "uneven": "noise", "perlin": "noise fbm",
     # primitives
     "ball": "sphere", "box": "cube", "block": "cube set-cuboid", "cuboid": "cube", "pyramid": "cone",
-    "donut": "torus", "pill": "capsule", "plane": "cube", "minecraft": "block", "obj": "asset", "gltf": "asset",
-    "glb": "asset", "model": "asset",
+    "donut": "torus", "pill": "capsule", "plane": "cube", "minecraft": "block", "obj": "mesh", "gltf": "mesh",
+    "glb": "mesh", "model": "mesh", "asset": "mesh",
     # films
     "animation": "frames", "animate": "frames", "video": "frames", "motion": "frames", "keyframe": "frames lerp",
     "keyframes": "frames lerp", "timeline": "frames",
@@ -97,7 +97,8 @@ _SYNONYMS = {
     "uppercase": "string-upcase", "lowercase": "string-downcase", "interpolate": "format lerp interp",
     "debug": "print", "echo": "print", "log": "print", "seed": "random set-seed! random-stream",
     "gaussian": "normal", "rand": "random uniform", "modulo": "%", "power": "expt", "pow": "expt", "ln": "log",
-    "atan2": "atan", "degree": "degrees radians", "angle": "radians rotate", "mix": "lerp", "clip": "clamp",
+    "atan2": "atan", "degree": "deg to-degrees", "degrees": "deg to-degrees",
+    "radians": "to-degrees deg", "angle": "deg rotate", "mix": "lerp", "clip": "clamp",
     "magnitude": "norm", "unit": "normalize",
     # relations and errors
     "touch": "touching", "stands": "on supported", "stand": "on supported", "rest": "on supported",

@@ -79,7 +79,7 @@ SECTIONS: Mapping[str, PromptSection] = MappingProxyType({
     "solids": PromptSection(
         "More solids",
         {
-            "Solids": "intersection union-solid hull~ sweep~ loft rounded~ shell~ text~",
+            "Solids": "intersection solid-union hull~ sweep~ loft rounded~ shell~ text~",
             "Profiles": "regular-polygon~ star spline profile-union profile-difference offset-profile~",
             "Paths": "polyline bezier catmull-rom helix~",
         },

@@ -102,7 +102,7 @@ def pose_form(motion: FloatArray, scale: Sequence[float] | None, rotate: tuple[s
         length = float(np.linalg.norm(axis))
         if length > 1e-6:  # else it is a half turn, whose axis this does not say
             angle = np.degrees(np.arctan2(length, np.trace(linear) - 1.0))
-            return f"(rotate (radians {_number(angle)}) {_vector(np.asarray(axis / length, np.float64))}{place})"
+            return f"(rotate (deg {_number(angle)}) {_vector(np.asarray(axis / length, np.float64))}{place})"
     return _matrix(motion)
 
 

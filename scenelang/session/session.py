@@ -73,7 +73,7 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
     from scenelang.interpreter.scene.entity import Scene
     from scenelang.interpreter.scene.modelling.outlines import Typeface
-    from scenelang.interpreter.scene.primitives.asset import Asset
+    from scenelang.interpreter.scene.primitives.mesh_file import Asset
 
 
 T = TypeVar("T")
@@ -346,7 +346,7 @@ class Session:
             """Read the file of an ``import`` form at ``span``, after checking that it may be read."""
             from pathlib import Path
 
-            from scenelang.interpreter.scene.primitives.asset import is_hidden
+            from scenelang.interpreter.scene.primitives.mesh_file import is_hidden
 
             project = self._project(main)
             folder = Path(importing.name).parent if not importing.name.startswith("<") else Path.cwd()
@@ -988,9 +988,10 @@ def settled(
     remaining = list(diagnostics)
     for source in sources:
         if not is_python(source) and any(d.is_error for d in remaining):
+            from scenelang.interpreter.checker.angles import with_meant_conversions
             from scenelang.interpreter.checker.habits import explain
 
-            remaining = explain(source, [with_fixes(d) for d in remaining])
+            remaining = explain(source, with_meant_conversions([with_fixes(d) for d in remaining]))
     remaining = without_consequences(remaining, program)
     return tuple(with_fixes(d) for d in _sorted(without_suppressed(remaining, sources)))
 
@@ -1038,7 +1039,7 @@ def other_file_error(path: str) -> SceneError | None:
     name = os.path.basename(path)
     ending = os.path.splitext(name)[1].lower()
     if ending in MESH_ENDINGS:
-        hint = f'a mesh is a primitive: `(call "asset" :file "{name}")`'
+        hint = f'a mesh is a primitive: `(call "mesh" :file "{name}")`'
         return SceneError("file", f"`{name}` is a mesh, not a program", hint)
     if ending in IMPORTED_ENDINGS:
         hint = f"`scenelang import {name}` writes a program"

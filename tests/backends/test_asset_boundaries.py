@@ -258,10 +258,10 @@ def test_every_command_tells_of_a_broken_asset(
     content = document()
     content["nodes"][0]["mesh"] = -1
     written(tmp_path / "a.gltf", content)
-    (tmp_path / "a.scene").write_text('(bind "it" (lambda () (call "asset" :file "a.gltf")))\n')
+    (tmp_path / "a.scene").write_text('(bind "it" (lambda () (call "mesh" :file "a.gltf")))\n')
     if command == "bounds":
         (tmp_path / "a.scene").write_text(
-            '(bind "it" (lambda () (call "asset" :file "a.gltf")))\n(print (compute-shape-min (call "it")))\n'
+            '(bind "it" (lambda () (call "mesh" :file "a.gltf")))\n(print (compute-shape-min (call "it")))\n'
         )
         command = "run"
     assert main([command, str(tmp_path / "a.scene")]) == 1

@@ -60,8 +60,8 @@ def test_boxes_of_posed_meshes_are_those_of_their_vertices(star: tuple[Path, np.
     """Under any affine map, directly and through entities that are turned again."""
     path, vertices = star
     asset = AssetFiles(path.parent, path.parent, False).measure(path.name)
-    shape: Primitive = shape_of("asset", {"file": asset.path}, asset)
-    leaf = Entity("asset", ANONYMOUS, (), shape, False, ())
+    shape: Primitive = shape_of("mesh", {"file": asset.path}, asset)
+    leaf = Entity("mesh", ANONYMOUS, (), shape, False, ())
     rng = np.random.default_rng(3)
     for _ in range(50):
         first, second = rng.normal(size=(2, 3, 4))
@@ -77,7 +77,7 @@ def test_boxes_of_posed_meshes_are_those_of_their_vertices(star: tuple[Path, np.
 def test_a_turned_asset_in_a_program(star: tuple[Path, np.ndarray], tmp_path: Path) -> None:
     path, vertices = star
     (path.parent / "a.scene").write_text(
-        '(bind "it" (lambda () (transform (call "asset" :file "star.stl") (rotate 0.7 [1 2 3]))))'
+        '(bind "it" (lambda () (transform (call "mesh" :file "star.stl") (rotate 0.7 [1 2 3]))))'
     )
     scene = scenelang.load(path.parent / "a.scene").graph
     turn = trimesh.transformations.rotation_matrix(0.7, [1, 2, 3])[:3, :3]
@@ -96,7 +96,7 @@ def test_the_work_of_boxes_is_charged(star: tuple[Path, np.ndarray]) -> None:
     charged: list[int] = []
     asset = AssetFiles(path.parent, path.parent, False).measure(path.name, charged.append)
     assert sum(charged) >= path.stat().st_size >> 5
-    leaf = Entity("asset", ANONYMOUS, (), shape_of("asset", {"file": asset.path}, asset), False, ())
+    leaf = Entity("mesh", ANONYMOUS, (), shape_of("mesh", {"file": asset.path}, asset), False, ())
     pose = Matrix((0.0, 1.0, 0.1, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))
     charged.clear()
     parts_box([Pair(leaf, pose)] * 100, charged.append)

@@ -90,7 +90,7 @@ def test_a_color_replaces_the_files_own(tmp_path: Path) -> None:
     colored("material").export(tmp_path / "a.glb")
     middles = []
     for more in ("", ":color [.8 .1 .1]"):
-        (tmp_path / "a.scene").write_text(f'(bind "copy" (lambda () (call "asset" :file "a.glb" {more})))')
+        (tmp_path / "a.scene").write_text(f'(bind "copy" (lambda () (call "mesh" :file "a.glb" {more})))')
         options = PictureOptions(width=32, height=32, environment="flat", camera=PRESETS["top"])
         middles.append(render(scenelang.load(tmp_path / "a.scene").graph, options)[16, 16].astype(int))
     assert middles[0][2] > 200 > middles[0][0]

@@ -27,11 +27,11 @@ WORK = {
     ],
     "a film": ["render", "a.scene", "-o", "out.gif", "--size", "700x500"],
     "an mp4": ["render", "a.scene", "-o", "out.mp4", "--size", "700x500", "--frames", "300"],
-    "maps": ["maps", "a.scene", "-o", ".", "--size", "700x500"],
+    "labels": ["labels", "a.scene", "-o", ".", "--size", "700x500"],
 }
 
 
-@pytest.mark.parametrize("name", only(("maps", "a film"), WORK))
+@pytest.mark.parametrize("name", only(("labels", "a film"), WORK))
 @pytest.mark.sampled(2)
 def test_an_interruption_leaves_nothing_half_written(name: str, tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text(SCENE)

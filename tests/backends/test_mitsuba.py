@@ -190,7 +190,7 @@ def test_a_flat_patch_has_one_colour_everywhere(color: tuple[float, ...], tmp_pa
     text = f'(bind "patch" (lambda () (call "cube" :scale [4 .1 4] :color [{given}])))'
     (tmp_path / "a.scene").write_text(text)
     assert main(["export", str(tmp_path / "a.scene"), "-o", str(tmp_path / "a.glb"), "-q"]) == 0
-    (tmp_path / "b.scene").write_text('(bind "copy" (lambda () (call "asset" :file "a.glb")))')
+    (tmp_path / "b.scene").write_text('(bind "copy" (lambda () (call "mesh" :file "a.glb")))')
     expected = encode(np.array(color)).astype(int)
     middles = []
     for name in ("a", "b"):

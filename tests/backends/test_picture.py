@@ -246,7 +246,7 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     trimesh.creation.icosphere(subdivisions=4).export(path)
     asset = AssetFiles(tmp_path, tmp_path, False).measure("ball.glb")
     given = {"file": str(path), "color": make.vector(0.8, 0.1, 0.1)}
-    mesh = Entity("asset", Embedding(attributes=given), (), shape_of("asset", given, asset))
+    mesh = Entity("mesh", Embedding(attributes=given), (), shape_of("mesh", given, asset))
     ball = make.primitive("sphere", color=(0.8, 0.1, 0.1))
     a, b = drafted(make.scene(mesh)).astype(float), drafted(make.scene(ball)).astype(float)
     assert np.abs(a - b).mean() < 2
@@ -255,8 +255,8 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     )
     assert np.abs(a - final).mean() < 4
     lost = {"file": str(tmp_path / "lost.glb"), "color": given["color"]}
-    box = Entity("asset", Embedding(attributes=lost), (), shape_of("asset", lost, asset))
-    with pytest.raises(SceneError, match=r"cannot read the asset lost\.glb"):
+    box = Entity("mesh", Embedding(attributes=lost), (), shape_of("mesh", lost, asset))
+    with pytest.raises(SceneError, match=r"cannot read the mesh file lost\.glb"):
         drafted(make.scene(box))
 
 

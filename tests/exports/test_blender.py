@@ -82,7 +82,7 @@ SOLIDS = """
 (bind "hole" (lambda () (call "cylinder" :radius .3 :p0 [0 -1 0] :p1 [0 1 0] :color [.8 .4 .05])))
 (bind "part" (lambda () (difference (call "plate") (call "hole"))))
 (bind "bar" (lambda () (extrude (star 5 1 .5) .7 :color [.2 .6 .2])))
-(bind "both" (lambda () (union-solid (call "cube" :color [.7 .1 .1]) (call "sphere" :radius .6 :color [.7 .1 .1]))))
+(bind "both" (lambda () (solid-union (call "cube" :color [.7 .1 .1]) (call "sphere" :radius .6 :color [.7 .1 .1]))))
 (bind "name" (lambda () (text "Ab" :color [.9 .9 .2])))
 (bind "peg" (lambda () (call "cone" :radius .5 :p1 [0 1.3 0] :color [.4 .2 .6])))
 (bind "scene" (lambda () (union

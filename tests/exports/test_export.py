@@ -159,8 +159,8 @@ def painted(tmp_path: Path, make: Any) -> Callable[..., Scene]:
     def made(**attributes: Any) -> Scene:
         given = {"file": str(tmp_path / "box.ply")}
         given |= {name: make.vector(*value) for name, value in attributes.items()}
-        shape = shape_of("asset", given, AssetFiles(tmp_path, tmp_path, False).measure("box.ply"))
-        asset = Entity("asset", Embedding(attributes=given), (), shape)
+        shape = shape_of("mesh", given, AssetFiles(tmp_path, tmp_path, False).measure("box.ply"))
+        asset = Entity("mesh", Embedding(attributes=given), (), shape)
         from dataclasses import replace
 
         asset.shape = replace(shape, file=str(tmp_path / "box.ply"))

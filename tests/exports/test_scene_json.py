@@ -91,8 +91,8 @@ def test_assets_stay_inside_the_folder(tmp_path: Path) -> None:
     trimesh.creation.box((1, 2, 3)).export(tmp_path / "out.ply")
     for name in ("box.ply", "../out.ply"):
         document = {
-            "format": "scenelang-scene", "version": 1, "word": "asset", "frames": [0],
-            "entities": [{"word": "asset", "primitive": True, "file": name}],
+            "format": "scenelang-scene", "version": 1, "word": "mesh", "frames": [0],
+            "entities": [{"word": "mesh", "primitive": True, "file": name}],
         }  # fmt: skip
         (tmp_path / "in" / "a.json").write_text(json.dumps(document))
         if name == "box.ply":
@@ -100,8 +100,8 @@ def test_assets_stay_inside_the_folder(tmp_path: Path) -> None:
             assert shape is not None
             assert shape.asset is not None
             assert shape.asset.box == pytest.approx((-0.5, -1, -1.5, 0.5, 1, 1.5))
-            back = Entity("asset", Embedding(), (), shape)
-            write_scene(Scene("asset", [back], False), tmp_path / "in" / "b.json")
+            back = Entity("mesh", Embedding(), (), shape)
+            write_scene(Scene("mesh", [back], False), tmp_path / "in" / "b.json")
             assert '"file":"box.ply"' in (tmp_path / "in" / "b.json").read_text()
         else:
             with pytest.raises(SceneError, match="is outside"):

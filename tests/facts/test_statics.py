@@ -829,7 +829,7 @@ def test_open_mesh_on_the_floor(tmp_path: Path) -> None:
     lines = [*("v {} {} {}".format(*point) for point in points), *("f {} {} {} {}".format(*face) for face in faces)]
     (tmp_path / "sheet.obj").write_text("\n".join(lines) + "\n", encoding="utf-8")
     text = root(
-        FLOOR + '(bind "sheet" (lambda () (call "asset" :file "sheet.obj")))', '(call "floor")', '(call "sheet")'
+        FLOOR + '(bind "sheet" (lambda () (call "mesh" :file "sheet.obj")))', '(call "floor")', '(call "sheet")'
     )
     scene = session.evaluate(Source(str(tmp_path / "a.scene"), text)).require()
     assert [d.name for d in check_geometry(scene) if not d.name.endswith("-note")] == []

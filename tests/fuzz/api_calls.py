@@ -148,7 +148,7 @@ CALLS: dict[str, Callable[[str, str, list[Any]], object]] = {
     "evaluate": lambda text, other, odd: _scene(text),
     "expand": lambda text, other, odd: sl.expand(text, options=OPTIONS),
     "format": lambda text, other, odd: sl.format(text),
-    "lift": lambda text, other, odd: sl.lift(text),
+    "simplify": lambda text, other, odd: sl.simplify(text),
     "transpile": lambda text, other, odd: str(sl.transpile(text)),
     "repair": lambda text, other, odd: sl.repair(text, effort=1.0),
     "edit": lambda text, other, odd: sl.edit_instance(text, "a/cube", move=(1, 0, 0)),
@@ -160,7 +160,7 @@ CALLS: dict[str, Callable[[str, str, list[Any]], object]] = {
     "explain": lambda text, other, odd: sl.explain(text[:20]),
     "odd": lambda text, other, odd: [
         refused(lambda call=call: call(odd[0]))  # type: ignore[misc]
-        for call in (sl.parse, sl.check, sl.evaluate, sl.expand, sl.format, sl.lift, sl.transpile, sl.repair, sl.search, sl.explain, sl.load, sl.import_build)
+        for call in (sl.parse, sl.check, sl.evaluate, sl.expand, sl.format, sl.simplify, sl.transpile, sl.repair, sl.search, sl.explain, sl.load, sl.import_build)
     ],
 }  # fmt: skip
 

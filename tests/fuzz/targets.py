@@ -254,7 +254,7 @@ def make_lsp(rng: making.Rng) -> bytes:
 
 # --- options ---------------------------------------------------------------------------------------------------------
 
-COMMANDS = ("check", "run", "tree", "flatten", "count", "bounds", "expand", "explain", "diff", "transpile", "runs", "export", "backends", "graph", "embeddings", "grammar", "completion", "maps")  # fmt: skip
+COMMANDS = ("check", "run", "tree", "flatten", "count", "bounds", "expand", "explain", "diff", "transpile", "runs", "export", "backends", "graph", "embeddings", "grammar", "completion", "labels")  # fmt: skip
 VALUES = ("", "0", "1", "-1", "1e999", "nan", "9" * 30, "x", "a=1", "a=", "=", "x=(", "prog.scene", "other.scene", "none.scene", ".", "-", "/dev/null", "--", "\x1b[31m", "é", "1x1", "0x0", "1M", "-1G", "out.json", "out.glb", "dot", "E101", "bash", "json", "a\udcff", "(list", "[1 2", "z1")  # fmt: skip
 
 

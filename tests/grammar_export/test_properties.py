@@ -27,7 +27,7 @@ LOOSE: frozenset[Expression] = frozenset({
     Literal("else"), Literal("=>"), Ref("definition"), Literal("scene"), Literal("param"), Ref("set_form"),
     Ref("import_form"), Literal("_"),
 })  # fmt: skip
-NAMES = ("list", "append", "car", "sphere?", "radians", "min", "iota", "->x", "*", "<=")
+NAMES = ("list", "append", "car", "sphere?", "deg", "min", "iota", "->x", "*", "<=")
 TOKENS = {
     "NUMBER": ("1", "-2.5", ".5", "1e-3"), "STRING": ('"cube"', '"a\\n"', '""'), "BOOLEAN": ("#t", "#false"),
     "NONE": ("none",), "KEYWORD": (":scale", ":p0"), "HANDLE": ("<z1>", "<style*>"),

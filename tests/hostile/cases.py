@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hostile import programs
 
-ASSET = '(bind "a" (lambda () (call "asset" :file "{}")))\n'
+ASSET = '(bind "a" (lambda () (call "mesh" :file "{}")))\n'
 Maker = Callable[[Path], None]
 
 

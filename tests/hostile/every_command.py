@@ -40,9 +40,9 @@ views = 1
 DRAWN = ("--size", "24x24")
 LINES: dict[str, tuple[str, ...]] = {
     "check": ("a.scene",), "run": ("a.scene",), "repl": (), "fmt": ("a.scene", "--diff"), "explain": ("E201",),
-    "diff": ("a.scene", "b.scene"), "expand": ("a.scene",), "transpile": ("a.py",), "lift": ("a.scene",),
+    "diff": ("a.scene", "b.scene"), "expand": ("a.scene",), "transpile": ("a.py",), "simplify": ("a.scene",),
     "import": ("a.scad",), "render": ("a.scene", "-o", "out.png", *DRAWN), "view": ("a.scene", "--html", "out.html"),
-    "maps": ("a.scene", "-o", "out", *DRAWN), "dataset": ("a.toml", "-o", "out"), "graph": ("a.scene", "-o", "out.svg"),
+    "labels": ("a.scene", "-o", "out", *DRAWN), "dataset": ("a.toml", "-o", "out"), "graph": ("a.scene", "-o", "out.svg"),
     "tree": ("a.scene",), "count": ("a.scene",), "bounds": ("a.scene",), "measure": ("a.scene",),
     "simulate": ("a.scene", "-o", "out.json", "--seconds", ".1"), "settle": ("a.scene", "-o", "out.json"),
     "repair": ("a.scene",), "flatten": ("a.scene",), "export": ("a.scene", "-o", "out.obj"), "backends": (),

@@ -10,7 +10,7 @@ BROKEN = (
     b"solid a\nfacet normal 0 0 x\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n"
     * 2
 )
-SCENE = '(bind "a" (lambda () (call "asset" :file "a.stl")))\n'
+SCENE = '(bind "a" (lambda () (call "mesh" :file "a.stl")))\n'
 
 
 def test_a_broken_mesh_shows_no_traceback_of_its_reader(tmp_path: Path) -> None:

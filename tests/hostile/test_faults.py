@@ -71,7 +71,7 @@ def z(path: Path) -> bool:
 JOBS = {
     "render": Job(("render", "a.scene", "-o", "out.png", "--quality", "draft", "--size", "96x96"), "out.png", picture),
     "export": Job(("export", "a.scene", "-o", "out.glb"), "out.glb", glb),
-    "maps": Job(("maps", "a.scene", "-o", "out", "--size", "64x64"), "out", maps),
+    "labels": Job(("labels", "a.scene", "-o", "out", "--size", "64x64"), "out", maps),
     "embeddings": Job(("embeddings", "a.scene", "set", "z1", "--text", "an old oak"), "a.z.safetensors", z),
 }
 

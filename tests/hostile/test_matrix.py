@@ -99,7 +99,7 @@ CONDITIONS = {
 }  # fmt: skip
 SLOW = {"doctor"}  # measures the installation for ten seconds
 PRINTING = {
-    "fmt", "explain", "expand", "transpile", "lift", "import", "tree", "count", "bounds", "measure", "flatten",
+    "fmt", "explain", "expand", "transpile", "simplify", "import", "tree", "count", "bounds", "measure", "flatten",
     "backends", "bench", "embed", "search", "grammar", "completion",
 }  # fmt: skip
 

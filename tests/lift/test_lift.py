@@ -259,9 +259,9 @@ def test_large_programs_are_left_alone(make: Callable[[int], str]) -> None:
 
 
 def test_api_and_errors() -> None:
-    assert "(param n 2)" in scenelang.lift('(define n 2) (bind "s" (lambda () (call "cube" :scale n))) (scene "s")')
+    assert "(param n 2)" in scenelang.simplify('(define n 2) (bind "s" (lambda () (call "cube" :scale n))) (scene "s")')
     with pytest.raises(scenelang.SceneError, match="E101"):
-        scenelang.lift("(union")
+        scenelang.simplify("(union")
 
 
 # The commands.
@@ -292,7 +292,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
 
 
 def test_lift_prints_the_changes(command: Command) -> None:
-    out, _ = command("lift", "table.scene")
+    out, _ = command("simplify", "table.scene")
     assert out.startswith("--- table.scene\n+++ table.scene (lifted)\n")
     assert "-    (define top" in out
     assert "(@ (rotate .5 [0 1 0]) (translate [0 1 0]))" in out
@@ -300,19 +300,19 @@ def test_lift_prints_the_changes(command: Command) -> None:
 
 
 def test_lift_writes_a_program(command: Command) -> None:
-    assert command("lift", "table.scene", "-o", "short.scene")[0] == ""
+    assert command("simplify", "table.scene", "-o", "short.scene")[0] == ""
     assert command("diff", "table.scene", "short.scene")[0].startswith("equal")
-    assert command("lift", "short.scene")[0] == ""
-    command("lift", "table.scene", "-o", "table.scene")
+    assert command("simplify", "short.scene")[0] == ""
+    command("simplify", "table.scene", "-o", "table.scene")
     assert Path("table.scene").read_text() == Path("short.scene").read_text()
 
 
 def test_lift_tells_mistakes(command: Command) -> None:
     Path("wrong.scene").write_text('(bind "a" (lambda () (call "cube" :scale size)))')
     Path("scene.py").write_text("x = 1\n")
-    assert "E301" in command("lift", "wrong.scene", code=1)[1]
-    assert "`scenelang transpile` lifts what it translates" in command("lift", "scene.py", code=1)[1]
-    assert "cannot read" in command("lift", "none.scene", code=1)[1]
+    assert "E301" in command("simplify", "wrong.scene", code=1)[1]
+    assert "`scenelang transpile` lifts what it translates" in command("simplify", "scene.py", code=1)[1]
+    assert "cannot read" in command("simplify", "none.scene", code=1)[1]
 
 
 def test_transpile_literally(command: Command) -> None:

@@ -269,7 +269,7 @@ def files(folder: Path) -> set[str]:
 def test_the_command_writes_a_complete_set(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.scene").write_text(TABLE)
     out = tmp_path / "out"
-    assert main(["maps", str(tmp_path / "a.scene"), "-o", str(out), "--size", "64x48"]) == 0
+    assert main(["labels", str(tmp_path / "a.scene"), "-o", str(out), "--size", "64x48"]) == 0
     found = files(out)
     names = ["color", "semantic", "instances", "correspondence", "depth", "normals", "albedo", "boxes", "legend"]
     assert {f"{name}.png" for name in names} <= found
@@ -290,7 +290,7 @@ def test_the_command_writes_a_complete_set(tmp_path: Path, capsys: pytest.Captur
     assert {row["body"] for row in legend["instances"] if row["word"] == "scene"} == {-1}
     # the camera that was written gives the same picture again
     again = tmp_path / "again"
-    assert main(["maps", str(tmp_path / "a.scene"), "-o", str(again), "--camera", str(out / "camera.json")]) == 0
+    assert main(["labels", str(tmp_path / "a.scene"), "-o", str(again), "--camera", str(out / "camera.json")]) == 0
     assert (np.load(again / "maps.npz")["instance"] == arrays["instance"]).all()
 
 
@@ -298,7 +298,7 @@ def test_exr_layers_are_the_arrays(tmp_path: Path) -> None:
     import mitsuba as mi
 
     (tmp_path / "a.scene").write_text(TABLE)
-    assert main(["maps", str(tmp_path / "a.scene"), "-o", str(tmp_path), "--size", "32x24"]) == 0
+    assert main(["labels", str(tmp_path / "a.scene"), "-o", str(tmp_path), "--size", "32x24"]) == 0
     layers = dict(mi.Bitmap(str(tmp_path / "maps.exr")).split())
     arrays = np.load(tmp_path / "maps.npz")
     depth = np.array(layers["depth"]).reshape(24, 32)
@@ -313,7 +313,7 @@ def test_a_set_goes_on_where_it_stopped(tmp_path: Path, capsys: pytest.CaptureFi
         (tmp_path / f"{name}.scene").write_text(text)
     out = tmp_path / "set"
     command = [
-        "maps",
+        "labels",
         str(tmp_path / "a.scene"),
         str(tmp_path / "b.scene"),
         "-o",
@@ -360,18 +360,18 @@ def test_wrong_uses_are_told(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], code: int, said: str
 ) -> None:
     (tmp_path / "a.scene").write_text(TABLE)
-    assert main(["maps", str(tmp_path / "a.scene"), "-o", str(tmp_path / "out"), *arguments]) == code
+    assert main(["labels", str(tmp_path / "a.scene"), "-o", str(tmp_path / "out"), *arguments]) == code
     assert said in capsys.readouterr().err
     assert not list((tmp_path / "out").rglob("*.png")) if (tmp_path / "out").exists() else True
 
 
 def test_an_empty_scene_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.scene").write_text('(bind "nothing" (lambda () (union)))')
-    assert main(["maps", str(tmp_path / "a.scene"), "-o", str(tmp_path / "out")]) == 1
+    assert main(["labels", str(tmp_path / "a.scene"), "-o", str(tmp_path / "out")]) == 1
     assert "has no primitives" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
     (tmp_path / "file").write_text("")
-    assert main(["maps", str(tmp_path / "a.scene"), "-o", str(tmp_path / "file" / "x")]) == 1
+    assert main(["labels", str(tmp_path / "a.scene"), "-o", str(tmp_path / "file" / "x")]) == 1
 
 
 @pytest.mark.parametrize("text", [TABLE, SWING])

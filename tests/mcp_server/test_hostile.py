@@ -44,7 +44,7 @@ def test_programs_do_not_reach_outside_either(agent: Any) -> None:
     (agent.project.parent / "outside.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     for program in (
         f'(import "../outside.scene") {CUBE}',
-        '(bind "a" (lambda () (call "asset" :file "../outside.obj")))',
+        '(bind "a" (lambda () (call "mesh" :file "../outside.obj")))',
     ):
         found = agent.told("run", program=program)
         assert [d["name"] for d in found["diagnostics"]] == ["import-outside"]

@@ -132,7 +132,7 @@ def mesh_scene(folder: Path, expression: str) -> Any:
 
 
 def test_meshes_are_filled(ball: Path) -> None:
-    grid = filled(mesh_scene(ball, '(call "asset" :file "ball.ply")'), 30)
+    grid = filled(mesh_scene(ball, '(call "mesh" :file "ball.ply")'), 30)
     edges = (np.indices(grid.cells.shape).reshape(3, -1).T + 0.5) * grid.edge - 1.0
     away = np.linalg.norm(edges, axis=1).reshape(grid.cells.shape)
     assert (grid.cells[away < 1 - 1e-3] != 0).all()  # every centre inside
@@ -146,7 +146,7 @@ def test_open_meshes_are_shells(tmp_path: Path) -> None:
     box = trimesh.creation.box(extents=(2, 2, 2))
     box.update_faces(box.face_normals[:, 1] < 0.5)  # without its lid
     box.export(tmp_path / "box.ply")
-    grid = filled(mesh_scene(tmp_path, '(call "asset" :file "box.ply")'), 20)
+    grid = filled(mesh_scene(tmp_path, '(call "mesh" :file "box.ply")'), 20)
     assert not grid.cells[5:15, 5:, 5:15].any()
     assert grid.cells[:, 0, :].all()
     assert grid.cells[0].all()

@@ -310,9 +310,7 @@ def measured(expression: str) -> float:
 
 def test_a_twist_to_the_left_is_the_mirror_image_of_one_to_the_right() -> None:
     """The sides between layers are split along their shorter diagonals."""
-    left, right = (
-        measured(f"(extrude (rectangle 10 10) 20 :twist (radians {angle}) :slices 8)") for angle in (90, -90)
-    )
+    left, right = (measured(f"(extrude (rectangle 10 10) 20 :twist (deg {angle}) :slices 8)") for angle in (90, -90))
     assert left == pytest.approx(right, rel=1e-9)
     assert left == pytest.approx(2117.25, rel=1e-5)  # as OpenSCAD makes it
     assert measured("(extrude (rectangle 2 2) 3 :twist pi :taper 0 :slices 64)") == pytest.approx(4, rel=0.02)

@@ -68,10 +68,10 @@ def random_parts(rng: np.random.Generator) -> str:
 def test_inclusion_and_exclusion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     a, b = random_parts(rng), random_parts(rng)
-    both = volume(f"(union-solid {a} {b})")
+    both = volume(f"(solid-union {a} {b})")
     shared = volume(f"(intersection {a} {b})")
-    assert both + shared == pytest.approx(volume(f"(union-solid {a})") + volume(f"(union-solid {b})"), rel=1e-9)
-    assert volume(f"(difference {a} {b})") == pytest.approx(volume(f"(union-solid {a})") - shared, rel=1e-9)
+    assert both + shared == pytest.approx(volume(f"(solid-union {a})") + volume(f"(solid-union {b})"), rel=1e-9)
+    assert volume(f"(difference {a} {b})") == pytest.approx(volume(f"(solid-union {a})") - shared, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -80,7 +80,7 @@ def test_de_morgan_on_points(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     a, b = random_parts(rng), random_parts(rng)
     box = '(call "cube" :scale 8)'
-    left = solid_in(scene_of(f"(difference {box} (union-solid {a} {b}))"))
+    left = solid_in(scene_of(f"(difference {box} (solid-union {a} {b}))"))
     right = solid_in(scene_of(f"(intersection (difference {box} {a}) (difference {box} {b}))"))
     points = rng.uniform(-2, 2, (300, 3))
     assert (left.contains(points) == right.contains(points)).all()
@@ -189,7 +189,7 @@ def test_faces_keep_the_colours_of_their_operands() -> None:
 
 def test_a_colour_of_the_result_replaces_those_of_operands_in_later_operations() -> None:
     inner = f"(difference {CUBE} {BALL} :color [0 1 0])"
-    found = areas_by_color(solid_in(scene_of(f"(union-solid {inner} (transform {inner} (translate [3 0 0])) {CUBE})")))
+    found = areas_by_color(solid_in(scene_of(f"(solid-union {inner} (transform {inner} (translate [3 0 0])) {CUBE})")))
     assert (0.0, 1.0, 0.0) in found
     assert (0.1, 0.2, 0.9) not in found
 
@@ -197,7 +197,7 @@ def test_a_colour_of_the_result_replaces_those_of_operands_in_later_operations()
 def test_one_solid_in_two_colours() -> None:
     drilled = f"(difference {CUBE} {BALL})"
     before = f"(define plain {drilled})\n(define green (difference {CUBE} {BALL} :color [0 1 0]))"
-    scene = scene_of("(union-solid plain (transform green (translate [2 0 0])))", before)
+    scene = scene_of("(solid-union plain (transform green (translate [2 0 0])))", before)
     assert set(areas_by_color(solid_in(scene))) == {(0.8, 0.2, 0.1), (0.1, 0.2, 0.9), (0.0, 1.0, 0.0)}
 
 
@@ -250,7 +250,7 @@ def test_where_a_solid_is_made_does_not_change_it() -> None:
     "expression",
     [
         f"(difference {CUBE} {BALL} :segments 12)",
-        f"(union-solid (difference {CUBE} {BALL} :color [0 1 0]) (lathe [[0 0] [1 0] [0 1]]))",
+        f"(solid-union (difference {CUBE} {BALL} :color [0 1 0]) (lathe [[0 0] [1 0] [0 1]]))",
         "(extrude (list [[0 0] [3 0] [3 3] [0 3]] [[1 1] [1 2] [2 2] [2 1]]) 2 :twist .3)",
         '(rounded (call "torus" :radius .6) .02 :segments 4)',
     ],
@@ -298,7 +298,7 @@ def _cube_or_ball(scene: Scene, word: str, attributes: Any, file: Any) -> Any:
     [
         ('(difference (call "cube") (call "dragon"))', 'cannot use "dragon": it is a semantic primitive'),
         ('(hull (call "set-cuboid" :block-type "stone"))', "made of Minecraft blocks"),
-        ('(union-solid (call "cube" :scale [1 0 1]))', "flat, so it has no volume"),
+        ('(solid-union (call "cube" :scale [1 0 1]))', "flat, so it has no volume"),
         ("(hull (union))", "an operand without primitives"),
         ('(difference (call "cube") :segments 2)', "expects 3 to 1,024 :segments, got 2"),
         ('(rounded (call "cube") -1)', "a positive number for the radius"),
@@ -486,7 +486,7 @@ def test_moments_agree_with_trimesh() -> None:
 
 def test_the_inertia_of_parts_that_are_apart_is_that_of_their_union() -> None:
     parts = '(union (call "cube") (transform (call "cube" :scale [1 2 1]) (translate [3 0 1])))'
-    joined = f"(union-solid {parts})"
+    joined = f"(solid-union {parts})"
     apart, whole = (np.array(json.loads(log_of(f"(inertia {text})").replace(" ", ","))) for text in (parts, joined))
     assert apart == pytest.approx(whole, rel=1e-12)
 
@@ -513,7 +513,7 @@ def test_commands_end_long_computations(tmp_path: Path) -> None:
     many = """
     (for/union ((i (iota 480)))
       (transform (call "sphere" :radius .3) (translate [(sin i) (cos i) (sin (* 3 i))])))"""
-    (tmp_path / "a.scene").write_text(f'(bind "a" (lambda () (union-solid {many})))')
+    (tmp_path / "a.scene").write_text(f'(bind "a" (lambda () (solid-union {many})))')
     (tmp_path / "b.scene").write_text(f'(bind "a" (lambda () {many}))')
     for command in (
         ["check", "--run", "a.scene"],
@@ -533,11 +533,11 @@ def test_too_many_triangles_are_refused_before_they_are_joined(monkeypatch: pyte
     monkeypatch.setattr(computing, "_operated", lambda *_: pytest.fail("they are joined"))
     spheres = '(for/union ((i (iota 10000))) (transform (call "sphere") (translate [(* .1 i) 0 0])))'
     with pytest.raises(LimitError, match=r"triangles.* more than the limit"):
-        _ = sl.evaluate(f'(bind "a" (lambda () (union-solid {spheres})))').bounds
+        _ = sl.evaluate(f'(bind "a" (lambda () (solid-union {spheres})))').bounds
 
 
 def test_doubling_an_operand_takes_no_room() -> None:
-    deep = "(define (deep n e) (if (= n 0) e (deep (- n 1) (union-solid e e))))"
+    deep = "(define (deep n e) (if (= n 0) e (deep (- n 1) (solid-union e e))))"
     scene = sl.evaluate(f'{deep} (bind "a" (lambda () (deep 200 (call "cube"))))')
     assert scene.measure().volume == pytest.approx(1.0)
 
@@ -578,7 +578,7 @@ def test_solids_that_no_later_operation_needs_are_let_go(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(computing, "_carried_out", counted)
     moved = '(transform (call "cube" :scale .01) (translate (vector (* i .003) .512 0)))'
-    chain = f'(fold (lambda (i acc) (union-solid acc {moved})) (call "cube") (range 40))'
+    chain = f'(fold (lambda (i acc) (solid-union acc {moved})) (call "cube") (range 40))'
     assert volume(chain) > 1
     assert most < 8
 
@@ -590,7 +590,7 @@ def test_profiles_as_large_as_no_number_are_refused(refuses: Callable[[str, str]
 @pytest.mark.parametrize("shape", [
     '(call "cube" :scale 1e80)', '(call "cube" :scale 1e200)', '(call "sphere" :radius 1e65)', '(call "house" :scale 1e150)',
     '(union (call "cube") (transform (call "cube") (translate [1e160 0 0])))',
-    '(union-solid (call "cube" :scale 1e160) (call "sphere" :radius 1e150))',
+    '(solid-union (call "cube" :scale 1e160) (call "sphere" :radius 1e150))',
 ])  # fmt: skip
 def test_measures_of_what_is_too_large_are_refused(shape: str) -> None:
     with pytest.raises(sl.SceneError, match="only what is within 1e\\+50 of the origin can be measured, got"):
@@ -615,7 +615,7 @@ def test_measures_of_what_is_far_away_are_those_of_what_is_near(parts: str, volu
 
 
 def test_solids_that_lose_their_size_in_their_coordinates_are_refused() -> None:
-    far = '(union-solid (transform (call "cube") (translate [1e20 0 0])))'
+    far = '(solid-union (transform (call "cube") (translate [1e20 0 0])))'
     with pytest.raises(sl.SceneError, match=r"what is .* large and 1e\+20 away from its origin cannot be measured"):
         sl.evaluate(f'(bind "it" (lambda () {far}))').measure()
 

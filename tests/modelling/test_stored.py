@@ -159,7 +159,7 @@ for entity in descendants(*scene.graph.frames):
 """
 MANY = """
 (bind "all" (lambda () (union
-  (union-solid (grid (call "sphere" :radius .6) :nx 4 :nz 4 :spacing 1))
+  (solid-union (grid (call "sphere" :radius .6) :nx 4 :nz 4 :spacing 1))
   (difference (call "cube" :scale 3) (call "sphere" :radius 1.8) (call "cylinder" :radius .4 :p1 [0 4 0]))
   (hull (call "sphere" :radius .6) (call "cone" :radius .2 :p1 [3 1 0]))
   (rounded (difference (call "cube") (call "cylinder" :radius .2 :p1 [0 2 0]) :segments 12) .1 :segments 6)

@@ -156,10 +156,10 @@ def test_assets_outside_are_not_read(folder: Path, file: str, notation: Notation
     pose = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
     answer = {
         Notation.PYTHON: python(
-            f"@register()\ndef pile() -> Shape:\n    return primitive_call('asset', {{'file': '{file}'}})"
+            f"@register()\ndef pile() -> Shape:\n    return primitive_call('mesh', {{'file': '{file}'}})"
         ),
-        Notation.LANGUAGE: scene(f'(bind "x" (lambda () (call "asset" :file "{file}")))'),
-        Notation.LIST: json.dumps([{"shape": "asset", "attributes": {"file": file}, "pose": pose}]),
+        Notation.LANGUAGE: scene(f'(bind "x" (lambda () (call "mesh" :file "{file}")))'),
+        Notation.LIST: json.dumps([{"shape": "mesh", "attributes": {"file": file}, "pose": pose}]),
     }[notation]
     assert not read(folder, answer, notation).is_usable
 

@@ -30,7 +30,7 @@ BASKET = """OFF
 """
 PROGRAM = """
 (bind "floor" (lambda () (transform (call "cube" :scale [6 .1 6]) (translate [0 -.05 0]))))
-(bind "basket" (lambda () (call "asset" :file "basket.off")))
+(bind "basket" (lambda () (call "mesh" :file "basket.off")))
 (bind "apple" (lambda () (transform (call "sphere" :radius .05) (translate [0 .052 0]))))
 (bind "s" (lambda () (union (call "floor") (call "basket") (call "apple"))))
 """

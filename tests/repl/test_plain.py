@@ -201,7 +201,7 @@ COMMANDS = [
     (',doc "cube"', '(call "cube" :scale :color :emission|  a box centred|  :scale  side lengths along x, y and z|  :ior  '),
     (",doc cylinder", '(call "cylinder" :radius :p0 :p1 :color|  :p1  end point [x y z] of the axis'),
     (",doc :radius", ":radius|  radius in scene units|  read by sphere, cylinder, cone"),
-    (",doc :opacity", "read by cube, sphere, cylinder, cone, capsule, torus, rounded-cube, asset,"),
+    (",doc :opacity", "read by cube, sphere, cylinder, cone, capsule, torus, rounded-cube, mesh,"),
     (",apropos twic", "twice"),
     (",apropos mirror", "mirror  "),
     (",source twice", "; Twice as much.|(define (twice x) (double x))"),

@@ -98,12 +98,12 @@ def write(folder: Path, text: str, name: str = "a.scene") -> Path:
 COMMANDS = {
     "run": PROGRAM, "check --run": PROGRAM, "check --geometry": PROGRAM, "tree": PROGRAM, "flatten": PROGRAM, "count": PROGRAM, "bounds": PROGRAM,
     "measure": PROGRAM, "graph -o g.svg": PROGRAM, "export -o o.glb": PROGRAM, "export --solid -o o.stl": PROGRAM,
-    "render -o o.png --size 8x8": PROGRAM, "render -o o.gif --size 8x8": FILM, "maps -o m --size 8x8": PROGRAM,
+    "render -o o.png --size 8x8": PROGRAM, "render -o o.gif --size 8x8": FILM, "labels -o m --size 8x8": PROGRAM,
     "view --html v.html": PROGRAM, "simulate -o s.gif --size 8x8": PROGRAM, "settle -o s.scene": PROGRAM,
     "repair -o r.scene": PROGRAM, "embeddings list": PROGRAM, "imagine -o i.png": PROGRAM, "embed": PROGRAM, "distill -o d": PROGRAM,
     "expand": '(define-macro (m) {look})\n(bind "a" (lambda () (call "cube" :scale (m))))\n',
     "check": '(define-macro (m) {look})\n(bind "a" (lambda () (call "cube" :scale (m))))\n',
-    "lift": '(define-macro (m) {look})\n(bind "a" (lambda () (call "cube" :scale (m))))\n',
+    "simplify": '(define-macro (m) {look})\n(bind "a" (lambda () (call "cube" :scale (m))))\n',
 }  # fmt: skip
 
 

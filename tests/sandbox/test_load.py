@@ -54,7 +54,7 @@ SMALL = [
 LONG = [
     *((word, str(EXAMPLES / name), *more)
       for name in ("jenga.scene", "chessboard.scene", "orrery.scene", "toys.scene", "water-mill.scene", "combinators.scene")
-      for word, *more in (("check", "--geometry"), ("check", "--physics"), ("count",), ("lift",), ("repair",))),
+      for word, *more in (("check", "--geometry"), ("check", "--physics"), ("count",), ("simplify",), ("repair",))),
     *(("transpile", str(path)) for path in sorted((TESTS / "transpile" / "modern").glob("*.py"))),
 ]  # fmt: skip
 

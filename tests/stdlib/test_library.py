@@ -20,7 +20,7 @@ from .conftest import ALL_TOPICS, BUILTINS, Caller
 
 NAMES = """
 + - * / // % quotient remainder modulo floor/ expt abs min max sum product floor ceiling round truncate exact inexact
-number->string string->number sqrt exp log sin cos tan asin acos atan sinh cosh tanh hypot degrees radians clamp lerp
+number->string string->number sqrt exp log sin cos tan asin acos atan sinh cosh tanh hypot deg to-degrees clamp lerp
 gcd lcm even? odd? zero? positive? negative? integer? nan? length ref slice append reverse map filter for-each fold
 reduce any every apply iota range zip enumerate list-ref list-tail list-head first second last take drop contains?
 empty? index-of member assoc sort min-of max-of flatten list-index count delete-duplicates repeat make-list

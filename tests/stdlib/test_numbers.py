@@ -194,7 +194,7 @@ def test_angles(call: Caller) -> None:
     assert call("atan", 1, 1) == math.atan2(1, 1)
     assert call("atan", 1) == math.atan(1)
     assert call("atan", Vector((1.0, 0.0)), Vector((0.0, 1.0))) == (math.pi / 2, 0.0)
-    assert call("radians", Vector((180, 90))) == (math.pi, math.pi / 2)
+    assert call("deg", Vector((180, 90))) == (math.pi, math.pi / 2)
     assert call("hypot", 3, 4) == 5.0
 
 

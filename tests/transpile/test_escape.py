@@ -156,7 +156,7 @@ IN_A_FUNCTION = (
     f"global __builtins__; __builtins__ = {TOUCH}",
     f"library_call({TOUCH})",
     f"library_call('{MARK}', **__builtins__)",
-    f"primitive_call('asset', shape_kwargs={{'file': '{MARK}'}})",
+    f"primitive_call('mesh', shape_kwargs={{'file': '{MARK}'}})",
     f"primitive_call('cube', shape_kwargs={{'scale': {TOUCH}}})",
     f"np.vectorize(eval)([\"{TOUCH}\"])",
     f"np.fromfunction(lambda i: {TOUCH}, (1,))",
@@ -211,7 +211,7 @@ AT_TOP = {
     "a docstring that ends the comment": f'"""x\n(import "{MARK}.scene")\n"""\n# y\r(import "{MARK}.scene")\n' + CAR,
     "line ends in a comment": f'# y\x0b(import "{MARK}.scene")\x0c(import "{MARK}.scene")\x85(import "{MARK}.scene")\u2028(import "{MARK}.scene")\n'
     + CAR,
-    "an asset": "@register()\ndef car(): return primitive_call('asset', shape_kwargs={'file': '/etc/passwd'})\n",
+    "an asset": "@register()\ndef car(): return primitive_call('mesh', shape_kwargs={'file': '/etc/passwd'})\n",
 }  # fmt: skip
 
 # --- watching ------------------------------------------------------------------------------------------------------

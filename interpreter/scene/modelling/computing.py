@@ -243,10 +243,10 @@ def too_many_operands(operation: str, triangles: int) -> LimitError:
     return LimitError("size", message, hint=_FEWER_HINT)
 
 
-_OF_ANY = frozenset(("union-solid", "hull"))  # operations with an empty result if all operands are empty
+_OF_ANY = frozenset(("solid-union", "hull"))  # operations with an empty result if all operands are empty
 _OF_ALL = frozenset(("intersection", "minkowski"))  # if one operand is empty; all other operations, if the first is
 # Operations to which an operand may be given twice without a change.
-_IDEMPOTENT = frozenset(("union-solid", "intersection", "hull"))
+_IDEMPOTENT = frozenset(("solid-union", "intersection", "hull"))
 
 
 def _carried_out(node: Expression, operands: Sequence[_Node]) -> _Node:
@@ -653,7 +653,7 @@ def _height_field(parameters: Parameters, operands: Sequence[Manifold]) -> Manif
 OPERATIONS: dict[str, Operation] = {
     "difference": _boolean("Subtract"),
     "intersection": _boolean("Intersect"),
-    "union-solid": _boolean("Add"),
+    "solid-union": _boolean("Add"),
     "hull": _hull,
     "minkowski": _minkowski,
     "rounded": _rounded,

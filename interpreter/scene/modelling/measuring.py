@@ -176,7 +176,7 @@ def _shifted_pose(pose: Sequence[float], place: FloatArray) -> tuple[float, ...]
 
 def _measured_near(group: Sequence[Operand]) -> Measures:
     """Return the measures of the union of operands, about the origin of their poses."""
-    whole = group[0].expression if len(group) == 1 else Expression("union-solid", operands=tuple(group))
+    whole = group[0].expression if len(group) == 1 else Expression("solid-union", operands=tuple(group))
     pose = np.array(group[0].pose if len(group) == 1 else np.eye(3, 4), np.float64).reshape(3, 4)
     surface = surface_of(whole)
     if surface is None:

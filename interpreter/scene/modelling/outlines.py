@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene.modelling.contours import Contours, OutlinePen, Unreadable, normalized
-from scenelang.interpreter.scene.primitives.asset import located
+from scenelang.interpreter.scene.primitives.mesh_file import located
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -27,7 +27,7 @@ class SolidShape(Primitive):
     is_solid = False  # its expression determines it, which is not an attribute: attributes stay plain data
     symmetry = Symmetry(unknown=True)
 
-    expression: Expression = Expression("union-solid")
+    expression: Expression = Expression("solid-union")
 
     @classmethod
     def of(cls, expression: Expression, attributes: Mapping[str, Any]) -> SolidShape:
@@ -180,7 +180,7 @@ def joined(root: Entity, segments_of: Callable[[Entity], int] = lambda _: SEGMEN
             continue
         operands = [(solids[id(part.car)], part.cdr) for part in entity.children]
         parts = tuple(Operand(solid, tuple(pose)) for solid, pose in operands if solid is not None)
-        solids[id(entity)] = Expression("union-solid", operands=parts, word=entity.word) if parts else None
+        solids[id(entity)] = Expression("solid-union", operands=parts, word=entity.word) if parts else None
     return solids[id(root)]
 
 
@@ -190,6 +190,6 @@ def _joined_leaf(entity: Entity, word: str, segments: int) -> Expression | None:
     if shape is None or shape.is_flat or not shape.has_geometry:
         return None
     if isinstance(shape, SolidShape):
-        operand = operand_of("union-solid", entity, IDENTITY, word)
-        return Expression("union-solid", operands=(operand,), word=word)
+        operand = operand_of("solid-union", entity, IDENTITY, word)
+        return Expression("solid-union", operands=(operand,), word=word)
     return Expression(PRIMITIVE, {"segments": segments}, (), shape, word, shape.color)

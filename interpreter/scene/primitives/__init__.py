@@ -11,7 +11,7 @@ package imports a backend; numpy is imported lazily.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -46,14 +46,18 @@ _BUILTIN: Mapping[str, tuple[str, str]] = {
     "capsule": ("capsule", "Capsule"),
     "torus": ("torus", "Torus"),
     "rounded-cube": ("rounded_cube", "RoundedCube"),
-    "asset": ("asset", "MeshFile"),
+    "mesh": ("mesh_file", "MeshFile"),
     "set-cuboid": ("blocks", "SetCuboid"),
     "delete-blocks": ("blocks", "DeleteBlocks"),
 }
 _SEMANTIC = ("cube", "Semantic")
 
+# Words of primitives in earlier versions, with those of today and the attribute that tells them from a noun
+# (docs/decisions.md, "Names of the field").
+_FORMER: Mapping[str, tuple[str, str]] = {"asset": ("mesh", "file")}
 
-MESH_ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")  # of the files that an "asset" is read from
+
+MESH_ENDINGS = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")  # of the files that a "mesh" is read from
 
 
 def words() -> tuple[str, ...]:
@@ -64,6 +68,31 @@ def words() -> tuple[str, ...]:
 def is_word(word: str) -> bool:
     """Return whether ``word`` names a primitive, without loading it."""
     return word in _BUILTIN or word in _entry_points()
+
+
+def word_of_today(word: str, attributes: Container[str]) -> str | None:
+    """Return the word that replaces that of a primitive in earlier versions, or None for any other call.
+
+    Parameters
+    ----------
+    word
+        Word of a call that the program does not bind.
+    attributes
+        Names of the attributes of the call.
+
+    Examples
+    --------
+    >>> word_of_today("asset", ["file"])
+    'mesh'
+    >>> word_of_today("asset", ["color"])  # a noun
+    """
+    today, attribute = _FORMER.get(word, (None, ""))
+    return today if attribute in attributes else None
+
+
+def former_word(word: str, today: str) -> str:
+    """Return the message about a word of earlier versions."""
+    return f'the primitive "{word}" is called "{today}"'
 
 
 def find(word: str) -> type[Primitive] | None:

@@ -60,6 +60,8 @@ class Attribute:
         Range of sensible numbers, for warnings of the checker.
     aliases
         Names of the attribute in other tools, for "did you mean" hints.
+    former
+        Name in earlier versions, which a fix replaces (docs/decisions.md, "Names of the field").
     """
 
     name: str
@@ -72,6 +74,7 @@ class Attribute:
     low: float | None = None
     high: float = math.inf
     aliases: tuple[str, ...] = ()
+    former: str = ""
 
 
 def items_of(value: Any) -> Sequence[Any] | None:
@@ -382,7 +385,7 @@ class Primitive:
         attributes
             Values by name; missing ones and ``none`` mean the defaults.
         asset
-            Metadata of the mesh file; only the primitive "asset" uses it.
+            Metadata of the mesh file; only the primitive "mesh" uses it.
 
         Raises
         ------

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from scenelang.interpreter.scene.primitives.forms import BoolArray, FloatArray, Interval
 
 ROUNDING = Attribute(
-    "rounding", "radius of the edges and corners, at most half the shortest side; default .1",
+    "radius", "radius of the edges and corners, at most half the shortest side; default .1",
     "a number", 0.1, length_of, "rounding", ("Number",), 0.0,
+    aliases=("r", "rad", "bevel", "fillet", "corner-radius", "edge-radius"), former="rounding",
 )  # fmt: skip
 
 
@@ -210,7 +211,7 @@ class RoundedCube(Primitive):
 
     @classmethod
     def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:
-        scale, rounding = given.get("scale") or 1.0, given.get("rounding")
+        scale, rounding = given.get("scale") or 1.0, given.get("radius")
         x, y, z = map(abs, scale if isinstance(scale, (list, tuple)) else (scale, scale, scale))
         r = cls(size=(x, y, z), rounding=abs(0.1 if rounding is None else rounding)).radius
         return " ".join(f"{r / side if side else 0.0:.4g}" for side in (x, y, z)), None

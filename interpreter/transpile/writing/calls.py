@@ -676,12 +676,12 @@ CONSTANTS = {
 _NUMERIC = {
     "sin": "sin", "cos": "cos", "tan": "tan", "asin": "asin", "acos": "acos", "atan": "atan", "sinh": "sinh",
     "cosh": "cosh", "tanh": "tanh", "sqrt": "sqrt", "exp": "exp", "log": "log", "log2": "log2", "log10": "log10",
-    "radians": "radians", "degrees": "degrees", "floor": "floor", "ceil": "ceiling", "trunc": "truncate",
+    "radians": "deg", "degrees": "to-degrees", "floor": "floor", "ceil": "ceiling", "trunc": "truncate",
     "atan2": "atan", "hypot": "hypot", "fabs": "abs", "gcd": "gcd", "lcm": "lcm",
 }  # fmt: skip
 _NUMPY = {
-    **_NUMERIC, "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan", "deg2rad": "radians",
-    "rad2deg": "degrees", "abs": "abs", "absolute": "abs", "sign": "sign", "square": "square", "power": "expt",
+    **_NUMERIC, "arcsin": "asin", "arccos": "acos", "arctan": "atan", "arctan2": "atan", "deg2rad": "deg",
+    "rad2deg": "to-degrees", "abs": "abs", "absolute": "abs", "sign": "sign", "square": "square", "power": "expt",
     "mod": "%", "remainder": "%", "maximum": "max", "minimum": "min", "add": "+", "subtract": "-", "multiply": "*",
     "divide": "/", "negative": "-", "clip": "clip", "interp": "interp", "dot": "dot", "cross": "cross", "inner": "dot",
     "matmul": "@", "cumsum": "cumsum", "argmin": "argmin", "argmax": "argmax", "transpose": "transpose",

@@ -1,4 +1,4 @@
-"""The primitive "asset": a mesh file. A backend locates, checks and reads the files."""
+"""The primitive "mesh": a mesh file. A backend locates, checks and reads the files."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def located(file: str, noun: str, folder: Path, project: Path, allow_outside: bo
     file
         Path as the program gives it, relative to ``folder``.
     noun
-        Kind of file, for error messages: "asset", "font".
+        Kind of file, for error messages: "mesh file", "font".
     folder
         Folder of the scene's file.
     project
@@ -99,7 +99,7 @@ class MeshFile(Primitive):
     A color of the program replaces those of the file, where each triangle has the color of its texture at its center.
     """
 
-    word = "asset"
+    word = "mesh"
     doc = "a mesh file inside the project folder"
     attributes = (FILE,)
     is_solid = False
@@ -160,5 +160,5 @@ class MeshFile(Primitive):
         if self.file is None:
             return empty()
         if not _loaders:
-            raise SceneError("file", f"cannot read the asset {self.file}: no mesh loader is registered")
+            raise SceneError("file", f"cannot read the mesh file {self.file}: no mesh loader is registered")
         return _loaders[0](self.file, self.root)
