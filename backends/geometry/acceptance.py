@@ -17,7 +17,7 @@ from scenelang.backends.geometry.perturbations import CHANGES, changed, objects_
 from scenelang.backends.geometry.relations import SIDES, reasons
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.declarations import AXES, IN_DEGREES, Declaration
+from scenelang.interpreter.scene.declarations import AXES, FRAME_FLAGS, IN_DEGREES, Declaration
 from scenelang.interpreter.scene.entity import Scene
 
 # Relations that state something that no perturbation changes: a color is named, so that it says something.
@@ -182,13 +182,27 @@ def contradictions(declarations: Sequence[Declaration]) -> list[str]:
     Intervals of counts, sizes, distances, proportions and angles are intersected. Every A being on some B, and every B
     on some A, cannot be in a finite scene; the same is true of directions and orders.
     """
-    return [*_negations(declarations), *_disjoint(declarations), *_cycles(declarations)]
+    return [*_negations(declarations), *_disjoint(declarations), *_cycles(declarations), *_apart(declarations)]
 
 
 def _negations(declarations: Sequence[Declaration]) -> list[str]:
     """Return messages about declarations of which one is the negation of another."""
     stated = {str(d) for d in declarations}
     return [f"{d} and (not {d}) contradict each other" for d in declarations if f"(not {d})" in stated]
+
+
+def _apart(declarations: Sequence[Declaration]) -> list[str]:
+    """Return messages about an object that is over another one, or in it, and at the same time beside all of it.
+
+    Models state "to the right on the table" as two relations, of which the second one means beside the table.
+    """
+    plain = [d for d in declarations if not {"negated", "any", *FRAME_FLAGS} & {*d.options}]
+    over = {d.things: d for d in plain if d.relation in ("on", "inside")}
+    return [
+        f"{over[d.things]} and {d} contradict each other: the second one means {SIDES[d.relation][2]} all of the other"
+        for d in plain
+        if d.relation in SIDES and SIDES[d.relation][0] != 1 and d.things in over
+    ]
 
 
 def _disjoint(declarations: Sequence[Declaration]) -> list[str]:

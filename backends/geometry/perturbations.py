@@ -301,8 +301,13 @@ CHANGES: Mapping[str, Change] = {
     "objects tipped over": _each(lambda each, number, frame: _about(each.center, _turn(0, 40.0 + 7.0 * number))),
     "objects squashed": _resized((1.0, 0.3, 1.0)),
     "objects stretched": _resized((3.0, 1.0, 1.0)),
+    "objects narrowed": _resized((0.25, 1.0, 1.0)),
+    "objects deepened": _resized((1.0, 1.0, 3.0)),
     "objects of different sizes": _each(
         lambda each, number, frame: _about(each.center, np.eye(3) * (0.4 if number % 2 else 2.2))
+    ),
+    "objects of other different sizes": _each(
+        lambda each, number, frame: _about(each.center, np.eye(3) * (2.2 if number % 2 else 0.4))
     ),
     "objects drifting": _each(lambda each, number, frame: _shift(0.7 * frame * max(each.extent), 0.0, 0.0)),
     "objects spinning": _each(

@@ -1109,7 +1109,10 @@ def _turns(context: _Context) -> list[_Failure]:
 
 
 def _turns_about(context: _Context, objects: Sequence[Sequence[FloatArray]], axis: str) -> list[_Failure]:
-    """Return the subjects that do not turn about an axis of the scene as declared, or turn about another one."""
+    """Return the subjects that do not turn about an axis of the scene as declared, or turn about another one.
+
+    What does not turn about an axis, such as `(turns "rod" 0 :axis "y")`, may turn about another one.
+    """
     direction = np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis[0] == "-" else 1.0)
     subjects = context.objects(context.declaration.things[0])
     amounts = []
@@ -1117,7 +1120,10 @@ def _turns_about(context: _Context, objects: Sequence[Sequence[FloatArray]], axi
         steps = np.array([_rotation_vector(first, later) for first, later in pairwise(poses)]).reshape(-1, 3)
         along = steps @ direction
         beside = np.linalg.norm(steps - np.outer(along, direction), axis=1)
-        if beside.sum() > math.tan(math.radians(_OFF_AXIS_DEGREES)) * np.abs(along).sum() + _ANGLE_DEGREES:
+        if (
+            context.declaration.number != 0.0
+            and beside.sum() > math.tan(math.radians(_OFF_AXIS_DEGREES)) * np.abs(along).sum() + _ANGLE_DEGREES
+        ):
             message = f'"{placed.entity.word}" turns about another axis than {axis[-1]}'
             return [_Failure(message, float(beside.sum()), placed)]
         swept = np.cumsum(along) if len(along) else np.zeros(1)

@@ -63,7 +63,6 @@ _REPAIR_EFFORT = 5.0  # of a repair without the model: about 5 s
 _PATCH = re.compile(r"^<{5,9} SEARCH *\n(.*?)\n={5,9} *\n(.*?)\n?>{5,9} REPLACE", re.DOTALL | re.MULTILINE)
 _PYTHON_START = re.compile(r"^(?:from \w|import \w|def \w|@register)", re.MULTILINE)
 _LANGUAGE_START = re.compile(r"\s*(?:;[^\n]*\n\s*)*\((?:bind|define|param|scene|import|assert-that)\b")
-_SAME_START = 200  # characters of a program by which an answer that repeats it is known
 _MAX_COUNTED = 40  # words whose counts are told
 _MAX_ANSWER_LENGTH = 500_000  # characters; more than the longest answers of models
 _MAX_LINE_LENGTH = 500  # characters per line sent to the model
@@ -161,9 +160,12 @@ class AnswerReader:
         result = session.evaluate(Source(self.name, found.text))
         if result.scene is None:
             return verdict
+        if _extent(result.scene) > _MAX_GROWTH * _extent(verdict.scene):
+            return verdict
         left = linted(result, check_declarations)
         code = found.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
-        findings, repairs = geometry_findings(result.scene), tuple(edit.resolves for edit in found.edits)
+        findings = self._findings(result.scene)
+        repairs = tuple(edit.resolves for edit in found.edits)
         return Verdict(found.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
 
     def _judged(self, answer: str, has_findings: bool) -> Verdict:
@@ -175,7 +177,7 @@ class AnswerReader:
             if base is not None and task.notation is not Notation.LIST and _PATCH.search(answer):
                 answer = fenced(patched(base, answer), notation)
             code = _code(answer, notation, task.text)
-            if self.prefix and not code.startswith(self.prefix.strip()[:_SAME_START]):
+            if self.prefix and not _defined(self.prefix) <= _defined(code):
                 code = f"{self.prefix.rstrip()}\n\n\n{code}"
                 answer = fenced(code, notation)
         except SceneError as error:
@@ -196,8 +198,14 @@ class AnswerReader:
             program = with_acceptance(program, accepted)
             unlike = [*_unlike(scene, task), *linted(result, lambda graph: check_declarations(graph, accepted))]
         is_linted = has_findings and task.kind is not TaskKind.BLOCKS
-        findings = geometry_findings(scene) if is_linted and scene is not None else ()
+        findings = self._findings(scene) if is_linted and scene is not None else ()
         return Verdict(program, scene, (*result.diagnostics, *unlike), findings, code)
+
+    def _findings(self, scene: Scene) -> tuple[Diagnostic, ...]:
+        """Return the warnings of the geometry lint, but not that an object floats which is accepted as floating."""
+        floating = {d.things[0] for d in self.acceptance(scene) if d.relation == "floating" and not d.options}
+        findings = geometry_findings(scene)
+        return tuple(f for f in findings if f.name != "floating" or not floating & set((_path_in(f) or "").split("/")))
 
     def acceptance(self, scene: Scene) -> tuple[Declaration, ...]:
         """Return the declarations that the scene must fulfill; words of Python may have underscores for hyphens."""
@@ -206,6 +214,15 @@ class AnswerReader:
             return stated
         words = {entity.word for entity in descendants(*scene.frames)}
         return tuple(declared_in_python(declaration, words) for declaration in stated)
+
+
+# Words and functions that a program defines at its top level, in either notation.
+_DEFINED = re.compile(r'^(?:\(bind "([^"]+)"|\(define \(?([^\s()]+)|def (\w+)|([A-Za-z_]\w*) *=)', re.M)
+
+
+def _defined(program: str) -> frozenset[str]:
+    """Return what a program defines. The text itself is formatted anew when numbers are edited without the model."""
+    return frozenset(next(filter(None, match.groups())) for match in _DEFINED.finditer(program))
 
 
 _ACCEPTANCE = "; What must hold; every edit is tested against it."
@@ -302,6 +319,17 @@ def _stands_still(scene: Scene) -> bool:
     except SceneError:
         return False
     return all(changes_between([first], [other]).equal for other in others)
+
+
+# A wrong statement may be fulfilled by a number that moves objects out of the scene: hydrogen was put 20 m beside its
+# carbon. A correction moves objects within it.
+_MAX_GROWTH = 2.0
+
+
+def _extent(scene: Scene) -> float:
+    """Return the diagonal of the box of a scene's first frame."""
+    box = entity_box(scene.root)
+    return 0.0 if box is None else float(np.linalg.norm(np.subtract(box[3:], box[:3])))
 
 
 def geometry_findings(scene: Scene) -> tuple[Diagnostic, ...]:

@@ -119,6 +119,8 @@ def test_a_set_that_accepts_none(room: sl.Scene) -> None:
         (['(on "cup" "table")', '(on "table" "chair")', '(on "chair" "cup")'], 1),
         (['(on "cup" "table")', '(on "table" "cup" :any)'], 0),
         (['(left-of "cup" "table")', '(order "cup" "table" "chair" :along "x")'], 0),
+        (['(on "cup" "table")', '(right-of "cup" "table")'], 1),
+        (['(on "cup" "table")', '(above "cup" "table")'], 0),
         (['(right-of "cup" "table")', '(order "cup" "chair" "table" :along "x")'], 1),
         (['(on "cup" "table")', '(not (on "cup" "table"))'], 1),
         (['(has-color "cup" "red")', '(has-color "cup" "blue")'], 1),

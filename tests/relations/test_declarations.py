@@ -425,6 +425,15 @@ def test_motion_of_things_that_do_not_stay() -> None:
     assert refusal(sl.evaluate(program), '(moves "ball" 0)').name == "declaration-subject"
 
 
+def test_what_turns_about_one_axis_does_not_turn_about_another() -> None:
+    scene = sl.evaluate("""(bind "rod" (lambda () (call "cube" :scale [.1 1 .1])))
+(bind "film" (lambda () (frames (map (lambda (i) (transform (call "rod") (rotate (* .1 i) [0 0 1]))) (range 5)))))
+(scene "film")""")
+    assert scene.violations('(turns "rod" 0 :axis "x" :within .5)') == []
+    assert len(scene.violations('(turns "rod" 0 :axis "z" :within .5)')) == 1
+    assert len(scene.violations('(turns "rod" 20 :axis "x")')) == 1
+
+
 def test_colors_that_are_called_so() -> None:
     for name in COLORS:
         scene = sl.evaluate(f'(bind "it" (lambda () (call "cube" :color (color "{name}"))))(scene "it")')
