@@ -1,5 +1,5 @@
 # Two commands do all the set-up on a fresh machine: `make demo` (140 MB) and `make test` (8 GB). `make test-core` tests the
-# core with 300 MB.
+# core with 180 MB.
 
 PYTHON ?= python3
 VENV   := .venv
@@ -106,7 +106,7 @@ test-python: $(OTHER)/.ready
 	rm -rf build *.egg-info
 	$(OTHER)/bin/python -P -m pytest -n 2 --dist worksteal -q -m "not gpu and not slow and not browser" $(addprefix --ignore=tests/,$(NEURAL))
 
-# The tests of the core, in an environment that has little else: 300 MB instead of 8 GB.
+# The tests of the core, in an environment that has little else: 180 MB instead of 8 GB.
 CORE := $(VENV)/core
 IN_CORE := $(addprefix tests/,test_language lint formatter stdlib release test_reader.py test_bad.py test_combinators.py \
   test_primitives.py test_sharing.py test_linear.py exports/test_scene_json.py)

@@ -86,12 +86,16 @@ def hidden() -> str:
     return ",".join(name for name, owners in others if not {owner.lower() for owner in owners} & core)
 
 
-def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """``scenelang`` in a process for which only the core is installed."""
+def surroundings() -> dict[str, str]:
+    """The environment of a process for which only the core is installed."""
     paths = [str(Path(__file__).parent / "blocked"), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "SCENELANG_TEST_HIDDEN": hidden()}
+    return os.environ | {"PYTHONPATH": os.pathsep.join(paths), "SCENELANG_TEST_HIDDEN": hidden()}
+
+
+def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """``scenelang`` in such a process."""
     command = [sys.executable, "-P", "-m", "scenelang", *words]
-    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
+    return subprocess.run(command, cwd=folder, env=surroundings(), capture_output=True, text=True)
 
 
 @pytest.fixture
@@ -153,3 +157,19 @@ def test_doctor_finds_nothing_broken_in_the_core(folder: Path) -> None:
     assert "All required features work." in done.stdout, done.stdout
     assert "  pip install 'scenelang[final]'\n" in done.stdout
     assert done.returncode == 0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_the_repl_in_a_terminal_works_without_its_extra(folder: Path) -> None:
+    import pty
+
+    ours, theirs = pty.openpty()
+    os.write(ours, b"(+ 40 2)\n,quit\n")
+    command = [sys.executable, "-P", "-m", "scenelang", "repl"]
+    environment = surroundings() | {"TERM": "xterm"}
+    done = subprocess.run(command, cwd=folder, env=environment, stdin=theirs, stdout=theirs, stderr=subprocess.PIPE)
+    shown = os.read(ours, 10_000).decode()
+    os.close(ours)
+    os.close(theirs)
+    assert (done.returncode, "\n42" in shown.replace("> ", "\n")) == (0, True), shown
+    assert b"install them with `pip install 'scenelang[repl]'`\n" in done.stderr
