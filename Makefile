@@ -1,4 +1,5 @@
-# Two commands do all the set-up on a fresh machine: `make demo` and `make test`.
+# Two commands do all the set-up on a fresh machine: `make demo` (140 MB) and `make test` (8 GB). `make test-core` tests the
+# core with 180 MB.
 
 PYTHON ?= python3
 VENV   := .venv
@@ -6,12 +7,17 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev descriptions check types test test-blender lint install bench faults eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev descriptions check types test test-blender lint install bench faults eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel release test-core test-install test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt .
+	touch $@
+
+# The extras whose pictures and texts the documentation and the benchmark show.
+$(VENV)/.shown: $(VENV)/.run
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[final,text,repl,meshes]"
 	touch $@
 
 $(VENV)/.dev: $(VENV)/.run
@@ -91,7 +97,7 @@ OTHER := $(VENV)/$(notdir $(PY))
 NEURAL := clip diffusion distillation grounding imagine inversion metrics splats wording
 $(OTHER)/.ready: pyproject.toml constraints.txt
 	$(PY) -m venv $(OTHER)
-	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[minecraft,usd,lm,lsp,mcp,notebook,video,site,datasets]" \
+	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[final,text,repl,meshes,minecraft,usd,lm,lsp,mcp,notebook,video,site,datasets]" \
 	  webdataset datasets pycolmap trackeval lark pytest pytest-xdist hypothesis pexpect pytest-lsp nbclient ipykernel pycocotools build setuptools nbtlib mcschematic llguidance
 	touch $@
 
@@ -99,6 +105,24 @@ test-python: $(OTHER)/.ready
 	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
 	rm -rf build *.egg-info
 	$(OTHER)/bin/python -P -m pytest -n 2 --dist worksteal -q -m "not gpu and not slow and not browser" $(addprefix --ignore=tests/,$(NEURAL))
+
+# The tests of the core, in an environment that has little else: 180 MB instead of 8 GB.
+CORE := $(VENV)/core
+IN_CORE := $(addprefix tests/,test_language lint formatter stdlib release test_reader.py test_bad.py test_combinators.py \
+  test_primitives.py test_sharing.py test_linear.py exports/test_scene_json.py)
+$(CORE)/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(CORE)
+	$(CORE)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt . pytest pytest-timeout pytest-xdist hypothesis pyyaml
+	touch $@
+
+test-core: $(CORE)/.ready
+	$(CORE)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall .
+	rm -rf build *.egg-info
+	$(CORE)/bin/python -P -m pytest -n 2 --dist worksteal -q -m "not gpu and not slow and not browser" $(IN_CORE)
+
+# Installs the package as the README, the Dockerfile and other Pythons do, in clean environments: minutes, most of them downloads.
+test-install: $(VENV)/.dev $(VENV)/.package
+	$(BIN)/pytest -m slow tests/release
 
 # Searches at random for long, and what takes more than a minute: an hour or more.
 test-nightly: $(VENV)/.dev $(VENV)/.package
@@ -138,7 +162,7 @@ test-grammar: $(GRAMMAR)/.ready
 MINECRAFT := $(VENV)/minecraft
 $(MINECRAFT)/.ready: $(VENV)/.run
 	$(PYTHON) -m venv $(MINECRAFT)
-	$(MINECRAFT)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pytest hypothesis mcschematic litemapy .
+	$(MINECRAFT)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt pytest hypothesis mcschematic litemapy ".[meshes]"
 	touch $@
 
 test-minecraft: $(MINECRAFT)/.ready
@@ -201,13 +225,17 @@ test-browser: $(VENV)/.dev $(VENV)/.package chromium
 PACKAGING := $(VENV)/packaging
 $(PACKAGING)/.ready:
 	$(PYTHON) -m venv $(PACKAGING)
-	$(PACKAGING)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt build
+	$(PACKAGING)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt build twine
 	touch $@
 
 wheel: $(PACKAGING)/.ready
 	rm -rf dist build *.egg-info
 	$(PACKAGING)/bin/python -m build --outdir dist .
 	rm -rf build *.egg-info
+
+# Builds what is published, checks it in a clean environment, and says what is left to do.
+release: $(PACKAGING)/.ready
+	$(PACKAGING)/bin/python .ci/release.py
 
 # Every row of the benchmark with its goal, and an entry of its history: 15 minutes; `make bench ONLY=fib` for some rows.
 # What it is measured beside has an environment of its own; the language server and USD files are optional packages.
@@ -219,22 +247,22 @@ $(PEERS)/.ready: benchmarks/peers.txt $(VENV)/.run
 	touch $@
 
 ONLY ?=
-bench: install $(PEERS)/.ready
+bench: $(VENV)/.shown install $(PEERS)/.ready
 	$(BIN)/python benchmarks/run.py "$(ONLY)"
 
 # Recall and precision of the lint and of simulations on planted faults, written into docs/checker.md and docs/physics.md.
-faults: install
+faults: $(VENV)/.shown install
 	$(BIN)/python benchmarks/planted.py
 
 # The numbers that tasks state, counted in the responses of language models that the tests keep.
-eval-recorded: install
+eval-recorded: $(VENV)/.shown install
 	$(BIN)/python benchmarks/recorded.py
 
-gallery: install
+gallery: $(VENV)/.shown install
 	$(BIN)/python docs/gallery.py
 
 # The reference, docs/reference, from the tables of the program, and the pictures of the tutorial.
-docs: install
+docs: $(VENV)/.shown install
 	cd docs && ../$(BIN)/python -m generator
 	cd docs && ../$(BIN)/python -m generator.walkthroughs
 
@@ -277,7 +305,7 @@ tables: $(VENV)/.dev install
 	$(BIN)/python -P -m scenelang.stdlib.library stdlib/builtin_names.py interpreter/runtime/modelling_signatures.py
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
-editors: install
+editors: $(VENV)/.shown install
 	$(BIN)/python -P -m scenelang.reference.highlight editors/vscode
 
 clean:

@@ -23,6 +23,7 @@ from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import REINSTALL, Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import Setting, setting, whole
 from scenelang.interpreter.loading import is_present
+from scenelang.interpreter.loading import require as require  # backends import it with what else they need of here
 from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.primitives import geometric_words
 
@@ -196,23 +197,6 @@ class Backend:
         """Return the validated value of the backend's own option ``name``; raises SceneError("value")."""
         option = next(option for option in self.options if option.name == name)
         return option.validate(options.settings[name]) if options.settings.get(name) is not None else option.default
-
-
-def require(package: str, install: str) -> Any:
-    """Import and return the module ``package``.
-
-    Raises SceneError("backend") with an installation hint if the package is missing or cannot be imported.
-    """
-    from importlib import import_module
-
-    try:
-        return import_module(package)
-    except (ImportError, OSError) as error:  # OSError: one of its shared libraries fails to load
-        raise SceneError(
-            "backend",
-            f"the package `{package}` cannot be imported: {error}",
-            hint=f"install it with `pip install {install}`",
-        ) from error
 
 
 def sub_progress(progress: Progress | None, start: float, end: float) -> Progress | None:

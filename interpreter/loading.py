@@ -10,6 +10,8 @@ from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from scenelang.grammar.diagnostics import SceneError
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -120,6 +122,41 @@ def is_present(module: str) -> bool:
         return find_spec(module) is not None
     except ModuleNotFoundError:  # a package around it
         return False
+
+
+def require(package: str, install: str) -> Any:
+    """Import and return a module that an extra provides.
+
+    Parameters
+    ----------
+    package : str
+        Name of the module.
+    install : str
+        Arguments of ``pip install`` that provide it, as the hint of the error shows them.
+
+    Returns
+    -------
+    module
+        The imported module.
+
+    Raises
+    ------
+    SceneError
+        "backend" if the package is missing or cannot be imported.
+
+    Examples
+    --------
+    >>> require("json", "such-a-package").dumps([1])
+    '[1]'
+    """
+    try:
+        return import_module(package)
+    except (ImportError, OSError) as error:  # OSError: one of its shared libraries fails to load
+        raise SceneError(
+            "backend",
+            f"the package `{package}` cannot be imported: {error}",
+            hint=f"install it with `pip install {install}`",
+        ) from error
 
 
 class EntryPoint(NamedTuple):

@@ -79,6 +79,8 @@ def _command(words: list[str], file: str, arguments: list[str]) -> list[str]:
 def test_what_the_user_sees(place: Path, case: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = "main.scene" if case.is_dir() else case.name
     asked = _directives(place / file)
+    if "--physics" in asked.get("command", []):
+        pytest.importorskip("mujoco")
     if "before" in asked:
         assert main(_command(asked["before"], file, [])) == 0
         capsys.readouterr()

@@ -52,6 +52,7 @@ DOCUMENTS = (
     "docs/repl.md",
     "docs/viewer.md",
     "docs/index.md",
+    "docs/install.md",
     "docs/cheat-sheet.md",
     "docs/commands.md",
     "docs/transpiler.md",

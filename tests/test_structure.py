@@ -250,8 +250,7 @@ def test_no_module_mixes_two_kinds_of_data_classes() -> None:
 
 
 REGISTRIES = {  # what imports modules by names in tables: plug-ins and services, primitives, commands, the public names
-    "backends/base.py",  # packages of others
-    "interpreter/loading.py",  # entry points
+    "interpreter/loading.py",  # entry points, packages of extras
     "interpreter/scene/primitives/__init__.py",
     "scenelang/__init__.py",
     "scenelang/cli/command_table.py",

@@ -33,6 +33,7 @@ from scenelang.backends.exports.plan import (
     unit_surface,
 )
 from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.film import FINAL_EXTRA
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
 from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
@@ -126,7 +127,7 @@ def write(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
 
     unsupported_frames(job.plan.roots, ".xml")
-    require("mitsuba", "mitsuba")
+    require("mitsuba", FINAL_EXTRA)
     plan = cut_below(job.plan, job.instances)
     merged_entities = [item.entity for item in distinct(*plan.roots) if item.merged]
     shapes = _Shapes(path, segments_for(merged_entities, "the merged meshes"))
@@ -285,7 +286,7 @@ MITSUBA_XML = mesh_backend(
     write,
     options=(INSTANCES,),
     packages=("mitsuba",),
-    install="mitsuba",
+    install=FINAL_EXTRA,
 )
 
 

@@ -43,6 +43,7 @@ from scenelang.interpreter.scene.entity import Scene
 Picture = npt.NDArray[np.uint8]
 
 SOFTWARE = "scenelang"  # in the metadata of images, by which `wrote_picture` recognizes them
+FINAL_EXTRA = "'scenelang[final]'"  # what installs Mitsuba, as error messages show it
 STILL_ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 _MAX_PIXELS = 4096 * 4096  # of one image
 _STILL_QUALITY, _WEBP_VIDEO_QUALITY = 92, 88  # percent
@@ -604,7 +605,7 @@ def write_exr(layers: Mapping[str, npt.NDArray[np.float32]], path: Path, xyz: fr
     The layer "" has the channels R G B; others have ``name.R`` and so on, or ``name.X`` ... if named in ``xyz``. Raises
     SceneError: "backend" without Mitsuba, "file" if the file cannot be written.
     """
-    mi = require("mitsuba", "mitsuba")
+    mi = require("mitsuba", FINAL_EXTRA)
     names: list[str] = []
     columns: list[npt.NDArray[np.float32]] = []
     for name, values in layers.items():

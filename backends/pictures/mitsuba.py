@@ -24,6 +24,7 @@ import numpy.typing as npt
 from scenelang.backends.base import Option, Progress, Work, require, sub_progress
 from scenelang.backends.pictures.draft import Draft, DraftCache, draw
 from scenelang.backends.pictures.film import (
+    FINAL_EXTRA,
     STILL_ENDINGS,
     Image,
     Painter,
@@ -77,7 +78,7 @@ def use(choice: str, samples: int, has_instances: bool) -> Any:
     ``auto`` selects llvm, if it works, for many samples of scenes without instances (with instances the compile time
     explodes), else scalar. Raises SceneError("backend") if Mitsuba or the requested variant does not work.
     """
-    mi = require("mitsuba", "mitsuba mitsuba-oidn")
+    mi = require("mitsuba", FINAL_EXTRA)
     chosen = choice
     if choice == "auto":
         chosen = "llvm" if samples >= MANY_SAMPLES and not has_instances and works("llvm") else "scalar"
@@ -306,6 +307,6 @@ MITSUBA = PictureBackend(
                choices=CHOICES),
     ),
     packages=("mitsuba", "PIL"),
-    install="mitsuba mitsuba-oidn pillow",
+    install=FINAL_EXTRA,
     painter=_painter,
 )  # fmt: skip

@@ -642,7 +642,7 @@ def _loaded(path: str, root: str, changed: int, size: int) -> Mesh:
 
 def _mesh(path: Path, references: References) -> Mesh:
     """Load the mesh of a file; raises SceneError, or any other exception for a malformed file."""
-    trimesh = require("trimesh", "trimesh")
+    trimesh = require("trimesh", "'scenelang[meshes]'")
     ending, name = path.suffix.lower(), path.name
     with path.open("rb") as file:
         data = file.read(MAX_FILE_BYTES + 1)

@@ -11,6 +11,7 @@ from generator.architecture import architecture_svg
 from generator.cheat_sheet import cheat_sheet_page
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
+from generator.install_page import install_page
 from generator.library_page import PICTURES, forms_page, library_pages, picture_program, relations_page
 from generator.parts_page import parts_page, picture_path
 from generator.performance_page import performance_page
@@ -28,6 +29,7 @@ PAGES = {
     "reference/tolerances.md": tolerances_page,
     "reference/cli.md": cli_page,
     "cheat-sheet.md": cheat_sheet_page,
+    "install.md": install_page,
     "parts.md": parts_page,
     "performance.md": performance_page,
     "architecture.svg": architecture_svg,

@@ -44,6 +44,7 @@ from scenelang.grammar.diagnostics import (
     to_json,
 )
 from scenelang.grammar.settings import line_range, part_of_one
+from scenelang.interpreter.loading import is_present
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.session.checking import Examination
 from scenelang.session.declarations import declarations_of
@@ -640,6 +641,9 @@ def run_repl(arguments: argparse.Namespace) -> int:
     is_plain = arguments.plain or arguments.json or not is_terminal
     arguments.file = file or "-"  # locates the embeddings file
     evaluation = ReplEvaluation(session_of(arguments), file)
+    if not is_plain and not all(map(is_present, ("prompt_toolkit", "pygments"))):
+        print("no colors, history or completion; install them with `pip install 'scenelang[repl]'`", file=sys.stderr)
+        is_plain = True
     if not is_plain:
         from scenelang.repl.console import run
 

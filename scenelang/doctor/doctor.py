@@ -238,13 +238,14 @@ def _extra(name: str, packages: Sequence[str]) -> Check:
 
 
 _TEST_SECONDS = 30.0  # timeout of one test; on a loaded machine the slowest takes 5 s
+_FINAL_REMEDY = "pip install 'scenelang[final]'"
 _NVIDIA = Path("/proc/driver/nvidia/version")
-_REQUIRED = ("draft", "gltf", "obj", "ply", "stl", "json", "mitsuba-xml")  # required without extras
+_REQUIRED = ("draft", "gltf", "obj", "ply", "stl", "json")  # required without extras
 
 
 def work_checks() -> Iterator[Check]:
     """Check the language, each backend, each variant of Mitsuba, videos and the viewer."""
-    variants = _variant_trials() if is_present(_PICTURES) else {}
+    variants = _variant_trials() if is_present(_PICTURES) and is_present("mitsuba") else {}
     exports = {backend.name: backend for backend in base.all_backends(Work.EXPORT)}
     remedies = {name: backend.remedy for name, backend in exports.items() if not backend.is_installed}
     remedies |= {} if is_present("av") else {"film .mp4": "pip install 'scenelang[video]'"}
@@ -254,7 +255,7 @@ def work_checks() -> Iterator[Check]:
     for name in (LANGUAGE, PICTURE, *exports, *FILMS, VIEWER):
         yield _not_installed(name, remedies[name]) if name in remedies else _finding(name, results)
         if name == PICTURE:
-            yield from _variant_checks(variants)
+            yield from _variant_checks(variants) if variants else (_not_installed("mitsuba", _FINAL_REMEDY),)
 
 
 def _not_installed(name: str, remedy: str) -> Check:
@@ -370,7 +371,7 @@ def _finding(name: str, results: Mapping[str, tuple[bool | None, str]]) -> Check
 
 def _variant_checks(variants: Mapping[str, subprocess.Popen[str] | None]) -> Iterator[Check]:
     """Return the results of Mitsuba's variants; without `llvm` and `cuda`, `scalar` works."""
-    for name in ("scalar", "llvm", "cuda") if variants else ():
+    for name in ("scalar", "llvm", "cuda"):
         if name not in variants:
             yield Check("works", f"mitsuba {name}", CheckState.NOTE, "no NVIDIA driver")
             continue

@@ -40,7 +40,8 @@ def test_what_is_right_is_not_reported() -> None:
 
 def test_a_thousand_nouns_are_not_reported() -> None:
     package = importlib.util.find_spec("open_clip")
-    assert package is not None
+    if package is None:
+        pytest.skip("the names are those of open_clip")
     assert package.submodule_search_locations is not None
     text = Path(package.submodule_search_locations[0], "zero_shot_metadata.py").read_text("utf-8")
     nouns = next(

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.grammar.lazy_patterns import lazy_pattern
-from scenelang.interpreter.loading import np
+from scenelang.interpreter.loading import np, require
 from scenelang.interpreter.scene.modelling.curves import bezier
 from scenelang.interpreter.scene.modelling.operations import SEGMENTS
 
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 Contours = tuple["FloatArray", ...]
 Point2 = tuple[float, float]
 
+TEXT_EXTRA = "'scenelang[text]'"  # what installs fontTools, as error messages show it
 NON_ZERO, EVEN_ODD = "NonZero", "EvenOdd"  # fill rules of Manifold
 MAX_CROSSINGS = 4_000_000  # pairs of edges that may cross in one operation: about 3 s
 MAX_COORDINATE = 1e9  # Clipper2 computes with 64-bit integers
@@ -542,8 +543,7 @@ def svg_outline(data: str, tolerance: float | None = None) -> OutlinePen:
     SceneError
         "value" if the data are not a path.
     """
-    from fontTools.svgLib.path.parser import parse_path
-
+    parse_path = require("fontTools.svgLib.path.parser", TEXT_EXTRA).parse_path
     if len(data) > _MAX_SVG_CHARACTERS:
         raise LimitError("size", f"`svg-path` expects at most {_MAX_SVG_CHARACTERS:,} characters, got {len(data):,}")
     wrong = _WRONG.search(data)

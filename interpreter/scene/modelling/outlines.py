@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import LimitError, SceneError
-from scenelang.interpreter.scene.modelling.contours import Contours, OutlinePen, Unreadable, normalized
+from scenelang.interpreter.loading import require
+from scenelang.interpreter.scene.modelling.contours import TEXT_EXTRA, Contours, OutlinePen, Unreadable, normalized
 from scenelang.interpreter.scene.primitives.mesh_file import located
 
 if TYPE_CHECKING:
@@ -317,10 +318,9 @@ class Typeface:
 
     def _open(self, data: bytes) -> None:
         """Read the tables of a font; glyphs are drawn when they are used."""
-        from fontTools.ttLib import TTFont
-
+        open_font = require("fontTools.ttLib", TEXT_EXTRA).TTFont
         _silence()
-        self._font = TTFont(io.BytesIO(data), lazy=True, recalcBBoxes=False)
+        self._font = open_font(io.BytesIO(data), lazy=True, recalcBBoxes=False)
         reader: Any = self._font.reader
         self._em = float(self._font["head"].unitsPerEm)
         if not 16.0 <= self._em <= 16_384.0:
