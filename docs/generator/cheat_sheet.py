@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from generator.library_page import place_of
-from generator.markdown import NOTICE, block, table
+from generator.markdown import NOTICE, block, formatted, table
 from scenelang.cli.main import build_parser
 from scenelang.console.shell_completion import subcommands
 from scenelang.interpreter.scene.declarations import RELATIONS
@@ -43,7 +43,7 @@ def cheat_sheet_page() -> str:
         "Right-handed, +x right, +y up, +z towards the viewer. Angles are radians in programs, degrees in options.",
         "Scenes stand on y = 0. The [reference](reference/index.md) has everything.", "",
     ]  # fmt: skip
-    lines += block("scene", _PROGRAM)
+    lines += block("scene", formatted(_PROGRAM))
     lines += ["## Primitives", "", *table(("call", "meaning"), [_primitive(cls.word) for cls in all_primitives()])]
     material = [name for name in attributes_of("cube") if name not in ("scale",)]
     rows = [(_linked(f":{name}"), _first(attribute_doc(None, name) or "")) for name in material]
