@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang import Source
+from scenelang.backends.blender import importing
+from scenelang.backends.openscad import converting
 
 DOCS = Path(__file__).parents[1] / "docs"
 SIZED = 0.01  # of the volume: trimesh's round shapes are polyhedra
@@ -33,6 +36,29 @@ def numbers_of(expression: str, names: str) -> list[float]:
     """The volume of an object, or the numbers of another value."""
     value = f"(let ((value {expression})) (if (or (entity? value) (pair? value)) (volume (union value)) value))"
     return [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", printed(value, names))]
+
+
+def example_of(page: str, language: str) -> tuple[str, str]:
+    """The worked example of a page: the program in another language, and the converted one."""
+    section = (DOCS / page).read_text("utf-8").partition("\n## Example\n")[2]
+    match = re.search(rf"^```{language}\n(.*?)^```\n\nbecomes\n\n```scene\n(.*?)^```$", section, re.M | re.S)
+    assert match is not None
+    return match[1], match[2]
+
+
+def test_the_openscad_example_converts_as_it_says() -> None:
+    theirs, ours = example_of("from-openscad.md", "openscad")
+    assert converting.converted(theirs, word="washers")[0].endswith(ours)
+
+
+def test_the_blender_example_converts_as_it_says() -> None:
+    theirs, ours = example_of("from-blender.md", "text")
+    assert importing.converted(Source("<example>", theirs), word="stool")[0].endswith(ours)
+
+
+def test_the_example_of_the_authors_python_translates_as_it_says() -> None:
+    theirs, ours = example_of("from-paper-python.md", "text")
+    assert sl.transpile(theirs).text.strip() == ours.strip()
 
 
 TRIMESH = """

@@ -12,17 +12,18 @@ from generator.tutorial import Step, steps
 
 COOKBOOK = Path(__file__).parents[1] / "cookbook"
 SIZE = (320, 240)
-_CHAPTERS = ("modelling", "rooms", "appearance", "films", "data")
+_CHAPTERS = ("modeling", "rooms", "appearance", "films", "data")
 _COLUMNS = 4
 _RECIPE = re.compile(r"^## (?P<task>.*?)$.*?^!\[(?P<caption>[^\]]*)\]\((?P<image>[^)\s]+)", re.M | re.S)
 _START = """
-Recipes by task. Each has a program that runs as it is, the image that it draws, and what to change. Where commands follow,
-the first comment is the name of the file, such as `; door.scene`.
+Recipes by task. Each has a program that runs as it is, the image that it draws, and what to change. Where commands
+follow, the first comment is the name of the file, such as `; door.scene`.
 """.strip()
 _END = """
-More programs are in the [gallery](gallery.md), and everyday objects in [parts](parts.md). There are pages for those who come from
+More programs are in the [gallery](gallery.md), and everyday objects in [parts](parts.md). If you come from
 [OpenSCAD](from-openscad.md), [CadQuery](from-cadquery.md), [Blender](from-blender.md), [trimesh](from-trimesh.md),
-[Three.js](from-threejs.md) and [the authors' Python](from-paper-python.md).
+[Three.js](from-threejs.md) or [the authors' Python](from-paper-python.md), there is a page with a table of
+correspondences.
 """.strip()
 
 
