@@ -7,6 +7,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import copies
@@ -35,6 +36,12 @@ DOCUMENTS = (
     "docs/minecraft.md",
     "docs/from-openscad.md",
     "docs/from-blender.md",
+    "docs/from-trimesh.md",
+    "docs/from-cadquery.md",
+    "docs/from-threejs.md",
+    "docs/from-paper-python.md",
+    "docs/cookbook.md",
+    *(f"docs/cookbook/{path.name}" for path in sorted((ROOT / "docs" / "cookbook").glob("*.md"))),
     "docs/splatting.md",
     "docs/imagine.md",
     "docs/grammar.md",
@@ -131,18 +138,31 @@ def test_python_blocks_run(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "import scenelang" in text
 
 
+def _named_blocks() -> Iterator[tuple[str, str]]:
+    """The blocks of the cookbook that begin with the name of a file, in a comment."""
+    for document in DOCUMENTS:
+        if document.startswith("docs/cookbook/"):
+            for _, block in [*blocks(document, "scene"), *blocks(document, "toml")]:
+                name = re.match(r"[;#] (\w+\.(?:scene|toml))\n", block)
+                if name:
+                    yield name[1], block
+
+
 SHELL = block_parameters("sh")
 README = [each for each in SHELL if each.id is not None and each.id.startswith("README")]
 
 
 @pytest.mark.parametrize("text", [*README, *one_in(3, [each for each in SHELL if each not in README])])
 def test_shell_blocks_run(text: str, tmp_path: Path) -> None:
-    """The commands of a block, one after the other in one folder, with the examples at hand; `make` only by name."""
+    """The commands of a block, one after the other in one folder, with the examples and named blocks at hand; `make` only by
+    name."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     (tmp_path / "out").mkdir()
     scenes = blocks("README.md", "scene")
     (tmp_path / "pawns.scene").write_text(scenes[0][1], "utf-8")
     (tmp_path / "harbour.scene").write_text(blocks("docs/tutorial.md", "scene")[-1][1], "utf-8")
+    for name, block in _named_blocks():
+        (tmp_path / name).write_text(block, "utf-8")
     commands = [line.partition("  #")[0].strip() for line in text.splitlines() if line.strip()]
     assert commands
     for command in commands:

@@ -13,6 +13,7 @@ from generator.library_page import PICTURES, picture_program
 from generator.markdown import formatted
 from generator.parts_page import picture_path
 from generator.pictures import difference, drawn, save
+from generator.recipes import COOKBOOK, SIZE, recipes
 from generator.tutorial import steps
 from test_bad import CASES, ELSEWHERE, _command, _directives
 from test_docs import blocks
@@ -29,6 +30,7 @@ from scenelang.stdlib.reference import RecordKind, combinators, parts, records
 
 DOCS = ROOT / "docs"
 STEPS = list(steps(DOCS / "tutorial.md"))
+RECIPES = list(recipes())
 _ALIKE = 2.0  # of 255: what the fewer colours of a file and the softer edges of its picture may change
 
 
@@ -67,13 +69,29 @@ def test_every_program_of_the_tutorial_is_drawn_and_no_picture_is_left_over() ->
     assert {path.name for path in (DOCS / "reference" / PICTURES).iterdir()} == drawn_names
 
 
+@pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.picture)
+@pytest.mark.sampled(8)
+def test_every_recipe_has_its_image(recipe) -> None:
+    image = drawn(recipe.program, SIZE, recipe.camera, recipe.frame, oversampling=1)
+    assert difference(image, COOKBOOK / recipe.picture) < _ALIKE, "run: make docs"
+
+
+def test_every_recipe_is_drawn_and_no_image_is_left_over() -> None:
+    programs = [text for page in COOKBOOK.glob("*.md") for _, text in blocks(f"docs/cookbook/{page.name}", "scene")]
+    assert sorted(programs) == sorted(recipe.program for recipe in RECIPES)
+    assert sorted(path.name for path in (COOKBOOK / "images").iterdir()) == sorted(
+        Path(recipe.picture).name for recipe in RECIPES
+    )
+    assert len(RECIPES) == 40
+
+
 @pytest.mark.slow
 def test_the_command_writes_everything(tmp_path: Path) -> None:
     assert main(tmp_path) == 0
     written = {path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()}
-    folders = (DOCS / "reference", DOCS / "tutorial")
+    folders = (DOCS / "reference", DOCS / "tutorial", COOKBOOK / "images")
     known = {path.relative_to(DOCS) for folder in folders for path in folder.rglob("*") if path.is_file()}
-    assert written == known | {Path("architecture.svg"), Path("performance.md"), Path("parts.md")}
+    assert written == known | {Path(name) for name in PAGES}
 
 
 def test_a_picture_that_shows_the_same_is_not_written_again(tmp_path: Path) -> None:

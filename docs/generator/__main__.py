@@ -1,5 +1,5 @@
-"""``cd docs && python -m generator [FOLDER]``: writes the reference, and draws its pictures and those of the tutorial,
-into this folder of documents or another."""
+"""``cd docs && python -m generator [FOLDER]``: writes the reference, and draws its pictures and those of the tutorial
+and the cookbook, into this folder of documents or another."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from generator.library_page import PICTURES, forms_page, library_pages, picture_
 from generator.parts_page import parts_page, picture_path
 from generator.performance_page import performance_page
 from generator.pictures import drawn, save
+from generator.recipes import cookbook_page, save_recipe_images
 from generator.tolerances_page import tolerances_page
 from generator.tutorial import steps
 from scenelang.interpreter.scene.declarations import RELATIONS, example_of
@@ -30,6 +31,7 @@ PAGES = {
     "reference/cli.md": cli_page,
     "cheat-sheet.md": cheat_sheet_page,
     "install.md": install_page,
+    "cookbook.md": cookbook_page,
     "parts.md": parts_page,
     "performance.md": performance_page,
     "architecture.svg": architecture_svg,
@@ -64,6 +66,7 @@ def main(folder: Path = DOCS) -> int:
         save(drawn(picture_program(part.record), PART, CAMERA), folder / picture_path(part))
     for step in steps(DOCS / "tutorial.md"):
         save(drawn(step.program, TUTORIAL, step.camera, step.frame), folder / step.picture)
+    save_recipe_images(folder / "cookbook")
     return 0
 
 

@@ -13,6 +13,7 @@ from scenelang.backends.pictures.camera import parse_viewpoint
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.grammar.diagnostics import render_text
 
+_ROOT = Path(__file__).parents[2]  # mesh files of programs are relative to it
 _OVERSAMPLING = 2
 _COLORS = 128
 
@@ -21,7 +22,7 @@ def drawn(
     program: str, size: tuple[int, int], camera: str, frame: int | None = None, oversampling: int = _OVERSAMPLING
 ) -> Image.Image:
     """The picture of a program, ``size`` in pixels; raises ValueError for a program that is wrong."""
-    result = Session(Options()).evaluate(Source("<documentation>", program))
+    result = Session(Options(project=_ROOT)).evaluate(Source("<documentation>", program))
     if result.scene is None or result.diagnostics:
         raise ValueError("\n".join(render_text(d) for d in result.diagnostics))
     width, height = (oversampling * side for side in size)

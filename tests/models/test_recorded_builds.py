@@ -1,7 +1,8 @@
 """Twenty builds with the answers of a model that saw nothing but the prompts, replayed without it.
 
 The tasks are drawn from the hard split and the benchmark; half of them are in Python. Six builds failed, since the model
-had stated a relation that means something else than it thought; they show that such a scene is refused.
+had stated a relation that means something else than it thought; five still show that such a scene is refused (a turn of
+0 about one axis is no error any more).
 """
 
 from __future__ import annotations
@@ -28,22 +29,22 @@ def built(place: Place, build: dict[str, Any]) -> tuple[int, Path]:
     film = ["--animate"] if build["kind"] == "4d" else []
     limits = ["--turns", "3", "--repair", "2", "--no-cache"]
     done = place.run("build", build["prompt"], *notation, *film, *limits, "-o", "out.scene")
-    return done.code, place.run_folder()
+    return done.code, max(place.runs.iterdir())
 
 
-def test_there_are_twenty_of_which_fourteen_fulfill_their_statements() -> None:
-    assert (len(BUILDS), sum(build["fulfilled"] for build in BUILDS)) == (20, 14)
+def test_there_are_twenty_of_which_fifteen_fulfill_their_statements() -> None:
+    assert (len(BUILDS), sum(build["fulfilled"] for build in BUILDS)) == (20, 15)
 
 
 @pytest.mark.parametrize("build", BUILDS, ids=lambda build: build["task"])
-@pytest.mark.sampled(5)
+@pytest.mark.sampled(10)
 def test_a_build_keeps_its_acceptance(place: Place, build: dict[str, Any]) -> None:
     code, run = built(place, build)
     assert (code == 0) == build["fulfilled"]
-    log = (run / "steps.txt").read_text("utf-8")
-    if not build["fulfilled"]:
-        assert "not fulfilled" in log
+    if code:
+        assert not (place.work / "out.scene").exists()
         return
+    log = (run / "steps.txt").read_text("utf-8")
     assert (run / "acceptance.scene").read_text("utf-8").count("assert-that") >= 5
     assert place.run("check", "out.scene", "--run").code == 0
     accepted = [line for line in log.splitlines() if line.startswith(("draft", "revision")) and "rolled" not in line]
