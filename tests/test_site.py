@@ -3,10 +3,15 @@ followed step by step show what their commands print."""
 
 from __future__ import annotations
 
+import functools
 import io
 import json
 import re
+import shutil
+import threading
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from typing import Any
 
 import copies
 import pytest
@@ -83,3 +88,44 @@ def test_the_gallery_has_the_source_of_every_example(site: Path) -> None:
     assert {Path(name).name for name in shown} >= examples
     for name in ("chessboard", "orrery"):
         assert "<canvas" in (site / "live" / f"{name}.html").read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_questions_lead_to_an_accepted_page(site: Path) -> None:
+    """Questions that people typed, in Chromium: at least 42 of 45 have an accepted page among the first three."""
+    sync_api = pytest.importorskip("playwright.sync_api")
+    executable = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if executable is None:
+        pytest.skip("there is no chromium, so the search was not driven")
+    rows = [line.split("\t") for line in (Path(__file__).parent / "site" / "questions.tsv").read_text().splitlines()]
+    handler = functools.partial(QuietHandler, directory=str(site))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as server, sync_api.sync_playwright() as driver:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}/"
+        page = driver.chromium.launch(executable_path=executable, args=["--no-sandbox"]).new_page()
+        page.goto(f"{address}index.html")
+        missed = [question for question, accepted in rows if not answered(page, address, question, accepted.split())]
+        server.shutdown()
+    assert len(rows) == 45
+    assert len(missed) <= 3, missed
+
+
+class QuietHandler(SimpleHTTPRequestHandler):
+    """Serves files without writing lines about it."""
+
+    def log_message(self, *_: object) -> None:
+        """Write nothing."""
+
+
+def answered(page: Any, address: str, question: str, accepted: list[str]) -> bool:
+    """Type a question into the search; whether an accepted page, or section of it, is among the first three results."""
+    page.fill(".md-search__input", "")
+    page.click(".md-search__input")
+    page.keyboard.type(question)
+    page.wait_for_timeout(900)  # the search waits for the end of typing, and shows what it has then
+    items = page.eval_on_selector_all(
+        ".md-search-result__item", "items => items.map(i => [...i.querySelectorAll('a')].map(a => a.href))"
+    )
+    places = [link.removeprefix(address) for links in items[:3] for link in links]
+    places = [re.sub(r"\?[^#]*", "", place) for place in places]
+    return any(place in accepted or place.partition("#")[0] in accepted for place in places)

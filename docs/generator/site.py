@@ -19,17 +19,17 @@ from mkdocs.structure.files import File, Files
 
 DOCS = Path(__file__).parents[1]
 ROOT = DOCS.parent
-PAGES = {"CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md", "SECURITY.md": "reporting.md"}
+PAGES = {
+    "CODE_OF_CONDUCT.md": "conduct.md", "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md", "SECURITY.md": "reporting.md",
+}  # fmt: skip
 LIVE = ("chessboard", "orrery")
 
 # Pages about the project itself come after those about the product, and long lists of words are no answers.
-_SEARCH = {
-    name: {"boost": 0.1}
-    for name in (
-        "architecture.md", "decisions.md", "performance.md", "reference/index.md", "reference/tolerances.md",
-        *PAGES.values(),
-    )
-}  # fmt: skip
+_LAST = (
+    "architecture.md", "decisions.md", "performance.md", "reference/index.md", "reference/tolerances.md",
+    *PAGES.values(),
+)  # fmt: skip
 
 _LINK = re.compile(r"(?P<before>\]\()(?P<path>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
 _FENCE = re.compile(r"(^(?P<fence>`{3,}).*?^(?P=fence)$)", re.M | re.S)
@@ -60,8 +60,19 @@ def _folder(file: File) -> Path:
     return ROOT if file.src_uri in PAGES.values() else (DOCS / file.src_uri).parent
 
 
+def _boost(name: str) -> float:
+    """Return how much a page weighs in the search: names of the language most, lists of links little."""
+    if name in _LAST:
+        return 0.1
+    if name in ("cookbook.md", "cheat-sheet.md", "gallery.md"):
+        return 0.5
+    return (
+        2.0 if name.startswith("reference/") and name not in ("reference/diagnostics.md", "reference/cli.md") else 1.0
+    )
+
+
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
-    page.meta.setdefault("search", _SEARCH.get(page.file.src_uri, {}))
+    page.meta.setdefault("search", {"boost": _boost(page.file.src_uri)})
     if page.file.src_uri == "gallery.md":
         markdown = _gallery()
     parts = _FENCE.split(markdown)
