@@ -49,7 +49,8 @@ CALLS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 ALWAYS = ("load", "Limits", "Options")
 RENAMED: dict[str, dict[str, str]] = {
-    "*": {"define": "load:defines", "z": "load:embeddings", "models_dir": "Models:folder", "entity": "Granularity:named"},
+    "*": {"define": "load:defines", "no_images": "InferenceSettings:sends_images",
+          "z": "load:embeddings", "models_dir": "Models:folder", "entity": "Granularity:named"},
     "check": {"run": "evaluate", "that": "Scene.violations:declarations", "geometry": "Session.check_geometry",
               "physics": "Scene.physics", "fix": "Session.autofix", "picture": "backends.pictures.exhibit.save_marked:path"},
     "explain": {"codes": "explain:code"}, "diff": {"a": "diff:a", "b": "diff:b"}, "search": {"words": "search:query"},
