@@ -21,36 +21,49 @@ FILM_FRAMES = 24
 LARGEST = 60_000  # bytes of one picture
 OVERSAMPLING = 2
 
-# What is shown: example, camera, the frame of a 4D example that stands for it.
+# What is shown, the most telling first: example, camera, the frame of a 4D example that stands for it.
 SHOWN: dict[str, tuple[str, str, int | None]] = {
-    "paper-chessboard": ("paper/chessboard", "azimuth=205,elevation=32", None),
+    "water-mill": ("water-mill", "azimuth=35,elevation=25", None),
     "chessboard": ("chessboard", "azimuth=28,elevation=26", None),
-    "moai": ("moai", "azimuth=20,elevation=9", None),
-    "spiral-staircase": ("spiral-staircase", "azimuth=30,elevation=18", None),
-    "jenga": ("jenga", "azimuth=32,elevation=20", None),
-    "fractal-tree": ("fractal-tree", "azimuth=30,elevation=16", None),
-    "menger-sponge": ("menger-sponge", "azimuth=32,elevation=26", None),
-    "nesting-dolls": ("nesting-dolls", "azimuth=10,elevation=12", None),
+    "toys": ("toys", "azimuth=20,elevation=18", None),
+    "materials": ("materials", "azimuth=14,elevation=32", None),
     "orrery": ("orrery", "azimuth=20,elevation=22", 2),
-    "strict": ("strict", "azimuth=30,elevation=14", None),
-    "macros": ("macros", "azimuth=28,elevation=24", None),
+    "nesting-dolls": ("nesting-dolls", "azimuth=10,elevation=12", None),
+    "making-mug": ("making/mug", "azimuth=-25,elevation=30", None),
+    "spiral-staircase": ("spiral-staircase", "azimuth=30,elevation=18", None),
+    "fractal-tree": ("fractal-tree", "azimuth=30,elevation=16", None),
+    "making-chess-king": ("making/chess-king", "azimuth=20,elevation=14", None),
+    "moai": ("moai", "azimuth=20,elevation=9", None),
+    "making-gear-pair": ("making/gear-pair", "azimuth=25,elevation=40", None),
+    "jenga": ("jenga", "azimuth=32,elevation=20", None),
+    "making-lamp": ("making/lamp", "azimuth=20,elevation=14", None),
+    "making-terrain": ("making/terrain", "azimuth=25,elevation=35", None),
+    "making-bracket": ("making/bracket", "azimuth=40,elevation=26", None),
+    "datasets-clevr": ("datasets/clevr", "azimuth=25,elevation=30", None),
+    "menger-sponge": ("menger-sponge", "azimuth=32,elevation=26", None),
+    "making-vase": ("making/vase", "azimuth=20,elevation=20", None),
+    "making-chair": ("making/chair", "azimuth=28,elevation=18", None),
+    "making-bottle": ("making/bottle", "azimuth=25,elevation=16", None),
+    "making-name-plate": ("making/name-plate", "azimuth=15,elevation=20", None),
     "words": ("words", "azimuth=25,elevation=24", None),
     "combinators": ("combinators", "azimuth=20,elevation=28", None),
-    "materials": ("materials", "azimuth=14,elevation=32", None),
-    "toys": ("toys", "azimuth=20,elevation=18", None),
-    "datasets-clevr": ("datasets/clevr", "azimuth=25,elevation=30", None),
-    "making-gear-pair": ("making/gear-pair", "azimuth=25,elevation=40", None),
-    "making-mug": ("making/mug", "azimuth=-25,elevation=30", None),
-    "making-vase": ("making/vase", "azimuth=20,elevation=20", None),
-    "making-chess-king": ("making/chess-king", "azimuth=20,elevation=14", None),
-    "making-lamp": ("making/lamp", "azimuth=20,elevation=14", None),
-    "making-bracket": ("making/bracket", "azimuth=40,elevation=26", None),
-    "making-name-plate": ("making/name-plate", "azimuth=15,elevation=20", None),
-    "making-bottle": ("making/bottle", "azimuth=25,elevation=16", None),
-    "making-chair": ("making/chair", "azimuth=28,elevation=18", None),
-    "making-terrain": ("making/terrain", "azimuth=25,elevation=35", None),
-    "water-mill": ("water-mill", "azimuth=35,elevation=25", None),
+    "macros": ("macros", "azimuth=28,elevation=24", None),
+    "strict": ("strict", "azimuth=30,elevation=14", None),
+    "paper-chessboard": ("paper/chessboard", "azimuth=205,elevation=32", None),
 }
+
+
+def title(example: str) -> str:
+    """Return the heading of an example: the words of its name, without its folder.
+
+    >>> title("making/gear-pair"), title("water-mill")
+    ('Gear pair', 'Water mill')
+    """
+    name = example.rpartition("/")[2].replace("-", " ")
+    return f"{name.capitalize()} of the paper" if example.startswith("paper/") else name.capitalize()
+
+
+# Drawn images of an example: quality, end of the file name.
 QUALITIES = {"final": "", "draft": "-draft"}
 
 

@@ -105,18 +105,23 @@ def _with_links(text: str, file: File) -> str:
 
 
 def _gallery() -> str:
-    """The gallery with a picture and the source of every example."""
+    """Return the gallery: all images as a grid, then each with its source."""
     sys.path.insert(0, str(DOCS))
-    from gallery import SHOWN
+    from gallery import SHOWN, title
 
+    titles = {name: title(example) for name, (example, _, _) in SHOWN.items()}
+    grid = " ".join(
+        f"[![{titles[name]}](gallery/{name}.png)](#{titles[name].lower().replace(' ', '-')})" for name in SHOWN
+    )
     parts = [
         "# Gallery\n",
-        "Every example, path traced, with its program. `scenelang view FILE` shows one in a browser.\n",
+        "Every example, path traced; a click leads to its program. `scenelang view FILE` shows one in a browser.\n",
+        f'<div class="strip" markdown>\n\n{grid}\n\n</div>\n',
     ]
     for name, (example, _, _) in SHOWN.items():
         path = ROOT / "examples" / f"{example}.scene"
         parts.append(
-            f'## {name}\n\n<div class="example" markdown>\n\n![{name}](gallery/{name}.png)\n\n'
+            f'## {titles[name]}\n\n<div class="example" markdown>\n\n![{titles[name]}](gallery/{name}.png)\n\n'
             f'```scene title="examples/{example}.scene"\n{path.read_text("utf-8")}```\n\n</div>\n'
         )
     return "\n".join(parts)

@@ -58,7 +58,7 @@ TAUGHT: Mapping[str, str] = MappingProxyType({
     "Poses": "translate~ rotate~ scale~ reflect~ look-at~",
     "Combinators": "grid~ ring~~ row~ stack~ mirror~ on-top-of~ align~ attach~ along~ scatter~ jitter~",
     "Boxes": "compute-shape-min~ compute-shape-max compute-shape-center compute-shape-sizes",
-    "Colours": "color~ rgb hsv",
+    "Colors": "color~ rgb hsv",
     "Random": "random uniform normal randint choice shuffle noise",
     "Solids": "difference~ extrude~ lathe~",
     "Profiles": "circle~ rectangle~ polygon~",
@@ -285,7 +285,7 @@ def _quoted(usage: str) -> str:
     return " or ".join(f"`{call}`" for call in re.split(r" or (?=\()", usage))
 
 
-_NOT_FOR_BLOCKS = ("Colours", "Solids", "Profiles")
+_NOT_FOR_BLOCKS = ("Colors", "Solids", "Profiles")
 
 
 def _sentences(doc: str, count: int) -> str:
