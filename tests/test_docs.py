@@ -254,3 +254,9 @@ def test_reference_examples_give_what_they_say(topic: str) -> None:
     assert result.ok, [render_text(d) for d in result.diagnostics]
     printed = [line[4:-1] for line in result.log if line.startswith("(=> ")]
     assert printed == [example.value for _, example in shown], topic
+
+
+def test_the_strict_program_of_the_page_about_the_paper_is_strict() -> None:
+    (program,) = [text for _, text in blocks("docs/paper.md", "scene") if "::Embedding" in text]
+    source = Source("paper.scene", program)
+    assert [d for d in Session(Options(strict=True)).check(source).diagnostics if d.is_error] == []
