@@ -38,7 +38,7 @@ LINES = {
     "several programs": ("check a.scene b", {"b.scene"}, {"notes.md", "a.scene"}),
     "programs in folders": ("check sub/", {"sub/c.scene"}, {"sub/c.md"}),
     "any file": ("render a.scene -o no", {"notes.md"}, {"a.scene"}),
-    "folders": ("maps a.scene -o ", {"sub/"}, {"a.scene", "notes.md"}),
+    "folders": ("labels a.scene -o ", {"sub/"}, {"a.scene", "notes.md"}),
     "embeddings": ("run a.scene --z ", {"a.z.safetensors"}, {"a.scene"}),
     "words": ("render a.scene --root bo", {"boat"}, {"light house"}),
     "words of no program": ("render --root bo", set(), {"boat"}),

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from argcomplete import autocomplete
+from argcomplete import autocomplete, finders
 from argcomplete.completers import SuppressCompleter
 
 from scenelang.grammar.lazy_patterns import lazy_pattern
@@ -32,6 +32,8 @@ def complete(build_parser: Callable[[str], argparse.ArgumentParser]) -> None:
     line = os.environ["COMP_LINE"][: int(os.environ["COMP_POINT"])]
     words = [word for word in re.findall(r"(\S+)\s", line)[1:] if not word.startswith("-")]
     parser = build_parser(words[0] if words else "")
+    # An argument counts as given only if its action is known to have no side effects, as those with a value.
+    finders.safe_actions |= {type(action) for action in _actions(parser) if action.nargs != 0}
     _teach(parser)
     autocomplete(parser, always_complete_options=False, default_completer=SuppressCompleter())
 
@@ -44,6 +46,13 @@ def subcommands(parser: argparse.ArgumentParser) -> dict[str, tuple[argparse.Arg
             briefs = {choice.dest: choice.help or "" for choice in action._choices_actions}
             parsers |= {name: (child, briefs.get(name, "")) for name, child in action.choices.items()}
     return parsers
+
+
+def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    """Yield the arguments of a parser and of its subparsers, without those that are commands."""
+    yield from (action for action in parser._actions if not isinstance(action, argparse._SubParsersAction))
+    for child, _ in subcommands(parser).values():
+        yield from _actions(child)
 
 
 def _teach(parser: argparse.ArgumentParser) -> None:
