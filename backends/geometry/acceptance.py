@@ -197,7 +197,8 @@ def _apart(declarations: Sequence[Declaration]) -> list[str]:
     Models state "to the right on the table" as two relations, of which the second one means beside the table.
     """
     plain = [d for d in declarations if not {"negated", "any", *FRAME_FLAGS} & {*d.options}]
-    over = {d.things: d for d in plain if d.relation in ("on", "inside")}
+    resting = [d for d in plain if d.relation in ("on", "inside")]
+    over = {things: d for d in resting for things in (d.things, d.things[::-1])}
     return [
         f"{over[d.things]} and {d} contradict each other: the second one means {SIDES[d.relation][2]} all of the other"
         for d in plain

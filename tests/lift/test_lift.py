@@ -293,7 +293,7 @@ def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
 
 def test_lift_prints_the_changes(command: Command) -> None:
     out, _ = command("simplify", "table.scene")
-    assert out.startswith("--- table.scene\n+++ table.scene (lifted)\n")
+    assert out.startswith("--- table.scene\n+++ table.scene (simplified)\n")
     assert "-    (define top" in out
     assert "(@ (rotate .5 [0 1 0]) (translate [0 1 0]))" in out
     assert Path("table.scene").read_text() == TABLE

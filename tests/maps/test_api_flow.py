@@ -41,7 +41,7 @@ CAMERAS = {
 def test_python_has_the_arrays_of_the_command(name: str, tmp_path: Path) -> None:
     (tmp_path / "a.scene").write_text(FILM)
     more = ["--camera", name] if name else []
-    words = f"maps {tmp_path}/a.scene -o {tmp_path}/out --size 72x48 --tracks 20 --seed 5".split()
+    words = f"labels {tmp_path}/a.scene -o {tmp_path}/out --size 72x48 --tracks 20 --seed 5".split()
     assert main([*words, *more]) == 0
     folders = sorted(path.parent for path in (tmp_path / "out").rglob("maps.npz"))
     assert len(folders) == 4

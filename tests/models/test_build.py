@@ -133,16 +133,16 @@ def test_it_fails_where_acceptance_does_not_hold(place: Place) -> None:
     assert not (place.work / "out.scene").exists()
 
 
-WRONG = PLAN.replace('(on "cup" "table")', '(on "cup" "table") (right-of "cup" "table")')
+WRONG = PLAN.replace('(on "cup" "table")', '(on "cup" "table") (has-color "cup" "red")')
 
 
 def test_a_wrong_statement_is_corrected_once(place: Place) -> None:
     server = place.serve(answers(WRONG, TABLE, CUP, GOOD, GOOD, GOOD, PLAN, DONE))
     run = build(place, "--repair", "2")
-    assert "`(right-of " not in texts(server.requests[6]["messages"][-1])
-    assert '(right-of "cup" "table") does not hold' in texts(server.requests[6]["messages"][-1])
+    assert "`(has-color " not in texts(server.requests[6]["messages"][-1])
+    assert '(has-color "cup" "red") does not hold' in texts(server.requests[6]["messages"][-1])
     assert "plan: 1 statements that failed are corrected" in (run / "steps.txt").read_text()
-    assert "right-of" not in (place.work / "out.scene").read_text()
+    assert "has-color" not in (place.work / "out.scene").read_text()
 
 
 @pytest.mark.parametrize("answer", [DONE, PLAN.replace('(count "cup" 2)', '(count "cup" :min 1)')])

@@ -121,6 +121,7 @@ def test_a_set_that_accepts_none(room: sl.Scene) -> None:
         (['(left-of "cup" "table")', '(order "cup" "table" "chair" :along "x")'], 0),
         (['(on "cup" "table")', '(right-of "cup" "table")'], 1),
         (['(on "cup" "table")', '(above "cup" "table")'], 0),
+        (['(inside "cup" "table")', '(behind "table" "cup")'], 1),
         (['(right-of "cup" "table")', '(order "cup" "chair" "table" :along "x")'], 1),
         (['(on "cup" "table")', '(not (on "cup" "table"))'], 1),
         (['(has-color "cup" "red")', '(has-color "cup" "blue")'], 1),

@@ -103,7 +103,7 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "pawns.scene").write_text(SCENE)
     (tmp_path / "letters.scene").write_text('(bind "letters" (lambda () (text "ab" :depth 1)))')
     (tmp_path / "drawing.scene").write_text('(bind "bar" (lambda () (extrude (svg-path "M0 0 H4 V-2 H0 Z") 1)))')
-    (tmp_path / "mesh.scene").write_text('(bind "mesh" (lambda () (call "asset" :file "a.ply")))')
+    (tmp_path / "mesh.scene").write_text('(bind "chair" (lambda () (call "mesh" :file "a.ply")))')
     (tmp_path / "a.ply").write_text("ply\n")
     return tmp_path
 
