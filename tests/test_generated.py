@@ -52,6 +52,13 @@ def test_published_programs(first: int) -> None:
     assert [difference(text, 1) for text in texts] == [None] * len(texts)
 
 
+def test_calls_with_a_literal_list_are_shared_by_both_ways() -> None:
+    program = """(bind "a" (lambda (:width) (for/union ((x (list 0 4))) (call "post" :tags '(("axis" "y")) :scale 2))))
+(bind "s" (lambda () (call "a" :width 5)))
+(scene "s")"""
+    assert difference(program, 1) is None
+
+
 def test_recursion_60_000_deep() -> None:
     value, _ = run("(define (count n) (if (= n 0) 0 (+ 1 (count (- n 1))))) (count 3) (count 3) (count 60000)")
     assert value == 60_000

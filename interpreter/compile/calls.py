@@ -991,7 +991,8 @@ def call_node(rt: Runtime, word: Node, nodes: Sequence[Node], node: ast.Call) ->
         except SceneError:
             pass  # report the error at run time, where a `guard` can catch it
         else:
-            z = Embedding(None, None, dict(zip(names, constants))) if names else ANONYMOUS
+            made = Embedding(None, None, dict(zip(names, constants))) if names else ANONYMOUS
+            _, z = rt.literal_embeddings.setdefault(id(node), (node, made))
             return _constant_call(rt, word, z, frozenset(names), node.span)
     return _attribute_call(rt, word, tuple(zip(names, nodes)), node.span)
 

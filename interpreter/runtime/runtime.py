@@ -243,6 +243,9 @@ class Runtime:
         """Start a run in which nothing is bound or memoized; see the class for the arguments."""
         self.hot = hot
         self.units: list[dict[str, Any]] = []  # namespaces of generated functions
+        # Embeddings of calls whose attributes are literals, by the identity of the node, which is kept alive. Closures
+        # and generated code of one node share it: two with a list in them are not equal, and the call was made again.
+        self.literal_embeddings: dict[int, tuple[Any, Embedding]] = {}
         self.library = library
         self.asset = asset
         self.font = font
