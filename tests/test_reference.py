@@ -10,7 +10,7 @@ import pytest
 from generator.__main__ import CAMERA, PAGES, PART, SMALL, TUTORIAL, main, pages
 from generator.diagnostics_page import BAD, FIXED, ROOT, shown_case
 from generator.library_page import PICTURES, picture_program
-from generator.markdown import formatted
+from generator.markdown import formatted, identifier
 from generator.parts_page import picture_path
 from generator.pictures import difference, drawn, save
 from generator.recipes import COOKBOOK, SIZE, recipes
@@ -216,3 +216,17 @@ def test_pages_do_not_depend_on_the_terminal(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("COLUMNS", "40")
     assert PAGES["reference/cli.md"]() == (DOCS / "reference/cli.md").read_text("utf-8")
     assert shutil.get_terminal_size().columns == 40
+
+
+def test_every_option_has_an_anchor_of_its_own() -> None:
+    page = (DOCS / "reference" / "cli.md").read_text("utf-8")
+    anchors = re.findall(r'<a id="([^"]+)"', page)
+    assert len(anchors) == len(set(anchors)) > 300
+    assert {"render-quality", "options-of-view-camera", "options-of-limits-max-steps"} <= set(anchors)
+
+
+def test_no_two_names_share_an_anchor() -> None:
+    by_page: dict[str, list[str]] = {}
+    for record in records():
+        by_page.setdefault(record.topic, []).append(identifier(record.name))
+    assert all(len(names) == len(set(names)) for names in by_page.values())

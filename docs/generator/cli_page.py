@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from generator.markdown import NOTICE, anchor, table
@@ -12,6 +13,7 @@ from scenelang.cli.main import build_parser
 from scenelang.console.shell_completion import subcommands
 
 Options = tuple[tuple[str, str], ...]
+_LONG = re.compile(r"--([a-z][a-z0-9-]*)")
 
 
 def cli_page() -> str:
@@ -35,7 +37,7 @@ def cli_page() -> str:
         lines += _section(command, shared)
     lines += ["## Options that commands share", ""]
     for (title, options), heading in shared.items():
-        lines += [f"### {heading}", "", *table((title, ""), options)]
+        lines += [f"### {heading}", "", *table((title, ""), _anchored(f"options of {heading}", options))]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
@@ -87,14 +89,22 @@ def _section(command: Command, shared: Mapping[tuple[str, Options], str]) -> Ite
     own = [action for group in parser._action_groups[:2] for action in group._group_actions]
     rows = [_option(action) for action in own if not isinstance(action, argparse._HelpAction)]
     if rows:
-        yield from table(("argument", ""), rows)
+        yield from table(("argument", ""), _anchored(command.name, rows))
     for title, options in _groups(parser):
         if (title, options) not in shared:
-            yield from table((title, ""), options)
+            yield from table((title, ""), _anchored(command.name, options))
     names = [f"[{shared[group].lower()}](#{anchor(shared[group])})" for group in _groups(parser) if group in shared]
     if names:
         joined = " and ".join([*([", ".join(names[:-1])] if names[1:] else []), names[-1]])
         yield from (f"Also the options of {joined}.", "")
+
+
+def _anchored(owner: str, options: Iterable[tuple[str, str]]) -> Options:
+    """Return rows of options that links can lead to: ``cli.md#render-camera`` for ``--camera`` of ``render``."""
+    return tuple(
+        (f'<a id="{anchor(owner)}-{match[1]}"></a>{shown}' if (match := _LONG.search(shown)) else shown, text)
+        for shown, text in options
+    )
 
 
 def _usage(parser: argparse.ArgumentParser) -> str:

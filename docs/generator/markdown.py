@@ -43,11 +43,14 @@ def anchor(title: str) -> str:
 
 # Names of which nothing is left without signs.
 _SIGNS = {
-    "+": "plus", "-": "minus", "*": "times", "/": "divided-by", "//": "floor-divided-by", "%": "modulo",
+    "+": "plus", "-": "minus", "*": "times", "/": "divided-by", "//": "floor-divided-by", "%": "percent",
     "=": "equal-to", "<": "less-than", ">": "greater-than", "<=": "at-most", ">=": "at-least",
     "@": "matrix-product", "==": "equals",
 }  # fmt: skip
-_MARKS = {"?": "-p", "!": "-changes", "->": "-to-", "*": "-star", ":": "attribute-", "/": "-"}
+_MARKS = {
+    "<=?": "-at-most-p", ">=?": "-at-least-p", "=?": "-equal-p", "<?": "-less-p", ">?": "-greater-p", "?": "-p",
+    "!": "-changes", "->": "-to-", "*": "-star", ":": "attribute-", "/": "-",
+}  # fmt: skip
 
 
 def identifier(name: str) -> str:
