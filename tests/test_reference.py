@@ -18,6 +18,7 @@ from generator.tutorial import steps
 from test_bad import CASES, ELSEWHERE, _command, _directives
 from test_docs import blocks
 
+import scenelang as sl
 from scenelang import Options, Session, Source
 from scenelang.cli import main as cli
 from scenelang.cli.main import build_parser
@@ -230,3 +231,10 @@ def test_no_two_names_share_an_anchor() -> None:
     for record in records():
         by_page.setdefault(record.topic, []).append(identifier(record.name))
     assert all(len(names) == len(set(names)) for names in by_page.values())
+
+
+def test_an_upright_book_stands_in_the_middle_of_its_place() -> None:
+    scene = sl.evaluate(
+        '(import "std/furniture.scene") (bind "s" (lambda () (transform (call "book") (book-upright))))'
+    )
+    assert scene.bounds.ravel().tolist() == pytest.approx([-0.015, 0, -0.075, 0.015, 0.22, 0.075], abs=1e-9)
