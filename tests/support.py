@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -270,3 +271,8 @@ def watching(
         running.stdin.flush()
         assert "stop with `,watch`" in running.stdout.readline()  # what changes from now on is noticed
         yield running, running.stdin, running.stdout
+
+
+def chromium_path() -> str | None:
+    """Return where Chromium is installed, None if it is not."""
+    return shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

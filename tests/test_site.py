@@ -7,7 +7,6 @@ import functools
 import io
 import json
 import re
-import shutil
 import threading
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -18,6 +17,7 @@ import pytest
 from generator import walkthroughs
 from generator.pictures import difference
 from PIL import Image
+from support import chromium_path
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -94,7 +94,7 @@ def test_the_gallery_has_the_source_of_every_example(site: Path) -> None:
 def test_questions_lead_to_an_accepted_page(site: Path) -> None:
     """Questions that people typed, in Chromium: at least 42 of 45 have an accepted page among the first three."""
     sync_api = pytest.importorskip("playwright.sync_api")
-    executable = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    executable = chromium_path()
     if executable is None:
         pytest.skip("there is no chromium, so the search was not driven")
     rows = [line.split("\t") for line in (Path(__file__).parent / "site" / "questions.tsv").read_text().splitlines()]

@@ -71,11 +71,9 @@ def vacuous(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
     """
     words = words_of(declarations)
     silent = [d for d in declarations if d.relation not in _NAMED]
-    for name, wrong in perturbed(scene, words):
+    for name, wrong in perturbed(scene, words, _OUT_OF_SCALE):
         if not silent:
             break
-        if name in _OUT_OF_SCALE:
-            continue
         failed = reasons(wrong, silent, is_lenient=True)
         silent = [d for d, reason in zip(silent, failed) if reason is None or not _concerns(name, d)]
     if any(d.relation in _BEHIND_WALLS for d in silent):

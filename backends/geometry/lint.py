@@ -621,6 +621,15 @@ def marked_finding(scene: Scene) -> tuple[Entity, Marks] | None:
     return None
 
 
+def quoted_path(finding: Diagnostic) -> str:
+    """Return the path of the object that the message of a finding names first; "" for one that names none.
+
+    >>> quoted_path(Diagnostic("floating", '"room/cup" floats: it is 0.2 from "room/table"'))
+    'room/cup'
+    """
+    return finding.message.partition('"')[2].partition('"')[0]
+
+
 def check_geometry(scene: Scene) -> list[Diagnostic]:
     """Return warnings and notes about the geometry of a scene.
 

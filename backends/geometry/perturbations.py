@@ -48,7 +48,7 @@ Moves = list[list[FloatArray]]
 Change = Callable[[Sequence[NamedObject], int], Moves]
 
 
-def perturbed(scene: Scene, words: Collection[str]) -> Iterator[tuple[str, Scene]]:
+def perturbed(scene: Scene, words: Collection[str], without: Collection[str] = ()) -> Iterator[tuple[str, Scene]]:
     """Yield wrong scenes with what is wrong, such as "all objects in one place".
 
     Parameters
@@ -57,6 +57,8 @@ def perturbed(scene: Scene, words: Collection[str]) -> Iterator[tuple[str, Scene
         A scene, whose objects are placed as they should be.
     words
         Words whose outermost instances are the objects.
+    without
+        Changes of ``CHANGES`` that are left out.
 
     Raises
     ------
@@ -64,7 +66,8 @@ def perturbed(scene: Scene, words: Collection[str]) -> Iterator[tuple[str, Scene
         For more than 5,000 objects in a frame.
     """
     for name, change in CHANGES.items():
-        yield name, changed(scene, words, change)
+        if name not in without:
+            yield name, changed(scene, words, change)
     if scene.animated:
         yield "the first frame only", Scene(scene.word, [scene.root] * len(scene.frames), animated=True)
         yield "the film backwards", Scene(scene.word, scene.frames[::-1], animated=True)
@@ -283,6 +286,11 @@ def _resized(factors: Sequence[float]) -> Change:
     return _each(lambda each, number, frame: _about(each.center * [1, 0, 1] + each.low * [0, 1, 0], np.diag(factors)))
 
 
+def _alternating(even: float, odd: float) -> Change:
+    """Return the change of the sizes of objects by two factors in turn, about their centers."""
+    return _each(lambda each, number, frame: _about(each.center, np.eye(3) * (odd if number % 2 else even)))
+
+
 _TURNS = (90.0, 180.0, 135.0)
 CHANGES: Mapping[str, Change] = {
     "an object of every word missing": _left_out,
@@ -303,12 +311,8 @@ CHANGES: Mapping[str, Change] = {
     "objects stretched": _resized((3.0, 1.0, 1.0)),
     "objects narrowed": _resized((0.25, 1.0, 1.0)),
     "objects deepened": _resized((1.0, 1.0, 3.0)),
-    "objects of different sizes": _each(
-        lambda each, number, frame: _about(each.center, np.eye(3) * (0.4 if number % 2 else 2.2))
-    ),
-    "objects of other different sizes": _each(
-        lambda each, number, frame: _about(each.center, np.eye(3) * (2.2 if number % 2 else 0.4))
-    ),
+    "objects of different sizes": _alternating(2.2, 0.4),
+    "objects of other different sizes": _alternating(0.4, 2.2),
     "objects drifting": _each(lambda each, number, frame: _shift(0.7 * frame * max(each.extent), 0.0, 0.0)),
     "objects spinning": _each(
         lambda each, number, frame: _about(each.center, _turn(1, 37.0 * frame) @ _turn(0, 29.0 * frame))

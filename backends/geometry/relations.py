@@ -1120,10 +1120,8 @@ def _turns_about(context: _Context, objects: Sequence[Sequence[FloatArray]], axi
         steps = np.array([_rotation_vector(first, later) for first, later in pairwise(poses)]).reshape(-1, 3)
         along = steps @ direction
         beside = np.linalg.norm(steps - np.outer(along, direction), axis=1)
-        if (
-            context.declaration.number != 0.0
-            and beside.sum() > math.tan(math.radians(_OFF_AXIS_DEGREES)) * np.abs(along).sum() + _ANGLE_DEGREES
-        ):
+        allowed = math.tan(math.radians(_OFF_AXIS_DEGREES)) * np.abs(along).sum() + _ANGLE_DEGREES
+        if context.declaration.number != 0.0 and beside.sum() > allowed:
             message = f'"{placed.entity.word}" turns about another axis than {axis[-1]}'
             return [_Failure(message, float(beside.sum()), placed)]
         swept = np.cumsum(along) if len(along) else np.zeros(1)

@@ -11,6 +11,7 @@ from scenelang.cli.main import build_parser
 from scenelang.console.shell_completion import subcommands
 from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.interpreter.scene.primitives import all_primitives
+from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.reference.primer import TAUGHT, attribute_doc, attributes_of
 from scenelang.stdlib.reference import lookup
 
@@ -44,7 +45,7 @@ def cheat_sheet_page() -> str:
         "Scenes stand on y = 0. The [reference](reference/index.md) has everything.", "",
     ]  # fmt: skip
     lines += block("scene", formatted(_PROGRAM))
-    lines += ["## Primitives", "", *table(("call", "meaning"), [_primitive(cls.word) for cls in all_primitives()])]
+    lines += ["## Primitives", "", *table(("call", "meaning"), list(map(_primitive, all_primitives())))]
     material = [name for name in attributes_of("cube") if name not in ("scale",)]
     rows = [(_linked(f":{name}"), _first(attribute_doc(None, name) or "")) for name in material]
     lines += ["## Materials and bodies", "", *table(("attribute", "meaning"), rows)]
@@ -71,11 +72,10 @@ def _group(title: str, names: list[str]) -> Iterator[str]:
     yield from table(("usage", "meaning"), rows)
 
 
-def _primitive(word: str) -> tuple[str, str]:
+def _primitive(cls: type[Primitive]) -> tuple[str, str]:
     """Return the row of a primitive: the call with the attributes of its geometry, and its meaning."""
-    cls = next(cls for cls in all_primitives() if cls.word == word)
     names = " ".join(f":{name}" for name in cls.attribute_names() if name != "color")
-    return f'[`(call "{word}" {names})`](reference/{place_of(word)})', _first(cls.doc)
+    return f'[`(call "{cls.word}" {names})`](reference/{place_of(cls.word)})', _first(cls.doc)
 
 
 def _linked(name: str) -> str:

@@ -109,10 +109,10 @@ def _gallery() -> str:
     sys.path.insert(0, str(DOCS))
     from gallery import SHOWN, title
 
+    from generator.markdown import anchor
+
     titles = {name: title(example) for name, (example, _, _) in SHOWN.items()}
-    grid = " ".join(
-        f"[![{titles[name]}](gallery/{name}.png)](#{titles[name].lower().replace(' ', '-')})" for name in SHOWN
-    )
+    grid = " ".join(f"[![{titles[name]}](gallery/{name}.png)](#{anchor(titles[name])})" for name in SHOWN)
     parts = [
         "# Gallery\n",
         "Every example, path traced; a click leads to its program. `scenelang view FILE` shows one in a browser.\n",

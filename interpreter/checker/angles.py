@@ -93,11 +93,8 @@ def _is_expected(path: Sequence[Tree]) -> bool:
     """Return whether the place of the innermost list expects an angle in radians, perhaps through arithmetic."""
     for outer, inner in zip(reversed(path[:-1]), reversed(path[1:])):
         index = next(i for i, item in enumerate(outer.items) if item is inner)
-        if (
-            index
-            and outer.items[index - 1].text.lstrip(":") in ANGLE_KEYWORDS
-            and outer.items[index - 1].text[0] == ":"
-        ):
+        before = outer.items[index - 1].text if index else ""
+        if before.startswith(":") and before.lstrip(":") in ANGLE_KEYWORDS:
             return True
         head = outer.items[0].text
         if head in ANGLES:

@@ -9,7 +9,7 @@ the best value so far are opened. Boxes are cached on entities, which are immuta
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import isfinite
+from math import dist, isfinite
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
@@ -30,6 +30,15 @@ def _no_charge(work: int) -> None:
 def _cost(entity: Entity) -> int:
     """Return the number of steps that one support query of an entity costs; a mesh has many vertices."""
     return 1 if entity.shape is None else entity.shape.cost
+
+
+def box_diagonal(box: Box | None) -> float:
+    """Return the length of the diagonal of a box, 0 for None.
+
+    >>> box_diagonal((0.0, 0.0, 0.0, 3.0, 4.0, 0.0))
+    5.0
+    """
+    return dist(box[:3], box[3:]) if box is not None else 0.0
 
 
 def entity_box(entity: Entity, charge: Charge = _no_charge) -> Box | None:

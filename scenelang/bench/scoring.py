@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.geometry.lint import check_geometry
+from scenelang.backends.geometry.lint import check_geometry, quoted_path
 from scenelang.backends.geometry.relations import reasons
 from scenelang.bench.tasks import GEOMETRY, KEEP, BenchTask
 from scenelang.grammar.datum import Source, dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.inference.brief import TaskKind
 from scenelang.interpreter.plugins import SERVICES
-from scenelang.interpreter.scene.bounds import entity_box, parts_box
+from scenelang.interpreter.scene.bounds import box_diagonal, entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten_entity
 from scenelang.interpreter.values.values import Matrix, Pair
@@ -107,8 +107,7 @@ def _warned(program: str) -> Collection[tuple[str, str]]:
 
 def _about(finding: Diagnostic) -> tuple[str, str]:
     """Return the name of a finding, and the last word of the path that its message begins with."""
-    _, _, rest = finding.message.partition('"')
-    return finding.name, rest.partition('"')[0].rpartition("/")[2]
+    return finding.name, quoted_path(finding).rpartition("/")[2]
 
 
 def _is_stable(scene: Scene) -> bool | None:
@@ -138,7 +137,7 @@ def kept_share(before: Scene, after: Scene, words: Sequence[str]) -> float:
     for first, second in zip(before.frames, after.frames):
         a, b = flatten_entity(first), flatten_entity(second)
         box = entity_box(first)
-        size = float(np.linalg.norm(np.subtract(box[3:], box[:3]))) if box is not None else 0.0
+        size = box_diagonal(box)
         shares += [_share(_rows(a, word), _rows(b, word), _SAME * size) for word in words]
     return min(shares)
 

@@ -203,6 +203,11 @@ def words_of(kind: TaskKind) -> tuple[str, ...]:
     return block_words() if kind is TaskKind.BLOCKS else solid_words()
 
 
+def _captioned(views: Sequence[tuple[str, ImageContent]]) -> list[TextContent | ImageContent]:
+    """Return images as parts of a message, each after its caption."""
+    return [part for caption, picture in views for part in (TextContent(caption), picture)]
+
+
 def sections_of(kind: TaskKind) -> tuple[str, ...]:
     """Return the sections of the system prompt of a kind."""
     return _SECTIONS.get(kind, ())
@@ -400,7 +405,7 @@ class Brief:
 
     def critic(self, views: Sequence[tuple[str, ImageContent]], facts: str) -> tuple[str, Message]:
         """System prompt and turn of the critic, who sees only the task, facts and images."""
-        parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
+        parts = _captioned(views)
         text = self.prompts.text("critic.md", task=self.task.text, facts=facts)
         return self.prompts.text("critic.system.md"), Message("user", (*self.task.pictures, *parts, TextContent(text)))
 
@@ -416,7 +421,7 @@ class Brief:
 
         ``tried`` are revisions that made it worse, ``views`` close-ups of what is wrong, with captions.
         """
-        parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
+        parts = _captioned(views)
         notes = "\n\n".join(["These changes were tried and made it worse; do something else:", *tried]) if tried else ""
         text = self.prompts.text(
             "revise.md", program=fenced(program, self.task.notation), report=report, facts=facts, tried=notes,
@@ -434,7 +439,7 @@ class Brief:
 
     def critique(self, views: Sequence[tuple[str, ImageContent]], findings: str, facts: str = "") -> Message:
         """Return the critique turn: captioned images, facts and findings about the scene, then the instructions."""
-        parts = [part for caption, picture in views for part in (TextContent(caption), picture)]
+        parts = _captioned(views)
         notes = [self.prompts.text("blocks.md")] if self.task.kind is TaskKind.BLOCKS else []
         notes += [facts] if facts else []
         notes += [f"The checker noticed:\n\n{findings}"] if findings else []

@@ -36,7 +36,7 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, render_text
 from scenelang.inference.brief import NO_CHANGES, Brief, Notation, Prompts, Task, TaskKind, fenced
 from scenelang.inference.listing import program_of
 from scenelang.interpreter.inspection.instance_paths import box_of
-from scenelang.interpreter.scene.bounds import entity_box
+from scenelang.interpreter.scene.bounds import box_diagonal, entity_box
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Scene, count_words, descendants, primitive_count
 from scenelang.interpreter.scene.primitives import block_words
@@ -160,7 +160,8 @@ class AnswerReader:
         result = session.evaluate(Source(self.name, found.text))
         if result.scene is None:
             return verdict
-        if _extent(result.scene) > _MAX_GROWTH * _extent(verdict.scene):
+        before, after = (box_diagonal(entity_box(scene.root)) for scene in (verdict.scene, result.scene))
+        if after > _MAX_GROWTH * before:
             return verdict
         left = linted(result, check_declarations)
         code = found.text if self.brief.task.notation is Notation.LANGUAGE else verdict.code
@@ -326,12 +327,6 @@ def _stands_still(scene: Scene) -> bool:
 _MAX_GROWTH = 2.0
 
 
-def _extent(scene: Scene) -> float:
-    """Return the diagonal of the box of a scene's first frame."""
-    box = entity_box(scene.root)
-    return 0.0 if box is None else float(np.linalg.norm(np.subtract(box[3:], box[:3])))
-
-
 def geometry_findings(scene: Scene) -> tuple[Diagnostic, ...]:
     """Return the warnings of the geometry lint; empty if the scene cannot be checked."""
     from scenelang.backends.geometry.lint import check_geometry
@@ -440,9 +435,9 @@ def close_ups(scene: Scene, findings: Sequence[Diagnostic]) -> list[tuple[str, E
 
 def _path_in(finding: Diagnostic) -> str | None:
     """Return the path of the object that the message of a finding begins with."""
-    before, quote, rest = finding.message.partition('"')
-    path, closing, _ = rest.partition('"')
-    return path if quote and closing and not before else None
+    from scenelang.backends.geometry.lint import quoted_path
+
+    return quoted_path(finding) if finding.message.startswith('"') else None
 
 
 def picture(scene: Scene, view: str, frame: int | None = None, size: int = _VIEW_PX) -> Picture:

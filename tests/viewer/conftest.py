@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import shutil
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import chromium_path
 
 from scenelang.session.session import Options, Session
 from scenelang.viewer.server import ViewServer
@@ -76,7 +76,7 @@ def serve(workspace: Callable[..., Workspace]) -> Iterator[Callable[..., ViewSer
 def browser() -> Iterator[Any]:
     """Chromium; the tests that want it are skipped where there is none. While its driver is there an event loop runs,
     so that it ends with the module: tests that come next may have a loop of their own."""
-    executable = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    executable = chromium_path()
     if executable is None:
         pytest.skip("there is no chromium, so the page was not driven; `make test` installs it where it may")
     playwright = pytest.importorskip("playwright.sync_api", reason="the page is driven with the package playwright")
