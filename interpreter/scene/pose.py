@@ -142,11 +142,11 @@ _STACKED = 256  # poses that are arguments of one call: .25 us a pose; ``np.from
 
 def stacked(poses: Sequence[Sequence[float]]) -> npt.NDArray[np.float64]:
     """Return K poses as an array (K, 12), eight times as fast as ``np.array``, which inspects each ``Matrix``."""
-    out = np.empty((len(poses), 12))
+    out = bytearray(96 * len(poses))
     for low in range(0, len(poses), _STACKED):
         piece = poses[low : low + _STACKED]
-        pack_into(f"{12 * len(piece)}d", out.data, 96 * low, *chain.from_iterable(piece))
-    return out
+        pack_into(f"{12 * len(piece)}d", out, 96 * low, *chain.from_iterable(piece))
+    return np.frombuffer(out).reshape(-1, 12)
 
 
 def from_array(a: npt.NDArray[np.float64]) -> Matrix | None:

@@ -488,7 +488,7 @@ class LiveView:
         self._text = ""
         self.update()
         self._worker = Worker(self._evaluate)
-        ask = lambda file, values: self._worker.ask(file, values, self._options())
+        ask = lambda file, values, _text: self._worker.ask(file, values, self._options())
         self._server = ViewServer(workspace.Workspace([str(self._folder / _NAME)], ask))
         threading.Thread(target=self._server.serve_forever, args=(0.2,), daemon=True).start()
 

@@ -196,7 +196,12 @@ class Evaluated:
 
 
 def _has_room(depth: int) -> bool:
-    """Return whether this is the main thread, with a stack for calls of this depth (``ulimit -s``)."""
+    """Return whether this is the main thread, with a stack for calls of this depth (``ulimit -s``).
+
+    A browser's interpreter has one thread; the playground gives it a depth for which there is room.
+    """
+    if sys.platform == "emscripten":
+        return True
     try:
         import resource
     except ImportError:  # Windows

@@ -215,18 +215,33 @@ def write_back(controls: Mapping[str, ParamControl], name: str, value: Any) -> N
     if control.place is None:
         raise SceneError("param", f"`{name}` cannot be saved", control.reason)
     source, text = control.place.source, control.written(value)
-    path = Path(source.name).resolve()  # preserves symbolic links
-    before = _bytes(path)
-    bom = _BOM if before.startswith(_BOM) else b""
-    if before != bom + source.text.encode():
-        raise SceneError("file", f"`{name}` was not saved: {source.name} was modified since it was read")
     after = source.text[: control.place.start] + text + source.text[control.place.end :]
+    try:
+        replace_text(Path(source.name).resolve(), source.text, after)  # preserves symbolic links
+    except SceneError as error:
+        raise SceneError("file", f"`{name}` was not saved: {error.message}") from None
+
+
+def replace_text(path: Path, before: str, after: str) -> None:
+    """Replace the text of a file if it still is ``before``, keeping its mode; else raise SceneError("file")."""
+    content = _bytes(path)
+    bom = _BOM if content.startswith(_BOM) else b""
+    if content != bom + before.encode():
+        raise SceneError("file", f"{path.name} was modified since it was read")
     mode = path.stat().st_mode & 0o7777
     with atomic_write(path) as temporary:
         temporary.write_bytes(bom + after.encode())
-        if _bytes(path) != before:
-            raise SceneError("file", f"`{name}` was not saved: {source.name} was modified concurrently")
+        if _bytes(path) != content:
+            raise SceneError("file", f"{path.name} was modified concurrently")
     os.chmod(path, mode)
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file; raises SceneError("file")."""
+    try:
+        return _bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise SceneError("file", f"{path.name} is not UTF-8 text") from None
 
 
 def _bytes(path: Path) -> bytes:
@@ -340,7 +355,7 @@ class FileWatch:
 
 
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
-Evaluate = Callable[[str, Mapping[str, str]], "WorkspaceEvaluation"]  # (file, overridden params) -> result
+Evaluate = Callable[..., "WorkspaceEvaluation"]  # (file, overridden params, text instead of the file's) -> result
 Announce = Callable[[int], None]  # called with the number of a changed file
 
 
@@ -402,6 +417,7 @@ class Workspace:
         self.files = tuple(files)
         self._evaluate_file = evaluate
         self._states = [State() for _ in files]
+        self._drafts: dict[int, str] = {}  # texts of files that are edited, and not saved
         self._evaluating = threading.Lock()
         self._listeners: list[Announce] = []
 
@@ -426,6 +442,37 @@ class Workspace:
                 state.control(name).literal(value)
                 values[name] = value
             self._evaluate(file, values)
+
+    def edit(self, file: int, text: str | None) -> None:
+        """Evaluate a text in place of the file's; None returns to the file."""
+        with self._evaluating:
+            if text is None:
+                self._drafts.pop(file, None)
+            else:
+                self._drafts[file] = text
+            self._evaluate(file, self._states[file].values)
+
+    def store(self, file: int, text: str, before: str) -> None:
+        """Write a text to the file, whose text was ``before``; raises SceneError("file") if it is another by now."""
+        path = Path(self.files[file]).resolve()  # preserves symbolic links
+        with self._evaluating:
+            replace_text(path, before, text)
+            self._drafts.pop(file, None)
+            self._evaluate(file, self._states[file].values)
+
+    def text(self, file: int) -> str:
+        """Return the text of the file on disk; raises SceneError("file")."""
+        return _text(Path(self.files[file]))
+
+    def literal_edit(self, file: int, name: str, value: Any) -> dict[str, Any]:
+        """Return the edit of the text that gives a param a value, as ``start``, ``end`` and ``text``.
+
+        Raises SceneError("param") for an invalid value, or a value that is not a literal in the file.
+        """
+        control = self._states[file].control(name)
+        if control.place is None or Path(control.place.source.name) != Path(self.files[file]):
+            raise SceneError("param", f"`{name}` cannot be changed here", control.reason or "it is in another file")
+        return {"start": control.place.start, "end": control.place.end, "text": control.written(value)}
 
     def save(self, file: int, name: str) -> None:
         """Write an overridden value to the file; raises SceneError("param") or ("file")."""
@@ -466,7 +513,7 @@ class Workspace:
         """Return the next state of a file; a failed evaluation keeps the last valid packet."""
         version = old.version + 1
         try:
-            evaluation = self._evaluate_file(self.files[file], literals)
+            evaluation = self._evaluate_file(self.files[file], literals, self._drafts.get(file))
         except Ended as error:
             evaluation = WorkspaceEvaluation(None, (error.problem,), stamps_of(_beside(self.files[file])))
         ok = evaluation.packet is not None
@@ -488,8 +535,8 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
     editings: dict[str, Editing] = {}
     last_stamps: dict[str, Stamps] = {}
 
-    def evaluate(path: str, literals: Mapping[str, str]) -> WorkspaceEvaluation:
-        """Evaluate a file with overridden params; errors are part of the result."""
+    def evaluate(path: str, literals: Mapping[str, str], text: str | None = None) -> WorkspaceEvaluation:
+        """Evaluate a file, or a text in its place, with overridden params; errors are part of the result."""
         program: Program | None = None
         packet: bytes | None = None
         diagnostics: tuple[Diagnostic, ...] = ()
@@ -502,7 +549,7 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
             with limited(session.options.limits):
                 editing = editings.setdefault(path, Editing(session))
                 editing.session = session  # with the values of the params
-                result = editing.evaluate(session.source(path))
+                result = editing.evaluate(session.source(path) if text is None else Source(path, text))
                 program, diagnostics = result.program, result.diagnostics
                 stamps = _stamps(path, program, result.scene, diagnostics)
                 if result.scene is not None:

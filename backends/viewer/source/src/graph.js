@@ -107,11 +107,33 @@ export class Graph {
     }
   }
 
+  // The path of the first instance that the form around a place of the text made; null where there is none.
+  pathMadeAt(frame, file, line, column) {
+    const { places } = this.packet;
+    let best = null;
+    places.forEach((rows, number) => {
+      for (const place of rows) {
+        const isBefore = place.line < line || (place.line === line && place.column <= column);
+        if (!isBefore || !place.file.endsWith(file)) continue;
+        if (best === null || place.line > best.line || (place.line === best.line && place.column > best.column)) best = { ...place, number };
+      }
+    });
+    if (best === null) return null;
+    const { nodePlace, nodeDefinition } = this.packet.columns;
+    const isMade = (node) => nodePlace[node] === best.number || nodeDefinition[node] === best.number;
+    const counts = this.countsWhere(isMade);
+    return counts[this.root(frame)] ? this.descend(frame, 0, counts, isMade) : null;
+  }
+
   // How many instances of `word` are below and including each node.
   countsOf(word) {
+    return this.countsWhere((node) => this.word(node) === word);
+  }
+
+  countsWhere(isItem) {
     const counts = new Float64Array(this.leaves.length);
     for (let node = 0; node < counts.length; node += 1) {
-      let count = this.word(node) === word ? 1 : 0;
+      let count = isItem(node) ? 1 : 0;
       for (let edge = this.start[node]; edge < this.start[node + 1]; edge += 1) count += counts[this.child[edge]];
       counts[node] = count;
     }

@@ -9,7 +9,9 @@ export class Server {
   }
 
   async files() {
-    return (await this.json("files")).files;
+    const { files, uris } = await this.json("files");
+    this.uris = uris;
+    return files;
   }
 
   state(file) {
@@ -31,13 +33,54 @@ export class Server {
     return this.post("set", { file, name, value });
   }
 
+  // --- for the studio
+
+  get stores() {
+    return true;
+  }
+
+  get name() {
+    return location.host;
+  }
+
+  text(file) {
+    return this.json(`text?file=${file}`);
+  }
+
+  uri(file) {
+    return this.uris[file];
+  }
+
+  edit(file, text) {
+    return this.post("edit", { file, text });
+  }
+
+  store(file, text, before) {
+    return this.post("store", { file, text, before });
+  }
+
+  literal(file, name, value) {
+    return this.post("literal", { file, name, value });
+  }
+
+  // The language server: messages go by requests, one after the other, and come with the events.
+  get lsp() {
+    this.heard ??= new Set();
+    return {
+      send: (message) => { this.sent = (this.sent ?? Promise.resolve()).then(() => this.post("lsp", { client: this.client, message })).catch(() => {}); },
+      subscribe: (handler) => this.heard.add(handler),
+      unsubscribe: (handler) => this.heard.delete(handler),
+    };
+  }
+
   save(file, name) {
     return this.post("save", { file, name });
   }
 
   // Calls `changed(file)` when a file's state is new, `connected(flag)` when the server goes or comes back.
   watch(changed, connected) {
-    const events = new EventSource("events");
+    const events = new EventSource(this.client ? `events?client=${this.client}` : "events");
+    events.addEventListener("lsp", (event) => this.heard?.forEach((handler) => handler(event.data)));
     events.addEventListener("change", (event) => changed(JSON.parse(event.data).file));
     events.addEventListener("open", () => connected(true));
     events.addEventListener("error", () => connected(false));
