@@ -647,7 +647,8 @@ def _add_instances(columns: _Columns, header: dict[str, Any], instances: Instanc
         columns.add(name, array)
 
 
-STATIC = {"viewer.js": "text/javascript; charset=utf-8", "viewer.css": "text/css; charset=utf-8"}
+_SCRIPT = "text/javascript; charset=utf-8"
+STATIC = {"viewer.js": _SCRIPT, "studio.js": _SCRIPT, "viewer.css": "text/css; charset=utf-8"}
 _HEAD, _BODY = "<!--head-->", "<!--body-->"
 _ICON = '<link rel="icon" href="data:,">'  # prevents browsers from requesting /favicon.ico
 
@@ -667,11 +668,13 @@ def static(name: str) -> bytes:
     return files(__package__).joinpath("static", name).read_bytes()
 
 
-def served_page() -> bytes:
-    """Return the page for a server that also serves ``STATIC``."""
-    head = f'{_ICON}<link rel="stylesheet" href="viewer.css">'
-    page = _template().replace(_HEAD, head).replace(_BODY, '<script src="viewer.js"></script>')
-    return page.encode()
+def served_page(nonce: str | None = None) -> bytes:
+    """Return the page for a server that also serves ``STATIC``: the studio's with the ``nonce`` of the editor's styles,
+    else the viewer's."""
+    mark = f'<meta name="style-nonce" content="{nonce}">' if nonce else ""
+    head = f'{_ICON}{mark}<link rel="stylesheet" href="viewer.css">'
+    script = "studio.js" if nonce else "viewer.js"
+    return _template().replace(_HEAD, head).replace(_BODY, f'<script src="{script}"></script>').encode()
 
 
 def self_contained_page(scenes: Sequence[SavedScene]) -> str:

@@ -63,6 +63,7 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
     "Inspect scenes": {
         "render": CommandRow(PROGRAM, "pictures", "render an image or a video of the scene"),
         "view": CommandRow(EVALUATION, "pictures", "show programs in a browser with live reload"),
+        "studio": CommandRow(EVALUATION, "pictures", "edit programs in a browser beside their live picture"),
         "labels": CommandRow(EVALUATION, "pictures", "render labeled images: segmentation, depth, boxes, motion"),
         "dataset": CommandRow(TEXT, "pictures", "make labeled datasets of any size from a spec of what varies"),
         "graph": CommandRow(PROGRAM, "pictures", "draw the dependency graph of words (paper, Figure 2)"),

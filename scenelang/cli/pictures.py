@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
     from scenelang.backends.viewer.packet import SplatsOf
     from scenelang.session.session import Session
-    from scenelang.viewer.workspace import Evaluate, Workspace
+    from scenelang.viewer.workspace import Evaluate, OpenSession, Workspace
 
 _SIZE = (512, 512)  # pixels
 
@@ -304,10 +304,43 @@ def run_view(arguments: argparse.Namespace) -> int:
     return _serve(arguments, Workspace(arguments.files, Worker(evaluate, keeps=True).ask))
 
 
+def add_studio(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``studio``."""
+    parser.add_argument(
+        "path", metavar="FILE|FOLDER", nargs="?", default=".",
+        help="program to edit, made if it does not exist; or the folder of programs (default: the current one)",
+    )  # fmt: skip
+    parser.add_argument("--port", type=reader(port), default=0, metavar="N", help="port (default: any free port)")
+    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
+
+
+def run_studio(arguments: argparse.Namespace) -> int:
+    """Edit programs in a browser until Ctrl-C."""
+    from scenelang.sandbox.worker import Worker
+    from scenelang.viewer.workspace import Workspace, instance_editor, programs_of
+
+    arguments.files, created = programs_of(Path(arguments.path))
+    for path in created:
+        done(arguments, path)
+    worker = Worker(_evaluator(arguments), keeps=True)
+    changer = Worker(instance_editor(_session_opener(arguments)))
+    workspace = Workspace(arguments.files, worker.ask, changer.ask, worker.interrupt)
+    return _serve(arguments, workspace, edits=True)
+
+
 def _evaluator(arguments: argparse.Namespace) -> Evaluate:
     """Return the function that evaluates the files of a view with the options of the command."""
     from scenelang.backends.viewer.packet import LIMIT
     from scenelang.viewer.workspace import evaluator
+
+    arguments.file = arguments.files[0]
+    session_of(arguments)  # report errors of the command line first
+    limit = arguments.max_primitives
+    return evaluator(_session_opener(arguments), LIMIT if limit is None else int(limit), _splats(arguments))
+
+
+def _session_opener(arguments: argparse.Namespace) -> OpenSession:
+    """Return the function that opens the session of a file with the options of the command."""
 
     def open_session(file: str, values: Mapping[str, str]) -> Session:
         """Create the session of a file, with values of the sliders for its params."""
@@ -316,26 +349,23 @@ def _evaluator(arguments: argparse.Namespace) -> Evaluate:
         chosen.define = [*arguments.define, *(f"{name}={text}" for name, text in values.items())]
         return session_of(chosen)
 
-    arguments.file = arguments.files[0]
-    session_of(arguments)  # report errors of the command line first
-    limit = arguments.max_primitives
-    return evaluator(open_session, LIMIT if limit is None else int(limit), _splats(arguments))
+    return open_session
 
 
 def _splats(arguments: argparse.Namespace) -> SplatsOf | None:
     """Return the Gaussians to show in place of solids, or None to show solids."""
-    if arguments.distilled is None and not arguments.splats:
+    if arguments.command != "view" or (arguments.distilled is None and not arguments.splats):
         return None
     from scenelang.backends.neural.painting.shown import distilled_splats, surface_splats
 
     return surface_splats if arguments.distilled is None else distilled_splats(Path(arguments.distilled))
 
 
-def _serve(arguments: argparse.Namespace, workspace: Workspace) -> int:
+def _serve(arguments: argparse.Namespace, workspace: Workspace, edits: bool = False) -> int:
     """Serve until interrupted by Ctrl-C."""
     from scenelang.viewer.server import ViewServer
 
-    with ViewServer(workspace, arguments.port) as server:
+    with ViewServer(workspace, arguments.port, edits) as server:
         _open(arguments, server.address, "Press Ctrl-C to stop.")
         with suppress(KeyboardInterrupt):
             server.serve_forever(0.2)

@@ -16,12 +16,12 @@ ROOT = "scenelang.playground.worker"
 # Modules that are imported by name: topics of builtins, and services.
 NAMED = (
     "scenelang.lsp.channel", "scenelang.stdlib", "scenelang.interpreter.scene.primitives", "scenelang.grammar.tables",
-    "scenelang.backends.minecraft.models", "scenelang.backends.exports.gltf",
+    "scenelang.backends.minecraft.models", "scenelang.backends.exports.gltf", "scenelang.repairs.instance_edits",
 )  # fmt: skip
 # Domains that the playground does without; a program that needs one gets a diagnostic.
 WITHOUT = (
     "api", "scene", "cli", "doctor", "console", "bench", "blender", "datasets", "evaluation", "inference", "learning",
-    "mcp", "notebook", "repairs", "repl", "translation", "viewer.server",
+    "mcp", "notebook", "repairs.repairing", "repl", "translation", "viewer.server",
     "backends.blender", "backends.deepslate", "backends.geometry", "backends.labels", "backends.language_models",
     "backends.mitsuba_export", "backends.neural", "backends.openscad", "backends.physics", "backends.pictures.draft",
     "backends.pictures.mitsuba", "backends.minecraft.export", "interpreter.lift", "interpreter.transpile",
@@ -30,19 +30,17 @@ WITHOUT = (
 PACKAGES = ("pygls", "lsprotocol", "cattrs", "attr", "attrs", "typing_extensions", "fontTools")
 _EXCLUDED = tuple(f"scenelang.{name}" for name in WITHOUT)
 # Of fontTools what reads the outlines of the font that the language comes with; the rest is 9 of 10 parts.
-_FONT_TOOLS = frozenset(
-    f"{name}.py"
-    for name in (
-        "__init__ agl config/__init__ encodings/__init__ encodings/codecs misc/__init__ misc/arrayTools misc/bezierTools "
-        "misc/configTools misc/encodingTools misc/filenames misc/fixedTools misc/loggingTools misc/roundTools "
-        "misc/sstruct misc/textTools misc/timeTools misc/transform misc/vector misc/xmlWriter pens/__init__ "
-        "pens/basePen pens/filterPen pens/pointPen pens/recordingPen pens/transformPen ttLib/__init__ ttLib/sfnt "
-        "ttLib/standardGlyphOrder ttLib/tables/__init__ ttLib/tables/D_S_I_G_ ttLib/tables/DefaultTable "
-        "ttLib/tables/_c_m_a_p ttLib/tables/_g_l_y_f ttLib/tables/_h_e_a_d ttLib/tables/_h_h_e_a "
-        "ttLib/tables/_h_m_t_x ttLib/tables/_l_o_c_a ttLib/tables/_m_a_x_p ttLib/tables/_p_o_s_t "
-        "ttLib/tables/ttProgram ttLib/ttCollection ttLib/ttFont ttLib/ttGlyphSet unicode misc/cython misc/psCharStrings"
-    ).split()
-)
+_FONT_TOOLS = {
+    "": "__init__ agl unicode",
+    "config": "__init__",
+    "encodings": "__init__ codecs",
+    "misc": "__init__ arrayTools bezierTools configTools cython encodingTools filenames fixedTools loggingTools "
+    "psCharStrings roundTools sstruct textTools timeTools transform vector xmlWriter",
+    "pens": "__init__ basePen filterPen pointPen recordingPen transformPen",
+    "ttLib": "__init__ sfnt standardGlyphOrder ttCollection ttFont ttGlyphSet",
+    "ttLib/tables": "__init__ D_S_I_G_ DefaultTable _c_m_a_p _g_l_y_f _h_e_a_d _h_h_e_a _h_m_t_x _l_o_c_a _m_a_x_p "
+    "_p_o_s_t ttProgram",
+}
 
 
 def write_archive(path: Path) -> None:
@@ -128,6 +126,8 @@ def _data_files() -> Iterator[tuple[str, bytes]]:
         yield f"scenelang/stdlib/{file.relative_to(std)}", file.read_bytes()
     backends = Path(scenelang.backends.__file__).parent
     yield "scenelang/backends/descriptions.json", (backends / "descriptions.json").read_bytes()
+    for file in sorted((backends / "minecraft").glob("*.tsv.gz")):
+        yield f"scenelang/backends/minecraft/{file.name}", file.read_bytes()
     modelling = Path(scenelang.interpreter.scene.modelling.__file__).parent
     for file in sorted(modelling.glob("fonts/*")):
         if file.is_file():
@@ -137,14 +137,15 @@ def _data_files() -> Iterator[tuple[str, bytes]]:
 def _package(name: str) -> Iterator[tuple[str, bytes]]:
     """Yield the modules of an installed package in plain Python."""
     spec = find_spec(name)
-    assert spec is not None and spec.origin is not None, f"{name} is not installed"
-    origin = Path(spec.origin)
+    assert spec is not None, f"{name} is not installed"
+    origin = Path(spec.origin or "")
     if origin.name != "__init__.py":
         yield origin.name, origin.read_bytes()
         return
     for file in sorted(origin.parent.rglob("*.py")):
         place = file.relative_to(origin.parent)
-        if name != "fontTools" or str(place) in _FONT_TOOLS:
+        folder = str(place.parent).removeprefix(".")
+        if name != "fontTools" or place.stem in _FONT_TOOLS.get(folder, "").split():
             yield f"{name}/{place}", file.read_bytes()
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from scenelang.backends.base import BackendOptions
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.values.limits import Limits
 from scenelang.session.session import Options, Session, definition
-from scenelang.viewer.workspace import Workspace, evaluator, state_data
+from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator, instance_editor, state_data
 
 FOLDER = "/scenes"  # of the programs, in the file system of the interpreter
 MAX_PRIMITIVES = 200_000  # of a scene: arrays without numpy take about 10 us for each instance
@@ -34,7 +33,7 @@ class Playground:
         self._send = send
         self._channel: Any = None
         self._names: list[str] = []
-        self._evaluate = evaluator(_open_session, MAX_PRIMITIVES)
+        self._evaluate = evaluator(open_session, MAX_PRIMITIVES)
         self._workspace = Workspace([], self._evaluate)
 
     def open(self, texts: Mapping[str, str], names: list[str]) -> list[str]:
@@ -44,16 +43,18 @@ class Playground:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
         self._names = list(names)
-        self._workspace = Workspace([f"{FOLDER}/{name}" for name in self._names], self._evaluate)
+        files = [f"{FOLDER}/{name}" for name in self._names]
+        self._workspace = Workspace(files, self._evaluate, instance_editor(open_session))
         return self._names
 
     def state(self, file: int) -> dict[str, Any]:
         """Return the state of a program for the page."""
         return state_data(self._names[file], self._workspace.state(file))
 
-    def edit(self, file: int, text: str) -> dict[str, Any]:
-        """Evaluate a program's new text."""
-        Path(FOLDER, self._names[file]).write_text(text, encoding="utf-8")
+    def edit(self, file: int, text: str | None) -> dict[str, Any]:
+        """Evaluate a program's new text; None evaluates it as it is."""
+        if text is not None:
+            Path(FOLDER, self._names[file]).write_text(text, encoding="utf-8")
         self._workspace.edit(file, text)
         return self.state(file)
 
@@ -67,6 +68,10 @@ class Playground:
         """Return the edit of the text that gives a param a value."""
         return self._workspace.literal_edit(file, name, value)
 
+    def change(self, file: int, text: str, change: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a program in which the objects of a path are changed."""
+        return self._workspace.changed_text(file, text, change)
+
     def picture(self, file: int) -> bytes | None:
         """Return the last valid packet of a program."""
         return self._workspace.state(file).packet
@@ -77,8 +82,8 @@ class Playground:
             raise SceneError("unsupported", f"the playground does not write .{kind} files", DESKTOP)
         from scenelang.backends.exports.gltf import GLTF
 
-        path, out = f"{FOLDER}/{self._names[file]}", Path("/tmp/scene.glb")
-        session = _open_session(path, {})
+        path, out = f"{FOLDER}/{self._names[file]}", Path(FOLDER, ".scene.glb")
+        session = open_session(path, {})
         scene = session.evaluate(session.source(path)).scene
         if scene is None:
             raise SceneError("unsupported", "the program has a mistake, so there is no scene to write")
@@ -107,14 +112,10 @@ class Playground:
         return result if isinstance(result, bytes) else json.dumps(result)
 
 
-_METHODS = ("open", "state", "edit", "set", "literal", "picture", "export", "lsp")
-DESKTOP = "use the desktop version: https://scenelang.readthedocs.io has how to install it"
+_METHODS = ("open", "state", "edit", "set", "literal", "change", "picture", "export", "lsp")
 
 
-def _open_session(path: str, values: Mapping[str, str], folder: str = FOLDER) -> Session:
+def open_session(path: str, values: Mapping[str, str], folder: str | None = None) -> Session:
     """Create the session of a program, with values of the sliders for its params."""
     defines = dict(definition(f"{name}={text}") for name, text in values.items())
-    return Session(Options(defines=defines, limits=LIMITS, project=Path(folder)))
-
-
-assert sys.version_info >= (3, 11)
+    return Session(Options(defines=defines, limits=LIMITS, project=Path(folder or FOLDER)))

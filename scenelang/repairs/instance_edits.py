@@ -9,7 +9,7 @@ unless all are chosen.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -154,6 +154,21 @@ def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
     if result is None:
         raise search.refusal()
     return result
+
+
+def edited_by_data(session: Session, source: Source, change: Mapping[str, Any]) -> EditedText:
+    """Edit a program by the fields of an ``InstanceEdit`` as JSON data, such as ``{"path": "leg", "move": [0, 1, 0]}``.
+
+    Raises SceneError as ``edited`` does, and for data of another form.
+    """
+    values: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in change.items()
+    }
+    try:
+        edit = InstanceEdit(**values)
+    except TypeError:
+        raise SceneError("value", "an edit needs a path and one change, such as `move` with three numbers") from None
+    return edited(session, source, edit)
 
 
 class _Search:

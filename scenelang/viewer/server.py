@@ -1,13 +1,15 @@
-"""HTTP server of the live viewer: bound to localhost, protected by a token in every URL, closed to other origins.
+"""HTTP server of the live viewer and the studio: on localhost, with a token in every URL, closed to other origins.
 
 Paths below ``/TOKEN/``: the page, its script and style; ``files``; ``state?file=N``; ``picture?file=N`` (the packet, or
 with ``&has=V`` the changes to the version V, which is the ETag of an earlier answer);
-``events`` (server-sent); POST ``set`` and ``save`` with JSON. Other paths and wrong tokens return 404, a foreign Host
-or Origin returns 403.
+``events`` (server-sent); POST ``set`` and ``save`` with JSON. In the studio also ``text?file=N``, and POST ``edit``,
+``store``, ``literal`` and ``lsp``: messages of the language server go by requests and come with the events, so that
+one set of checks guards all of them. Other paths and wrong tokens return 404, a foreign Host or Origin returns 403.
 """
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import json
 import queue
@@ -16,6 +18,7 @@ import threading
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -25,26 +28,76 @@ from scenelang.viewer.workspace import FileWatch, Workspace, state_data
 
 HOST = "127.0.0.1"
 MAX_BODY_SIZE = 64 * 1024  # of a request, in bytes
+MAX_TEXT_SIZE = 16 * 1024 * 1024  # of a request with a program, in bytes
 _HEARTBEAT_S = 10.0  # seconds between events that keep proxies from closing the connection
 _TIMEOUT_S = 30.0  # seconds of a silent connection
 _MAX_LISTENERS = 32  # open pages that receive events, each of which occupies a thread
 _POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'{nonce}; img-src data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+_EDITING = ("edit", "store", "literal", "change", "stop", "lsp")  # what only the studio accepts
+_MAX_CLIENT_LENGTH = 64  # characters of a page's name
+
+
+class _Channels:
+    """Language servers of the open pages, by the name that each page gave itself, in one asyncio loop.
+
+    Messages wait in the queue of their page until it reads them, as a page sends its first one before it listens.
+    """
+
+    def __init__(self) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._channels: dict[str, Any] = {}
+        self._queues: dict[str, queue.SimpleQueue[str | None]] = {}
+        self._lock = threading.Lock()
+        threading.Thread(target=self._loop.run_forever, daemon=True).start()
+
+    def messages(self, client: str) -> queue.SimpleQueue[str | None]:
+        """Return the queue of messages for a page; raises _Refused if there are too many pages."""
+        with self._lock:
+            if client not in self._queues and len(self._queues) >= _MAX_LISTENERS:
+                raise _Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many open pages")
+            return self._queues.setdefault(client, queue.SimpleQueue())
+
+    def receive(self, client: str, message: str) -> None:
+        """Pass a message of a page to its language server."""
+        messages = self.messages(client)
+        self._loop.call_soon_threadsafe(self._handle, client, message, messages)
+
+    def _handle(self, client: str, message: str, messages: queue.SimpleQueue[str | None]) -> None:
+        if client not in self._channels:
+            from scenelang.lsp.channel import Channel
+
+            self._channels[client] = Channel("studio", messages.put)
+        self._channels[client].receive(message)
+
+    def forget(self, client: str) -> None:
+        """End the language server of a page that has gone."""
+        with self._lock:
+            self._queues.pop(client, None)
+        self._loop.call_soon_threadsafe(self._channels.pop, client, None)
+
+    def stop(self) -> None:
+        """End the loop."""
+        self._loop.call_soon_threadsafe(self._loop.stop)
 
 
 class ViewServer(ThreadingHTTPServer):
-    """HTTP server of a workspace. ``address`` is the URL to open. Raises SceneError("file") if the port is in use."""
+    """HTTP server of a workspace. ``address`` is the URL to open. Raises SceneError("file") if the port is in use.
+
+    With ``edits``, the page has an editor and may write the files of the workspace (`scenelang studio`).
+    """
 
     daemon_threads = True
     allow_reuse_address = True
 
-    def __init__(self, workspace: Workspace, port: int = 0) -> None:
+    def __init__(self, workspace: Workspace, port: int = 0, edits: bool = False) -> None:
         """Bind the port and start watching the files; raises SceneError("file") if the port is in use."""
         self.workspace = workspace
+        self.channels = _Channels() if edits else None
         self.token = secrets.token_urlsafe(24)
-        self._events: list[queue.SimpleQueue[int | None]] = []
+        self._events: list[queue.SimpleQueue[Event]] = []
         self._events_lock = threading.Lock()
         self._watch: FileWatch | None = None
         try:
@@ -65,15 +118,15 @@ class ViewServer(ThreadingHTTPServer):
         """Return the accepted Host headers, to reject DNS rebinding."""
         return f"{HOST}:{self.server_port}", f"localhost:{self.server_port}"
 
-    def subscribe(self) -> queue.SimpleQueue[int | None] | None:
-        """Subscribe to changes: returns a queue of file numbers, or None if there are too many subscribers."""
+    def subscribe(self) -> queue.SimpleQueue[Event] | None:
+        """Return a queue of the numbers of changed files, and of messages; None if there are too many subscribers."""
         with self._events_lock:
             if len(self._events) >= _MAX_LISTENERS:
                 return None
             self._events.append(queue.SimpleQueue())
             return self._events[-1]
 
-    def unsubscribe(self, events: queue.SimpleQueue[int | None]) -> None:
+    def unsubscribe(self, events: queue.SimpleQueue[Event]) -> None:
         """End a subscription."""
         with self._events_lock:
             self._events.remove(events)
@@ -85,6 +138,8 @@ class ViewServer(ThreadingHTTPServer):
         with self._events_lock:
             for events in self._events:
                 events.put(None)
+        if self.channels is not None:
+            self.channels.stop()
         super().server_close()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
@@ -95,6 +150,30 @@ class ViewServer(ThreadingHTTPServer):
         with self._events_lock:
             for events in self._events:
                 events.put(file)
+
+
+Event = int | str | None  # the number of a file that changed, a message of the language server, or the end
+
+
+def _pump(messages: queue.SimpleQueue[str | None], events: queue.SimpleQueue[Event]) -> None:
+    """Pass a language server's messages to the events of its page until None comes."""
+    while (message := messages.get()) is not None:
+        events.put(message)
+
+
+def _client(name: Any) -> str:
+    """Return the name that a page has given itself; raises _Refused if it is none."""
+    if not isinstance(name, str) or not name or len(name) > _MAX_CLIENT_LENGTH:
+        raise _Refused(HTTPStatus.BAD_REQUEST, "missing name of the page")
+    return name
+
+
+def _text(data: dict[str, Any], name: str) -> str:
+    """Return a text of a request; raises _Refused if there is none."""
+    value = data.get(name)
+    if not isinstance(value, str):
+        raise _Refused(HTTPStatus.BAD_REQUEST, f"missing {name}")
+    return value
 
 
 class _Refused(Exception):
@@ -133,7 +212,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True  # an unread body must not be parsed as the next request
             self._send_json({"message": refused.message}, refused.status)
         except SceneError as error:
-            self._send_json({"message": error.message}, HTTPStatus.CONFLICT)
+            self._send_json({"message": error.message, "hint": error.hint}, HTTPStatus.CONFLICT)
         except (BrokenPipeError, ConnectionError, TimeoutError):
             self.close_connection = True
 
@@ -171,18 +250,25 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _get(self, name: str, query: dict[str, str]) -> None:
         """Answer a GET request for a name below the token."""
+        edits = self.server.channels is not None
         if name == "":
-            self._send(packet.served_page(), "text/html; charset=utf-8")
+            nonce = secrets.token_urlsafe(16) if edits else None
+            self._send(packet.served_page(nonce), "text/html; charset=utf-8", nonce=nonce)
         elif name in packet.STATIC:
             self._send(packet.static(name), packet.STATIC[name])
         elif name == "files":
-            self._send_json({"files": list(self.server.workspace.files)})
+            files = self.server.workspace.files
+            self._send_json({"files": list(files), "uris": [Path(name).resolve().as_uri() for name in files]})
+        elif name == "text" and edits:
+            number = self._file(query.get("file"))
+            text = self.server.workspace.text(number)
+            self._send_json({"name": self.server.workspace.files[number], "text": text})
         elif name == "state":
             self._send_state(self._file(query.get("file")))
         elif name == "picture":
             self._send_picture(self._file(query.get("file")), query.get("has"))
         elif name == "events":
-            self._send_events()
+            self._send_events(query.get("client"))
         else:
             raise _Refused(HTTPStatus.NOT_FOUND, "not found")
 
@@ -201,34 +287,50 @@ class _Handler(BaseHTTPRequestHandler):
             body = min(packet.packet_changes(state.last[1], body), body, key=len)
         self._send(body, "application/octet-stream", tag=f'"{state.picture}"')
 
-    def _send_events(self) -> None:
+    def _send_events(self, client: str | None) -> None:
         """Send events until the page disconnects or the server closes."""
         events = self.server.subscribe()
         if events is None:
             raise _Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many open pages")
         self.close_connection = True
+        channels = self.server.channels
+        pump = None
         try:
             self._headers(HTTPStatus.OK, "text/event-stream", None)
             self.wfile.write(b"retry: 1000\n\n")
+            if client is not None and channels is not None:
+                messages = channels.messages(_client(client))
+                pump = threading.Thread(target=_pump, args=(messages, events), daemon=True)
+                pump.start()
             while True:
                 try:
-                    file = events.get(timeout=_HEARTBEAT_S)
+                    event = events.get(timeout=_HEARTBEAT_S)
                 except queue.Empty:
                     self.wfile.write(b": still here\n\n")
                     continue
-                if file is None:
+                if event is None:
                     return
-                self.wfile.write(f"event: change\ndata: {json.dumps({'file': file})}\n\n".encode())
+                text = (
+                    f"lsp\ndata: {event}" if isinstance(event, str) else f"change\ndata: {json.dumps({'file': event})}"
+                )
+                self.wfile.write(f"event: {text}\n\n".encode())
         finally:
             self.server.unsubscribe(events)
+            if pump is not None and channels is not None:
+                messages.put(None)
+                channels.forget(_client(str(client)))
 
     # --- POST ------------------------------------------------------------------------------------------------------
 
     def _post(self, name: str, query: dict[str, str]) -> None:
-        """Set or save the value of a param."""
-        if name not in ("set", "save"):
+        """Set or save the value of a param, or, in the studio, the text of a program."""
+        edits = self.server.channels is not None
+        if name not in ("set", "save") and not (edits and name in _EDITING):
             raise _Refused(HTTPStatus.NOT_FOUND, "not found")
-        data = self._body()
+        data = self._body(MAX_TEXT_SIZE if edits else MAX_BODY_SIZE)
+        if name in _EDITING:
+            self._post_edit(name, data)
+            return
         file, param = self._file(data.get("file")), data.get("name")
         if not isinstance(param, str):
             raise _Refused(HTTPStatus.BAD_REQUEST, "missing name of a param")
@@ -239,14 +341,43 @@ class _Handler(BaseHTTPRequestHandler):
             self.server.workspace.save(file, param)
         self._send_state(file)
 
-    def _body(self) -> dict[str, Any]:
+    def _post_edit(self, name: str, data: dict[str, Any]) -> None:
+        """Handle a request of the editor."""
+        workspace = self.server.workspace
+        if name == "lsp":
+            assert self.server.channels is not None, "only the studio accepts it"
+            self.server.channels.receive(_client(data.get("client")), _text(data, "message"))
+            self._send_json({})
+            return
+        if name == "stop":
+            workspace.interrupt()
+            self._send_json({})
+            return
+        file = self._file(data.get("file"))
+        workspace.state(file)
+        if name == "change":
+            change = data.get("change")
+            if not isinstance(change, dict):
+                raise _Refused(HTTPStatus.BAD_REQUEST, "missing change")
+            self._send_json(workspace.changed_text(file, _text(data, "text"), change))
+            return
+        if name == "literal":
+            self._send_json(workspace.literal_edit(file, _text(data, "name"), data.get("value")))
+            return
+        if name == "edit":
+            workspace.edit(file, None if data.get("text") is None else _text(data, "text"))
+        else:
+            workspace.store(file, _text(data, "text"), _text(data, "before"))
+        self._send_state(file)
+
+    def _body(self, limit: int) -> dict[str, Any]:
         """Read the JSON object of the request body; raises _Refused."""
         if self.headers.get_content_type() != "application/json":
             raise _Refused(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "send JSON")
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or self.headers.get("Transfer-Encoding") is not None:
             raise _Refused(HTTPStatus.LENGTH_REQUIRED, "missing Content-Length")
-        if len(length) > 9 or int(length) > MAX_BODY_SIZE:
+        if len(length) > 9 or int(length) > limit:
             raise _Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "request body too large")
         try:
             data = json.loads(self.rfile.read(int(length)))
@@ -262,13 +393,18 @@ class _Handler(BaseHTTPRequestHandler):
         """Send JSON data."""
         self._send(json.dumps(data).encode(), "application/json", status)
 
-    def _send(self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK, tag: str | None = None) -> None:
+    def _send(
+        self, body: bytes, kind: str, status: HTTPStatus = HTTPStatus.OK, tag: str | None = None,
+        nonce: str | None = None,
+    ) -> None:  # fmt: skip
         """Send a body."""
-        self._headers(status, kind, len(body), tag)
+        self._headers(status, kind, len(body), tag, nonce)
         if self.command != "HEAD":
             self.wfile.write(body)
 
-    def _headers(self, status: HTTPStatus, kind: str, length: int | None, tag: str | None = None) -> None:
+    def _headers(
+        self, status: HTTPStatus, kind: str, length: int | None, tag: str | None = None, nonce: str | None = None
+    ) -> None:
         """Send the status and headers of a response, which forbid caching and other origins."""
         self.send_response(status)
         self.send_header("Content-Type", kind)
@@ -279,7 +415,7 @@ class _Handler(BaseHTTPRequestHandler):
         if self.close_connection:
             self.send_header("Connection", "close")
         self.send_header("Cache-Control", "no-store")
-        self.send_header("Content-Security-Policy", _POLICY)
+        self.send_header("Content-Security-Policy", _POLICY.format(nonce=f" 'nonce-{nonce}'" if nonce else ""))
         self.send_header("X-Content-Type-Options", "nosniff")
         self.send_header("Referrer-Policy", "no-referrer")
         self.send_header("Cross-Origin-Resource-Policy", "same-origin")

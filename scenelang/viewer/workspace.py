@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.files import atomic_write, read_regular
+from scenelang.backends.files import atomic_write, check_folder, read_regular
 from scenelang.backends.surfaces.appearance import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
 from scenelang.files import beside
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped, render_text
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, capped, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.program import Param, Program
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
@@ -252,6 +253,38 @@ def _bytes(path: Path) -> bytes:
         raise SceneError("file", f"cannot read {path.name}: {error.strerror or error}") from None
 
 
+# Programs that are edited.
+
+
+STARTER = """; A first scene: drag a number with Alt held, or write another shape.
+(bind "scene" (lambda ()
+  (union
+    (transform (call "cube" :scale [2 .1 2] :color (color "tan")) (translate [0 .05 0]))
+    (transform (call "sphere" :radius .4 :color (color "tomato")) (translate [0 .5 0])))))
+"""
+
+
+def programs_of(path: Path) -> tuple[list[str], list[Path]]:
+    """Return the programs that a file or a folder names, and those of them that were created.
+
+    A file that does not exist is created with a first program, as is one in a folder without programs. Raises
+    SceneError("file") if that is not possible, UsageError for another kind of file.
+    """
+    if path.is_dir():
+        names = sorted(path.glob("*.scene"))
+        if names:
+            return [str(name) for name in names], []
+        path = path / "main.scene"
+    if path.suffix != ".scene":
+        raise UsageError("file", f"`studio` edits .scene files, not {path.name}")
+    if path.exists():
+        return [str(path)], []
+    check_folder(path)
+    with atomic_write(path) as temporary:
+        temporary.write_text(STARTER, encoding="utf-8")
+    return [str(path)], [path]
+
+
 # Detection of file changes.
 
 
@@ -355,7 +388,9 @@ class FileWatch:
 
 
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
+DESKTOP = "use the desktop version, where everything is installed"
 Evaluate = Callable[..., "WorkspaceEvaluation"]  # (file, overridden params, text instead of the file's) -> result
+ChangeInstances = Callable[[str, str, Mapping[str, Any]], dict[str, Any]]  # (file, text, change) -> edited text
 Announce = Callable[[int], None]  # called with the number of a changed file
 
 
@@ -413,9 +448,14 @@ class Workspace:
     Thread-safe; evaluations run one at a time.
     """
 
-    def __init__(self, files: Sequence[str], evaluate: Evaluate) -> None:
+    def __init__(
+        self, files: Sequence[str], evaluate: Evaluate, change: ChangeInstances | None = None,
+        interrupt: Callable[[], None] | None = None,
+    ) -> None:  # fmt: skip
         self.files = tuple(files)
         self._evaluate_file = evaluate
+        self._change = change
+        self.interrupt = interrupt or (lambda: None)  # ends the evaluation that runs
         self._states = [State() for _ in files]
         self._drafts: dict[int, str] = {}  # texts of files that are edited, and not saved
         self._evaluating = threading.Lock()
@@ -444,13 +484,13 @@ class Workspace:
             self._evaluate(file, values)
 
     def edit(self, file: int, text: str | None) -> None:
-        """Evaluate a text in place of the file's; None returns to the file."""
+        """Evaluate a text in place of the file's; None returns to the file. Only the caller hears of it."""
         with self._evaluating:
             if text is None:
                 self._drafts.pop(file, None)
             else:
                 self._drafts[file] = text
-            self._evaluate(file, self._states[file].values)
+            self._evaluate(file, self._states[file].values, is_quiet=True)
 
     def store(self, file: int, text: str, before: str) -> None:
         """Write a text to the file, whose text was ``before``; raises SceneError("file") if it is another by now."""
@@ -474,6 +514,12 @@ class Workspace:
             raise SceneError("param", f"`{name}` cannot be changed here", control.reason or "it is in another file")
         return {"start": control.place.start, "end": control.place.end, "text": control.written(value)}
 
+    def changed_text(self, file: int, text: str, change: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a program in which the instances of a path are changed; raises SceneError if none of its forms can."""
+        if self._change is None:
+            raise SceneError("unsupported", "objects cannot be changed here")
+        return self._change(self.files[file], text, change)
+
     def save(self, file: int, name: str) -> None:
         """Write an overridden value to the file; raises SceneError("param") or ("file")."""
         with self._evaluating:
@@ -496,7 +542,7 @@ class Workspace:
                 with self._evaluating:
                     self._evaluate(file, self._states[file].values)
 
-    def _evaluate(self, file: int, values: Mapping[str, Any]) -> None:
+    def _evaluate(self, file: int, values: Mapping[str, Any], is_quiet: bool = False) -> None:
         """Evaluate a file and store its state; the caller holds the lock."""
         old = self._states[file]
         defines = {control.param.name: control for control in old.controls}
@@ -506,7 +552,7 @@ class Workspace:
         if overridden != values:  # an overridden param was removed, or its default changed
             state = self._evaluated(file, old, {name: literals[name] for name in overridden if name in literals})
         self._states[file] = replace(state, values=overridden)
-        for announce in self._listeners:
+        for announce in () if is_quiet else self._listeners:
             announce(file)
 
     def _evaluated(self, file: int, old: State, literals: Mapping[str, str]) -> State:
@@ -558,6 +604,8 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
                     diagnostics = (*diagnostics, *linted(result, declaration_errors))
         except SceneError as error:
             diagnostics = (*diagnostics, error.diagnostic)
+        except NotImplementedError as error:  # a function that this installation's arrays lack
+            diagnostics = (*diagnostics, SceneError("unsupported", str(error), DESKTOP).diagnostic)
         except Exception as error:  # an internal error must not end the viewer
             message = f"internal error: {type(error).__name__}: {error}"
             diagnostics = (*diagnostics, SceneError("unsupported", message, "please report it").diagnostic)
@@ -566,6 +614,17 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
         return WorkspaceEvaluation(packet, diagnostics, stamps, controls, program is not None and _is_read(program))
 
     return evaluate
+
+
+def instance_editor(open_session: OpenSession) -> ChangeInstances:
+    """Create the function that changes objects of a scene by an edit of its program, which evaluation proves."""
+
+    def change(path: str, text: str, data: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the text after the edit, the line that it changed, and the number of instances that changed."""
+        result = SERVICES.find("instance-edits")(open_session(path, {}), Source(path, text), data)
+        return {"text": result.text, "line": result.line, "instances": result.instances}
+
+    return change
 
 
 def _is_read(program: Program) -> bool:

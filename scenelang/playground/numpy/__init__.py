@@ -14,12 +14,12 @@ from __future__ import annotations
 import builtins
 import math
 import operator
-import struct
 from array import array as _native
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
-from itertools import accumulate, chain, product, repeat as _repeat
+from itertools import accumulate, chain, pairwise, product
+from itertools import repeat as _repeat
 from typing import Any
 
 __version__ = "2.0.0"  # the interface whose names and promotion of types these are
@@ -116,7 +116,7 @@ class _Scalar:
         return asarray(self)[key]
 
 
-class float64(_Scalar, float, floating):  # type: ignore[misc]
+class float64(_Scalar, float, floating):
     """64-bit float; a subclass of Python's, which divides by zero as IEEE says."""
 
     @property
@@ -125,7 +125,7 @@ class float64(_Scalar, float, floating):  # type: ignore[misc]
 
     __add__, __radd__, __sub__, __rsub__ = map(_safe, ("__add__", "__radd__", "__sub__", "__rsub__"))
     __mul__, __rmul__, __truediv__ = map(_safe, ("__mul__", "__rmul__", "__truediv__"))
-    __rtruediv__, __pow__, __rpow__ = map(_safe, ("__rtruediv__", "__pow__", "__rpow__"))
+    __rtruediv__, __pow__, __rpow__ = map(_safe, ("__rtruediv__", "__pow__", "__rpow__"))  # type: ignore[assignment]
 
     def __neg__(self) -> float64:
         return float64(-float(self))
@@ -139,7 +139,7 @@ class float64(_Scalar, float, floating):  # type: ignore[misc]
     __str__ = float.__repr__
 
 
-class float32(_Scalar, float, floating):  # type: ignore[misc]
+class float32(_Scalar, float, floating):
     """32-bit float, kept as the double that it is."""
 
     def __new__(cls, value: Any = 0.0) -> float32:
@@ -154,7 +154,7 @@ class float16(floating):
     """16-bit float; only its name is known."""
 
 
-class int64(_Scalar, int, integer):  # type: ignore[misc]
+class int64(_Scalar, int, integer):
     """64-bit integer; a subclass of Python's."""
 
     @property
@@ -222,6 +222,11 @@ class dtype:
     """Type of the elements of an array; equal to the scalar type and to the names that numpy has for it."""
 
     __slots__ = ("code", "itemsize", "kind", "name", "type")
+    code: Any
+    itemsize: int
+    kind: Any
+    name: Any
+    type: Any
 
     def __new__(cls, spec: Any = float64) -> dtype:
         return _dtype(spec)
@@ -249,10 +254,8 @@ class dtype:
     def __hash__(self) -> int:
         return hash(self.name)
 
-    def __repr__(self) -> str:
+    def __repr__(self) -> Any:
         return f"dtype({self.name!r})"
-
-    __str__ = lambda self: self.name  # noqa: E731
 
 
 _F8 = dtype._make("float64", "f", 8, float64, "d")
@@ -443,6 +446,13 @@ class ndarray:
     __slots__ = ("_buffer", "_offset", "_strides", "_writes", "base", "dtype", "shape")
     __array_priority__ = 1.0
     __hash__ = None  # type: ignore[assignment]
+    _buffer: _List
+    _offset: int
+    _strides: _Shape
+    _writes: bool
+    base: Any
+    dtype: Any
+    shape: _Shape
 
     def __init__(self, shape: Any, dtype: Any = None) -> None:
         extents = _extents(shape)
@@ -717,7 +727,9 @@ class ndarray:
 
     # --- reductions
 
-    def sum(self, axis: Any = None, dtype: Any = None, out: Any = None, keepdims: bool = False, initial: Any = 0) -> Any:
+    def sum(
+        self, axis: Any = None, dtype: Any = None, out: Any = None, keepdims: bool = False, initial: Any = 0
+    ) -> Any:
         kind = _dtype(dtype) if dtype is not None else _summed_type(self.dtype)
         return _reduced(self, axis, keepdims, lambda row: builtins.sum(row, initial), kind)
 
@@ -966,7 +978,7 @@ def _extents(shape: Any) -> _Shape:
     return (int(shape),)
 
 
-_identity = lambda value: value  # noqa: E731
+_identity = lambda value: value
 
 
 def _scalar_type(kind: dtype) -> Callable[[Any], Any]:
@@ -1214,7 +1226,7 @@ def _read(code: str, raw: bytes) -> _List:
     return values.tolist()
 
 
-def meshgrid(*axes: Any, indexing: str = "xy") -> list[ndarray]:
+def meshgrid(*axes: Any, indexing: str = "xy") -> tuple[ndarray, ...]:
     """Return coordinates of a grid."""
     lines = [asarray(axis) for axis in axes]
     shape = [line.size for line in lines]
@@ -1223,7 +1235,7 @@ def meshgrid(*axes: Any, indexing: str = "xy") -> list[ndarray]:
         extents = [1] * len(lines)
         extents[i] = line.size
         grids.append(broadcast_to(line.reshape(extents), tuple(shape)).copy())
-    return [grid.swapaxes(0, 1) for grid in grids] if indexing == "xy" and len(grids) > 1 else grids
+    return tuple(grid.swapaxes(0, 1) for grid in grids) if indexing == "xy" and len(grids) > 1 else tuple(grids)
 
 
 def indices(shape: Any) -> ndarray:
@@ -1595,7 +1607,9 @@ def where(condition: Any, *choices: Any) -> Any:
     if not choices:
         return nonzero(asarray(condition))
     yes, no = choices
-    kind = _result_kind(asarray(yes), asarray(no), not isinstance(yes, (ndarray, list)), not isinstance(no, (ndarray, list)))
+    kind = _result_kind(
+        asarray(yes), asarray(no), not isinstance(yes, (ndarray, list)), not isinstance(no, (ndarray, list))
+    )
     test, first, second = broadcast_arrays(condition, yes, no)
     flat = [a if c else b for c, a, b in zip(test._flat(), first._flat(), second._flat(), strict=True)]
     return _made(_converted(flat, kind), test.shape, kind)
@@ -1796,7 +1810,8 @@ def concatenate(parts: Iterable[Any], axis: int | None = 0) -> ndarray:
     first = arrays[0]
     axis %= first.ndim
     if builtins.any(
-        each.ndim != first.ndim or each.shape[:axis] + each.shape[axis + 1 :] != first.shape[:axis] + first.shape[axis + 1 :]
+        each.ndim != first.ndim
+        or each.shape[:axis] + each.shape[axis + 1 :] != first.shape[:axis] + first.shape[axis + 1 :]
         for each in arrays
     ):
         raise ValueError("all the input array dimensions except for the concatenation axis must match exactly")
@@ -1901,7 +1916,9 @@ def roll(value: Any, shift: Any, axis: Any = None) -> ndarray:
 def flip(value: Any, axis: int | None = None) -> ndarray:
     """Return an array with an axis reversed."""
     source = asarray(value)
-    key = tuple(slice(None, None, -1) if axis is None or i == axis % source.ndim else slice(None) for i in range(source.ndim))
+    key = tuple(
+        slice(None, None, -1) if axis is None or i == axis % source.ndim else slice(None) for i in range(source.ndim)
+    )
     result: ndarray = source[key]
     return result
 
@@ -1937,7 +1954,7 @@ def putmask(target: ndarray, mask: Any, values: Any) -> None:
 def take_along_axis(value: Any, index: Any, axis: int) -> ndarray:
     """Return elements at indices of an array of the same number of axes."""
     source, places = asarray(value), asarray(index)
-    keys = meshgrid(*(arange(extent) for extent in places.shape), indexing="ij")
+    keys = list(meshgrid(*(arange(extent) for extent in places.shape), indexing="ij"))
     keys[axis] = places
     result: ndarray = source[tuple(keys)]
     return result
@@ -1947,7 +1964,9 @@ def insert(value: Any, index: Any, values: Any, axis: int = 0) -> ndarray:
     """Return an array with values before an index."""
     source = asarray(value)
     new = asarray(values, source.dtype)
-    new = new.reshape((1,) * (source.ndim - new.ndim) + new.shape) if new.ndim < source.ndim else new
+    new = new if new.ndim == source.ndim else new.reshape((1,) * (source.ndim - new.ndim) + new.shape)
+    extents = tuple(new.shape[i] if i == axis else extent for i, extent in enumerate(source.shape))
+    new = broadcast_to(new, extents)
     low, high = split(source, [int(index)], axis)
     return concatenate([low, new, high], axis)
 
@@ -1973,7 +1992,7 @@ def split(value: Any, marks: Any, axis: int = 0) -> list[ndarray]:
     cuts = [extent * i // marks for i in range(1, marks)] if isinstance(marks, int) else asarray(marks, int).tolist()
     edges = [0, *cuts, extent]
     before = (slice(None),) * (axis % source.ndim)
-    return [source[(*before, slice(a, builtins.max(a, b)))] for a, b in zip(edges, edges[1:], strict=False)]
+    return [source[(*before, slice(a, builtins.max(a, b)))] for a, b in pairwise(edges)]
 
 
 def pad(value: Any, widths: Any, mode: str = "constant", constant_values: Any = 0) -> ndarray:
@@ -2062,12 +2081,17 @@ def sort(value: Any, axis: int | None = -1, kind: str | None = None) -> ndarray:
     return moveaxis(_made(list(chain.from_iterable(rows)), moved.shape, source.dtype), -1, axis)
 
 
+def _order(row: _List) -> list[int]:
+    """Return the indices that put a list in order."""
+    return sorted(range(len(row)), key=lambda i: _last_key(row[i]))
+
+
 def argsort(value: Any, axis: int = -1, kind: str | None = None) -> ndarray:
     """Return the indices that put an array in order along an axis; equal elements keep theirs."""
     moved = moveaxis(asarray(value), axis, -1)
     flat, length = moved._flat(), builtins.max(moved.shape[-1], 1)
     rows = [flat[i : i + length] for i in range(0, len(flat), length)]
-    order = [sorted(range(len(row)), key=lambda i, row=row: _last_key(row[i])) for row in rows]
+    order = [_order(row) for row in rows]
     return moveaxis(_made(list(chain.from_iterable(order)), moved.shape, _I8), -1, axis)
 
 
@@ -2204,7 +2228,9 @@ def matmul(a: Any, b: Any, out: ndarray | None = None) -> Any:
     rows = left.reshape(1, -1) if left.ndim == 1 else left
     columns = right.reshape(-1, 1) if right.ndim == 1 else right
     if rows.shape[-1] != columns.shape[-2]:
-        raise ValueError(f"matmul: Input operand 1 has a mismatch in its core dimension 0 ({left.shape}, {right.shape})")
+        raise ValueError(
+            f"matmul: Input operand 1 has a mismatch in its core dimension 0 ({left.shape}, {right.shape})"
+        )
     outer = broadcast_shapes(rows.shape[:-2], columns.shape[:-2])
     (n, k), m = rows.shape[-2:], columns.shape[-1]
     first = broadcast_to(rows, (*outer, n, k))._flat()
@@ -2258,6 +2284,10 @@ def cross(a: Any, b: Any, axis: int = -1) -> ndarray:
     return moveaxis(_finished(out, shape, _promoted(left.dtype, right.dtype)), -1, axis)
 
 
+def _products(a: _List, b: _List) -> _List:
+    return list(map(operator.mul, a, b))
+
+
 def einsum(formula: str, *operands: Any) -> Any:
     """Return a sum of products that index letters describe; every letter is one axis."""
     arrays = [asarray(each) for each in operands]
@@ -2276,7 +2306,7 @@ def einsum(formula: str, *operands: Any) -> Any:
         for name, stride, extent in zip(names, each._strides, each.shape, strict=True):
             strides[order.index(name)] += stride if extent > 1 or extents[name] == 1 else 0
         flats.append(each._view(shape, tuple(strides), each._offset)._flat())
-    values = flats[0] if len(flats) == 1 else list(reduce(lambda x, y: map(operator.mul, x, y), flats))
+    values = flats[0] if len(flats) == 1 else reduce(_products, flats)
     kind = reduce(_promoted, [each.dtype for each in arrays])
     length = math.prod(extents[name] for name in summed)
     kept = tuple(extents[name] for name in output)
@@ -2357,8 +2387,9 @@ def packbits(value: Any) -> ndarray:
     return _made(flat, (len(flat),), _U1)
 
 
-class MissingError(NotImplementedError, AttributeError):
-    """Function of numpy that these arrays lack; the playground's diagnostic names it."""
+def _missing(name: str) -> NotImplementedError:
+    """Return the error that names a function of numpy which these arrays lack."""
+    return NotImplementedError(f"it needs `numpy.{name}`, which the playground does not have")
 
 
 def __getattr__(name: str) -> Any:
@@ -2368,7 +2399,4 @@ def __getattr__(name: str) -> Any:
         return import_module(f"{__name__}.{name}")
     if name.startswith("__"):
         raise AttributeError(name)
-    raise MissingError(f"numpy.{name}")
-
-
-_ = struct  # the layout of bytes is that of ``struct``'s native codes
+    raise _missing(name)

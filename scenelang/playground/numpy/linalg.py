@@ -6,16 +6,13 @@ import math
 from typing import Any
 
 from . import (
-    _at_least,
     _finished,
-    _promoted,
     _reduced,
     _scalar,
     asarray,
     broadcast_to,
     eye,
     float64,
-    multiply,
     ndarray,
     stack,
 )
@@ -242,7 +239,3 @@ def qr(matrix: Any) -> tuple[ndarray, ndarray]:
         columns.append([x / length if length else 0.0 for x in column])
     q = asarray(columns).T
     return q, q.T @ source
-
-
-__all__ = ["LinAlgError", "det", "eigh", "eigvalsh", "inv", "lstsq", "norm", "qr", "solve", "svd"]
-_ = (_at_least, _promoted, multiply)

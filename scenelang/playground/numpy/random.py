@@ -7,7 +7,7 @@ import random as _random
 from collections.abc import Callable
 from typing import Any
 
-from . import _extents, _F8, _finished, _I8, arange, asarray, int64, ndarray, searchsorted, take
+from . import _F8, _I8, _extents, _finished, arange, asarray, int64, ndarray, searchsorted, take
 
 _STATE = 624  # words of the generator's state
 
@@ -144,7 +144,8 @@ class RandomState:
         """Return distinct indices with probabilities: draws together, and again for those that occur twice."""
         if (p > 0).sum() < number:
             raise ValueError("Fewer non-zero entries in p than size")
-        left, chosen = p.copy(), []
+        left = p.copy()
+        chosen: list[int] = []
         while len(chosen) < number:
             draws = asarray(self.rand(number - len(chosen)))
             for index in chosen:
@@ -177,4 +178,4 @@ class Generator:
 
 def default_rng(seed: Any = None) -> Any:
     """Raise: the newer generator is in the desktop version only."""
-    raise NotImplementedError("numpy.random.default_rng")
+    raise NotImplementedError("it needs `numpy.random.default_rng`, which the playground does not have")

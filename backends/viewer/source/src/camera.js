@@ -133,8 +133,9 @@ function middle(x, depth) {
   return found;
 }
 
-// Lets pointer, wheel and arrow keys over `element` move `viewpoint`; calls `moved` after each step.
-export function control(element, viewpoint, moved) {
+// Lets pointer, wheel and arrow keys over `element` move `viewpoint`; calls `moved` after each step. While `isHeld()`, the
+// pointer holds something else.
+export function control(element, viewpoint, moved, isHeld) {
   const pointers = new Map();
   const turn = (dx, dy) => {
     viewpoint.azimuth -= dx * 0.4;
@@ -153,6 +154,7 @@ export function control(element, viewpoint, moved) {
     return Math.hypot(a.x - b.x, a.y - b.y);
   };
   element.addEventListener("pointerdown", (event) => {
+    if (isHeld()) return;
     element.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
   });

@@ -6,9 +6,9 @@ const NARROW = 560; // pixels: a narrower window begins with the scene alone
 
 // Connects the elements of the document to `page`.
 export function listen(page) {
-  control(byId("canvas"), page.viewpoint, () => page.moved());
+  control(byId("canvas"), page.viewpoint, () => page.moved(), () => Boolean(page.gizmo?.isHeld));
   let pressed = null;
-  byId("canvas").addEventListener("pointerdown", (event) => { pressed = [event.offsetX, event.offsetY]; });
+  byId("canvas").addEventListener("pointerdown", (event) => { pressed = page.gizmo?.isHeld ? null : [event.offsetX, event.offsetY]; });
   byId("canvas").addEventListener("pointerup", (event) => {
     if (pressed && event.button === 0 && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4) page.pick(event.offsetX, event.offsetY);
     pressed = null;
@@ -28,7 +28,7 @@ export function listen(page) {
 }
 
 function onKey(page, event) {
-  const isTyping = event.target.matches("input:not([type=range]):not([type=checkbox]), select, textarea");
+  const isTyping = event.target.matches("input:not([type=range]):not([type=checkbox]), select, textarea, [contenteditable=true]");
   if (event.key === "Escape") {
     page.select(null);
     if (isTyping) event.target.blur();

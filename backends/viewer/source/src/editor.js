@@ -197,9 +197,14 @@ export class Editor {
     this.isQuiet = false;
   }
 
-  // Replaces the whole text as one edit that can be undone.
+  // Takes over another text as one edit of what differs, so that undo and the cursor survive.
   replace(text) {
-    this.edit([{ from: 0, to: this.view.state.doc.length, insert: text }]);
+    const old = this.text;
+    let start = 0;
+    while (start < old.length && start < text.length && old[start] === text[start]) start += 1;
+    let end = 0;
+    while (end < old.length - start && end < text.length - start && old.at(-1 - end) === text.at(-1 - end)) end += 1;
+    this.edit([{ from: start, to: old.length - end, insert: text.slice(start, text.length - end) }]);
   }
 
   edit(changes) {

@@ -117,12 +117,16 @@ export class Local {
   }
 
   edit(file, text) {
-    this.texts[this.names[file]] = text;
+    if (text !== null) this.texts[this.names[file]] = text;
     return this.ask("edit", [file, text]);
   }
 
   set(file, name, value) {
     return this.ask("set", [file, name, value]);
+  }
+
+  change(file, text, change) {
+    return this.ask("change", [file, text, change]);
   }
 
   literal(file, name, value) {

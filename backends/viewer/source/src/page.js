@@ -54,8 +54,12 @@ export class Page {
     fill(chooser, ...names.map((name, i) => el("option", { value: String(i) }, name)));
     chooser.hidden = names.length < 2;
     byId("file-name").textContent = names.length < 2 ? names[0] : "";
-    this.server.watch((file) => file === this.file && this.load(), (connected) => { byId("offline").hidden = connected; });
+    this.server.watch((file) => file === this.file && this.fileChanged(), (connected) => { byId("offline").hidden = connected; });
     await this.load();
+  }
+
+  fileChanged() {
+    return this.load();
   }
 
   // --- scenes
@@ -191,6 +195,7 @@ export class Page {
       this.pending = false;
       this.viewpoint.apply();
       this.stage.draw(this.viewpoint, this.isMoving);
+      this.gizmo?.draw(this.stage.renderer, this.viewpoint.camera);
       this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
       document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
       this.refineLater();
@@ -203,6 +208,7 @@ export class Page {
     const isStill = () => !this.pending && !this.timeline.playing && document.body.dataset.drawn === drawn;
     while (isStill()) {
       if (await this.stage.refine(this.viewpoint)) continue;
+      this.gizmo?.draw(this.stage.renderer, this.viewpoint.camera);
       if (isStill()) document.body.dataset.refined = "yes";
       return;
     }

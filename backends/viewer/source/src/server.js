@@ -59,6 +59,14 @@ export class Server {
     return this.post("store", { file, text, before });
   }
 
+  change(file, text, change) {
+    return this.post("change", { file, text, change });
+  }
+
+  stop() {
+    return this.post("stop", {});
+  }
+
   literal(file, name, value) {
     return this.post("literal", { file, name, value });
   }
@@ -95,7 +103,7 @@ export class Server {
   async post(path, data) {
     const response = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(data) });
     const answer = await response.json();
-    if (!response.ok) throw new Error(answer.message ?? `the server answered ${response.status}`);
+    if (!response.ok) throw new Error(answer.hint ? `${answer.message}; ${answer.hint}` : answer.message ?? `the server answered ${response.status}`);
     return answer;
   }
 }

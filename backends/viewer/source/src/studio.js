@@ -1,9 +1,11 @@
 // The page with an editor: what is typed is evaluated at once, and the picture and the text show each other's selection.
 import { byId, debounced, el, fill } from "./dom.js";
 import { Editor } from "./editor.js";
+import { Gizmo } from "./gizmo.js";
 import { Page } from "./page.js";
 
 const DRAFT = "scenelang-draft:"; // keys of the local store
+const PATIENCE = 400; // milliseconds that an evaluation has before a newer text ends it
 const SMALL = matchMedia("(max-width: 800px)");
 
 export class Studio extends Page {
@@ -21,6 +23,12 @@ export class Studio extends Page {
     addEventListener("pagehide", () => this.saveDraft());
     await this.openFile(0);
     await super.start();
+    if (!this.stage) return;
+    this.gizmo = new Gizmo(this.viewpoint.camera, byId("canvas"), {
+      redraw: () => this.draw(),
+      preview: (offset) => this.preview(offset),
+      change: (change) => this.changeSelection(change),
+    });
   }
 
   // --- files
@@ -42,7 +50,13 @@ export class Studio extends Page {
     this.editor.open(isNewer ? draft.text : text, this.server.uri(file), isNewer || draft?.text === text ? draft?.state : null);
     this.conflict(isNewer && draft.base !== text ? text : null);
     this.showDirty();
-    if (isNewer) await this.server.edit(file, draft.text);
+    await this.server.edit(file, isNewer ? draft.text : null); // what another page of this server showed may differ
+  }
+
+  // A change on disk, of the file or of one that it imports.
+  async fileChanged() {
+    await this.lookAtDisk();
+    if (!this.isEvaluating) this.changed(this.editor.text);
   }
 
   get isDirty() {
@@ -116,14 +130,16 @@ export class Studio extends Page {
     this.wantedText = text;
     this.typedAt ??= performance.now();
     if (!this.isEvaluating) this.evaluate();
+    else if (this.server.stores && performance.now() - this.startedAt > PATIENCE) this.server.stop();
   }
 
   async evaluate() {
     this.isEvaluating = true;
-    const busy = setTimeout(() => { byId("busy").hidden = false; byId("stop").hidden = !this.server.stop; }, 300);
+    const busy = setTimeout(() => { byId("busy").hidden = false; byId("stop").hidden = false; }, 300);
     while (this.wantedText !== null && this.wantedText !== undefined) {
       const text = this.wantedText;
       this.wantedText = null;
+      this.startedAt = performance.now();
       try {
         const state = await this.server.edit(this.file, text);
         if (this.wantedText === null) await this.takeState(state);
@@ -171,6 +187,51 @@ export class Studio extends Page {
     return at;
   }
 
+  // --- changes of objects in the picture
+
+  // Changes the selected object by an edit of the program, which the interpreter proves to change nothing else.
+  async changeSelection(change) {
+    const path = this.graph.spelled(this.frame, this.selection);
+    const { text } = this.editor;
+    byId("busy").hidden = false;
+    try {
+      const result = await this.server.change(this.file, text, { path, ...change });
+      if (this.editor.text !== text) return;
+      this.editor.replace(result.text);
+      this.announce(result.instances > 1 ? `changed ${result.instances} objects in line ${result.line}` : `changed line ${result.line}`);
+    } catch (error) {
+      this.announce(error.message);
+      this.showSelection();
+    } finally {
+      byId("busy").hidden = true;
+    }
+  }
+
+  preview(offset) {
+    const box = offset && this.selectionBox();
+    if (!box) return;
+    const { scale } = this.packet.box;
+    const moved = (corner) => corner.map((value, i) => value + offset[i] * scale);
+    this.stage.outline.box.min.set(...moved(box.low));
+    this.stage.outline.box.max.set(...moved(box.high));
+    this.announce(`move ${offset.join(" ")}`);
+  }
+
+  setMode(mode) {
+    this.gizmoMode = mode;
+    for (const button of document.querySelectorAll("#tools [data-mode]")) button.setAttribute("aria-pressed", String(button.dataset.mode === mode));
+    this.showGizmo();
+    this.draw();
+  }
+
+  showGizmo() {
+    const box = this.selection?.length ? this.selectionBox() : null;
+    byId("tools").hidden = !box;
+    if (!this.gizmo) return;
+    if (!box || !this.gizmoMode) this.gizmo.hide();
+    else this.gizmo.show(this.gizmoMode, box.low.map((low, i) => (low + box.high[i]) / 2), this.packet.box.scale);
+  }
+
   // --- selection: the outermost named object first, then inward
 
   pick(x, y) {
@@ -197,6 +258,7 @@ export class Studio extends Page {
 
   showSelection() {
     super.showSelection();
+    this.showGizmo();
     const nodes = this.selection && this.graph ? this.graph.nodesOn(this.frame, this.selection) : null;
     this.showBreadcrumb(nodes);
     const places = nodes ? this.placesOf(nodes.at(-1)) : [];
@@ -269,7 +331,10 @@ function listen(page) {
   const on = (id, action) => byId(id)?.addEventListener("click", action);
   on("store", () => page.store());
   on("format", () => page.editor.format());
-  on("stop", () => page.server.stop?.());
+  on("stop", () => page.server.stop());
+  on("remove", () => page.changeSelection({ remove: true }));
+  byId("recolor").addEventListener("change", (event) => page.changeSelection({ recolor: `(color "${event.target.value}")` }));
+  for (const button of document.querySelectorAll("#tools [data-mode]")) button.addEventListener("click", () => page.setMode(page.gizmoMode === button.dataset.mode ? null : button.dataset.mode));
   for (const button of document.querySelectorAll("#sheets button")) button.addEventListener("click", () => showSheet(button.dataset.sheet));
   showSheet(SMALL.matches ? "code" : "");
 }

@@ -1,0 +1,79 @@
+// Handles of the selected object in the picture: arrows that move it, rings that turn it, boxes that scale it. What is
+// dragged becomes an edit of the program when the pointer is released.
+import { MathUtils, Object3D, Scene } from "three";
+import { TransformControls } from "three/addons/controls/TransformControls.js";
+
+const MODES = { move: "translate", turn: "rotate", scale: "scale" };
+const SHARE = 1 / 200; // of the scene's extent: the grid to which moves are rounded
+
+export class Gizmo {
+  // `actions`: redraw(), preview(offset) while an object is moved, change(edit) at the end.
+  constructor(camera, canvas, actions) {
+    this.actions = actions;
+    this.scene = new Scene();
+    this.anchor = new Object3D();
+    this.scene.add(this.anchor);
+    this.controls = new TransformControls(camera, canvas);
+    this.controls.attach(this.anchor);
+    this.controls.size = 0.8;
+    this.scene.add(this.controls.getHelper());
+    this.mode = null;
+    this.controls.addEventListener("change", () => actions.redraw());
+    this.controls.addEventListener("objectChange", () => actions.preview(this.mode === "move" ? this.offset() : null));
+    this.controls.addEventListener("mouseUp", () => this.released());
+    this.hide();
+  }
+
+  get isHeld() {
+    return this.controls.dragging || (this.controls.enabled && this.controls.axis !== null);
+  }
+
+  // Shows the handles of a mode at a point of the stage; `scale` is what world units become there.
+  show(mode, center, scale) {
+    this.mode = mode;
+    this.scale = scale;
+    this.center = center;
+    this.anchor.position.set(...center);
+    this.anchor.rotation.set(0, 0, 0);
+    this.anchor.scale.set(1, 1, 1);
+    this.controls.setMode(MODES[mode]);
+    this.controls.enabled = true;
+    this.controls.getHelper().visible = true;
+  }
+
+  hide() {
+    this.controls.enabled = false;
+    this.controls.axis = null;
+    this.controls.getHelper().visible = false;
+  }
+
+  // The move in world units, rounded to a grid that fits the scene.
+  offset() {
+    const step = 10 ** Math.floor(Math.log10((2 * SHARE) / this.scale));
+    const decimals = Math.max(0, -Math.log10(step));
+    return ["x", "y", "z"].map((axis, i) => Number((Math.round((this.anchor.position[axis] - this.center[i]) / this.scale / step) * step).toFixed(decimals)));
+  }
+
+  released() {
+    if (this.mode === "move") {
+      const move = this.offset();
+      if (move.some((value) => value)) this.actions.change({ move });
+    } else if (this.mode === "turn") {
+      const { rotation } = this.anchor;
+      const axis = ["x", "y", "z"].reduce((best, each) => (Math.abs(rotation[each]) > Math.abs(rotation[best]) ? each : best), "y");
+      const angle = Math.round(MathUtils.radToDeg(rotation[axis]));
+      if (angle) this.actions.change({ rotate: [axis, angle] });
+    } else {
+      const scale = ["x", "y", "z"].map((axis) => Math.max(0.01, Math.round(this.anchor.scale[axis] * 100) / 100));
+      if (scale.some((value) => value !== 1)) this.actions.change({ scale });
+    }
+  }
+
+  draw(renderer, camera) {
+    if (!this.controls.getHelper().visible) return;
+    this.controls.camera = camera;
+    renderer.setRenderTarget(null);
+    renderer.clearDepth();
+    renderer.render(this.scene, camera);
+  }
+}
