@@ -7,7 +7,7 @@ BIN    := $(VENV)/bin
 SCENE  := examples/chessboard.scene
 ROOMS  := grammar interpreter stdlib backends scenelang
 
-.PHONY: demo dev descriptions check types test test-blender lint install bench faults eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel release test-core test-install test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
+.PHONY: demo dev playground play descriptions check types test test-blender lint install bench faults eval-recorded gallery docs site viewer build-page blocks tables editors chromium wheel release test-core test-install test-gpu test-hostile test-faults test-python fuzz test-grammar test-minecraft test-s3 test-slow test-nightly test-browser train-toy clean
 
 # What the package needs, then the tools of development; redone when the project's files change.
 $(VENV)/.run: pyproject.toml constraints.txt
@@ -217,7 +217,7 @@ test-slow: $(VENV)/.dev $(VENV)/.package
 
 # The viewer's page in a browser, and pictures with the game's own looks, where there are textures (SCENELANG_MINECRAFT, or
 # the game itself).
-test-browser: $(VENV)/.dev $(VENV)/.package chromium
+test-browser: $(VENV)/.dev $(VENV)/.package chromium playground
 	$(BIN)/pytest -m browser
 
 # What is handed out: dist/*.tar.gz, and the wheel that is built from it, in a small environment of its own. `pipx install
@@ -279,6 +279,17 @@ site: $(SITE) $(VENV)/.package
 # The viewer's page from its source; what it makes is committed, so that only changes of it need npm.
 viewer:
 	cd backends/viewer/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs
+
+# The playground: a static site with the interpreter in the browser. `make play` serves it on this machine.
+PLAYGROUND := .playground
+playground: $(VENV)/.dev $(VENV)/.package
+	mkdir -p $(PLAYGROUND)
+	$(BIN)/python -P -m scenelang.playground.archive $(PLAYGROUND) examples
+	cd backends/viewer/source && npm install --no-package-lock --no-audit --no-fund --silent && node build.mjs $(abspath $(PLAYGROUND))
+	@echo "the site is $(PLAYGROUND)/, to be served by any web server: make play"
+
+play: playground
+	$(BIN)/python -m http.server --bind 127.0.0.1 --directory $(PLAYGROUND) 8000
 
 # The page of builds with the game's looks from its source; committed as the viewer's is. It shares some of the viewer's source.
 build-page:

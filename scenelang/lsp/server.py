@@ -452,7 +452,9 @@ def _formatted(document: Document, format_: Callable[[str, Any], str]) -> list[l
     edit = edit_between(source.text, after)
     if edit is None:
         return []
-    changed = lsp.Range(lsp.Position(edit.first - 1, 0), lsp.Position(edit.last, 0))
+    is_last = edit.last > source.text.count("\n")  # a last line without an end has no line after it
+    end = position(source, len(source.text)) if is_last else lsp.Position(edit.last, 0)
+    changed = lsp.Range(lsp.Position(edit.first - 1, 0), end)
     return [lsp.TextEdit(changed, edit.text)]
 
 

@@ -260,6 +260,9 @@ async def test_formatting(client: LanguageClient) -> None:
         lsp.DocumentRangeFormattingParams(editor.document, whole, options)
     )
     assert applied(editor.text, edits).startswith("(define   x\n 1)")
+    last = Editor(client, "last.scene", '(bind "a"   (lambda () (call "cube")))')  # without an end of line
+    (edit,) = await client.text_document_formatting_async(lsp.DocumentFormattingParams(last.document, options))
+    assert edit.range.end == lsp.Position(0, len(last.text))
     editor.replace("(define   x", "(define   (x")
     assert not await client.text_document_formatting_async(lsp.DocumentFormattingParams(editor.document, options))
 

@@ -24,6 +24,7 @@ export function listen(page) {
   on("copy-json", () => page.copyCamera((box, width, height) => JSON.stringify(page.viewpoint.json(box, width, height)), "camera as JSON"));
   byId("view").addEventListener("change", (event) => page.setView(event.target.value));
   byId("files").addEventListener("change", (event) => page.choose(Number(event.target.value)));
+  for (const button of document.querySelectorAll("#sheets button")) button.addEventListener("click", () => showSheet(button.dataset.sheet));
   document.addEventListener("keydown", (event) => onKey(page, event));
 }
 
@@ -48,4 +49,11 @@ function press(button) {
   const isOn = button.getAttribute("aria-pressed") !== "true";
   button.setAttribute("aria-pressed", String(isOn));
   return isOn;
+}
+
+// On a phone one panel at a time lies over the lower half of the picture; pressing its button again hides it.
+export function showSheet(name) {
+  const next = document.body.dataset.sheet === name ? "" : name;
+  document.body.dataset.sheet = next;
+  for (const button of document.querySelectorAll("#sheets button")) button.setAttribute("aria-pressed", String(button.dataset.sheet === next));
 }

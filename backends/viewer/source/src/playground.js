@@ -70,11 +70,16 @@ class Playground extends Studio {
   }
 }
 
+function begin() {
+  const page = new Playground(new Local(document.baseURI));
+  byId("share").addEventListener("click", () => page.share());
+  byId("save-as").addEventListener("change", (event) => { page.saveAs(event.target.value); event.target.value = ""; });
+  page.begin().catch((error) => page.say(`The interpreter could not be loaded: ${error.message}`));
+  window.scenelangPage = page; // for the console and the tests
+  if ("serviceWorker" in navigator) navigator.serviceWorker.register("offline.js");
+}
+
 document.body.classList.add("playground");
 if (FRAMED) document.body.classList.add("embedded");
-const page = new Playground(new Local(document.baseURI));
-byId("share").addEventListener("click", () => page.share());
-byId("save-as").addEventListener("change", (event) => { page.saveAs(event.target.value); event.target.value = ""; });
-page.begin().catch((error) => page.say(`The interpreter could not be loaded: ${error.message}`));
-window.scenelangPage = page; // for the console and the tests
-if ("serviceWorker" in navigator && location.protocol !== "file:") navigator.serviceWorker.register("offline.js");
+if (location.protocol !== "file:") begin();
+else byId("message").textContent = "The playground needs a web server: run `python3 -m http.server` in its folder, and open http://localhost:8000.";

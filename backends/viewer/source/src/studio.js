@@ -1,4 +1,5 @@
 // The page with an editor: what is typed is evaluated at once, and the picture and the text show each other's selection.
+import { showSheet } from "./controls.js";
 import { byId, debounced, el, fill } from "./dom.js";
 import { Editor } from "./editor.js";
 import { Gizmo } from "./gizmo.js";
@@ -335,13 +336,5 @@ function listen(page) {
   on("remove", () => page.changeSelection({ remove: true }));
   byId("recolor").addEventListener("change", (event) => page.changeSelection({ recolor: `(color "${event.target.value}")` }));
   for (const button of document.querySelectorAll("#tools [data-mode]")) button.addEventListener("click", () => page.setMode(page.gizmoMode === button.dataset.mode ? null : button.dataset.mode));
-  for (const button of document.querySelectorAll("#sheets button")) button.addEventListener("click", () => showSheet(button.dataset.sheet));
   showSheet(SMALL.matches ? "code" : "");
-}
-
-// On a phone one panel at a time lies over the lower half of the picture; pressing its button again hides it.
-export function showSheet(name) {
-  const next = document.body.dataset.sheet === name ? "" : name;
-  document.body.dataset.sheet = next;
-  for (const button of document.querySelectorAll("#sheets button")) button.setAttribute("aria-pressed", String(button.dataset.sheet === next));
 }
