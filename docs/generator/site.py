@@ -3,6 +3,7 @@
 - Links to the repository's other pages become pages of the site; other files are copied below ``files``.
 - The gallery shows the source of each example beside its picture.
 - Each ``live/NAME.html`` is an example in the viewer, as one page that works offline.
+- ``playground/`` is what `make playground` built, if it was run; each program then has a button that opens it in place.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import contextlib
 import logging
 import posixpath
 import re
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -24,6 +26,7 @@ PAGES = {
     "CHANGELOG.md": "changelog.md", "SECURITY.md": "reporting.md",
 }  # fmt: skip
 LIVE = ("chessboard", "orrery")
+PLAYGROUND = ROOT / ".playground"
 
 # Pages about the project itself come after those about the product, and long lists of words are no answers.
 _LAST = (
@@ -35,6 +38,12 @@ _LINK = re.compile(r"(?P<before>\]\()(?P<path>[^)\s#]+)(?P<anchor>#[^)\s]*)?\)")
 _FENCE = re.compile(r"(^(?P<fence>`{3,}).*?^(?P=fence)$)", re.M | re.S)
 _INFO = re.compile(r"^(`{3,}\w+)\b(?! title=)[^\n]*")  # words that only the tests of the documentation read
 log = logging.getLogger("mkdocs.plugins.site")
+
+
+def on_config(config: Any) -> Any:
+    if (PLAYGROUND / "index.html").is_file():
+        config.extra_javascript.append("assets/playground.js")
+    return config
 
 
 def on_files(files: Files, *, config: Any) -> Files:
@@ -69,6 +78,12 @@ def _boost(name: str) -> float:
     return (
         2.0 if name.startswith("reference/") and name not in ("reference/diagnostics.md", "reference/cli.md") else 1.0
     )
+
+
+def on_page_content(html: str, *, page: Any, **_: Any) -> str:
+    """Mark each program, and say where the playground is, for the script of the site."""
+    up = posixpath.relpath("playground/", posixpath.dirname(page.file.url) or ".")
+    return f'<div class="page-programs" data-playground="{up}/" hidden></div>{html}'
 
 
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
@@ -130,6 +145,8 @@ def _gallery() -> str:
 def on_post_build(*, config: Any) -> None:
     from scenelang.cli.main import main
 
+    if (PLAYGROUND / "index.html").is_file():
+        shutil.copytree(PLAYGROUND, Path(config.site_dir, "playground"), dirs_exist_ok=True)
     folder = Path(config.site_dir, "live")
     folder.mkdir(parents=True, exist_ok=True)
     with contextlib.chdir(ROOT):  # the page shows the path of its program

@@ -9,6 +9,7 @@ from typing import Any
 
 from scenelang.backends.base import BackendOptions
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.values.limits import Limits
 from scenelang.session.session import Options, Session, definition
 from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator, instance_editor, state_data
@@ -16,9 +17,9 @@ from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator, instance_e
 FOLDER = "/scenes"  # of the programs, in the file system of the interpreter
 MAX_PRIMITIVES = 200_000  # of a scene: arrays without numpy take about 10 us for each instance
 
-# Limits of a program in a browser. A tab has about 2 GB and one stack: Chromium's is 1 MB, in which calls of this depth
-# were measured to fit in all forms of recursion (``tests/playground/browser``). Steps are those of about 20 s.
-LIMITS = Limits(depth=400, steps=20_000_000)
+# Calls of this depth need more of Python's frames than a browser's stack has (``values/limits``), which end most programs
+# first. Steps are the desktop's: about 5 s.
+LIMITS = Limits(depth=400)
 
 
 class Playground:
@@ -93,9 +94,7 @@ class Playground:
     def lsp(self, message: str) -> None:
         """Pass a message to the language server, which is made by the first one."""
         if self._channel is None:
-            from scenelang.lsp.channel import Channel
-
-            self._channel = Channel("playground", self._send)
+            self._channel = SERVICES.find("language-server")("playground", self._send)
         self._channel.receive(message)
 
     def call(self, method: str, arguments: str) -> Any:

@@ -24,6 +24,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from scenelang.backends.viewer import packet
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.plugins import SERVICES
 from scenelang.viewer.workspace import FileWatch, Workspace, state_data
 
 HOST = "127.0.0.1"
@@ -67,9 +68,7 @@ class _Channels:
 
     def _handle(self, client: str, message: str, messages: queue.SimpleQueue[str | None]) -> None:
         if client not in self._channels:
-            from scenelang.lsp.channel import Channel
-
-            self._channels[client] = Channel("studio", messages.put)
+            self._channels[client] = SERVICES.find("language-server")("studio", messages.put)
         self._channels[client].receive(message)
 
     def forget(self, client: str) -> None:
@@ -94,6 +93,8 @@ class ViewServer(ThreadingHTTPServer):
 
     def __init__(self, workspace: Workspace, port: int = 0, edits: bool = False) -> None:
         """Bind the port and start watching the files; raises SceneError("file") if the port is in use."""
+        if edits:
+            SERVICES.find("language-server")  # a missing package is reported before the page opens
         self.workspace = workspace
         self.channels = _Channels() if edits else None
         self.token = secrets.token_urlsafe(24)

@@ -11,7 +11,10 @@ class Playground extends Studio {
   async begin() {
     this.say("Loading the interpreter …");
     this.server.onProgress = (step) => this.say(step === "modules" ? "Evaluating …" : "Loading the language …");
-    this.server.onReplaced = () => this.announce("the program was stopped");
+    this.server.onReplaced = () => {
+      this.shownVersion = undefined; // the next worker counts its pictures from the beginning
+      this.announce("the program was stopped");
+    };
     this.examples = await (await fetch("examples.json")).json();
     const { name, text } = await this.fromAddress();
     const others = Object.fromEntries(this.examples.map((example) => [example.name, example.text]));
