@@ -27,7 +27,7 @@ from scenelang.interpreter.checker.infer import FormKinds, Need, Passed, infer_f
 from scenelang.interpreter.checker.scene_forms import keyword_fixes
 from scenelang.interpreter.compile.kinds import ANY, ARRAYS, ENTITY, FRAMES, LIST, PART, PARTS, Kind, describe, join
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.runtime.types import STD, call_hint
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.program import Program
@@ -530,7 +530,7 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     if infix is not None:
         hint, fixes = f"the operator comes first: `{infix.edits[0].text}`", (infix,)
     return Diagnostic(
-        name, message, passed.argument.span, hint or f"parameters: {passed.usage}", (note,), fixes=fixes,
+        name, message, passed.argument.span, hint or call_hint(passed.owner, passed.usage), (note,), fixes=fixes,
         expected=use.expected, found=describe(passed.kind), signature=passed.usage,
     )  # fmt: skip
 

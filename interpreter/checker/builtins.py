@@ -573,7 +573,7 @@ def _check_rejected(
             hint = "a pose is scaled by `(scale n)`"
         inference.report(
             "parts" if tags is _NO_PARTS else "type", f"`{name}` expects {expected}, got {shown(argument, kind)}",
-            node.span, hint or f"signature: {builtin.usage}", fixes=fixes, expected=expected,
+            node.span, hint or builtin.call_hint, fixes=fixes, expected=expected,
             found=describe(kind), signature=builtin.usage,
         )  # fmt: skip
         return False
@@ -609,7 +609,7 @@ def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: 
     error = _failure(builtin, values)
     if error is None:
         return True
-    inference.report(error.name, error.message, node.span, error.hint or f"signature: {builtin.usage}",
+    inference.report(error.name, error.message, node.span, error.hint or builtin.call_hint,
                      signature=builtin.usage)  # fmt: skip
     return False
 
@@ -883,7 +883,7 @@ def _check_triple(
     hint, fixes = triple_fix(nodes[position])
     inference.report(
         "value", f"`{builtin.name}` expects three numbers for `{parameters[position].name}`, got {length}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected="a Vector of 3 numbers", found=describe(kind),
+        hint or builtin.call_hint, fixes=fixes, expected="a Vector of 3 numbers", found=describe(kind),
         signature=builtin.usage,
     )  # fmt: skip
     return False

@@ -32,7 +32,7 @@ from scenelang.interpreter.checker.common import (
 )
 from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, PART, Kind, describe, item_of
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, expected_name
+from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, call_hint, expected_name
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference, RecordCode
@@ -202,7 +202,7 @@ def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: s
                 inference.report("keyword", f"missing value after `:{key}` in a call of {name}", argument.span)
                 return None
             if any(key == known for known, _, _ in keywords):
-                hint = f"parameters: {usage}" if usage else None
+                hint = "leave out one of them"
                 inference.report("keyword", f"duplicate argument `:{key}` of {name}", argument.span, hint)
                 return None
             keywords.append((key, argument, value))
@@ -255,7 +255,7 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
         if written is not None and not signature.keywords:
             return inference.report(
                 "arity", f"`{builtin.name}` takes its arguments by position, not as `{written.span.text}`",
-                written.span, f"signature: {builtin.usage}", fixes=_by_position(node, parameters),
+                written.span, builtin.call_hint, fixes=_by_position(node, parameters),
                 expected="positional arguments", found=written.span.text, signature=builtin.usage,
             )  # fmt: skip
         if signature.keywords and _may_hide_keywords(inference, nodes):
@@ -313,7 +313,7 @@ def _report_arity(inference: KindInference, node: ast.Application, builtin: Buil
         fixes = _without_surplus(node, nodes, most)
     return inference.report(
         "arity", f"`{builtin.name}` expects {expected} {noun}, got {count}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected=f"{expected} {noun}",
+        hint or builtin.call_hint, fixes=fixes, expected=f"{expected} {noun}",
         found=plural(count, "argument"), signature=builtin.usage,
     )  # fmt: skip
 
@@ -390,7 +390,7 @@ def _report_type(
         hint, fixes = _advice(inference, builtin, parameter, argument, kind, node)
     return inference.report(
         "type", f"`{builtin.name}` expects {expected} for `{parameter.name}`, got {shown(argument, kind)}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected=expected, found=describe(kind),
+        hint or builtin.call_hint, fixes=fixes, expected=expected, found=describe(kind),
         signature=builtin.usage,
     )  # fmt: skip
 
@@ -498,7 +498,7 @@ def _check_builtin_keywords(
             expected = expected_name(parameter.type.name)
             inference.report(
                 "type", f"`{builtin.name}` expects {expected} for `:{key}`, got {shown(value, kind)}", value.span,
-                f"signature: {builtin.usage}", expected=expected, found=describe(kind), signature=builtin.usage,
+                builtin.call_hint, expected=expected, found=describe(kind), signature=builtin.usage,
             )  # fmt: skip
             is_valid = False
     return is_valid
@@ -543,12 +543,23 @@ def report_unknown_keyword(
         return
     near = near_names(key, known) or _abbreviated(key, known)
     fixes = tuple(Fix(f"Change to `:{other}`", (Edit(span, f":{other}"),), safe=len(near) == 1) for other in near)
-    hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else f"parameters: {usage}"
+    hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else _known_keywords(known)
     inference.report(
         "keyword", f"{owner} has no {what} `:{key}`", span, hint, fixes=fixes,
         expected=", ".join(f":{name}" for name in known) or "no keyword", found=f":{key}", signature=signature or usage,
         near=[f":{other}" for other in near],
     )  # fmt: skip
+
+
+_MAX_LISTED = 8  # names in a hint
+
+
+def _known_keywords(known: Any) -> str:
+    """Return the hint that lists the keyword arguments that a function has."""
+    names = [f"`:{name}`" for name in known]
+    if not names:
+        return "it has no keyword arguments: values are passed by position"
+    return f"it has {', '.join(names[:_MAX_LISTED])}{' and others' if len(names) > _MAX_LISTED else ''}"
 
 
 def _abbreviated(key: str, known: Any) -> list[str]:
@@ -589,7 +600,7 @@ def check_callback(
         f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
     )
     fixes: tuple[Fix, ...] = ()
-    hint = f"parameters: {usage}"
+    hint = call_hint(name, usage)
     head = re.match(r"\(lambda\s+\(\)", node.span.text) if node.span.expansion is None else None
     if head is not None and count == 1:
         at = Span(node.span.source, node.span.start + head.end() - 1, node.span.start + head.end() - 1)
@@ -637,7 +648,7 @@ def _check_callback_types(
             "type",
             f"{caller} calls `{code.name}`, which expects {expected} for `{parameter.name}`, got {found}",
             node.span,
-            f"signature: {code.usage}",
+            code.call_hint,
             always=runs,
             expected=expected,
             found=found,
@@ -809,7 +820,7 @@ def _check_parameter(
     hint, fixes = _advice_of_type(parameter.type, value, kind)
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
-        value.span, hint or f"parameters: {usage}", fixes=fixes, expected=expected, found=describe(kind),
+        value.span, hint or call_hint(owner, usage), fixes=fixes, expected=expected, found=describe(kind),
         signature=signature or usage,
     )  # fmt: skip
     return False
@@ -866,7 +877,7 @@ def _report_object(
     hint, fixes = _called_word(value, kind)
     message = f"the parameter `{parameter.name}` of {owner} expects entities, got {shown(value, kind)}"
     inference.report(
-        "parts" if kind.tag == "List" else "type", message, value.span, hint or f"parameters: {usage}", fixes=fixes,
+        "parts" if kind.tag == "List" else "type", message, value.span, hint or call_hint(owner, usage), fixes=fixes,
         expected=A_PART, found=describe(kind), signature=usage,
     )  # fmt: skip
 
@@ -960,7 +971,7 @@ def _report_positional_keyword(
                 fixes = (Fix("Pass it by position", (Edit(Span(span.source, span.start, value.span.start), ""),)),)
             inference.report(
                 "keyword", f"{owner} takes `{key}` by position, not as the keyword `:{key}`", span,
-                f"parameters: {code.usage}", fixes=fixes, expected=f"`{key}` by position", found=f":{key}",
+                call_hint(owner, code.usage), fixes=fixes, expected=f"`{key}` by position", found=f":{key}",
                 signature=code.usage,
             )  # fmt: skip
             return True
@@ -990,7 +1001,7 @@ def _report_lambda_arity(
         expected = str(required) if required == most else f"{required} to {most}"
     noun = "argument" if expected.split()[-1] == "1" else "arguments"
     positional = "positional " if named else ""
-    hint = f"parameters: {code.usage}"
+    hint = call_hint(owner, code.usage)
     free = [name for name in named if name not in passed]
     fixes: tuple[Fix, ...] = ()
     extra = nodes[most:]
@@ -1026,7 +1037,7 @@ def _report_lambda_arity(
             hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
             is_safe = len(extra) == len(free) == 1
             if not all(takes(named[name], inference.result.kinds[argument]) for name, argument in zip(free, extra)):
-                pairs, hint = [], f"parameters: {code.usage}"
+                pairs, hint = [], call_hint(owner, code.usage)
             fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), is_safe),) * bool(
                 pairs
             )
@@ -1050,7 +1061,7 @@ def _report_missing(
     """Report keyword arguments without a default that a call omits."""
     names = " and ".join(f"`:{name}`" for name in missing)
     return inference.report(
-        "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, f"parameters: {usage}",
+        "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, call_hint(owner, usage),
         expected=" ".join(f":{name}" for name in missing), found="nothing", signature=signature or usage,
     )  # fmt: skip
 

@@ -173,6 +173,11 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
     is_inside = habit.start <= span.start < max(habit.end, habit.start + 1)
     if habit.row == "commas" and diagnostic.name != "misplaced":
         return False
+    if habit.row == "infix":
+        written = habit.diagnostic.span
+        assert written is not None
+        is_in_run = written.start <= span.start and span.end <= written.end and span.text in _POWER_OF
+        return diagnostic.name in _OF_INFIX and (is_in_run or (span.start, span.end) == (habit.start, habit.end))
     if habit.row == "call" and habit.start == span.start and diagnostic.name == "attribute":
         return True
     if isinstance(habit.row, Idiom) and habit.row.hint == INFIX and diagnostic.name == "arity":
@@ -213,6 +218,7 @@ _EXPLAINED = frozenset((
 
 # Errors whose span is the form around the construct, and errors about the structure of a form.
 _AROUND = frozenset(("syntax", "bracket", "arity", "type", "not-a-procedure", "parts", "embedding", "word"))
+_OF_INFIX = frozenset(("type", "arity", "embedding", "attribute", "keyword", "not-a-procedure", "value", "parts"))
 _STRUCTURE = frozenset(("syntax", "bracket", "lambda-list"))
 
 
@@ -235,9 +241,41 @@ def _diagnostic(source: Source, start: int, end: int, message: str, hint: str, f
 
 
 def _shown(text: str) -> str:
-    """Return code on one line, shortened for error messages."""
+    """Return code on one line for error messages, with ``...`` for the insides of its longest lists if it is long.
+
+    A reader can then copy its beginning and its end, which a cut at the end would hide.
+    """
     text = " ".join(text.split())
-    return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
+    omitted: list[tuple[int, int]] = []
+    while len(shown := _without(text, omitted)) > _MAX_SHOWN:
+        insides = [piece for tree in walk(trees(text)) if (piece := _inside(tree)) is not None]
+        open_ = [piece for piece in insides if not any(start <= piece[0] < end for start, end in omitted)]
+        inner = [piece for piece in open_ if not any(piece[0] < other[0] and other[1] <= piece[1] for other in open_)]
+        if not inner:
+            return shown[: _MAX_SHOWN - len(" ...")] + " ..."
+        omitted.append(max(inner, key=lambda piece: piece[1] - piece[0]))
+    return shown
+
+
+def _inside(tree: Tree) -> tuple[int, int] | None:
+    """Return the range of the arguments of a call behind its head and word, or None if leaving them out saves nothing.
+
+    An array, whose numbers are short and say where something is, stays.
+    """
+    items = tree.items
+    kept = 2 if len(items) > 1 and items[1].text.startswith('"') else 1
+    if tree.opener != "(" or len(items) <= kept or items[0].opener:
+        return None
+    start, end = items[kept].start, tree.end - 1
+    return (start, end) if end - start > len("...") else None
+
+
+def _without(text: str, omitted: Sequence[tuple[int, int]]) -> str:
+    """Return a text with ``...`` in place of ranges, the outermost ones."""
+    for start, end in sorted(omitted, reverse=True):
+        if not any(a <= start and end <= b and (a, b) != (start, end) for a, b in omitted):
+            text = f"{text[:start]}...{text[end:]}"
+    return text
 
 
 def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozenset[int]) -> Iterator[Habit]:
@@ -250,6 +288,7 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
         for tree in walk(root):
             if tree.opener:
                 yield from _forms(source, tree)
+                yield from _infix(source, tree)
                 yield from _calls_of_words(source, tree, words, unbound)
                 yield from _primitives_of_other_tools(source, tree, words, unbound)
                 yield from _adjacent_calls(source, tree)
@@ -482,31 +521,119 @@ def _is_unquote(text: str, comma: Tree) -> bool:
 
 
 def _commas(source: Source, root: Tree) -> Iterator[Habit]:
-    """Commas between the items of an array or a call."""
-    for tree in [root, *walk(root)]:
-        commas = [item for item in tree.items if item.text == "," and not _is_unquote(source.text, item)]
-        if tree.opener == "(" and all(_is_decimal(source.text, comma) for comma in commas):
-            continue
-        if not commas or tree is root:
-            continue
-        edits = []
+    """Commas between the items of an array or a call, and in the lists inside it, which are one habit."""
+    pending = list(root.items)
+    while pending:
+        tree = pending.pop()
+        commas = _separators(source.text, tree)
+        if not commas:
+            pending += tree.items
+        elif _is_tuple(tree):
+            yield _tuple(source, tree)
+        else:
+            edits = tuple(_edits_of_commas(source, tree))
+            inner = tuple(
+                (item.start, item.end) for item in tree.items if item.opener and not _has_commas(source, item)
+            )
+            hint = f"write `{_shown(_edited(source, tree, edits))}`"
+            fix = Fix("Remove the commas", edits, safe=True)
+            yield Habit(tree.start, tree.end, inner, frozenset(),
+                        _diagnostic(source, commas[0].start, commas[0].end,
+                                    "items are separated by spaces, not by commas", hint, fix), "commas")  # fmt: skip
+
+
+def _separators(text: str, tree: Tree) -> list[Tree]:
+    """Return the commas that separate the items of a list; a decimal comma, and one of a template, do not."""
+    commas = [item for item in tree.items if item.text == "," and not _is_unquote(text, item)]
+    return [] if tree.opener == "(" and all(_is_decimal(text, comma) for comma in commas) else commas
+
+
+def _has_commas(source: Source, tree: Tree) -> bool:
+    """Return whether commas separate the items of a list or of a list inside it."""
+    return any(_separators(source.text, part) for part in (tree, *walk(tree)))
+
+
+def _is_tuple(tree: Tree) -> bool:
+    """Return whether a list in parentheses begins with a number."""
+    return tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text) is not None
+
+
+def _edits_of_commas(source: Source, tree: Tree) -> Iterator[Edit]:
+    """Iterate over the edits that remove the commas of a list and of those inside it, in order."""
+    edits: list[Edit] = []
+    for part in (tree, *walk(tree)):
+        commas = _separators(source.text, part)
         for comma in commas:
             after = source.text[comma.end : comma.end + 1]
             edits.append(Edit(Span(source, comma.start, comma.end), "" if after.isspace() else " "))
-        if tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text):
-            yield _tuple(source, tree)
-            continue
-        parts = "items of an array" if tree.opener == "[" else "arguments"
-        written = source.text[tree.start : tree.end]
-        for edit in reversed(edits):
-            at = edit.span.start - tree.start
-            written = written[:at] + edit.text + written[at + 1 :]
-        fix = Fix("Remove the commas", tuple(edits), safe=True)
-        inner = tuple((item.start, item.end) for item in tree.items if item.opener)
-        yield Habit(tree.start, tree.end, inner, frozenset(),
-                    _diagnostic(source, commas[0].start, commas[0].end,
-                                f"{parts} are separated by spaces, not by commas", f"write `{_shown(written)}`",
-                                fix), "commas")  # fmt: skip
+        if commas and _is_tuple(part):
+            edits.append(Edit(Span(source, part.start, part.start + 1), "["))
+            edits.append(Edit(Span(source, part.end - 1, part.end), "]"))
+    yield from sorted(edits, key=lambda edit: edit.span.start)
+
+
+def _edited(source: Source, tree: Tree, edits: Sequence[Edit]) -> str:
+    """Return the text of a list after edits in it, which are in order."""
+    written = source.text[tree.start : tree.end]
+    for edit in reversed(edits):
+        start, end = edit.span.start - tree.start, edit.span.end - tree.start
+        written = written[:start] + edit.text + written[end:]
+    return written
+
+
+_INFIX_NAMES = {form.pattern.split()[1]: form.instead.split()[0].lstrip("(") for form in FORMS if form.hint == INFIX}
+_BINDING_POWERS = (
+    ("or", "||"),
+    ("and", "&&"),
+    ("<", ">", "<=", ">=", "=="),
+    ("+", "-"),
+    ("*", "/", "%", "//"),
+    ("**", "^"),
+)
+_POWER_OF = {operator: power for power, operators in enumerate(_BINDING_POWERS) for operator in operators}
+
+
+def _infix(source: Source, tree: Tree) -> Iterator[Habit]:
+    """Arithmetic in infix notation among the items of an array or the arguments of a call: ``[i * 1.5 0 0]``."""
+    first = 0 if tree.opener == "[" else 1
+    items = tree.items[first:]
+    start = 0
+    while start + 2 < len(items):
+        end = start + 1
+        while end + 1 < len(items) and _is_operator(items[end]) and _is_operand(items[end - 1], items[end + 1]):
+            end += 2
+        if end > start + 1:
+            run = items[start:end]
+            text = _prefixed(source, run)
+            edits = (Edit(Span(source, run[0].start, run[-1].end), text),)
+            written = _edited(source, tree, edits) if tree.opener == "[" else text
+            message = f"`{_shown(source.text[run[0].start : run[-1].end])}` is infix notation: {INFIX}"
+            diagnostic = _diagnostic(source, run[0].start, run[-1].end, message, f"write `{_shown(written)}`",
+                                     Fix("Write the operator first", edits))  # fmt: skip
+            inner = tuple((item.start, item.end) for item in run if item.opener)
+            yield Habit(tree.start, tree.end, inner, frozenset(), diagnostic, "infix")
+        start = end
+
+
+def _is_operator(tree: Tree) -> bool:
+    return tree.text in _POWER_OF
+
+
+def _is_operand(*items: Tree) -> bool:
+    """Return whether datums may be operands: no operators, keywords or strings."""
+    return not any(_is_operator(item) or item.text.startswith((":", '"', "'", ",")) for item in items)
+
+
+def _prefixed(source: Source, run: Sequence[Tree]) -> str:
+    """Return operands and operators in turn as a nested call; operators of one power group to the left."""
+    if len(run) == 1:
+        return source.text[run[0].start : run[0].end]
+    operators = range(1, len(run), 2)
+    last = min(reversed(operators), key=lambda i: _POWER_OF[run[i].text])
+    left, right = _prefixed(source, run[:last]), _prefixed(source, run[last + 1 :])
+    name = _INFIX_NAMES[run[last].text]
+    same = left.startswith(f"({name} ") and last > 1 and name in ("+", "*") and run[last - 2].text == run[last].text
+    return f"{left[:-1]} {right})" if same else f"({name} {left} {right})"
 
 
 def _tuple(source: Source, tree: Tree) -> Habit:

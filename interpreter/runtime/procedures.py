@@ -14,6 +14,7 @@ from scenelang.interpreter.runtime.types import (
     BuiltinParameter,
     Mismatch,
     Type,
+    call_hint,
     expected_name,
     type_name,
 )
@@ -213,7 +214,7 @@ def arity_error(code: ClosureCode, count: int) -> SceneError:
         expected = f"{required} to {positional}"
     plural = "" if expected.split()[-1] == "1" else "s"
     message = f"`{code.name}` expects {expected} argument{plural}, got {count}"
-    return SceneError("arity", message, hint=f"parameters: {code.usage}")
+    return SceneError("arity", message, hint=call_hint(f"`{code.name}`", code.usage))
 
 
 def split_keywords(name: str, usage: str, arguments: Sequence[Any]) -> tuple[list[Any], dict[str, Any]]:
@@ -227,7 +228,7 @@ def split_keywords(name: str, usage: str, arguments: Sequence[Any]) -> tuple[lis
             continue
         key = str(argument)
         if key in keywords:
-            raise SceneError("keyword", f"duplicate argument `:{key}` of `{name}`", hint=f"parameters: {usage}")
+            raise SceneError("keyword", f"duplicate argument `:{key}` of `{name}`", hint="leave out one of them")
         try:
             keywords[key] = next(pending)
         except StopIteration:
@@ -265,7 +266,7 @@ def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], 
     for name in names:
         if name not in accepted and not (word is not None and name in _PHYSICS_NAMES):
             target = f'"{word}"' if word is not None else f"`{code.name}`"
-            hint = suggest(name, accepted) or f"parameters: {code.usage}"
+            hint = suggest(name, accepted) or call_hint(target, code.usage)
             raise SceneError("keyword", f"{target} has no parameter `:{name}`", hint=hint)
 
 
@@ -339,7 +340,7 @@ def _fill(
             owner = f'"{word}"' if word is not None else f"`{code.name}`"
             noun = "attribute" if word is not None else "argument"
             message = f"missing {noun} `:{parameter.name}` of {owner}"
-            raise SceneError("keyword", message, hint=f"parameters: {code.usage}")
+            raise SceneError("keyword", message, hint=call_hint(owner, code.usage))
         frame[parameter.slot] = Cell(value, runtime.clock) if parameter.in_cell else value
     return frame
 
@@ -357,7 +358,7 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
             f"the parameter `{sign}{parameter.name}` of {owner} expects {expected_name(parameter.type.name)}, "
             f"got {type_name(value)}: {show(value, 60)}"
         )
-        raise SceneError("type", message, hint=f"parameters: {code.usage}") from None
+        raise SceneError("type", message, hint=call_hint(owner, code.usage)) from None
 
 
 # Calls of builtins and record procedures with evaluated arguments: checks of arity, keywords and types.
@@ -374,7 +375,7 @@ def builtin_arity_error(builtin: Builtin, count: int) -> SceneError:
         expected = str(required) if required == maximum else f"{required} to {maximum}"
     plural = "" if expected.split()[-1] == "1" else "s"
     message = f"`{builtin.name}` expects {expected} argument{plural}, got {count}"
-    return SceneError("arity", message, hint=f"signature: {builtin.usage}")
+    return SceneError("arity", message, hint=builtin.call_hint)
 
 
 def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> SceneError:
@@ -383,7 +384,7 @@ def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Sce
         f"`{builtin.name}` expects {expected_name(parameter.type.name)} for `{parameter.name}`, "
         f"got {type_name(value)}: {show(value, 60)}"
     )
-    return SceneError("type", message, hint=f"signature: {builtin.usage}")
+    return SceneError("type", message, hint=builtin.call_hint)
 
 
 def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Any:
@@ -438,7 +439,7 @@ def _keywords(runtime: Runtime, builtin: Builtin, named: dict[str, Any]) -> dict
     out: dict[str, Any] = {}
     for name, value in named.items():
         if name not in parameters:
-            hint = suggest(name, parameters) or f"signature: {builtin.usage}"
+            hint = suggest(name, parameters) or builtin.call_hint
             raise SceneError("keyword", f"`{builtin.name}` has no parameter `:{name}`", hint=hint)
         out[name.replace("-", "_")] = convert(runtime, builtin, parameters[name], value)
     return out
