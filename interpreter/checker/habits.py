@@ -15,7 +15,7 @@ from functools import cache, lru_cache
 from typing import Any
 
 from scenelang.grammar.datum import Source, Span
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, near_names
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker.idioms import (
     COLON,
@@ -289,6 +289,7 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
             if tree.opener:
                 yield from _forms(source, tree)
                 yield from _infix(source, tree)
+                yield from _parallel_lets(source, tree, unbound)
                 yield from _calls_of_words(source, tree, words, unbound)
                 yield from _primitives_of_other_tools(source, tree, words, unbound)
                 yield from _adjacent_calls(source, tree)
@@ -479,6 +480,34 @@ _DEFINITION = _DEFINERS + r"([^\s()\[\]]+)|\(\(([^\s()\[\]:]+)\s"
 def _defined_names(text: str) -> tuple[str, ...]:
     """Return the names that a text seems to define, and the first ones that its loops and ``let`` bind."""
     return tuple({name for pair in re.findall(_DEFINITION, text) for name in pair if name})
+
+
+_BINDING_LENGTH = 2  # items of `(name value)`
+
+
+def _parallel_lets(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
+    """``(let ((a 1) (b (+ a 1))) ...)``: a value that reads a name of the same ``let``, which it does not see."""
+    if tree.opener != "(" or len(tree.items) < _BINDING_LENGTH or tree.items[0].text != "let":
+        return
+    bindings = [item for item in tree.items[1].items if len(item.items) == _BINDING_LENGTH]
+    names = {item.items[0].text: number for number, item in enumerate(bindings)}
+    for number, binding in enumerate(bindings):
+        value = binding.items[1]
+        for atom in (value, *walk(value)):
+            if atom.start not in unbound or atom.text not in names:
+                continue
+            head, defined = tree.items[0], bindings[names[atom.text]]
+            edit = Edit(Span(source, head.start, head.end), "letrec" if names[atom.text] == number else "let*")
+            hint = f"write `{edit.text}`, which binds the names one after another"
+            fixes = (Fix(f"Change to `{edit.text}`", (edit,), safe=True),)
+            if names[atom.text] == number:
+                hint = "write `letrec`, whose values see all its names"
+            elif names[atom.text] > number:
+                hint, fixes = f"write `let*`, and bind `{atom.text}` first", ()
+            message = f"`{atom.text}` is not visible in the values of the `let` that binds it"
+            note = Note("it is bound here", Span(source, defined.start, defined.end))
+            diagnostic = Diagnostic("unbound", message, Span(source, atom.start, atom.end), hint, (note,), fixes=fixes)
+            yield Habit(atom.start, atom.end, (), frozenset((atom.text,)), diagnostic)
 
 
 def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:

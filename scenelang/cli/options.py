@@ -261,9 +261,20 @@ def opened(arguments: argparse.Namespace, session: Session | None = None) -> tup
     """Evaluate the command's file, and print the log and diagnostics of the run."""
     session = session or session_of(arguments)
     source = session.source(arguments.file)
-    result = session.evaluate(source)
+    result = explained_run(session, source)
     report_run(arguments, result)
     return result, source, session
+
+
+def explained_run(session: Session, source: Source) -> Evaluated:
+    """Evaluate a program; without a scene, its errors are told as ``check`` tells them."""
+    result = session.evaluate(source)
+    if result.scene is not None:
+        return result
+    from scenelang.grammar.datum import replace
+    from scenelang.session.checking import explained
+
+    return replace(result, diagnostics=tuple(explained(session, source, result.diagnostics)))
 
 
 def evaluated(arguments: argparse.Namespace) -> EntityScene:

@@ -21,6 +21,7 @@ from scenelang.cli.options import (
     compute_solids,
     done,
     evaluated,
+    explained_run,
     limits_of,
     print_result,
     reader,
@@ -200,7 +201,7 @@ def run_run(arguments: argparse.Namespace) -> int:
     source = session.source(arguments.file)
     started = time.perf_counter()
     with bounded(arguments):
-        result = session.evaluate(source)
+        result = explained_run(session, source)
         seconds = time.perf_counter() - started
         facts = summary(result.scene) if result.scene is not None else None
     report_run(arguments, result)

@@ -32,6 +32,7 @@ from scenelang.grammar.datum import (
     rare_collection,
     replace,
     walk,
+    with_edits,
 )
 from scenelang.grammar.diagnostics import (
     CODES,
@@ -521,6 +522,30 @@ class Session:
         moved_behind = [moved_diagnostic(d, best.original) for d in behind]
         return Checked(checked.program, tuple(_sorted([*problems, *moved_behind])))
 
+    def rebracketed(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+        """Return diagnostics in which an error of a call whose bracket closes too early or too late says so.
+
+        Brackets that match may still close in the wrong place, so that an argument is in the wrong call. A bracket is
+        moved where the program has fewer errors with it, and no other ones.
+        """
+        errors = [d for d in checked if d.is_error]
+        wrong = [d for d in errors if d.name in _OF_CALLS and not d.fixes and d.span is not None]
+        if not wrong or len(source.text) > _MAX_RECOVERED_LENGTH or any(d.code.startswith("E1") for d in errors):
+            return checked
+        from scenelang.grammar.recovery import moved_brackets
+
+        replaced: dict[int, Diagnostic] = {}
+        known = {(d.name, d.message) for d in errors}
+        for error in wrong[:_MAX_REBRACKETED]:
+            assert error.span is not None
+            for fix, hint in moved_brackets(error.span):
+                trial = Source(source.name, with_edits(source.text, fix.text_edits))
+                left = [d for d in self.check(trial).diagnostics if d.is_error]
+                if len(left) < len(errors) and all((d.name, d.message) in known for d in left):
+                    replaced[id(error)] = replace(error, hint=hint, fixes=(fix,))
+                    break
+        return [replaced.get(id(d), d) for d in checked]
+
     def check_forms(
         self,
         source: Source,
@@ -958,6 +983,10 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
         (),
         tuple(chain[:_MAX_SHOWN_CALLS]),
     )
+
+
+_OF_CALLS = frozenset(("syntax", "arity", "keyword", "embedding", "attribute", "type", "parts", "pose"))
+_MAX_REBRACKETED = 2  # errors of a text whose brackets are moved; each costs up to a dozen checks
 
 
 def _weight(checked: Checked) -> tuple[int, int, int]:
