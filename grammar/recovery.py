@@ -105,7 +105,8 @@ class Recovered:
             if edit.text == '"':
                 problem = _open_string(problem, edit)
                 hint = f'write `{problem.span.text if problem.span is not None else ""}"`'
-            explained.append(replace(problem, hint=hint, notes=(), fixes=(fix,)))
+            notes = () if problem.name == "unclosed" else problem.notes  # where brackets of two kinds begin
+            explained.append(replace(problem, hint=hint, notes=notes, fixes=(fix,)))
         return explained
 
     def _written_edit(self, number: int) -> BracketEdit:
@@ -130,7 +131,7 @@ def _advice(source: Source, edit: BracketEdit) -> tuple[str, str]:
     before = source.text[source.line_start(line) : edit.start].strip()
     rest = source.line(line)[edit.end - source.line_start(line) :].strip()
     place = f"in line {line}"
-    if before and edit.start == edit.end and not rest.strip(")]"):
+    if before and edit.start == edit.end and not rest.strip(edit.text[0]):
         place = f"at the end of line {line}"
         following = _FORM_START.search(source.text, edit.end)
         if following is not None:

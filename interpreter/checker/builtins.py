@@ -19,13 +19,13 @@ from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker.common import (
     A_PART,
     accepts,
+    advice_on_value,
     may_be_parts,
     number_of,
     plural,
     shown,
     swap_fix,
     triple_fix,
-    unquoted_number,
     wrap_fix,
 )
 from scenelang.interpreter.compile.analyze import called_builtin
@@ -565,7 +565,7 @@ def _check_rejected(
             continue
         if kind is ANY or not {option.tag for option in kind.options} <= tags:
             continue
-        hint, fixes = unquoted_number(argument)
+        hint, fixes = advice_on_value(argument, "Number")
         if name == "ref" and len(nodes) == 2 and accepts("Sequence", kinds[1]) and kinds[1] is not ANY:
             hint = f"the sequence comes first: `(ref {nodes[1].span.text} {argument.span.text})`"
             fixes = swap_fix(node, argument, nodes[1])[1] if accepts("Integer", kind) else ()

@@ -16,21 +16,25 @@ from scenelang.interpreter.checker.common import (
     AXES,
     MAX_SHOWN,
     accepts,
+    advice_on_value,
     arity_of,
     is_keyword,
+    is_profile,
     literal_fits,
     may_be_parts,
     meant_keyword,
+    missing_branch,
     name_of,
     number_of,
     plural,
+    profile_hint,
     shown,
     swap_fix,
     turned,
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, PART, Kind, describe, item_of
+from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, NONE, PART, Kind, describe, item_of
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, call_hint, expected_name
 
@@ -269,12 +273,25 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
             need_of_argument(inference, builtin, index, parameter, argument)
         elif not _fits(parameter, argument, kind):
             return _report_type(inference, node, builtin, parameter, index, nodes)
+        else:
+            report_half(inference, argument, kind, parameter.type.name)
     if not check_values(inference, node, builtin, nodes, kinds):
         return ANY
     callback = _CALLBACKS.get(builtin.name)
     if callback is not None:
         callback(inference, node, builtin, nodes, kinds)
     return result_of(builtin, kinds, bool(signature.keywords and len(nodes) < len(node.arguments)))
+
+
+def report_half(inference: KindInference, node: Any, kind: Kind, wants: str) -> None:
+    """Report an ``if`` without a second branch where a value of the type ``wants`` is needed."""
+    if kind is ANY or accepts(wants, NONE) or not any(option.tag == "None" for option in kind.options):
+        return
+    found = missing_branch(node, wants)
+    if found is not None:
+        half, message, hint, fixes = found
+        inference.report("conditional-failure", message, half.span, hint, fixes=fixes, always=False,
+                         expected=expected_name(wants), found="`none`")  # fmt: skip
 
 
 def _by_position(node: ast.Application, parameters: Sequence[BuiltinParameter]) -> tuple[Fix, ...]:
@@ -423,6 +440,11 @@ def _advice(
 ) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for one argument of the wrong kind."""
     name = parameter.type.name
+    hint, fixes = advice_on_value(argument, name)
+    if hint is not None:
+        return hint, fixes
+    if name in ("Parts", "Entity") and is_profile(argument):
+        return profile_hint(builtin.name, argument), ()
     text = argument.span.text if argument.span.expansion is None else ""
     is_short = bool(text) and len(text) <= MAX_SHOWN and "\n" not in text
     if name == "Numeric" and kind.tag == "List":
@@ -813,6 +835,7 @@ def _check_parameter(
         )
     if kind is ANY:
         inference.need(value, f"passed to {owner}", (parameter.type,), expected_name(parameter.type.name))
+    report_half(inference, value, kind, parameter.type.name)
     if accepts(parameter.type, kind) and literal_fits(parameter.type, value):
         return not is_library_parameter(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
     sign = ":" if parameter.kind == "keyword" else ""
@@ -826,13 +849,13 @@ def _check_parameter(
     return False
 
 
-_NUMBERS = ("Number", "Float", "Integer")
-
-
 def _advice_of_type(type_: Type, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for an argument that does not have the type of a parameter."""
-    if type_.name in _NUMBERS:
-        return unquoted_number(value)
+    hint, fixes = advice_on_value(value, type_.name)
+    if hint is not None:
+        return hint, fixes
+    if type_.name in _OBJECTS and is_profile(value):
+        return profile_hint("", value), ()
     if type_.name in _OBJECTS:
         return _called_word(value, kind)
     return meant_keyword(type_, value)

@@ -248,11 +248,12 @@ def _shown(text: str) -> str:
     text = " ".join(text.split())
     omitted: list[tuple[int, int]] = []
     while len(shown := _without(text, omitted)) > _MAX_SHOWN:
-        insides = [piece for tree in walk(trees(text)) if (piece := _inside(tree)) is not None]
+        whole = trees(text)
+        insides = [p for tree in walk(whole) if tree not in whole.items and (p := _inside(tree)) is not None]
         open_ = [piece for piece in insides if not any(start <= piece[0] < end for start, end in omitted)]
         inner = [piece for piece in open_ if not any(piece[0] < other[0] and other[1] <= piece[1] for other in open_)]
         if not inner:
-            return shown[: _MAX_SHOWN - len(" ...")] + " ..."
+            return _beginning(shown)
         omitted.append(max(inner, key=lambda piece: piece[1] - piece[0]))
     return shown
 
@@ -264,10 +265,20 @@ def _inside(tree: Tree) -> tuple[int, int] | None:
     """
     items = tree.items
     kept = 2 if len(items) > 1 and items[1].text.startswith('"') else 1
-    if tree.opener != "(" or len(items) <= kept or items[0].opener:
+    if tree.opener != "(" or len(items) <= kept:
         return None
     start, end = items[kept].start, tree.end - 1
     return (start, end) if end - start > len("...") else None
+
+
+def _beginning(text: str) -> str:
+    """Return the first items of a list that fit into a message, with ``...`` for the others."""
+    (tree, *more) = trees(text).items
+    items = tree.items if not more else []
+    fitting = [item.end for item in items if item.end <= _MAX_SHOWN - len(" ...)")]
+    if not fitting:
+        return text[: _MAX_SHOWN - len(" ...")] + " ..."
+    return f"{text[: fitting[-1]]} ...{_CLOSERS[tree.opener]}"
 
 
 def _without(text: str, omitted: Sequence[tuple[int, int]]) -> str:
@@ -429,11 +440,12 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
         inner = tuple((item.start, item.end) for item in items[1:])
         yield Habit(tree.start, tree.end, inner, frozenset(),
                     _diagnostic(source, head.start, head.end, message, hint, fix))  # fmt: skip
-    elif head.text == "call" and len(items) > 1 and f"(define ({items[1].text} " in source.text:
-        rest = source.text[items[1].start : tree.end]
+    elif head.text == "call" and len(items) > 1 and _is_function(source.text, items[1].text.strip('"'), words):
+        name = items[1].text.strip('"')
+        rest = f"{name}{source.text[items[1].end : tree.end]}"
         fix = Fix("Call the function", (Edit(Span(source, tree.start, tree.end), f"({rest}"),), safe=True)
-        message = f"`{items[1].text}` is a function, not a word"
-        yield Habit(items[1].start, items[1].end, (), frozenset(), _diagnostic(
+        message = f"`{name}` is a function, not a word"
+        yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(
             source, items[1].start, items[1].end, message, f"write `({_shown(rest)}`", fix))  # fmt: skip
     elif head.text in ("call", "bind", "primitive") and len(items) > 1 and re.fullmatch(WORD, items[1].text):
         word = items[1]
@@ -441,6 +453,13 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
         message = f"a word is a string: `{word.text}` has no quotes"
         yield Habit(word.start, word.end, (), frozenset(),
                     _diagnostic(source, word.start, word.end, message, f'write `"{word.text}"`', fix))  # fmt: skip
+
+
+def _is_function(text: str, name: str, words: frozenset[str]) -> bool:
+    """Return whether a text defines a function ``name``, and no word of this name."""
+    if name in words or is_word(name) or re.fullmatch(WORD, name) is None:
+        return False
+    return re.search(rf"\(define (\({re.escape(name)}[\s)]|{re.escape(name)}\s+\(lambda)", text) is not None
 
 
 def _primitives_of_other_tools(

@@ -875,6 +875,8 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
         elif not accepts("ArrayItem", kind):
             scene_forms.report_array_item(inference, node, item, kind)
             return ANY
+        else:
+            calls.report_half(inference, item, kind, "Number")
     if not scene_forms.check_rows(inference, node, kinds):
         return ANY
     if any(is_number(kind) for kind in kinds):  # items of other shapes would fail

@@ -18,13 +18,15 @@ from scenelang.interpreter.checker.common import (
     A_PART,
     MAX_SHOWN,
     accepts,
+    advice_on_value,
     arity_of,
     is_keyword,
+    is_profile,
     may_be_parts,
+    profile_hint,
     shown,
     swap_fix,
     triple_fix,
-    unquoted_number,
     wrap_fix,
 )
 from scenelang.interpreter.checker.other_tools import hint_for_primitive
@@ -141,13 +143,10 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         spelled = _spelled_attribute(inference, node, argument)
         if spelled is not None:
             return spelled
-        hint = f"name the attribute: `:name {text}`" if len(text) <= MAX_SHOWN else "name the attribute: `:name value`"
+        hint = _named_values(inference, node, argument) or "a word is called with names: `(call word :name value)`"
         fixes: tuple[Fix, ...] = ()
         if len(node.arguments) == 1 and type(node.word) is ast.Constant and argument.span.expansion is None:
             only = _only_attribute(inference, node.word.value, kind)
-            names = _attribute_names(inference, node.word.value)
-            if len(names) > 1 and only is None:
-                hint = f"name the attribute: {', '.join(f'`:{name}`' for name in names[:6])}"
             if kind is MATRIX:
                 hint = "a part is placed by `transform`: `(transform (call ...) pose)`"
             elif kind is ENTITY:
@@ -161,11 +160,45 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
             hint, fixes = f"`{name}` is a function: write `({name} ...)`", _called_fix(node, name)
         inference.report(
             "embedding",
-            f"`call` expects embeddings and `:name value` attributes, but {owner} got {shown(argument, kind)}",
+            f"{owner} takes values by name, as `:name value`, but got {shown(argument, kind)}",
             argument.span, hint, fixes=fixes, expected="an Embedding", found=describe(kind),
         )  # fmt: skip
         return False
     return True
+
+
+def _named_values(inference: KindInference, node: ast.Call, argument: Any) -> str | None:
+    """Return the hint for values without names: the call with the names that they may have, or these names."""
+    if type(node.word) is not ast.Constant:
+        return None
+    given = {str(key.value) for key in node.arguments if is_keyword(key)}
+    names = [name for name in _attribute_names(inference, node.word.value) if name not in given]
+    function = inference.world.word_function(node.word.value)
+    if function is not None and not any(p.kind in ("keyword", "keys") for p in function.parameters):
+        return f"{node.word.span.text} has no keyword parameters: define one, as `(lambda (:size) ...)`"
+    plain = node.arguments if not given else (argument,)
+    is_written = all(value.span.expansion is None for value in (node, *plain))
+    if function is not None and is_written and len(plain) <= len(names):
+        pairs = " ".join(f":{name} {value.span.text}" for name, value in zip(names, plain))
+        written = f"(call {node.word.span.text} {pairs})" if not given else pairs
+        if len(written) <= _MAX_CALL:
+            return f"write `{written}`"
+    if function is None and names:
+        kind = inference.result.kinds[argument]
+        fitting = [name for name in names if _takes_kind(node.word.value, name, kind)] or names
+        return f"name the value: {' or '.join(f'`:{name} {argument.span.text[:MAX_SHOWN]}`' for name in fitting[:3])}"
+    if not names:
+        return f"name the value, such as `:scale {argument.span.text[:MAX_SHOWN]}`" if function is None else None
+    return f"name the value: {', '.join(f'`:{name}`' for name in names[:6])}"
+
+
+_MAX_CALL = 80  # characters of a call in a hint
+
+
+def _takes_kind(word: str, name: str, kind: Kind) -> bool:
+    """Return whether an attribute of a primitive accepts a value."""
+    attribute = next((each for each in _primitive(word).attributes if each.name == name), None)
+    return attribute is not None and any(accepts(type_, kind) for type_ in attribute.accepts)
 
 
 def _called_fix(node: ast.Call, name: str) -> tuple[Fix, ...]:
@@ -383,6 +416,10 @@ def _check_attribute(inference: KindInference, word: str, attribute: Attribute, 
 
 def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for an attribute of the wrong type."""
+    for wants in attribute.accepts:
+        hint, fixes = advice_on_value(value, wants)
+        if hint is not None:
+            return hint, fixes
     text = value.span.text
     is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
     if attribute.name == "color" and is_literal:
@@ -391,8 +428,6 @@ def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str
             color = f"(rgb {' '.join(written.groups())})"
             return f"write `{color}`", (Fix(f"Write `{color}`", (Edit(value.span, color),), safe=True),)
         return f"convert the name: `(color {text})`", (wrap_fix(value, "color"),)
-    if is_literal and unquoted_number(value)[0] is not None:
-        return unquoted_number(value)
     if "Triple" in attribute.accepts and "Number" not in attribute.accepts and kind.tag in ("Integer", "Float"):
         return "write a point as `[x y z]`", ()
     if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
@@ -503,6 +538,7 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
     """Report a value that is not a pose."""
     value = node.matrix
     hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
+    quoted = advice_on_value(value, "Vector")
     if type(value) is ast.ArrayLiteral and any(type(row) is ast.ArrayLiteral for row in value.items):
         hint = "a pose has four rows of four numbers, the last of which is [0 0 0 1]"
     if _is_no_pose(inference, value):
@@ -514,6 +550,8 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
         fixes = (wrap_fix(value, "translate"),)  # type: ignore[assignment]
     elif kind.tag == "Function":
         hint = "call the function to get its pose"
+    if quoted[0] is not None:
+        hint, fixes = quoted[0].replace("write `", "write `(translate ").removesuffix("`") + ")`", ()
     inference.report(
         "pose", f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {shown(value, kind)}", value.span, hint,
         fixes=fixes, expected="a Matrix", found=describe(kind),
@@ -609,6 +647,8 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
         hint = f"call the function: `({text})`" if is_written else "call the function"
         if is_written and type(node) is ast.Reference and isinstance(kind.code, ast.Lambda):
             fixes = (Fix("Call the function", (Edit(node.span, f"({text})"),), safe=_takes_nothing(kind)),)
+    elif is_profile(node):
+        hint = profile_hint(place.strip("`"), node)
     elif culprit.tag == "Embedding":
         hint = 'an embedding belongs to a call: `(call "word" embedding)`'
     elif culprit.tag == "Pair" and culprit.items is not None and may_be_parts(culprit.items[1]):
@@ -707,7 +747,7 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
     """
     hint = "use `(list ...)` for a list of other values"
     fixes: tuple[Fix, ...] = ()
-    number, number_fixes = unquoted_number(node)
+    number, number_fixes = advice_on_value(node, "Number")
     if number is not None:
         hint, fixes = number, number_fixes
     elif is_keyword(node) and node.span.expansion is None:

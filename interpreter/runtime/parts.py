@@ -10,7 +10,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import matrix_or_none, type_name
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
@@ -150,7 +150,7 @@ def pose_from(runtime: Runtime, value: Any) -> Matrix:
     """Convert a value to a finite pose; raise ``SceneError("pose")`` if it is not one."""
     matrix = matrix_or_none(runtime, value)
     if matrix is None:
-        message = f"expected a 4x4 pose matrix with the last row 0 0 0 1, got {type_name(value)}: {show(value, 60)}"
+        message = f"expected a 4x4 pose matrix with the last row 0 0 0 1, got {described(value, 60)}"
         raise SceneError("pose", message, hint="to turn a vector into a pose, write `(translate [x y z])`")
     if not pose.is_finite(matrix):
         raise SceneError("pose", "a pose must be finite, but this one contains nan or inf")
@@ -173,7 +173,7 @@ def call_embeddings(
         The embedding z with the attributes merged in, the rest gamma, and the names of the attributes.
     """
     if type(word) is not str:
-        raise SceneError("word", f"`call` expects a string as the word, got {type_name(word)}: {show(word, 40)}")
+        raise SceneError("word", f"`call` expects a string as the word, got {described(word, 40)}")
     embeddings: list[Embedding] = []
     attributes: dict[str, Any] = {}
     pending = iter(arguments)

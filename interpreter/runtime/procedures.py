@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
-from scenelang.interpreter.runtime.show import from_numpy, show
+from scenelang.interpreter.runtime.show import described, from_numpy, show
 from scenelang.interpreter.runtime.types import (
     Builtin,
     BuiltinParameter,
@@ -356,7 +356,7 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
         sign = ":" if parameter.kind == "keyword" else ""
         message = (
             f"the parameter `{sign}{parameter.name}` of {owner} expects {expected_name(parameter.type.name)}, "
-            f"got {type_name(value)}: {show(value, 60)}"
+            f"got {described(value, 60)}"
         )
         raise SceneError("type", message, hint=call_hint(owner, code.usage)) from None
 
@@ -382,7 +382,7 @@ def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Sce
     """Return the error for an argument of a builtin with the wrong type."""
     message = (
         f"`{builtin.name}` expects {expected_name(parameter.type.name)} for `{parameter.name}`, "
-        f"got {type_name(value)}: {show(value, 60)}"
+        f"got {described(value, 60)}"
     )
     return SceneError("type", message, hint=builtin.call_hint)
 
@@ -523,7 +523,7 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
             "the root's list of handles is infinite",
             "to use the first n handles, write `(list-head gamma n)`",
         )
-    raise SceneError("type", f"expected a sequence, got {type_name(value)}: {show(value, 60)}")
+    raise SceneError("type", f"expected a sequence, got {described(value, 60)}")
 
 
 def array_rows(rt: Runtime, data: Any) -> list[Any]:
@@ -650,7 +650,7 @@ def _record_argument(kind: RecordType, name: str, arguments: Sequence[Any], coun
         raise SceneError("arity", f"`{name}` expects {count} argument{'s' * (count > 1)}, got {len(arguments)}")
     record = arguments[0]
     if type(record) is not Record or record.type is not kind:
-        message = f"`{name}` expects a {kind.name}, got {type_name(record)}: {show(record, 60)}"
+        message = f"`{name}` expects a {kind.name}, got {described(record, 60)}"
         is_older = type(record) is Record and record.type.name == kind.name
         hint = "the record type was redefined; this value belongs to the old definition" if is_older else None
         raise SceneError("type", message, hint)

@@ -35,7 +35,7 @@ from scenelang.interpreter.runtime.procedures import (
     bind_entity,
     check_keywords,
 )
-from scenelang.interpreter.runtime.show import MAX_LENGTH, show
+from scenelang.interpreter.runtime.show import MAX_LENGTH, described, show
 from scenelang.interpreter.runtime.types import Builtin, Library, type_name
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Entity, Frames
@@ -418,7 +418,7 @@ class Runtime:
 
     def not_a_procedure(self, value: Any, span: Span | None = None) -> SceneError:
         """Return the error for calling ``value``; ``span`` is the location of the call."""
-        message = f"expected a function to call, got {type_name(value)}: {show(value, 60)}"
+        message = f"expected a function to call, got {described(value, 60)}"
         hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
         head = re.match(r"\(([^\s()]+)", span.text) if span is not None and span.expansion is None else None
         if head is not None and head[1] in _known_names(self.library):

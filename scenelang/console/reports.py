@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NoReturn, TextIO
 
 from scenelang.backends.files import write_text
-from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, suggest, to_json
+from scenelang.grammar.diagnostics import Diagnostic, folded, printable, render_text, suggest, to_json
 
 _PROGRESS_DELAY = 1.0  # seconds; shorter work shows no progress
 _BAR_WIDTH = 30  # characters
@@ -115,6 +115,7 @@ def print_diagnostics(
 
         print(json.dumps([to_json(d) for d in diagnostics]), file=stream)
         return
+    diagnostics = folded(diagnostics)
     for diagnostic in diagnostics:
         print(render_text(diagnostic, color), file=stream)
     without_hint = sorted({diagnostic.code for diagnostic in diagnostics if not diagnostic.hint})

@@ -236,7 +236,7 @@ def _attributes() -> frozenset[str]:
 
 
 def _is_option(source: Source, head: str, name: str) -> bool:
-    """Return whether a name is a keyword of the function ``head``; of any function of the program if it defines that."""
+    """Return whether a name is a keyword of ``head``, or of any function if the program defines ``head``."""
     from scenelang.stdlib.reference import records
 
     if head in ("call", "embedding", "primitive") and name in _attributes():

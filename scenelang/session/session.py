@@ -529,7 +529,7 @@ class Session:
         moved where the program has fewer errors with it, and no other ones.
         """
         errors = [d for d in checked if d.is_error]
-        wrong = [d for d in errors if d.name in _OF_CALLS and not d.fixes and d.span is not None]
+        wrong = [d for d in errors if d.name in _OF_CALLS and d.span is not None and _GENERAL_HINT.match(d.hint or "")]
         if not wrong or len(source.text) > _MAX_RECOVERED_LENGTH or any(d.code.startswith("E1") for d in errors):
             return checked
         from scenelang.grammar.recovery import moved_brackets
@@ -986,6 +986,7 @@ def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
 
 
 _OF_CALLS = frozenset(("syntax", "arity", "keyword", "embedding", "attribute", "type", "parts", "pose"))
+_GENERAL_HINT = lazy_pattern(r"\Z|call it as|for example|usage|its parameter|it takes")  # not about the mistake itself
 _MAX_REBRACKETED = 2  # errors of a text whose brackets are moved; each costs up to a dozen checks
 
 
