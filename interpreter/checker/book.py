@@ -6,7 +6,7 @@ infers a form again only when one of them has changed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -28,6 +28,7 @@ from scenelang.interpreter.checker.scene_forms import keyword_fixes
 from scenelang.interpreter.compile.kinds import ANY, ARRAYS, ENTITY, FRAMES, LIST, PART, PARTS, Kind, describe, join
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.types import STD, call_hint
+from scenelang.interpreter.scene.primitives import is_word
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.program import Program
@@ -301,7 +302,8 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     if root is not None and _scene_word(program) == root and program.kinds.scene is not None:
         scene = program.kinds.scene
         diagnostics += [*scene.findings, *(d for _, d in misuses(scene, needs))]
-    diagnostics += endless_recursions(results)
+    shadowing = {variable.name for facts in program.facts for variable in facts.defined if variable.shadows}
+    diagnostics += endless_recursions(results, shadowing)
     diagnostics += _unbound_root(program, root)
     if program.ok and not any(d.is_error for d in diagnostics):
         for facts, result in zip(program.facts, results):
@@ -538,8 +540,11 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
 # --- infinite recursion: functions that always call themselves, directly or through others ----------------------------
 
 
-def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
-    """Return a warning for each cycle of functions that always call the next one, found by depth-first search."""
+def endless_recursions(results: Sequence[FormKinds], shadowing: Collection[str] = ()) -> list[Diagnostic]:
+    """Return a warning for each cycle of functions that always call the next one, found by depth-first search.
+
+    ``shadowing`` are the names of functions of the program that hide a builtin.
+    """
     calls = [call for result in results for call in result.always_calls]
     edges: dict[Any, list[tuple[Any, Any]]] = {}
     for caller, callee, span in sorted(calls, key=lambda call: call[0].name):  # a session's forms are in any order
@@ -557,7 +562,7 @@ def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
             node = None
             for callee, span in pending[-1]:
                 if callee in path:
-                    warnings.append(_endless(callee, span))
+                    warnings.append(_endless(callee, span, shadowing))
                 elif callee in edges and callee not in done:
                     node = callee
                     break
@@ -567,7 +572,7 @@ def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
     return warnings
 
 
-def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
+def _endless(function: ast.Lambda, span: Span, shadowing: Collection[str]) -> Diagnostic:
     """Return the warning about an infinite recursion.
 
     It is a warning, although the call always fails: a program that the check rejects does not run, and so would show no
@@ -576,4 +581,8 @@ def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
     name = function.name if function.name.startswith('"') else f"`{function.name}`"
     message = f"infinite recursion: {name} always calls itself"
     hint = "put the call into a branch: `(if test (...) ...)`"
+    if function.name.startswith('"') and is_word(function.name.strip('"')):
+        hint = f"{name} is bound here, so it is no longer the primitive: give your word another name"
+    elif function.name in shadowing:
+        hint = f"{name} is defined here and hides the builtin function: call that as `std/{function.name}`"
     return Diagnostic("endless-recursion", message, span, hint)

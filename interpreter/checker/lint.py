@@ -831,6 +831,8 @@ def confirmed(
         Warnings of the run.
     """
     warnings = [d for d in warnings if not any(_is_reported(finding, d) for finding in reported)]
+    if problem is not None and problem.name == "depth" and problem.span is not None:
+        reported = [d for d in reported if d.name != "endless-recursion" or not _overlaps(d.span, problem.span)]
     if problem is None or CODES[problem.name].code.startswith("E5"):
         reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
         return [*reported, problem, *warnings] if problem else [*reported, *warnings]
@@ -843,6 +845,11 @@ def confirmed(
     spans = [span for span in candidates if span is not None]
     is_known = any(_is_same(d, problem, spans) for d in reported if d.is_error)
     return [*reported, *warnings] if is_known else [*reported, problem, *warnings]
+
+
+def _overlaps(span: Span | None, other: Span) -> bool:
+    """Return whether a location is known and overlaps another one."""
+    return span is not None and span.overlaps(other)
 
 
 def _is_cause(finding: Diagnostic, problem: Diagnostic) -> bool:

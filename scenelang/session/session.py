@@ -10,11 +10,9 @@ import re
 import sys
 import threading
 from codecs import BOM_UTF8
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import cache, partial
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
@@ -86,8 +84,6 @@ _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
 _MAX_FILE_SIZE = 16_000_000  # bytes of a program
 MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 EXPANSION_DEPTH = 60_000  # Python frames: expansion and compilation recurse over forms, whose depth the reader bounds
-_MAX_TRACEBACK_FRAMES = 400  # Python frames read after a stack overflow; a call of the language takes ten or fewer
-_MAX_SHOWN_CALLS = 40  # innermost calls in the diagnostic of a stack overflow
 _MAX_FIX_ROUNDS = 20
 # A missing bracket is looked for by indentation, then by meaning. Every candidate text (up to 16 for each broken
 # chunk) is checked, which only the command `check` does: editors check at every key.
@@ -752,7 +748,9 @@ class Session:
         if isinstance(error, SceneError):
             return _outside_library(error.diagnostic)
         if isinstance(error, RecursionError):
-            return _too_deep(self.options.limits, error)
+            from scenelang.session.recursion import depth_error
+
+            return depth_error(self.options.limits, error)
         if isinstance(error, MemoryError):
             hint = "the machine has no more memory; set a lower limit with --max-memory"
             return Diagnostic("memory", "the program ran out of memory", None, hint)
@@ -942,47 +940,6 @@ def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
 def may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
     """Return whether the only errors are those of kinds, which may concern code that a run never evaluates."""
     return program.ok and all(CODES[d.name].code[:2] in ("E4", "E6") for d in diagnostics if d.is_error)
-
-
-def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
-    """Create the diagnostic of a stack overflow.
-
-    The innermost calls are read from the local variables of Python's frames: ``call`` of the interpreter has the word,
-    the closures and functions of the compiler (``compile/generate``) the function and the span.
-    """
-    from scenelang.interpreter.compile.generated import site_of
-    from scenelang.interpreter.runtime.procedures import Closure
-
-    innermost: deque[TracebackType] = deque(maxlen=_MAX_TRACEBACK_FRAMES)
-    traceback = error.__traceback__
-    while traceback is not None:
-        innermost.append(traceback)
-        traceback = traceback.tb_next
-    chain: list[tuple[str, Span | None]] = []
-    running: str | None = None
-    for entry in reversed(innermost):
-        frame = entry.tb_frame
-        names = frame.f_locals
-        site = site_of(entry)
-        if site is not None:
-            names = {"function": site[0], "span": site[1]}
-        function, word, span = names.get("function"), names.get("name"), names.get("span")
-        if frame.f_code.co_name == "call" and isinstance(word, str):
-            running = f'"{word}"'
-        elif isinstance(function, Closure) and not function.code.name.startswith('"'):  # words are recorded by `call`
-            running = f"`{function.code.name}`"
-        if running is not None and isinstance(span, Span):
-            chain.append((running, span))
-            running = None
-    hint = "check for infinite recursion, or raise the limit with --max-depth"
-    return Diagnostic(
-        "depth",
-        f"maximum call depth of {limits.depth:,} exceeded",
-        chain[0][1] if chain else None,
-        hint,
-        (),
-        tuple(chain[:_MAX_SHOWN_CALLS]),
-    )
 
 
 _OF_CALLS = frozenset(("syntax", "arity", "keyword", "embedding", "attribute", "type", "parts", "pose"))
