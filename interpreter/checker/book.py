@@ -50,6 +50,7 @@ class _Entry:
     later: dict[Variable, bool] = field(default_factory=dict)
     assigned: dict[Variable, bool] = field(default_factory=dict)
     numbers: dict[Variable, float | None] = field(default_factory=dict)
+    arrays: dict[Variable, ast.ArrayLiteral | None] = field(default_factory=dict)
 
 
 class _View:
@@ -92,6 +93,11 @@ class _View:
         number = self.entry.numbers[variable] = self._version.constant_of(variable)
         return number
 
+    def array_of(self, variable: Variable) -> ast.ArrayLiteral | None:
+        """Return the array that a variable always has, and record the answer."""
+        array = self.entry.arrays[variable] = self._version.array_of(variable)
+        return array
+
 
 def _is_input(source: Source) -> bool:
     """Return whether a text is an input of the REPL, which later inputs continue."""
@@ -133,11 +139,21 @@ class _Version:
 
     def constant_of(self, variable: Variable) -> float | None:
         """Return the number that a global variable always has, if its definition shows it."""
+        value = self._value_of(variable)
+        return number_of(value) if value is not None else None
+
+    def array_of(self, variable: Variable) -> ast.ArrayLiteral | None:
+        """Return the array that a global variable always has, if its definition shows it."""
+        value = self._value_of(variable)
+        return value if type(value) is ast.ArrayLiteral else None
+
+    def _value_of(self, variable: Variable) -> Any:
+        """Return the expression that defines a global variable which is never changed, or None."""
         home = self.homes.get(variable)
         if home is None or self.is_assigned(variable) or self._first[variable] != home:
             return None
         form = self.facts[home].form
-        return number_of(form.value) if type(form.target) is Variable else None
+        return form.value if type(form.target) is Variable else None
 
     def kind_of(self, variable: Variable, group: int) -> Kind:
         """Return the kind of a global variable as seen by the forms of a group."""
@@ -227,6 +243,7 @@ def _is_valid(entry: _Entry, version: _Version, group: int, index: int) -> bool:
         and all(version.is_assigned(variable) == assigned for variable, assigned in entry.assigned.items())
         and all(version.is_later(variable, index) == later for variable, later in entry.later.items())
         and all(version.constant_of(variable) == number for variable, number in entry.numbers.items())
+        and all(version.array_of(variable) is array for variable, array in entry.arrays.items())
     )
 
 

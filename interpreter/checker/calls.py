@@ -41,6 +41,7 @@ from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference, RecordCode
 
+_MAX_WRITTEN = 80  # characters of a call that a hint shows in full
 _FEW = 4  # keyword arguments that a hint lists
 
 
@@ -203,7 +204,8 @@ def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: s
             key = str(argument.value)
             value = next(pending, None)
             if value is None:
-                inference.report("keyword", f"missing value after `:{key}` in a call of {name}", argument.span)
+                hint = f"write a value behind it: `:{key} value`"
+                inference.report("keyword", f"missing value after `:{key}` in a call of {name}", argument.span, hint)
                 return None
             if any(key == known for known, _, _ in keywords):
                 hint = "leave out one of them"
@@ -1037,7 +1039,8 @@ def _report_lambda_arity(
         and all(may_be_parts(inference.result.kinds[argument]) for argument in extra)
     ):
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
-        hint = "the objects are given as one list: `(list ...)`"
+        listed = f"({node.function.span.text} (list {span.text}))"
+        hint = f"the objects are given as one list: `{listed if len(listed) <= _MAX_WRITTEN else '(list ...)'}`"
         if all(_is_parts(inference.result.kinds[argument]) for argument in nodes):
             fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
         elif inference.result.kinds[nodes[0]].tag == "Integer" and len(nodes) == 2:

@@ -243,10 +243,11 @@ def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
     return hint, (Fix("Swap the arguments", edits, safe=True),)
 
 
-def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
+def triple_fix(node: Any, role: str = "place") -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for a point with two components, or with a fourth one that is 0 or 1.
 
-    A fourth component is common in homogeneous points and in colors with opacity.
+    A fourth component is common in homogeneous points and in colors with opacity. ``role`` is what the numbers are: a
+    "place", a "size" or a "color".
     """
     if type(node) is not ast.ArrayLiteral or node.span.expansion is not None or not node.span.text.startswith("["):
         return None, ()
@@ -254,7 +255,14 @@ def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
     end = items[-1].span.end if items else node.span.end
     if len(items) == 2:
         edit = Edit(Span(node.span.source, end, end), " 0")
-        hint = "a point has three components"
+        first, second = (item.span.text for item in items)
+        hint = f"x, y and z are needed, y is up: `[{first} 0 {second}]` on the ground, `[{first} {second} 0]` upright"
+        if role != "place":
+            needed = (
+                "red, green and blue are needed" if role == "color" else "the sizes along x, y (up) and z are needed"
+            )
+            hint = f"{needed} are needed: `[{first} {second} ...]`"
+        return hint, (Fix("Write three components", (edit,)),)
     elif len(items) == 4 and number_of(items[-1]) in (0, 1):
         edit = Edit(Span(node.span.source, items[2].span.end, end), "")
         hint = "there is no fourth component"

@@ -306,7 +306,7 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
                 yield from _adjacent_calls(source, tree)
                 yield from _color_names(source, tree, unbound)
             else:
-                yield from _named(source, tree)
+                yield from _named(source, tree, unbound)
         yield from _adjacent_calls(source, root)
         yield from _assignments(source, root)
 
@@ -344,6 +344,10 @@ _WORDS = frozenset((
     "move", "place", "group", "combine", "assembly", "resize", "turn", "rotation", "translation", "module", "colour",
     "power", "display", "size", "head", "throw", "extend", "div", "rem",
 ))  # fmt: skip
+_CLOCKS = frozenset(("t", "$t", "time", "frame"))  # names of the time in other tools
+_TESTED = lazy_pattern(r"\((?:(?:if|when|unless|while|and|or|not|define\s+\S+)\s+)?\Z")  # before the test of a form
+_TRUE = "write `#t`"
+_FILM = "a film lists its frames: `(frames (for/list ((i (iota 24))) ...))`, where an angle is `(* tau (/ i 24))`"
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
@@ -351,8 +355,16 @@ _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 _DEFINERS = r"\((?:def\w*|param|setq|setf|const|let|var|function)\s+\(?"
 
 
-def _named(source: Source, tree: Tree) -> Iterator[Habit]:
+def _named(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
     """Names, methods and module functions of other languages."""
+    if tree.text in _CLOCKS and tree.start in unbound:
+        is_truth = tree.text == "t" and _TESTED.search(source.text, 0, tree.start) is not None
+        hint = _TRUE if is_truth else _FILM
+        message = f"`{tree.text}` is not defined{'' if is_truth else ', and there is no clock'}"
+        fix = Fix("Change to `#t`", (Edit(Span(source, tree.start, tree.end), "#t"),), safe=True) if is_truth else None
+        diagnostic = _diagnostic(source, tree.start, tree.end, message, hint, fix)
+        yield Habit(tree.start, tree.end, (), frozenset(), diagnostic)
+        return
     name = NAMES.get(tree.text)
     if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
         return

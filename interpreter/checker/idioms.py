@@ -65,7 +65,7 @@ NAMES: Mapping[str, Term] = {
     "True": Term("Python", "#t"), "False": Term("Python", "#f"), "None": Term("Python", "none"),
     "true": Term("JavaScript", "#t"), "false": Term("JavaScript", "#f"), "null": Term("JavaScript", "none"),
     "undefined": Term("JavaScript", "none"), "undef": Term("OpenSCAD", "none"), "nil": Term("Clojure", "none"),
-    "NIL": Term("Common Lisp", "none"), "t": Term("Common Lisp", "#t"), "T": Term("Common Lisp", "#t"),
+    "NIL": Term("Common Lisp", "none"), "T": Term("Common Lisp", "#t"),
     "math.pi": Term("Python", "pi"), "np.pi": Term("Python", "pi"), "Math.PI": Term("JavaScript", "pi"),
     "PI": Term("OpenSCAD", "pi"), "+inf.0": Term("Scheme", "inf"), "-inf.0": Term("Scheme", "(- inf)"),
     "+nan.0": Term("Scheme", "nan"), "math.inf": Term("Python", "inf"), "math.tau": Term("Python", "tau"),

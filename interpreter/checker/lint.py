@@ -388,8 +388,10 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
 
 def _without_resolved(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Remove warnings about a name that the fix of a construct of another language uses: it is unused, or a word."""
-    foreign = [d for d in diagnostics if d.name == "foreign-syntax" and d.fixes]
-    text = " ".join(edit.text for d in foreign for edit in d.fixes[0].edits)
+    foreign = [d for d in diagnostics if d.name in ("foreign-syntax", "undefined-yet") and d.fixes]
+    texts = [edit.text for d in foreign for edit in d.fixes[0].edits]
+    texts += [d.span.text for d in foreign if d.name == "undefined-yet" and d.span is not None]
+    text = " ".join(texts)
     used = set(_NAMES_IN_CODE.findall(text)) if foreign else set()
     return [
         d
@@ -853,7 +855,9 @@ def _overlaps(span: Span | None, other: Span) -> bool:
 
 
 def _is_cause(finding: Diagnostic, problem: Diagnostic) -> bool:
-    """Return whether a warning of the check about a value that may be missing is about the one that a run missed."""
+    """Return whether a warning of the check says why a run failed: a value is missing, or is not the function."""
+    if finding.name == "shadowed-builtin" and problem.name == "not-a-procedure":
+        return problem.span is not None and _overlaps(finding.span, problem.span)
     if finding.name != "conditional-failure" or finding.found != "`none`" or "`none`" not in problem.message:
         return False
     return finding.span is not None and problem.span is not None and finding.span.overlaps(problem.span)
@@ -861,6 +865,8 @@ def _is_cause(finding: Diagnostic, problem: Diagnostic) -> bool:
 
 def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:
     """Return whether a warning of the run is a finding of the check, whose location is more precise."""
+    if finding.name == warning.name == "out-of-range" and finding.found and finding.found in warning.message:
+        return True
     return (
         finding.name == warning.name
         and finding.span is not None

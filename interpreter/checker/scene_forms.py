@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.interpreter.checker.calls import check_keywords, split, takes
 from scenelang.interpreter.checker.common import (
     A_PART,
@@ -138,7 +138,11 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         empty = next((key for key, value in written if is_keyword(value)), None)
         if empty is not None:
             message = f"missing value after `{empty.span.text}` in a call of {owner}"
-            inference.report("embedding", message, empty.span, expected="a value", found="a keyword")
+            following = next(value.span.text for key, value in written if key is empty)
+            sample = _sample(inference, node, str(empty.value))
+            example = f"{empty.span.text} {sample}"
+            hint = f"the next item is the keyword `{following}`: write a value between them, such as `{example}`"
+            inference.report("embedding", message, empty.span, hint, expected="a value", found="a keyword")
             return False
         spelled = _spelled_attribute(inference, node, argument)
         if spelled is not None:
@@ -165,6 +169,17 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         )  # fmt: skip
         return False
     return True
+
+
+def _sample(inference: KindInference, node: ast.Call, name: str) -> str:
+    """Return a value that an attribute may have."""
+    word = node.word.value if type(node.word) is ast.Constant else None
+    cls = _primitive(word) if type(word) is str and inference.world.word_function(word) is None else None
+    known = (COLOR, *MATERIALS, *(cls.attributes if cls is not None else ()))
+    accepted = next((attribute.accepts for attribute in known if attribute.name == name), ())
+    if "Color" in accepted:
+        return '(color "red")'
+    return "1" if "Number" in accepted or not accepted else "[0 1 0]" if "Triple" in accepted else '"name"'
 
 
 def _named_values(inference: KindInference, node: ast.Call, argument: Any) -> str | None:
@@ -433,7 +448,8 @@ def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str
     if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
         return "it is one number", ()
     if "Triple" in attribute.accepts and kind.tag == "Vector":
-        return triple_fix(value)
+        role = "place" if attribute.name in ("p0", "p1") else "color" if "Color" in attribute.accepts else "size"
+        return triple_fix(value, role)
     return None, ()
 
 
@@ -441,6 +457,8 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
     """Warn about literal values that are outside the range of an attribute."""
     if attribute.low is None or value.span.expansion is not None:
         return
+    if attribute.name == "color" and type(value) is not ast.ArrayLiteral:
+        _check_named_color(inference, attribute, value)
     items = value.items if type(value) is ast.ArrayLiteral else (value,)
     numbers = [inference.number_of(item) for item in items]
     outside = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
@@ -460,6 +478,20 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
         "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {text}',
         value.span, hint, fixes, expected=limits.removeprefix("not be ").removeprefix("be "), found=value.span.text,
     )  # fmt: skip
+
+
+def _check_named_color(inference: KindInference, attribute: Attribute, value: Any) -> None:
+    """Warn about a color that another place of the program defines, with components up to 255 instead of 1."""
+    array = inference.array_of(value)
+    numbers = [inference.number_of(item) for item in array.items] if array is not None else []
+    known = [number for number in numbers if number is not None]
+    if array is None or len(known) != len(numbers) or max(known, default=0) <= 1 or array.span.expansion is not None:
+        return
+    hint = _range_hint(attribute, array, numbers)
+    code = re.search(r"`(\(rgb [^`]*\))`\Z", hint or "")
+    fixes = (Fix(f"Change to `{code[1]}`", (Edit(array.span, code[1]),)),) if code else ()
+    message = f"`{value.span.text}` is a color, whose components should be 0 to 1, got {array.span.text}"
+    inference.warn("out-of-range", message, array.span, hint, fixes, expected="0 to 1", found=array.span.text)
 
 
 def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None]) -> str | None:
@@ -657,10 +689,37 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
             fixes = swap_fix(node, *node.arguments)[1]
     elif culprit.tag == "Frames":
         hint = "only the root's value can be `(frames ...)`"
+    message = f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}"
+    dropped = _dropped_before(inference, node) if place.startswith('"') and always else None
+    if place.startswith('"'):
+        message = f"{place} must return an entity or several, got {shown(node, culprit)}"
+    if dropped is not None:
+        inference.result.findings.remove(dropped)
+        assert dropped.span is not None
+        entity = dropped.span.text
+        hint = (
+            f"the last value of a body counts: put {f'`{entity}`' if len(entity) <= MAX_SHOWN else 'the entity'} last"
+        )
+        fixes = ()
     inference.report(
-        "parts", f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}", node.span, hint,
+        "parts", message, node.span, hint,
         fixes=fixes, always=always, expected=A_PART, found=describe(culprit),
     )  # fmt: skip
+
+
+def _dropped_before(inference: KindInference, node: Any) -> Diagnostic | None:
+    """Return the warning about the entity right before an expression in its body, if it is the only one."""
+    around = inference.nodes[-1].span
+    dropped = [
+        d
+        for d in inference.result.findings
+        if d.name == "dropped-value" and d.span is not None and d.span.source is around.source
+        and around.start <= d.span.start and d.span.end <= node.span.start
+    ]  # fmt: skip
+    if len(dropped) != 1 or dropped[0].span is None:
+        return None
+    between = around.source.text[dropped[0].span.end : node.span.start]
+    return dropped[0] if not between.strip() else None
 
 
 def _takes_nothing(kind: Kind) -> bool:

@@ -299,6 +299,7 @@ class Expander:
             variable = Variable(name, atom.span, is_global, recursive)
         variable.from_macro = isinstance(atom.value, Alias)
         variable.shadows = isinstance(existing, (Builtin, PaperForm))
+        variable.hides = existing if isinstance(existing, Variable) and existing is not variable else None
         scope.bind(atom.value, variable)
         self.record_use(atom, variable, defines=True)
         return variable

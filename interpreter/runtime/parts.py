@@ -28,6 +28,7 @@ from scenelang.interpreter.values.values import (
     Pair,
     Set,
     Table,
+    Vector,
     make_list,
     table_key,
 )
@@ -236,6 +237,17 @@ def copy_table(runtime: Runtime, table: Table) -> Table:
     runtime.read(table)
     runtime.charge(len(table.entries) >> 5)
     return Table(dict(table.entries), -1)
+
+
+_MIN_BYTE, _MAX_BYTE = 2, 255  # a brightened color has components just above 1
+
+
+def color_of_bytes(z: Embedding) -> str | None:
+    """Return a color with whole components up to 255 in place of 1 as text, or None for any other."""
+    color = z.attributes.get("color")
+    if type(color) is not Vector or len(color) != len("rgb") or not _MIN_BYTE <= max(color) <= _MAX_BYTE:
+        return None
+    return show(color) if all(number >= 0 and number == int(number) for number in color) else None
 
 
 def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:

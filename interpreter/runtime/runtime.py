@@ -768,6 +768,10 @@ class Runtime:
             self.output += 1  # the file may change
             asset, attributes = parts.load_asset(self, attributes)
         shape = cls.from_attributes(word, attributes, asset)
+        bytes_ = parts.color_of_bytes(z)
+        if bytes_ is not None:
+            hint = f"components from 0 to 255 are converted by `rgb`: `(rgb {bytes_[1:-1]})`"
+            self.warn("out-of-range", f'`:color` of "{word}" should be 0 to 1, got {bytes_}', span, hint)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
         entity = Entity(word, z, (), shape, tainted, () if span is None else (span,))
