@@ -67,6 +67,10 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
         if nested is not None:
             hint = "this `bind` stands inside another form: move it to the top level"
         message = "the program binds no word, so there is nothing to evaluate"
+        if not program.forms:
+            size = len(program.main.text.encode())
+            what = "empty (0 bytes)" if not size else f"empty: its {size:,} bytes have no code"
+            message = f"{program.main.name} is {what}, so there is nothing to evaluate"
         raise SceneError("no-root", message, hint, nested.span if nested is not None else None)
     used = {text for facts in program.facts for text in facts.strings}
     candidates = [word for word in words if word not in used]

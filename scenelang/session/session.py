@@ -1046,17 +1046,18 @@ def _read_source(path: str, shown: str) -> Source:
             data = read_regular(path, _MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is not a path"
-        raise SceneError("file", f"cannot read {shown}: {reason}", _reading_hint(error)) from None
+        from scenelang.backends.unreadable import unreadable
+
+        raise unreadable(path, shown, reason, _reading_hint(error)) from None
     if len(data) > _MAX_FILE_SIZE:
         raise SceneError("file", f"{shown} exceeds the maximum program size of {_MAX_FILE_SIZE:,} bytes")
     name = "<stdin>" if path == "-" else shown
     try:
         text = data.removeprefix(BOM_UTF8).decode("utf-8")
     except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise SceneError(
-            "encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})", "save it as UTF-8"
-        ) from None
+        from scenelang.backends.unreadable import undecodable
+
+        raise undecodable(data, name, error) from None
     if not name.endswith(".ipynb"):
         return Source(name, text)
     return Source(name, python_front_end().notebook_code(text, name))
