@@ -40,6 +40,11 @@ def unreadable(path: str, shown: str, reason: str, hint: str | None = None) -> S
     reason, hint
         Reason of the system, and a hint, for a file that exists.
     """
+    if os.path.isdir(path):
+        programs = [name for name in _files_in(path) if name.endswith(".scene")]
+        listed = ", ".join(os.path.join(shown, name) for name in programs[:_MAX_LISTED])
+        advice = f"name one file, such as {listed}" if listed else hint
+        return SceneError("file", f"{shown} is a folder", advice)
     if os.path.lexists(path) or "\0" in path or not shown:
         return SceneError("file", f"cannot read {shown}: {reason}", hint)
     folder, name = os.path.split(path)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
@@ -141,6 +141,21 @@ def backend_settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
     from scenelang.backends import base
 
     return given_settings(arguments, base.settings_for(arguments.work), "backend_")
+
+
+@contextmanager
+def naming_other_commands(command: str, arguments: argparse.Namespace) -> Iterator[None]:
+    """Add the command that writes such files to the error about an output that this command does not write."""
+    try:
+        yield
+    except UsageError as error:
+        from scenelang.cli.wrong_usage import other_command
+
+        output = getattr(arguments, "output", None)
+        other = other_command(command, arguments.file, output) if error.name == "backend" and output else None
+        if other is None:
+            raise
+        raise UsageError(error.name, error.message, other) from None
 
 
 def add_file(parser: argparse.ArgumentParser) -> None:

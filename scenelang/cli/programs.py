@@ -461,6 +461,10 @@ def run_transpile(arguments: argparse.Namespace) -> int:
 
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
         raise UsageError("file", "the output would overwrite the input")
+    if arguments.file.endswith(".scene"):
+        name = Path(arguments.file)
+        hint = f"for Python of it: `scenelang export {name} --to python -o {name.with_suffix('.py').name}`"
+        raise UsageError("unsupported", f"{name} is a program already; `transpile` reads Python or a response", hint)
     session = Session(Options(limits=limits_of(arguments)))
     translation = session.transpile(session.source(arguments.file), arguments.literal)
     report(arguments, translation.diagnostics)
