@@ -261,7 +261,7 @@ def triple_fix(node: Any, role: str = "place") -> tuple[str | None, tuple[Fix, .
             needed = (
                 "red, green and blue are needed" if role == "color" else "the sizes along x, y (up) and z are needed"
             )
-            hint = f"{needed} are needed: `[{first} {second} ...]`"
+            hint = f"{needed}: `[{first} {second} ...]`"
         return hint, (Fix("Write three components", (edit,)),)
     elif len(items) == 4 and number_of(items[-1]) in (0, 1):
         edit = Edit(Span(node.span.source, items[2].span.end, end), "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import time
 from collections.abc import Sequence
@@ -47,7 +48,7 @@ from scenelang.grammar.diagnostics import (
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.loading import is_present
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.session.checking import Examination
+from scenelang.session.checking import Examination, declaration_errors
 from scenelang.session.declarations import declarations_of
 
 if TYPE_CHECKING:
@@ -122,7 +123,26 @@ def run_check(arguments: argparse.Namespace) -> int:
         except SceneError as error:
             diagnostics.append(error.diagnostic)
     report(arguments, diagnostics, sys.stdout if arguments.json else None)
-    return 1 if any(d.is_error for d in diagnostics) else 0
+    if any(d.is_error for d in diagnostics):
+        return 1
+    if not (arguments.evaluate or arguments.that or arguments.quiet or arguments.json):
+        _say_untested(session, files)
+    return 0
+
+
+def _say_untested(session: Session | None, files: Sequence[str]) -> None:
+    """Say that the assertions of programs, which need a scene, were not tested."""
+    for path in files if session is not None else ():
+        if path == "-" or not path.endswith(".scene"):
+            continue
+        text = session.source(path).text if session is not None else ""
+        count = len(_ASSERTION.findall(text)) if "(assert-that" in text else 0
+        if count:
+            number = "1 assertion was" if count == 1 else f"{count} assertions were"
+            print(f"{path}: {number} not tested; `check --run` and `run` do", file=sys.stderr)
+
+
+_ASSERTION = re.compile(r"^[^;\n]*\(assert-that\b", re.M)
 
 
 def _diagnostics_in(arguments: argparse.Namespace, session: Session, path: str) -> Sequence[Diagnostic]:
@@ -204,11 +224,13 @@ def run_run(arguments: argparse.Namespace) -> int:
         result = explained_run(session, source)
         seconds = time.perf_counter() - started
         facts = summary(result.scene) if result.scene is not None else None
+        failed = declaration_errors(result.scene) if result.scene is not None else []
     report_run(arguments, result)
     if facts is None:
         return 1
+    report(arguments, failed)
     text = table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False))
-    return print_result(arguments, facts | {"seconds": seconds}, text)
+    return print_result(arguments, facts | {"seconds": seconds}, text) or int(bool(failed))
 
 
 def run_expand(arguments: argparse.Namespace) -> int:

@@ -155,6 +155,11 @@ def _meant(option: str, own: Mapping[str, Any], other: Any) -> str | None:
     return near[0] if near else None
 
 
+def _codes(action: Any) -> set[str]:
+    """Return the code in the help text of an option, such as an example."""
+    return set(re.findall(r"`([^`]+)`", _help(action)))
+
+
 def _help(action: Any) -> str:
     """Return the help text of an option."""
     return str(action.help or "")
