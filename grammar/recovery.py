@@ -238,7 +238,8 @@ def bracket_edits(chunk: Chunk) -> list[BracketEdit]:
         part, several = _best(chunk, tokens, _edits(tokens, *single), sum(missing) - 1)
         if several and (not best or part < cost):
             return several[-1:]
-    return best
+    at_end = [BracketEdit(tokens[-1].end, tokens[-1].end, ")")] if missing == (1, 0) else []
+    return [*at_end, *best] if at_end and at_end[0] not in best else best
 
 
 def quote_edits(text: str) -> list[BracketEdit]:

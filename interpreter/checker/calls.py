@@ -138,7 +138,9 @@ def report_not_a_function(
             Fix("Call the word", (Edit(Span(head.span.source, head.span.start, head.span.start), "call "),), safe=True),
         )
     elif type(head) is ast.Reference and isinstance(head.target, Variable) and head.target.shadows:
-        hint = f"`{head.target.name}` is redefined here; call the builtin function as `std/{head.target.name}`"
+        name, place = head.target.name, head.target.span
+        line = f" in line {place.source.position(place.start)[0]}" if place is not None else ""
+        hint = f"`{name}` is defined{line} and hides the function: write `std/{name}`, or give yours another name"
     elif function is ENTITY and is_written and type(head) is ast.Call:
         at = Span(head.span.source, head.span.start, head.span.start)
         hint = "several parts are put together by `union`"
@@ -487,6 +489,9 @@ def _advice(
         return "pass a function: `(lambda (x) ...)`", fixes
     if name == "Entity" and kind.tag == "String" and is_short:
         return f"call the word: `(call {text})`", (wrap_fix(argument, "call"),)
+    takes_function = any(p.type.name == "Function" for p in builtin.signature.positional)
+    if name == "Sequence" and kind is INTEGER and is_short and takes_function:
+        return f"the numbers from 0 are `(iota {text})`", (wrap_fix(argument, "iota"),)
     if name == "Sequence" and kind is ENTITY:
         return _parts_hint(builtin.name, text if is_short else "entity"), ()
     if name == "Parts" and kind.tag == "String" and is_short:
@@ -753,7 +758,7 @@ def _call_lambda(
     if swap is not None:
         hint, fixes = swap
         return inference.report(
-            "type", f"two arguments of {owner} are swapped", node.span, f"{hint}: `{code.usage}`", fixes=fixes,
+            "type", f"two arguments of {owner} are swapped", node.span, _swapped_hint(node, hint, fixes), fixes=fixes,
             expected=code.usage, found=" ".join(describe(inference.result.kinds[n]) for n in nodes),
             signature=code.usage,
         )  # fmt: skip
@@ -765,6 +770,16 @@ def _call_lambda(
     if code.name in INDICES and all(map(is_library_parameter, positional)):
         _check_copies(inference, code, nodes, keywords)
     return result if all(are_valid) else ANY
+
+
+def _swapped_hint(node: Any, hint: str, fixes: tuple[Fix, ...]) -> str:
+    """Return the hint with the call in which two arguments are exchanged, if that is short."""
+    if not fixes:
+        return hint
+    start, written = node.span.start, node.span.text
+    for edit in reversed(fixes[0].edits):
+        written = written[: edit.span.start - start] + edit.text + written[edit.span.end - start :]
+    return f"write `{written}`" if len(written) <= _MAX_WRITTEN else hint
 
 
 def _swapped_parameters(

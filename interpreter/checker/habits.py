@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from typing import Any
 
-from scenelang.grammar.datum import Source, Span
+from scenelang.grammar.datum import Source, Span, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker.idioms import (
@@ -138,7 +138,15 @@ def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnosti
         return list(diagnostics)
     names = frozenset(name for habit in habits for name in habit.names)
     others = [d for d in diagnostics if not _is_explained(d, habits, names, source)]
-    return [*others, *(habit.diagnostic for habit in habits)]
+    return [*others, *(_as_grave_as(habit, explainable) for habit in habits)]
+
+
+def _as_grave_as(habit: Habit, explained: Sequence[Diagnostic]) -> Diagnostic:
+    """Return the diagnostic of a construct, a warning if all that it explains may never happen."""
+    names = {d.name for d in explained if _explains(habit, d)}
+    return (
+        replace(habit.diagnostic, name="conditional-failure") if names == {"conditional-failure"} else habit.diagnostic
+    )
 
 
 def _covers(outer: Habit, inner: Habit) -> bool:
@@ -172,6 +180,8 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         return (habit.hides and span.start < habit.start) or habit.start <= span.start < habit.end
     is_inside = habit.start <= span.start < max(habit.end, habit.start + 1)
     if habit.row == "commas" and diagnostic.name != "misplaced":
+        return False
+    if diagnostic.name == "conditional-failure" and habit.row != "infix":
         return False
     if habit.row == "infix":
         written = habit.diagnostic.span
@@ -213,12 +223,14 @@ def _is_left_by(habit: Habit, diagnostic: Diagnostic, *, around: bool) -> bool:
 _EXPLAINED = frozenset((
     "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
     "lambda-list", "empty-application", "not-a-procedure", "attribute", "arity", "type", "value", "parts",
-    "embedding", "word", "keyword", "idle-attribute", "dropped-value",
+    "embedding", "word", "keyword", "idle-attribute", "dropped-value", "conditional-failure",
 ))  # fmt: skip
 
 # Errors whose span is the form around the construct, and errors about the structure of a form.
 _AROUND = frozenset(("syntax", "bracket", "arity", "type", "not-a-procedure", "parts", "embedding", "word"))
-_OF_INFIX = frozenset(("type", "arity", "embedding", "attribute", "keyword", "not-a-procedure", "value", "parts"))
+_OF_INFIX = frozenset((
+    "type", "arity", "embedding", "attribute", "keyword", "not-a-procedure", "value", "parts", "conditional-failure",
+))  # fmt: skip
 _STRUCTURE = frozenset(("syntax", "bracket", "lambda-list"))
 
 
@@ -301,6 +313,7 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
                 yield from _forms(source, tree)
                 yield from _infix(source, tree)
                 yield from _parallel_lets(source, tree, unbound)
+                yield from _bare_calls(source, tree, words)
                 yield from _calls_of_words(source, tree, words, unbound)
                 yield from _primitives_of_other_tools(source, tree, words, unbound)
                 yield from _adjacent_calls(source, tree)
@@ -511,6 +524,26 @@ _DEFINITION = _DEFINERS + r"([^\s()\[\]]+)|\(\(([^\s()\[\]:]+)\s"
 def _defined_names(text: str) -> tuple[str, ...]:
     """Return the names that a text seems to define, and the first ones that its loops and ``let`` bind."""
     return tuple({name for pair in re.findall(_DEFINITION, text) for name in pair if name})
+
+
+_BODIES = ("lambda", "define", "let", "let*", "begin", "union")
+
+
+def _bare_calls(source: Source, tree: Tree, words: frozenset[str]) -> Iterator[Habit]:
+    """``(lambda () fence 5)``: a function of the program with its argument, without parentheses."""
+    items = tree.items
+    if tree.opener != "(" or len(items) < _BINDING_LENGTH + 1 or items[0].text not in _BODIES:
+        return
+    name, argument = items[-2], items[-1]
+    if name.opener or (items[0].text == "define" and len(items) == _BINDING_LENGTH + 1):
+        return
+    if not _is_function(source.text, name.text, words):
+        return
+    written = f"({source.text[name.start : argument.end]})"
+    fix = Fix("Call the function", (Edit(Span(source, name.start, argument.end), written),), safe=True)
+    message = f"`{name.text}` is a function, and is called in parentheses"
+    diagnostic = _diagnostic(source, name.start, argument.end, message, f"write `{_shown(written)}`", fix)
+    yield Habit(name.start, argument.end, (), frozenset(), diagnostic)
 
 
 _BINDING_LENGTH = 2  # items of `(name value)`

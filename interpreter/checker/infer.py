@@ -951,6 +951,8 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
     inference.is_reached = False
     body = inference.infer(node.body)
     is_wrong = False
+    if node.kind == "each":
+        scene_forms.report_unused_result(inference, value_of(node.body))
     if node.kind == "union":
         inference.check_parts(value_of(node.body), body, "`for/union`")
     elif node.kind in ("append", "sum", "table"):
@@ -1118,6 +1120,8 @@ def infer_form(world: World, form: Any) -> FormKinds:
     """Infer the kinds of a top-level form."""
     inference = KindInference(world)
     inference.infer(form)
+    if type(form) is ast.Application and not form.span.source.name.startswith("<"):  # an input of a session is printed
+        scene_forms.report_unused_result(inference, form)
     if type(form) is ast.Define:
         inference.result.defined = {v: inference.env.get(v, ANY) for v in pattern_variables(form.target)}
     return inference.result

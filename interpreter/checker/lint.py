@@ -859,12 +859,15 @@ def _overlaps(span: Span | None, other: Span) -> bool:
 
 
 def _is_cause(finding: Diagnostic, problem: Diagnostic) -> bool:
-    """Return whether a warning of the check says why a run failed: a value is missing, or is not the function."""
-    if finding.name == "shadowed-builtin" and problem.name == "not-a-procedure":
-        return problem.span is not None and _overlaps(finding.span, problem.span)
-    if finding.name != "conditional-failure" or finding.found != "`none`" or "`none`" not in problem.message:
+    """Return whether a warning of the check says what is wrong where a run failed, and more precisely.
+
+    It is about an expression that may fail, or about a name that is not the function that it hides.
+    """
+    if problem.span is None or not _overlaps(finding.span, problem.span):
         return False
-    return finding.span is not None and problem.span is not None and finding.span.overlaps(problem.span)
+    if finding.name == "shadowed-builtin":
+        return problem.name == "not-a-procedure"
+    return finding.name == "conditional-failure"
 
 
 def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:

@@ -522,7 +522,8 @@ class SourceFile:
     def _record(self, error: SceneError) -> None:
         """Record an error; one of the syntax of a form gets the form's usage as its hint."""
         if error.name == "syntax" and isinstance(error.value, str):
-            error.hint = error.hint or _usage_hint(error.value)
+            is_second_pose = error.message == "unexpected operand of `transform`"
+            error.hint = error.hint or (_ONE_POSE if is_second_pose else _usage_hint(error.value))
         self.expander.diagnostics.append(error.diagnostic)
 
     def _scan_form(self, datum: Datum, form: TopForm) -> None:
@@ -556,7 +557,9 @@ class SourceFile:
         """Scan an ``import``, which binds the names of the imported file unless they are bound already."""
         path = datum.items[1] if len(datum.items) > 1 else None
         if not isinstance(path, Atom) or type(path.value) is not str:
-            raise syntax_error("import", "`import` expects a file name as a string", datum.span)
+            name = path.span.text if isinstance(path, Atom) else "file.scene"
+            hint = f'write `(import "{name}")`'
+            raise syntax_error("import", "`import` expects a file name as a string", datum.span, hint)
         prefix = _import_prefix(datum)
         file = self._load(path.value, path.span)
         form.pending.append(Import(file))
@@ -741,6 +744,7 @@ def _usage_hint(name: str) -> str | None:
     return _PAPER_USAGE.get(name)
 
 
+_ONE_POSE = "`transform` takes one pose: `@` combines several, of which the last applies first, `(@ second first)`"
 _PAPER_USAGE = {
     "call": 'usage: (call word embedding-or-attribute ...), such as (call "cube" :color [1 0 0])',
     "union": "usage: (union part ...)",

@@ -190,7 +190,9 @@ def _named_values(inference: KindInference, node: ast.Call, argument: Any) -> st
     names = [name for name in _attribute_names(inference, node.word.value) if name not in given]
     function = inference.world.word_function(node.word.value)
     if function is not None and not any(p.kind in ("keyword", "keys") for p in function.parameters):
-        return f"{node.word.span.text} has no keyword parameters: define one, as `(lambda (:size) ...)`"
+        name = next((p.name for p in function.parameters if p.kind == "required"), "size")
+        call = f"(call {node.word.span.text} :{name} {argument.span.text[:MAX_SHOWN]})"
+        return f"give it a keyword parameter, `(lambda (:{name}) ...)`, and write `{call}`"
     plain = node.arguments if not given else (argument,)
     is_written = all(value.span.expansion is None for value in (node, *plain))
     if function is not None and is_written and len(plain) <= len(names):
@@ -750,7 +752,7 @@ def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
             )  # fmt: skip
         return
     if kind is not ENTITY and kind is not PART and not _is_parts(kind):
-        _report_unused_result(inference, node)
+        report_unused_result(inference, node)
         return
     if node.span.expansion is None:
         inference.warn(
@@ -763,17 +765,19 @@ def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
 _PURE = {
     "append": "extend!", "cons": "push!", "reverse": "reverse!", "sort": "sort!", "shuffle": "shuffle!",
     "delete": "remove!", "string-append": "", "list": "", "vector": "", "translate": "", "rotate": "", "scale": "",
-    "reflect": "", "+": "", "-": "", "*": "", "/": "", "@": "", "color": "", "rgb": "", "hsv": "",
+    "reflect": "", "+": "", "-": "", "*": "", "/": "", "@": "", "color": "", "rgb": "", "hsv": "", "set": "add!",
 }  # fmt: skip
 
 
-def _report_unused_result(inference: KindInference, node: Any) -> None:
+def report_unused_result(inference: KindInference, node: Any) -> None:
     """Warn about a call in the middle of a body that has no effect."""
     name = called_builtin(node)
     if name not in _PURE or node.span.expansion is not None:
         return
     changing = _PURE[name]
     hint = f"`{name}` returns a new value and changes nothing"
+    if name == "set" and len(node.arguments) == 2 and type(node.arguments[0]) is ast.Reference:
+        changing, hint = "", f"a variable is changed by `(set! {node.arguments[0].span.text} ...)`"
     if changing:
         hint += f"; a mutable list is changed by `{changing}`, a variable by `set!`"
     elif name in ("translate", "rotate", "scale", "reflect"):
@@ -804,8 +808,9 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
     kind
         Kind of the item.
     """
-    hint = "use `(list ...)` for a list of other values"
+    hint = "all items of an array are numbers"
     fixes: tuple[Fix, ...] = ()
+    text = node.span.text
     number, number_fixes = advice_on_value(node, "Number")
     if number is not None:
         hint, fixes = number, number_fixes
@@ -813,8 +818,12 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
         hint = f"write the variable without a colon: `{node.value}`"
         fixes = (Fix("Remove the colon", (Edit(node.span, str(node.value)),), safe=True),)
     elif around.span.expansion is None and around.span.text.startswith("["):
-        edit = Edit(around.span, f"(list {around.span.text[1:-1]})")
-        fixes = (Fix("Write a list", (edit,), safe=all(_is_no_number(inference, item) for item in around.items)),)
+        written = f"(list {around.span.text[1:-1]})"
+        if all(_is_no_number(inference, item) for item in around.items):
+            hint = f"write `{written}`, a list of other values" if len(written) <= _MAX_CALL else "use `(list ...)`"
+            fixes = (Fix("Write a list", (Edit(around.span, written),), safe=True),)
+        elif kind.tag == "String" and type(node) is ast.Reference:
+            hint = f"all items of an array are numbers, and the value of `{text}` is in quotes"
     inference.report(
         "type", f"expected a number in an array, got {shown(node, kind)}", node.span, hint, fixes=fixes,
         expected="a number", found=describe(kind),

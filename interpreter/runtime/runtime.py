@@ -422,7 +422,7 @@ class Runtime:
         hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
         head = re.match(r"\(([^\s()]+)", span.text) if span is not None and span.expansion is None else None
         if head is not None and head[1] in _known_names(self.library):
-            hint = f"`{head[1]}` is redefined here; call the builtin function as `std/{head[1]}`"
+            hint = f"the program defines `{head[1]}`, which hides the function: write `std/{head[1]}`, or rename yours"
         return SceneError("not-a-procedure", message, hint=hint)
 
     # --- tracking of reads and writes ------------------------------------------------------------------------------

@@ -558,7 +558,7 @@ class Builtin(Procedure):
     def call_hint(self) -> str:
         """Hint for a wrong call: a call that works, or the signature of a builtin that has no example."""
         text = self.example[0] if self.example is not None else ""
-        start = text.find(f"({self.name} ")
+        start = max(text.find(f"({self.name} "), text.find(f"({self.name})"))
         if start < 0:
             return f"for example `{text}`" if text else f"signature: {self.usage}"
         return f"for example `{text[slice(*piece_at(text, start))]}`"

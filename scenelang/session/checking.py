@@ -130,7 +130,29 @@ def explained(session: Session, source: Source, diagnostics: Sequence[Diagnostic
     if is_python(source) or not any(d.is_error for d in diagnostics):
         return diagnostics
     diagnostics = [with_fixes(d) for d in session.recovered(source, diagnostics)]
-    return session.rebracketed(source, with_options(source, diagnostics))
+    return _with_sound_hints(session, source, session.rebracketed(source, with_options(source, diagnostics)))
+
+
+_MAX_VERIFIED = 4  # errors whose hints are tried
+
+
+def _with_sound_hints(session: Session, source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """Return diagnostics without the hints whose code leads to another error in its place."""
+    known = {(d.name, d.message) for d in diagnostics}
+    errors = [d for d in diagnostics if d.is_error and d.fixes and d.span is not None and d.hint and "`" in d.hint]
+    unsound: set[int] = set()
+    for error in errors[:_MAX_VERIFIED]:
+        edits = error.fixes[0].edits
+        if error.code.startswith("E1") or any(e.span.source.name != source.name or e.span.expansion for e in edits):
+            continue
+        trial = Source(source.name, with_edits(source.text, error.fixes[0].text_edits))
+        start = min(edit.span.start for edit in edits)
+        end = max(edit.span.end for edit in edits) + sum(len(edit.text) for edit in edits)
+        for d in session.check(trial).diagnostics:
+            is_near = d.span is not None and d.span.start < end and start < d.span.end
+            if d.is_error and is_near and (d.name, d.message) not in known:
+                unsound.add(id(error))
+    return [replace(d, hint=None, fixes=()) if id(d) in unsound else d for d in diagnostics]
 
 
 def declaration_errors(scene: Scene, stated: Sequence[Declaration] = ()) -> list[Diagnostic]:

@@ -974,7 +974,7 @@ def settled(
     sources = tuple(sources)
     remaining = list(diagnostics)
     for source in sources:
-        if not is_python(source) and any(d.is_error for d in remaining):
+        if not is_python(source) and any(d.is_error or d.name == "conditional-failure" for d in remaining):
             from scenelang.interpreter.checker.angles import with_meant_conversions
             from scenelang.interpreter.checker.habits import explain
 
