@@ -54,12 +54,19 @@ def unreadable(path: str, shown: str, reason: str, hint: str | None = None) -> S
     if folder and not os.path.isdir(folder):
         missing = _first_missing(folder, shown_folder)
         return SceneError("file", f"there is no file {shown}", f"the folder {missing} does not exist")
-    names = _files_in(folder)
-    near = close_matches(name.lower(), [other.lower() for other in names], 1, _NEAR)
-    meant = next((other for other in names if near and other.lower() == near[0]), None)
+    meant = _nearest(name, _files_in(folder))
     if meant is not None:
         return SceneError("file", f"there is no file {shown}", f"did you mean `{os.path.join(shown_folder, meant)}`?")
     return SceneError("file", f"there is no file {shown}", _content_of(folder, shown_folder, name))
+
+
+def _nearest(name: str, others: list[str]) -> str | None:
+    """Return the file whose name is most like another one, apart from the ending; None if none is."""
+    stem = os.path.splitext(name)[0].lower()
+    stems = {os.path.splitext(other)[0].lower(): other for other in reversed(others)}
+    same = [other for other in others if other.lower() == name.lower()]
+    near = close_matches(stem, stems, 1, _NEAR)
+    return same[0] if same else stems[near[0]] if near else None
 
 
 def _first_missing(folder: str, shown: str) -> str:

@@ -544,7 +544,8 @@ def run_import(arguments: argparse.Namespace) -> int:
     path = Path(arguments.file)
     if path.suffix.lower() not in (*IMPORTED_ENDINGS, *SCRIPT_ENDINGS):
         message = f"`{path.name}` is no file that can be imported; expected {', '.join((*IMPORTED_ENDINGS, '.py'))}"
-        raise other_file_error(str(path)) or SceneError("file", message)
+        hint = f'it is a program already; a program uses it by `(import "{path.name}")`'
+        raise other_file_error(str(path)) or SceneError("file", message, hint if path.suffix == ".scene" else None)
     if path.suffix.lower() == ".scad":
         from scenelang.backends.openscad.converting import imported
     elif path.suffix.lower() in SCRIPT_ENDINGS:

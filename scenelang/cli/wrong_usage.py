@@ -22,6 +22,9 @@ Build = Callable[[str], argparse.ArgumentParser]
 def missing_command(words: Sequence[str]) -> str | None:
     """Return the line about words without a command, such as ``-o chair.stl chair.scene``, or None."""
     first = words[0]
+    if f"--{first}" in _HELP and first not in COMMANDS:
+        command = f"{words[1]} " if len(words) > 1 and words[1] in COMMANDS else ""
+        return f"unknown command `{first}`; it is an option: `scenelang {command}--{first}`"
     is_option = first.startswith("-") and first not in _HELP
     is_file = first not in COMMANDS and (first.endswith(".scene") or os.path.isfile(first))
     if not (is_option or is_file):
@@ -81,7 +84,7 @@ class Adviser:
         own = dict(_options(self._parser))
         owners = self._owners(option)
         others = {name: action for name, action in owners.items() if option in dict(_options(self._build(name)))}
-        meant = _meant(option, own, next(iter(others.values()), None))
+        meant = _for_file(own, value) or _meant(option, own, next(iter(others.values()), None))
         if others:
             line += f", which is one of {_listed(list(others))}"
         if meant is not None:
@@ -110,10 +113,28 @@ class Adviser:
             action.metavar == "FILE" and "standard input" in str(action.help) for action in self._parser._actions
         )
         if "FILE" not in match[1].split(", ") or not reads_input:
-            return None
+            return self._missing_arguments(match[1].split(", "))
         rest = " ".join(self._words[1:])
         command = printable(f"scenelang {self._command} - {rest}".rstrip())
         return f"{match[1]} is missing: name a program, or read standard input by `{command}`"
+
+    def _missing_arguments(self, names: Sequence[str]) -> str:
+        """Return the line about arguments that are missing, with the command line that has them."""
+        written = []
+        for action in self._parser._actions:
+            flags = action.option_strings
+            if "/".join(flags) in names or (not flags and (action.metavar or action.dest) in names):
+                metavar = action.metavar if isinstance(action.metavar, str) else action.dest
+                written.append(f"{flags[0]} {metavar}" if flags else metavar)
+        verb = "is" if len(names) == 1 else "are"
+        command = printable(f"scenelang {' '.join(self._words)} {' '.join(written)}")
+        return f"{', '.join(names)} {verb} missing: `{command}`"
+
+
+def _for_file(own: Mapping[str, Any], value: str) -> str | None:
+    """Return the option that takes files with the ending of a value, such as ``--html OUT.html``."""
+    ending = os.path.splitext(value)[1].lower()
+    return next((flag for flag, action in own.items() if ending and str(action.metavar).endswith(ending)), None)
 
 
 def _options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
@@ -137,22 +158,24 @@ def _meant(option: str, own: Mapping[str, Any], other: Any) -> str | None:
     of the unknown name or contains it, is described by its word, or is spelled like it.
     """
     if other is not None:
-        codes = set(re.findall(r"`([^`]+)`", _help(other)))
-        return next(
-            (flag for flag, action in own.items() if codes & set(re.findall(r"`([^`]+)`", _help(action)))), None
-        )
+        codes = _codes(other)
+        alike = next((flag for flag, action in own.items() if codes & _codes(action)), None)
+        return alike or _described(option, own)
     stem = option.lstrip("-")
     contained = [flag for flag in own if len(flag[2:]) >= _MIN_STEM and flag[2:] in stem]
     containing = [flag for flag in own if len(stem) >= _MIN_STEM and stem in flag[2:]]
     if contained or containing:
         return max(contained, key=len, default="") or min(containing, key=len)
     near = near_names(option, own)
-    described = [
-        flag for flag, action in own.items() if re.search(rf"\b{re.escape(stem.rstrip('s'))}\b", _help(action))
-    ]
-    if len(described) == 1 and len(stem) >= _MIN_STEM:
-        return described[0]
-    return near[0] if near else None
+    return _described(option, own) or (near[0] if near else None)
+
+
+def _described(option: str, own: Mapping[str, Any]) -> str | None:
+    """Return the only option whose help text has the word of an unknown one."""
+    stem = option.lstrip("-")
+    word = re.compile(rf"\b{re.escape(stem.rstrip('s'))}\b")
+    described = [flag for flag, action in own.items() if word.search(_help(action))]
+    return described[0] if len(described) == 1 and len(stem) >= _MIN_STEM else None
 
 
 def _codes(action: Any) -> set[str]:
