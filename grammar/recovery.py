@@ -21,7 +21,7 @@ MAX_CHUNKS = 4  # malformed forms of a text that are repaired; each costs up to 
 _MAX_TOKENS = 4_000  # of a malformed form: the cost of an edit is linear in them, and there are as many edits
 _MAX_TRIED = 300  # edits of a form whose indentation is compared, the last ones before the contradiction
 _MAX_CANDIDATES = 16  # edits of a form that are returned: the program is checked once for each of them
-_FORM_START = lazy_pattern(r"^(?=\()", re.M)
+_FORM_START = lazy_pattern(r"(?:[ \t]*(?:;[^\n]*)?\n)*(?=\()")  # at the margin, behind blank lines and comments
 _CONTEXT_CHARACTERS = 30  # before an edit, in a hint
 # Costs of a line: one that begins left of its list contradicts the nesting more than one that lines up with nothing.
 _LEFT_COST, _UNALIGNED_COST = 2, 1
@@ -129,11 +129,11 @@ def _advice(source: Source, edit: BracketEdit) -> tuple[str, str]:
     """Return the title of a fix, and a hint with its place."""
     line = source.position(edit.start)[0]
     before = source.text[source.line_start(line) : edit.start].strip()
-    rest = source.line(line)[edit.end - source.line_start(line) :].strip()
+    rest = source.line(line)[edit.end - source.line_start(line) :].rstrip("\n")
     place = f"in line {line}"
-    if before and edit.start == edit.end and not rest.strip(edit.text[0]):
+    if before and edit.start == edit.end and not rest.strip().strip(edit.text[0]):
         place = f"at the end of line {line}"
-        following = _FORM_START.search(source.text, edit.end)
+        following = _FORM_START.match(source.text, edit.end + len(rest) + 1)
         if following is not None:
             place += f": a new form begins in line {source.position(following.end())[0]}"
     elif before:
@@ -166,7 +166,7 @@ def moved_brackets(span: Span) -> Iterator[tuple[Fix, str]]:
             if len(item.items) > _MIN_CLOSED:
                 at, last = item.items[-2].span.end, item.items[-1].span
                 yield _moved(source, before, at, f"close `({head}` before `{_beginning(last.text)}`")
-            if number + 1 < len(owner.items):
+            if number + 1 < len(owner.items) and len(item.items) >= _MIN_CLOSED:
                 following = owner.items[number + 1].span
                 yield _moved(source, before, following.end, f"close `({head}` after `{_beginning(following.text)}`")
 

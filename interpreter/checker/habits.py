@@ -10,11 +10,10 @@ from __future__ import annotations
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from typing import Any
 
-from scenelang.grammar.datum import Source, Span, replace
+from scenelang.grammar.datum import Source, Span, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker.idioms import (

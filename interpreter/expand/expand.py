@@ -299,7 +299,8 @@ class Expander:
             variable = Variable(name, atom.span, is_global, recursive)
         variable.from_macro = isinstance(atom.value, Alias)
         variable.shadows = isinstance(existing, (Builtin, PaperForm))
-        variable.hides = existing if isinstance(existing, Variable) and existing is not variable else None
+        if not is_global:
+            variable.hides = existing if isinstance(existing, Variable) else None
         scope.bind(atom.value, variable)
         self.record_use(atom, variable, defines=True)
         return variable
