@@ -33,7 +33,9 @@ def depth_error(limits: Limits, error: RecursionError) -> Diagnostic:
     """Return the diagnostic of a stack overflow, at the call that repeats."""
     chain = _innermost_calls(error)
     counts = Counter(name for name, _ in chain)
-    repeated = next((call for call in chain if counts[call[0]] > 1), None)
+    # Of functions that call each other, the stack may end in any: the same one is named every time.
+    names = sorted((name for name in counts if counts[name] > 1), key=lambda name: (not name.startswith('"'), name))
+    repeated = next((call for call in chain if names and call[0] == names[0]), None)
     if repeated is None:
         message = f"maximum call depth of {limits.depth:,} exceeded"
         span = chain[0][1] if chain else None
