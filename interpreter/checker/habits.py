@@ -562,7 +562,7 @@ def _parallel_lets(source: Source, tree: Tree, unbound: frozenset[int]) -> Itera
             head, defined = tree.items[0], bindings[names[atom.text]]
             edit = Edit(Span(source, head.start, head.end), "letrec" if names[atom.text] == number else "let*")
             hint = f"write `{edit.text}`, which binds the names one after another"
-            fixes = (Fix(f"Change to `{edit.text}`", (edit,), safe=True),)
+            fixes: tuple[Fix, ...] = (Fix(f"Change to `{edit.text}`", (edit,), safe=True),)
             if names[atom.text] == number:
                 hint = "write `letrec`, whose values see all its names"
             elif names[atom.text] > number:
@@ -694,8 +694,8 @@ def _infix(source: Source, tree: Tree) -> Iterator[Habit]:
         end = start + 1
         while end + 1 < len(items) and _is_operator(items[end]) and _is_operand(items[end - 1], items[end + 1]):
             end += 2
-        if end > start + 1:
-            run = items[start:end]
+        run = items[start:end]
+        if len(run) > 1 and "\n" not in source.text[run[0].start : run[-1].end]:
             text = _prefixed(source, run)
             edits = (Edit(Span(source, run[0].start, run[-1].end), text),)
             written = _edited(source, tree, edits) if tree.opener == "[" else text
@@ -708,12 +708,15 @@ def _infix(source: Source, tree: Tree) -> Iterator[Habit]:
 
 
 def _is_operator(tree: Tree) -> bool:
-    return tree.text in _POWER_OF
+    """Return whether a datum is an operator; ``//`` more often begins a comment of another language."""
+    return tree.text in _POWER_OF and tree.text != "//"
 
 
 def _is_operand(*items: Tree) -> bool:
     """Return whether datums may be operands: no operators, keywords or strings."""
-    return not any(_is_operator(item) or item.text.startswith((":", '"', "'", ",")) for item in items)
+    return not any(
+        _is_operator(item) or _is_entity(item) or item.text.startswith((":", '"', "'", ",", "//")) for item in items
+    )
 
 
 def _prefixed(source: Source, run: Sequence[Tree]) -> str:

@@ -13,7 +13,6 @@ from scenelang.grammar import ast
 from scenelang.grammar.ast import FormError, parse_core
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, suggest
-from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import read_part, read_pieces
 from scenelang.interpreter.checker.book import KindBook
 from scenelang.interpreter.checker.rules import FactCache, FormFacts
@@ -223,7 +222,6 @@ def checked_value(param: Param, value: Any, span: Span) -> Datum:
     number = datum.value if isinstance(datum, Atom) and type(datum.value) in (int, float) else None
     is_option = not _encloses(param.span, datum.span)
     needs_number = param.minimum is not None or param.maximum is not None
-    needs_number = needs_number or (is_option and _NUMBER.fullmatch(param.default) is not None)
     low = -math.inf if param.minimum is None else param.minimum
     high = math.inf if param.maximum is None else param.maximum
     if (number is None and needs_number) or (number is not None and not low <= number <= high):
@@ -236,9 +234,6 @@ def checked_value(param: Param, value: Any, span: Span) -> Datum:
     return datum
 
 
-_NUMBER = lazy_pattern(r"-?(\d+\.?\d*|\.\d+)")
-
-
 def _encloses(outer: Span, inner: Span) -> bool:
     """Return whether a span is inside another one."""
     return inner.source is outer.source and outer.start <= inner.start and inner.end <= outer.end
@@ -248,8 +243,6 @@ def _limits_of(param: Param) -> str:
     """Return the numbers that a param may be."""
     if param.minimum is not None and param.maximum is not None:
         return f" from {param.minimum} to {param.maximum}"
-    if param.minimum is None and param.maximum is None:
-        return ""
     return f" of at least {param.minimum}" if param.minimum is not None else f" of at most {param.maximum}"
 
 

@@ -186,14 +186,15 @@ def _named_values(inference: KindInference, node: ast.Call, argument: Any) -> st
     """Return the hint for values without names: the call with the names that they may have, or these names."""
     if type(node.word) is not ast.Constant:
         return None
-    given = {str(key.value) for key in node.arguments if is_keyword(key)}
+    arguments: Sequence[Any] = node.arguments
+    given = {str(key.value) for key in arguments if is_keyword(key)}
     names = [name for name in _attribute_names(inference, node.word.value) if name not in given]
     function = inference.world.word_function(node.word.value)
     if function is not None and not any(p.kind in ("keyword", "keys") for p in function.parameters):
         name = next((p.name for p in function.parameters if p.kind == "required"), "size")
         call = f"(call {node.word.span.text} :{name} {argument.span.text[:MAX_SHOWN]})"
         return f"give it a keyword parameter, `(lambda (:{name}) ...)`, and write `{call}`"
-    plain = node.arguments if not given else (argument,)
+    plain = arguments if not given else (argument,)
     is_written = all(value.span.expansion is None for value in (node, *plain))
     if function is not None and is_written and len(plain) <= len(names):
         pairs = " ".join(f":{name} {value.span.text}" for name, value in zip(names, plain))

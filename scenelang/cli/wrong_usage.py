@@ -33,11 +33,11 @@ def missing_command(words: Sequence[str]) -> str | None:
     programs = [word for word in words if word not in outputs and not word.startswith("-") and "." in word]
     program = next((word for word in programs if word.endswith(".scene")), programs[0] if programs else "FILE")
     written = f" -o {outputs[0]}" if outputs else ""
-    command = writer_of(outputs[0]) if outputs else None
+    writer = writer_of(outputs[0]) if outputs else "run"
     line = f"a command is missing before `{printable(first)[:_MAX_SHOWN]}`"
-    if outputs and command is None:
+    if writer is None:
         return f"{line}; see `scenelang --help` for a list of commands"
-    return f"{line}: `scenelang {command or 'run'} {printable(program)[:_MAX_SHOWN]}{printable(written)[:_MAX_SHOWN]}`"
+    return f"{line}: `scenelang {writer} {printable(program)[:_MAX_SHOWN]}{printable(written)[:_MAX_SHOWN]}`"
 
 
 def writer_of(output: str) -> str | None:

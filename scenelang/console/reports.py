@@ -162,10 +162,9 @@ class Parser(argparse.ArgumentParser):
     ``advise`` returns the line about arguments that the parser does not know, or about a name that is missing.
     """
 
-    advise: Callable[[Parser, Sequence[str], str], str | None] | None = None
-
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
+        self.advise: Callable[[Sequence[str], str], str | None] | None = None
         for name in (None, "store"):
             self.register("action", name, _Store)
 

@@ -85,15 +85,21 @@ def _entries(error: RecursionError) -> Iterator[TracebackType]:
 def _developments(name: str, error: RecursionError) -> dict[str, list[Any]]:
     """Return the values of each parameter of a function in its outermost calls."""
     values: dict[str, list[Any]] = {}
-    seen: set[int] = set()
-    bodies = (frame for frame in map(_frame_of, _entries(error)) if frame is not None)
-    calls = ((code, frame) for code, frame in bodies if name.strip("`") == code.name)
-    for code, frame in islice(((c, f) for c, f in calls if not (id(f) in seen or seen.add(id(f)))), _SHOWN_VALUES):
+    for code, frame in islice(_calls_of(name.strip("`"), error), _SHOWN_VALUES):
         for parameter in code.parameters:
             if parameter.slot is not None and parameter.slot < len(frame):
                 value = frame[parameter.slot]
                 values.setdefault(parameter.name, []).append(value.value if type(value) is Cell else value)
     return values
+
+
+def _calls_of(name: str, error: RecursionError) -> Iterator[tuple[ClosureCode, list[Any]]]:
+    """Iterate over the calls of a function, the outermost first: its code, and its variables."""
+    seen: set[int] = set()
+    for call in map(_frame_of, _entries(error)):
+        if call is not None and call[0].name == name and id(call[1]) not in seen:
+            seen.add(id(call[1]))
+            yield call
 
 
 def _frame_of(entry: TracebackType) -> tuple[ClosureCode, list[Any]] | None:
