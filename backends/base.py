@@ -356,6 +356,5 @@ def for_file(path: Path | str, work: Work | None = None) -> Backend:
             return find(next((backend for backend in writers if backend.is_installed), writers[0]).name)
     known = sorted({ending for backend in candidates for ending in backend.endings})
     shown = f"`{ending}` files" if ending else "files without an extension"
-    raise SceneError(
-        "backend", f"no backend writes {shown}", hint=f"supported extensions: {' '.join(known)}" if known else None
-    )
+    verb = f"`{work.value}` does not write" if work is not None else "no backend writes"
+    raise SceneError("backend", f"{verb} {shown}", hint=f"it writes {' '.join(known)}" if known else None)

@@ -30,7 +30,8 @@ def check_folder(output: Path) -> None:
     if not os.path.isdir(output.parent):  # unlike Path.is_dir, false for a name that is too long
         is_file = os.path.exists(output.parent)
         reason = f"{output.parent} is not a folder" if is_file else f"the folder {output.parent} does not exist"
-        raise SceneError("file", f"cannot write {output}: {reason}")
+        hint = "name another folder" if is_file else f"create it: `mkdir -p {output.parent}`"
+        raise SceneError("file", f"cannot write {output}: {reason}", hint)
     if os.path.isdir(output):
         raise SceneError("file", f"cannot write {output}: it is a directory")
 

@@ -670,6 +670,45 @@ def _chain_lines(chain: Sequence[tuple[str, Span | None]]) -> list[str]:
     return lines
 
 
+_MAX_PLACES = 5  # lines in a note
+
+
+def also_in(lines: Iterable[int]) -> Note | None:
+    """Return the note that lists the other lines in which a mistake occurs, or None if there are none."""
+    others = sorted(set(lines))
+    if not others:
+        return None
+    listed = ", ".join(map(str, others[:_MAX_PLACES])) + (" and others" if len(others) > _MAX_PLACES else "")
+    return Note(f"also in line{'s' * (len(others) > 1)} {listed}")
+
+
+def folded(diagnostics: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """Return diagnostics for people, in which a mistake that is made in several places is told once, with their lines.
+
+    These are findings of one file with the same message and hint, or constructs of another language of one kind.
+    """
+    firsts: dict[tuple[str, str, str, str | None], int] = {}
+    lines: dict[int, list[int]] = {}
+    kept: list[Diagnostic] = []
+    for d in diagnostics:
+        if d.span is None or d.chain:
+            kept.append(d)
+            continue
+        hint = None if d.name == "foreign-syntax" else d.hint
+        number = firsts.setdefault((d.span.source.name, d.code, d.message, hint), len(kept))
+        if number == len(kept):
+            kept.append(d)
+        else:
+            lines.setdefault(number, []).append(d.span.source.position(d.span.start)[0])
+    for number, places in lines.items():
+        span = kept[number].span
+        own = span.source.position(span.start)[0] if span is not None else 0
+        note = also_in(line for line in places if line != own)
+        if note is not None:
+            kept[number] = replace(kept[number], notes=(*kept[number].notes, note))
+    return kept
+
+
 def render_text(diagnostic: Diagnostic, color: bool = False) -> str:
     """Render a diagnostic as text: code, message, location, underlined source line, hint, notes and call stack."""
     style = _STYLES if color else dict.fromkeys(_STYLES, "")

@@ -12,15 +12,16 @@ import sys
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-from scenelang.grammar.datum import Source, Span, dataclass, field, replace
+from scenelang.grammar.datum import ListDatum, Source, Span, dataclass, field, replace, walk
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.lazy_patterns import lazy_pattern
-from scenelang.grammar.reader import Chunk, lexemes, split
+from scenelang.grammar.reader import Chunk, lexemes, read_pieces, split
 
 MAX_CHUNKS = 4  # malformed forms of a text that are repaired; each costs up to 16 checks of the program
 _MAX_TOKENS = 4_000  # of a malformed form: the cost of an edit is linear in them, and there are as many edits
 _MAX_TRIED = 300  # edits of a form whose indentation is compared, the last ones before the contradiction
 _MAX_CANDIDATES = 16  # edits of a form that are returned: the program is checked once for each of them
+_FORM_START = lazy_pattern(r"(?:[ \t]*(?:;[^\n]*)?\n)*(?=\()")  # at the margin, behind blank lines and comments
 _CONTEXT_CHARACTERS = 30  # before an edit, in a hint
 # Costs of a line: one that begins left of its list contradicts the nesting more than one that lines up with nothing.
 _LEFT_COST, _UNALIGNED_COST = 2, 1
@@ -101,7 +102,11 @@ class Recovered:
             is_same = is_sure and not edit.text and span == problem.span
             title, hint = _advice(self.written, edit)
             fix = Fix(title, (Edit(span, edit.text),), safe=is_same)
-            explained.append(replace(problem, hint=hint, notes=(), fixes=(fix,)))
+            if edit.text == '"':
+                problem = _open_string(problem, edit)
+                hint = f'write `{problem.span.text if problem.span is not None else ""}"`'
+            notes = () if problem.name == "unclosed" else problem.notes  # where brackets of two kinds begin
+            explained.append(replace(problem, hint=hint, notes=notes, fixes=(fix,)))
         return explained
 
     def _written_edit(self, number: int) -> BracketEdit:
@@ -111,16 +116,84 @@ class Recovered:
         return BracketEdit(before._offset(edit.start), before._offset(edit.end), edit.text)
 
 
+def _open_string(problem: Diagnostic, edit: BracketEdit) -> Diagnostic:
+    """Return the error about an open string at the place where the string begins, which the next quote seems to end."""
+    assert problem.span is not None
+    source = problem.span.source
+    start = source.text.rfind('"', 0, edit.start)
+    span = Span(source, start, edit.start)
+    return replace(problem, span=span, message=f"the string that begins with `{span.text}` is never closed")
+
+
 def _advice(source: Source, edit: BracketEdit) -> tuple[str, str]:
     """Return the title of a fix, and a hint with its place."""
     line = source.position(edit.start)[0]
     before = source.text[source.line_start(line) : edit.start].strip()
-    place = f"after `{before[-_CONTEXT_CHARACTERS:].strip()}` in line {line}" if before else f"in line {line}"
+    rest = source.line(line)[edit.end - source.line_start(line) :].rstrip("\n")
+    place = f"in line {line}"
+    if before and edit.start == edit.end and not rest.strip().strip(edit.text[0]):
+        place = f"at the end of line {line}"
+        following = _FORM_START.match(source.text, edit.end + len(rest) + 1)
+        if following is not None:
+            place += f": a new form begins in line {source.position(following.end())[0]}"
+    elif before:
+        place = f"after `{_end(before)}` in line {line}"
     if not edit.text:
         return "Remove the bracket", f"remove `{source.text[edit.start : edit.end]}` {place}"
     if edit.start == edit.end:
         return f"Add `{edit.text}`", f"add `{edit.text}` {place}"
     return f"Change to `{edit.text}`", f"write `{edit.text}` for `{source.text[edit.start : edit.end]}` {place}"
+
+
+def moved_brackets(span: Span) -> Iterator[tuple[Fix, str]]:
+    """Iterate over the fixes that move one closing bracket in or around the call at ``span``, with their hints.
+
+    A list inside the call, or inside the one around it, is closed before its last item, or behind the next item.
+    """
+    source = span.source
+    if span.expansion is not None:
+        return
+    lists = [form for form in walk(*read_pieces(source).forms) if isinstance(form, ListDatum) and form.items]
+    around = [form for form in lists if form.span.start <= span.start and span.end <= form.span.end]
+    around.sort(key=lambda form: form.span.end - form.span.start)
+    owners = [*around[:2], *(item for form in around[:1] for item in form.items if isinstance(item, ListDatum))]
+    for owner in owners:
+        for number, item in enumerate(owner.items):
+            if not isinstance(item, ListDatum) or not item.span.text.endswith(")") or not item.items:
+                continue
+            before = Span(source, item.span.end - 1, item.span.end)
+            head = item.items[0].span.text
+            if len(item.items) > _MIN_CLOSED:
+                at, last = item.items[-2].span.end, item.items[-1].span
+                yield _moved(source, before, at, f"close `({head}` before `{_beginning(last.text)}`")
+            if number + 1 < len(owner.items) and len(item.items) >= _MIN_CLOSED:
+                following = owner.items[number + 1].span
+                yield _moved(source, before, following.end, f"close `({head}` after `{_beginning(following.text)}`")
+
+
+_MIN_CLOSED = 2  # items of a call of which one is an argument
+
+
+def _moved(source: Source, before: Span, at: int, hint: str) -> tuple[Fix, str]:
+    """Return the fix that moves a closing bracket to an offset, and the hint with its line."""
+    edits = sorted((Edit(before, ""), Edit(Span(source, at, at), ")")), key=lambda edit: edit.span.start)
+    line = source.position(at)[0]
+    return Fix("Move the bracket", tuple(edits)), f"{hint}, in line {line}"
+
+
+def _beginning(text: str) -> str:
+    """Return the beginning of a datum for a hint."""
+    text = " ".join(text.split())
+    return text if len(text) <= _CONTEXT_CHARACTERS else f"{text[:_CONTEXT_CHARACTERS].rsplit(' ', 1)[0]} ..."
+
+
+def _end(text: str) -> str:
+    """Return the last tokens of a text that are not longer than the context of an edit, at least one."""
+    tokens = [text[start:end] for _, start, end in lexemes(text, 0, len(text))]
+    kept = tokens.pop()
+    while tokens and len(tokens[-1]) + len(kept) <= _CONTEXT_CHARACTERS:
+        kept = tokens.pop() + kept
+    return kept.strip()
 
 
 class _Token(NamedTuple):
@@ -165,7 +238,8 @@ def bracket_edits(chunk: Chunk) -> list[BracketEdit]:
         part, several = _best(chunk, tokens, _edits(tokens, *single), sum(missing) - 1)
         if several and (not best or part < cost):
             return several[-1:]
-    return best
+    at_end = [BracketEdit(tokens[-1].end, tokens[-1].end, ")")] if missing == (1, 0) else []
+    return [*at_end, *best] if at_end and at_end[0] not in best else best
 
 
 def quote_edits(text: str) -> list[BracketEdit]:

@@ -155,7 +155,9 @@ def picture_size(text: str) -> tuple[int, int]:
     """Parse an image size ``WIDTHxHEIGHT`` in pixels."""
     match = re.fullmatch(r"(\d+)x(\d+)", text)
     if match is None or not all(1 <= int(side) <= _MAX_SIDE for side in match.groups()):
-        raise ValueError(f"invalid size `{text}`; expected WIDTHxHEIGHT, such as 800x600")
+        numbers = [int(digits) for digits in re.findall(r"\d+", text)[:2] if 1 <= int(digits) <= _MAX_SIDE]
+        example = f"{numbers[0]}x{numbers[-1]}" if numbers else "800x600"
+        raise ValueError(f"invalid size `{text}`; expected WIDTHxHEIGHT, such as {example}")
     return int(match[1]), int(match[2])
 
 

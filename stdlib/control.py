@@ -270,7 +270,7 @@ def assertion_failed(rt: Runtime, message: Any) -> Any:
                  " [:along] [:around] [:across] [:about] [:message] [:negated] [:first] [:last] [:sometime] [:never]",
                  "None",
                  "State a relation of objects about the entity that is being made, or at top level about the scene, as"
-                 " `assert-that` does. `check --run` tests whether it holds.",
+                 " `assert-that` does. `run` and `check --run` test whether it holds.",
                  ('(declare-that "on" (list "cup" "table") :any #t)', "none"))  # fmt: skip
 def declare_that(rt: Runtime, relation: str, operands: Any, **options: Any) -> None:
     rt.declare(declared(relation, items(rt, operands, "declare-that"), options, rt.site))

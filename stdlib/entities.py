@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime import parts
 from scenelang.interpreter.runtime.procedures import items_of
-from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import Mismatch, Registry, numbers_of, type_name, vector_of
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.bounds import UNIT_BOX, parts_box
@@ -88,7 +88,7 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
         return _finite("scale", pose.scaling, factors, factors, factors, origin)
     numbers = numbers_of(factors, rt)
     if numbers is None:
-        message = f"`scale` expects one or three numbers, got {type_name(factors)}: {show(factors, 60)}"
+        message = f"`scale` expects one or three numbers, got {described(factors, 60)}"
         raise SceneError("type", message, "write `(scale factor)` or `(scale [x y z])`")
     try:
         x, y, z = _point("scale", "`factors`", vector_of(numbers))

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.procedures import array_rows, warn_set_order
+from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.show import from_numpy as from_numpy
 from scenelang.interpreter.runtime.show import numbers_to_numpy as numbers_to_numpy
-from scenelang.interpreter.runtime.show import show
-from scenelang.interpreter.runtime.types import type_name, vector_of
+from scenelang.interpreter.runtime.types import vector_of
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.values import values
@@ -82,7 +82,7 @@ def to_numpy(rt: Runtime, value: Any, name: str = "array") -> Numpy:
 
 def not_numeric(name: str, value: Any) -> SceneError:
     """Return the error for an argument that is neither a number nor an array."""
-    message = f"`{name}` expects numbers or arrays, got {type_name(value)}: {show(value, 60)}"
+    message = f"`{name}` expects numbers or arrays, got {described(value, 60)}"
     return SceneError("type", message)
 
 
@@ -231,7 +231,7 @@ def without_overflow(data: Numpy, growth: int) -> Numpy:
 
 def wrong_type(name: str, expected: str, value: Any, hint: str | None = None) -> SceneError:
     """Return the error for an argument ``value`` of the function ``name`` that is not ``expected``."""
-    return SceneError("type", f"`{name}` expects {expected}, got {type_name(value)}: {show(value, 60)}", hint=hint)
+    return SceneError("type", f"`{name}` expects {expected}, got {described(value, 60)}", hint=hint)
 
 
 def not_a_sequence(name: str, value: Any) -> SceneError:

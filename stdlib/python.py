@@ -18,7 +18,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime import parts
-from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import Registry, type_name, vector_of
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.values import values
@@ -457,7 +457,7 @@ def _field(rt: Runtime, template: str, match: re.Match[str], arguments: _Argumen
         text: str = spec % (converted,)
         return text
     except (TypeError, ValueError, OverflowError):
-        reason = f"{spec} does not accept {type_name(value)}: {show(value, 40)}"
+        reason = f"{spec} does not accept {described(value, 40)}"
         raise _bad_template(template, reason) from None
 
 

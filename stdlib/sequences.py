@@ -7,7 +7,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError, suggest
-from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import Registry, type_name
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.values.values import (
@@ -399,7 +399,7 @@ def to_index(key: Any, name: str = "ref") -> int:
         return key
     if type(key) is float and key.is_integer():
         return int(key)
-    raise SceneError("type", f"`{name}` expects an Integer as the index, got {type_name(key)}: {show(key, 40)}")
+    raise SceneError("type", f"`{name}` expects an Integer as the index, got {described(key, 40)}")
 
 
 def check_index(index: int, length: int, sequence: Any) -> int:
@@ -415,7 +415,7 @@ def check_index(index: int, length: int, sequence: Any) -> int:
 def _name_of(key: Any, kind: str) -> str:
     if type(key) in (Keyword, Symbol, str):
         return str(key)
-    message = f"`ref` expects the name of {kind}, such as `:size`, got {type_name(key)}: {show(key, 40)}"
+    message = f"`ref` expects the name of {kind}, such as `:size`, got {described(key, 40)}"
     raise SceneError("type", message)
 
 
@@ -693,7 +693,7 @@ def sort_key(rt: Runtime, value: Any, depth: int = 0) -> Any:
         return [sort_key(rt, item, depth + 1) for item in items(rt, value, "sort")]
     if depth:
         return value  # not comparable, but an earlier item may determine the order
-    message = f"expected numbers, strings or lists of these to compare, got {type_name(value)}: {show(value, 60)}"
+    message = f"expected numbers, strings or lists of these to compare, got {described(value, 60)}"
     raise SceneError("type", message, hint="to compare other values, add `:key` or a function such as `<`")
 
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import io
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -444,6 +446,49 @@ USAGE = [
 @pytest.mark.parametrize("words", USAGE, ids=" ".join)
 def test_wrong_usage(words: list[str], shell: Shell) -> None:
     assert "usage:" in shell.usage(*words)
+
+
+# A wrong command line, and what its message says: the user's own words, and what to write.
+SAID: list[tuple[str, str]] = [
+    ("-o chair.stl table.scene", "a command is missing before `-o`: `scenelang export table.scene -o chair.stl`"),
+    ("table.scene", "a command is missing before `table.scene`: `scenelang run table.scene`"),
+    ("help render", "`scenelang render --help`"),
+    ("render table.scene --imgsize=640,480", "`render` has no option `--imgsize`; did you mean `--size 640x480`?"),
+    ("render table.scene --params legs=3", "did you mean `--define legs=3`?"),
+    ("bounds table.scene --part leg", "which is one of `render`, `dataset`; did you mean `--word leg`?"),
+    ("view table.scene -o t.html", "did you mean `--html t.html`?"),
+    ("render -o t.png", "FILE is missing: name a program, or read standard input by `scenelang render - -o t.png`"),
+    ("diff table.scene", "B is missing: `scenelang diff table.scene B`"),
+    ("render table.scene more", "unexpected argument `more`; `render` takes one program"),
+    ("render tabel.scene", "did you mean `table.scene`?"),
+    ("render *.scenes", "no file matches `*.scenes`"),
+    ("render table.scene -o t.stl", "`scenelang export table.scene -o t.stl` does"),
+    ("export table.scene -o t.png", "`scenelang render table.scene -o t.png` does"),
+    ("export table.scene -o t.fbx", "most tools read t.glb"),
+    ("export table.scene -o a/b.glb", "create it: `mkdir -p a`"),
+    ("render table.scene -o t.gif --frame 3 --frames 9", "`--frame` and `--frames` exclude each other"),
+    ("render table.scene -o t.gif --frames 0", "(--frames), got 0"),
+    ("render table.scene -o t.png --camera 1,2,3", "the camera `1,2,3` is a position"),
+    ("render table.scene -o t.png --camera front", "`--camera azimuth=0,elevation=0`"),
+    ("transpile table.scene", "`scenelang export table.scene --to python -o table.py`"),
+    ("check table.scene --that '(on leg top)'", """write `--that '(on "leg" "top")'`"""),
+    ("run table.scene --define legs", "write `--define legs=VALUE`"),
+    ("check packed.scene", "packed.scene is compressed by gzip, not text"),
+    ("check wide.scene", "wide.scene is encoded as UTF-16"),
+    ("run blank.scene", "blank.scene is empty (0 bytes)"),
+    ("fmt mill.py", "`scenelang transpile mill.py -o mill.scene`"),
+]
+
+
+@pytest.mark.parametrize(("line", "said"), SAID, ids=[line for line, _ in SAID])
+def test_a_wrong_command_line_says_what_to_write(line: str, said: str, shell: Shell) -> None:
+    shell.write("packed.scene", b"\x1f\x8b\x08\x00")
+    shell.write("wide.scene", TABLE.encode("utf-16"))
+    shell.write("blank.scene", "")
+    shell.write("mill.py", "x = 1")
+    with suppress(SystemExit):
+        assert main(shlex.split(line)) in (1, 2)
+    assert said in shell.capsys.readouterr().err
 
 
 def test_without_a_command_help_lists_all_by_what_they_are_for(shell: Shell) -> None:

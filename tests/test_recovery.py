@@ -118,7 +118,7 @@ def test_a_keyword_without_its_colon() -> None:
 
 def test_the_hint_says_where() -> None:
     found = checked(STOOL.replace("[1 .1 1]))", "[1 .1 1])"))
-    assert [d.hint for d in found] == ['add `)` after `(call "cube" :scale [1 .1 1])` in line 3']
+    assert [d.hint for d in found] == ["add `)` at the end of line 3"]
     assert [d.fixes[0].safe for d in found] == [False]
 
 

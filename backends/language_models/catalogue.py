@@ -417,8 +417,9 @@ def find_model(name: str, price: str | None = None, is_free: bool = False) -> Mo
         row = {"input": 0.0, "output": 0.0}
     if row is None:
         near = suggest(name, known_models())
-        hint = f"{near + ' If not, ' if near else ''}specify it with --price INPUT,OUTPUT in dollars per million tokens"
-        message = f"unknown price of the model `{name}`, so its cost cannot be limited"
+        price = "specify its price with --price INPUT,OUTPUT in dollars per million tokens, so that its cost is limited"
+        hint = f"{near + ' If the name is right, ' if near else ''}{price}"
+        message = f"unknown model `{name}`"
         raise SceneError("model-price", message, hint)
     return _model(name, row)
 

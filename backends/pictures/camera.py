@@ -375,6 +375,12 @@ def parse_viewpoint(text: str) -> Viewpoint | Camera:
     if text.strip().lower().endswith(".json"):
         return read_camera(Path(text.strip()))
     items = [part for part in (piece.strip() for piece in text.split(",")) if part]
+    if len(items) > 1 and all(map(_is_number, items)):
+        raise SceneError("value", f"the camera `{text[:60]}` is a position, which is not taken", hint=_PLACED)
+    if len(items) == 1 and items[0].lower() in _SIDES:
+        azimuth, elevation = _SIDES[items[0].lower()]
+        hint = f"from this side: `--camera azimuth={azimuth},elevation={elevation}`; presets: {', '.join(PRESETS)}"
+        raise SceneError("value", f"the camera has no preset `{items[0]}`", hint=hint)
     start = PRESETS.get(items[0]) if items else None
     changes: dict[str, float | bool | Point] = {}
     for item in items[1:] if start is not None else items:
@@ -383,6 +389,25 @@ def parse_viewpoint(text: str) -> Viewpoint | Camera:
             raise SceneError("value", f"the camera's `{key}` is given twice")
         changes[key] = value
     return checked(replace(start or Viewpoint(), **changes))  # type: ignore[arg-type]
+
+
+# Names of views in other tools: azimuth and elevation.
+_SIDES = {
+    "front": (0, 0), "right": (90, 0), "back": (180, 0), "rear": (180, 0), "left": (-90, 0), "side": (90, 0),
+    "bottom": (0, -90), "below": (0, -90), "above": (0, 90),
+}  # fmt: skip
+_PLACED = (
+    "give the direction and the distance, as `--camera azimuth=40,elevation=20,distance=5`, a preset "
+    f"({', '.join(PRESETS)}) or the JSON file of a camera"
+)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _change(item: str) -> tuple[str, float | bool | Point]:

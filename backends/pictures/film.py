@@ -399,10 +399,15 @@ def check_output(path: Path, frame: int | None, film: FilmOptions, backends: int
     known = sorted({*STILL_ENDINGS, *ENDINGS})
     if ending not in known:
         shown = f"`{ending}` files" if ending else "files without an extension"
-        raise SceneError("backend", f"no backend writes {shown}", hint=f"supported extensions: {' '.join(known)}")
+        raise SceneError("backend", f"`render` does not write {shown}", hint=f"it writes {' '.join(known)}")
     if is_film(path, film.is_wanted):
         if frame is not None:
-            raise SceneError("value", "`--frame` selects one picture, but the output is a film")
+            given = [name for name in ("frames", "fps", "orbit") if getattr(film, name) is not None]
+            if given:
+                message = f"`--frame` and `--{given[0]}` exclude each other: one picture, or a film"
+                raise SceneError("value", message, f"leave out `--frame {frame}` or `--{given[0]}`")
+            message = f"`--frame {frame}` selects one picture, but {path.name} is a film"
+            raise SceneError("value", message, f"write a picture, such as {path.with_suffix('.png').name}")
         check_film(path, FPS if film.fps is None else film.fps)
     elif film.is_wanted:
         hint = f"write {' '.join(ENDINGS)}, or leave out --frames, --fps and --orbit"

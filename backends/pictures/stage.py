@@ -76,7 +76,8 @@ def film(
     """
     count = frames if frames is not None else len(scene.frames) if scene.animated else FILM_FRAMES
     if not 1 <= count <= MOST_FRAMES:
-        raise SceneError("value", f"a film must have 1 to {MOST_FRAMES:,} frames, not {count}")
+        hint = "leave out --frames for all frames of the scene" if frames is not None else "use --frames"
+        raise SceneError("value", f"a film must have 1 to {MOST_FRAMES:,} frames (--frames), got {count}", hint)
     orbit_of_view = view.orbit if isinstance(view, Viewpoint) else None
     angle = orbit if orbit is not None else orbit_of_view
     if angle is None:

@@ -27,7 +27,7 @@ _PROGRAM = """; a comment
     (for/union ((x '(-1 0 1)))
       (transform (call "stool" "a bar stool" :height .7) (translate (vector x 0 0))))))
 (scene "bar")                              ; the root
-(assert-that (count "stool" 3))            ; tested by check --run
+(assert-that (count "stool" 3))            ; tested by run
 """
 _SENTENCE = re.compile(r"^.*?\.(?= [A-Z(]|$)")
 _COMMANDS = (

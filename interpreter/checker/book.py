@@ -6,7 +6,7 @@ infers a form again only when one of them has changed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -27,7 +27,8 @@ from scenelang.interpreter.checker.infer import FormKinds, Need, Passed, infer_f
 from scenelang.interpreter.checker.scene_forms import keyword_fixes
 from scenelang.interpreter.compile.kinds import ANY, ARRAYS, ENTITY, FRAMES, LIST, PART, PARTS, Kind, describe, join
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.runtime.types import STD, call_hint
+from scenelang.interpreter.scene.primitives import is_word
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.program import Program
@@ -49,6 +50,7 @@ class _Entry:
     later: dict[Variable, bool] = field(default_factory=dict)
     assigned: dict[Variable, bool] = field(default_factory=dict)
     numbers: dict[Variable, float | None] = field(default_factory=dict)
+    arrays: dict[Variable, ast.ArrayLiteral | None] = field(default_factory=dict)
 
 
 class _View:
@@ -91,6 +93,11 @@ class _View:
         number = self.entry.numbers[variable] = self._version.constant_of(variable)
         return number
 
+    def array_of(self, variable: Variable) -> ast.ArrayLiteral | None:
+        """Return the array that a variable always has, and record the answer."""
+        array = self.entry.arrays[variable] = self._version.array_of(variable)
+        return array
+
 
 def _is_input(source: Source) -> bool:
     """Return whether a text is an input of the REPL, which later inputs continue."""
@@ -132,11 +139,21 @@ class _Version:
 
     def constant_of(self, variable: Variable) -> float | None:
         """Return the number that a global variable always has, if its definition shows it."""
+        value = self._value_of(variable)
+        return number_of(value) if value is not None else None
+
+    def array_of(self, variable: Variable) -> ast.ArrayLiteral | None:
+        """Return the array that a global variable always has, if its definition shows it."""
+        value = self._value_of(variable)
+        return value if type(value) is ast.ArrayLiteral else None
+
+    def _value_of(self, variable: Variable) -> Any:
+        """Return the expression that defines a global variable which is never changed, or None."""
         home = self.homes.get(variable)
         if home is None or self.is_assigned(variable) or self._first[variable] != home:
             return None
         form = self.facts[home].form
-        return number_of(form.value) if type(form.target) is Variable else None
+        return form.value if type(form.target) is Variable else None
 
     def kind_of(self, variable: Variable, group: int) -> Kind:
         """Return the kind of a global variable as seen by the forms of a group."""
@@ -226,6 +243,7 @@ def _is_valid(entry: _Entry, version: _Version, group: int, index: int) -> bool:
         and all(version.is_assigned(variable) == assigned for variable, assigned in entry.assigned.items())
         and all(version.is_later(variable, index) == later for variable, later in entry.later.items())
         and all(version.constant_of(variable) == number for variable, number in entry.numbers.items())
+        and all(version.array_of(variable) is array for variable, array in entry.arrays.items())
     )
 
 
@@ -301,7 +319,8 @@ def findings(program: Program, root: str | None, is_written: bool = True) -> lis
     if root is not None and _scene_word(program) == root and program.kinds.scene is not None:
         scene = program.kinds.scene
         diagnostics += [*scene.findings, *(d for _, d in misuses(scene, needs))]
-    diagnostics += endless_recursions(results)
+    shadowing = {variable.name for facts in program.facts for variable in facts.defined if variable.shadows}
+    diagnostics += endless_recursions(results, shadowing)
     diagnostics += _unbound_root(program, root)
     if program.ok and not any(d.is_error for d in diagnostics):
         for facts, result in zip(program.facts, results):
@@ -530,7 +549,7 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     if infix is not None:
         hint, fixes = f"the operator comes first: `{infix.edits[0].text}`", (infix,)
     return Diagnostic(
-        name, message, passed.argument.span, hint or f"parameters: {passed.usage}", (note,), fixes=fixes,
+        name, message, passed.argument.span, hint or call_hint(passed.owner, passed.usage), (note,), fixes=fixes,
         expected=use.expected, found=describe(passed.kind), signature=passed.usage,
     )  # fmt: skip
 
@@ -538,8 +557,11 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
 # --- infinite recursion: functions that always call themselves, directly or through others ----------------------------
 
 
-def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
-    """Return a warning for each cycle of functions that always call the next one, found by depth-first search."""
+def endless_recursions(results: Sequence[FormKinds], shadowing: Collection[str] = ()) -> list[Diagnostic]:
+    """Return a warning for each cycle of functions that always call the next one, found by depth-first search.
+
+    ``shadowing`` are the names of functions of the program that hide a builtin.
+    """
     calls = [call for result in results for call in result.always_calls]
     edges: dict[Any, list[tuple[Any, Any]]] = {}
     for caller, callee, span in sorted(calls, key=lambda call: call[0].name):  # a session's forms are in any order
@@ -557,7 +579,7 @@ def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
             node = None
             for callee, span in pending[-1]:
                 if callee in path:
-                    warnings.append(_endless(callee, span))
+                    warnings.append(_endless(callee, span, shadowing))
                 elif callee in edges and callee not in done:
                     node = callee
                     break
@@ -567,7 +589,7 @@ def endless_recursions(results: Sequence[FormKinds]) -> list[Diagnostic]:
     return warnings
 
 
-def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
+def _endless(function: ast.Lambda, span: Span, shadowing: Collection[str]) -> Diagnostic:
     """Return the warning about an infinite recursion.
 
     It is a warning, although the call always fails: a program that the check rejects does not run, and so would show no
@@ -576,4 +598,8 @@ def _endless(function: ast.Lambda, span: Span) -> Diagnostic:
     name = function.name if function.name.startswith('"') else f"`{function.name}`"
     message = f"infinite recursion: {name} always calls itself"
     hint = "put the call into a branch: `(if test (...) ...)`"
+    if function.name.startswith('"') and is_word(function.name.strip('"')):
+        hint = f"{name} is bound here, so it is no longer the primitive: give your word another name"
+    elif function.name in shadowing:
+        hint = f"{name} is defined here and hides the builtin function: call that as `std/{function.name}`"
     return Diagnostic("endless-recursion", message, span, hint)

@@ -18,17 +18,18 @@ from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker.common import (
     A_PART,
+    MAX_SHOWN,
     accepts,
+    advice_on_value,
     may_be_parts,
     number_of,
     plural,
     shown,
     swap_fix,
     triple_fix,
-    unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.compile.analyze import called_builtin
+from scenelang.interpreter.compile.analyze import called_builtin, walk
 from scenelang.interpreter.compile.kinds import (
     ANY,
     ARRAYS,
@@ -455,7 +456,8 @@ def check_values(
     divisors = nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ()
     if name in _DIVISIONS and any(inference.number_of(divisor) == 0 for divisor in divisors):
         if not any(kind is ANY or kind.tag not in ("Integer", "Float") for kind in kinds[:1]):
-            inference.report("zero-division", f"division by zero in `{name}`", node.span, expected="another number",
+            inference.report("zero-division", f"division by zero in `{name}`", node.span,
+                             _zero_hint(inference, node, divisors), expected="another number",
                              found="0")  # fmt: skip
             return False
     elif name in _DIVISIONS:
@@ -565,7 +567,7 @@ def _check_rejected(
             continue
         if kind is ANY or not {option.tag for option in kind.options} <= tags:
             continue
-        hint, fixes = unquoted_number(argument)
+        hint, fixes = advice_on_value(argument, "Number")
         if name == "ref" and len(nodes) == 2 and accepts("Sequence", kinds[1]) and kinds[1] is not ANY:
             hint = f"the sequence comes first: `(ref {nodes[1].span.text} {argument.span.text})`"
             fixes = swap_fix(node, argument, nodes[1])[1] if accepts("Integer", kind) else ()
@@ -573,7 +575,7 @@ def _check_rejected(
             hint = "a pose is scaled by `(scale n)`"
         inference.report(
             "parts" if tags is _NO_PARTS else "type", f"`{name}` expects {expected}, got {shown(argument, kind)}",
-            node.span, hint or f"signature: {builtin.usage}", fixes=fixes, expected=expected,
+            node.span, hint or builtin.call_hint, fixes=fixes, expected=expected,
             found=describe(kind), signature=builtin.usage,
         )  # fmt: skip
         return False
@@ -609,7 +611,7 @@ def _check_domain(inference: KindInference, node: Any, builtin: Builtin, nodes: 
     error = _failure(builtin, values)
     if error is None:
         return True
-    inference.report(error.name, error.message, node.span, error.hint or f"signature: {builtin.usage}",
+    inference.report(error.name, error.message, node.span, error.hint or builtin.call_hint,
                      signature=builtin.usage)  # fmt: skip
     return False
 
@@ -869,6 +871,18 @@ _FURTHER: dict[str, Callable[..., bool]] = {
 }  # fmt: skip
 
 
+def _zero_hint(inference: KindInference, node: Any, divisors: Sequence[Any]) -> str | None:
+    """Return the hint for a division by an expression that is 0: why it is, and the division that avoids it."""
+    divisor = next(each for each in divisors if inference.number_of(each) == 0)
+    text, whole = divisor.span.text, node.span.text
+    if type(divisor) is ast.Constant or node.span.expansion is not None or len(whole) > MAX_SHOWN:
+        return "divide by another number" if type(divisor) is ast.Constant else None
+    values = {part.span.text: inference.number_of(part) for part in walk(divisor) if type(part) is ast.Reference}
+    known = [f"`{name}` is {value:g}" for name, value in values.items() if value is not None and name != text]
+    because = f", because {' and '.join(known)}" if known else ""
+    return f"`{text}` is 0{because}: treat that case apart, `(if (= {text} 0) 0 {whole})`"
+
+
 def _check_triple(
     inference: KindInference, node: Any, builtin: Builtin, position: int, nodes: Sequence[Any], kinds: Sequence[Kind]
 ) -> bool:
@@ -882,8 +896,9 @@ def _check_triple(
         return True
     hint, fixes = triple_fix(nodes[position])
     inference.report(
-        "value", f"`{builtin.name}` expects three numbers for `{parameters[position].name}`, got {length}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected="a Vector of 3 numbers", found=describe(kind),
+        "value", f"`{builtin.name}` expects three numbers for `{parameters[position].name}`, got {length}",
+        nodes[position].span if type(nodes[position]) is ast.ArrayLiteral else node.span,
+        hint or builtin.call_hint, fixes=fixes, expected="a Vector of 3 numbers", found=describe(kind),
         signature=builtin.usage,
     )  # fmt: skip
     return False

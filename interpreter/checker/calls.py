@@ -16,27 +16,32 @@ from scenelang.interpreter.checker.common import (
     AXES,
     MAX_SHOWN,
     accepts,
+    advice_on_value,
     arity_of,
     is_keyword,
+    is_profile,
     literal_fits,
     may_be_parts,
     meant_keyword,
+    missing_branch,
     name_of,
     number_of,
     plural,
+    profile_hint,
     shown,
     swap_fix,
     turned,
     unquoted_number,
     wrap_fix,
 )
-from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, PART, Kind, describe, item_of
+from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, NONE, PART, Kind, describe, item_of
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, expected_name
+from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, call_hint, expected_name
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference, RecordCode
 
+_MAX_WRITTEN = 80  # characters of a call that a hint shows in full
 _FEW = 4  # keyword arguments that a hint lists
 
 
@@ -133,7 +138,9 @@ def report_not_a_function(
             Fix("Call the word", (Edit(Span(head.span.source, head.span.start, head.span.start), "call "),), safe=True),
         )
     elif type(head) is ast.Reference and isinstance(head.target, Variable) and head.target.shadows:
-        hint = f"`{head.target.name}` is redefined here; call the builtin function as `std/{head.target.name}`"
+        name, place = head.target.name, head.target.span
+        line = f" in line {place.source.position(place.start)[0]}" if place is not None else ""
+        hint = f"`{name}` is defined{line} and hides the function: write `std/{name}`, or give yours another name"
     elif function is ENTITY and is_written and type(head) is ast.Call:
         at = Span(head.span.source, head.span.start, head.span.start)
         hint = "several parts are put together by `union`"
@@ -199,10 +206,11 @@ def split(inference: KindInference, node: Any, arguments: Sequence[Any], name: s
             key = str(argument.value)
             value = next(pending, None)
             if value is None:
-                inference.report("keyword", f"missing value after `:{key}` in a call of {name}", argument.span)
+                hint = f"write a value behind it: `:{key} value`"
+                inference.report("keyword", f"missing value after `:{key}` in a call of {name}", argument.span, hint)
                 return None
             if any(key == known for known, _, _ in keywords):
-                hint = f"parameters: {usage}" if usage else None
+                hint = "leave out one of them"
                 inference.report("keyword", f"duplicate argument `:{key}` of {name}", argument.span, hint)
                 return None
             keywords.append((key, argument, value))
@@ -255,7 +263,7 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
         if written is not None and not signature.keywords:
             return inference.report(
                 "arity", f"`{builtin.name}` takes its arguments by position, not as `{written.span.text}`",
-                written.span, f"signature: {builtin.usage}", fixes=_by_position(node, parameters),
+                written.span, builtin.call_hint, fixes=_by_position(node, parameters),
                 expected="positional arguments", found=written.span.text, signature=builtin.usage,
             )  # fmt: skip
         if signature.keywords and _may_hide_keywords(inference, nodes):
@@ -269,12 +277,25 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
             need_of_argument(inference, builtin, index, parameter, argument)
         elif not _fits(parameter, argument, kind):
             return _report_type(inference, node, builtin, parameter, index, nodes)
+        else:
+            report_half(inference, argument, kind, parameter.type.name)
     if not check_values(inference, node, builtin, nodes, kinds):
         return ANY
     callback = _CALLBACKS.get(builtin.name)
     if callback is not None:
         callback(inference, node, builtin, nodes, kinds)
     return result_of(builtin, kinds, bool(signature.keywords and len(nodes) < len(node.arguments)))
+
+
+def report_half(inference: KindInference, node: Any, kind: Kind, wants: str) -> None:
+    """Report an ``if`` without a second branch where a value of the type ``wants`` is needed."""
+    if kind is ANY or accepts(wants, NONE) or not any(option.tag == "None" for option in kind.options):
+        return
+    found = missing_branch(node, wants)
+    if found is not None:
+        half, message, hint, fixes = found
+        inference.report("conditional-failure", message, half.span, hint, fixes=fixes, always=False,
+                         expected=expected_name(wants), found="`none`")  # fmt: skip
 
 
 def _by_position(node: ast.Application, parameters: Sequence[BuiltinParameter]) -> tuple[Fix, ...]:
@@ -313,7 +334,7 @@ def _report_arity(inference: KindInference, node: ast.Application, builtin: Buil
         fixes = _without_surplus(node, nodes, most)
     return inference.report(
         "arity", f"`{builtin.name}` expects {expected} {noun}, got {count}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected=f"{expected} {noun}",
+        hint or builtin.call_hint, fixes=fixes, expected=f"{expected} {noun}",
         found=plural(count, "argument"), signature=builtin.usage,
     )  # fmt: skip
 
@@ -390,7 +411,7 @@ def _report_type(
         hint, fixes = _advice(inference, builtin, parameter, argument, kind, node)
     return inference.report(
         "type", f"`{builtin.name}` expects {expected} for `{parameter.name}`, got {shown(argument, kind)}", node.span,
-        hint or f"signature: {builtin.usage}", fixes=fixes, expected=expected, found=describe(kind),
+        hint or builtin.call_hint, fixes=fixes, expected=expected, found=describe(kind),
         signature=builtin.usage,
     )  # fmt: skip
 
@@ -423,6 +444,11 @@ def _advice(
 ) -> tuple[str | None, tuple[Fix, ...]]:
     """Return a hint and a fix for one argument of the wrong kind."""
     name = parameter.type.name
+    hint, fixes = advice_on_value(argument, name)
+    if hint is not None:
+        return hint, fixes
+    if name in ("Parts", "Entity") and is_profile(argument):
+        return profile_hint(builtin.name, argument), ()
     text = argument.span.text if argument.span.expansion is None else ""
     is_short = bool(text) and len(text) <= MAX_SHOWN and "\n" not in text
     if name == "Numeric" and kind.tag == "List":
@@ -463,6 +489,9 @@ def _advice(
         return "pass a function: `(lambda (x) ...)`", fixes
     if name == "Entity" and kind.tag == "String" and is_short:
         return f"call the word: `(call {text})`", (wrap_fix(argument, "call"),)
+    takes_function = any(p.type.name == "Function" for p in builtin.signature.positional)
+    if name == "Sequence" and kind is INTEGER and is_short and takes_function:
+        return f"the numbers from 0 are `(iota {text})`", (wrap_fix(argument, "iota"),)
     if name == "Sequence" and kind is ENTITY:
         return _parts_hint(builtin.name, text if is_short else "entity"), ()
     if name == "Parts" and kind.tag == "String" and is_short:
@@ -498,7 +527,7 @@ def _check_builtin_keywords(
             expected = expected_name(parameter.type.name)
             inference.report(
                 "type", f"`{builtin.name}` expects {expected} for `:{key}`, got {shown(value, kind)}", value.span,
-                f"signature: {builtin.usage}", expected=expected, found=describe(kind), signature=builtin.usage,
+                builtin.call_hint, expected=expected, found=describe(kind), signature=builtin.usage,
             )  # fmt: skip
             is_valid = False
     return is_valid
@@ -543,12 +572,23 @@ def report_unknown_keyword(
         return
     near = near_names(key, known) or _abbreviated(key, known)
     fixes = tuple(Fix(f"Change to `:{other}`", (Edit(span, f":{other}"),), safe=len(near) == 1) for other in near)
-    hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else f"parameters: {usage}"
+    hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else _known_keywords(known)
     inference.report(
         "keyword", f"{owner} has no {what} `:{key}`", span, hint, fixes=fixes,
         expected=", ".join(f":{name}" for name in known) or "no keyword", found=f":{key}", signature=signature or usage,
         near=[f":{other}" for other in near],
     )  # fmt: skip
+
+
+_MAX_LISTED = 8  # names in a hint
+
+
+def _known_keywords(known: Any) -> str:
+    """Return the hint that lists the keyword arguments that a function has."""
+    names = [f"`:{name}`" for name in known]
+    if not names:
+        return "it has no keyword arguments: values are passed by position"
+    return f"it has {', '.join(names[:_MAX_LISTED])}{' and others' if len(names) > _MAX_LISTED else ''}"
 
 
 def _abbreviated(key: str, known: Any) -> list[str]:
@@ -589,7 +629,7 @@ def check_callback(
         f"{'at least ' if high == math.inf else ''}{low if low == high or high == math.inf else f'{low} to {high}'}"
     )
     fixes: tuple[Fix, ...] = ()
-    hint = f"parameters: {usage}"
+    hint = call_hint(name, usage)
     head = re.match(r"\(lambda\s+\(\)", node.span.text) if node.span.expansion is None else None
     if head is not None and count == 1:
         at = Span(node.span.source, node.span.start + head.end() - 1, node.span.start + head.end() - 1)
@@ -637,7 +677,7 @@ def _check_callback_types(
             "type",
             f"{caller} calls `{code.name}`, which expects {expected} for `{parameter.name}`, got {found}",
             node.span,
-            f"signature: {code.usage}",
+            code.call_hint,
             always=runs,
             expected=expected,
             found=found,
@@ -718,7 +758,7 @@ def _call_lambda(
     if swap is not None:
         hint, fixes = swap
         return inference.report(
-            "type", f"two arguments of {owner} are swapped", node.span, f"{hint}: `{code.usage}`", fixes=fixes,
+            "type", f"two arguments of {owner} are swapped", node.span, _swapped_hint(node, hint, fixes), fixes=fixes,
             expected=code.usage, found=" ".join(describe(inference.result.kinds[n]) for n in nodes),
             signature=code.usage,
         )  # fmt: skip
@@ -730,6 +770,16 @@ def _call_lambda(
     if code.name in INDICES and all(map(is_library_parameter, positional)):
         _check_copies(inference, code, nodes, keywords)
     return result if all(are_valid) else ANY
+
+
+def _swapped_hint(node: Any, hint: str, fixes: tuple[Fix, ...]) -> str:
+    """Return the hint with the call in which two arguments are exchanged, if that is short."""
+    if not fixes:
+        return hint
+    start, written = node.span.start, node.span.text
+    for edit in reversed(fixes[0].edits):
+        written = written[: edit.span.start - start] + edit.text + written[edit.span.end - start :]
+    return f"write `{written}`" if len(written) <= _MAX_WRITTEN else hint
 
 
 def _swapped_parameters(
@@ -802,6 +852,7 @@ def _check_parameter(
         )
     if kind is ANY:
         inference.need(value, f"passed to {owner}", (parameter.type,), expected_name(parameter.type.name))
+    report_half(inference, value, kind, parameter.type.name)
     if accepts(parameter.type, kind) and literal_fits(parameter.type, value):
         return not is_library_parameter(parameter) or _check_combined(inference, owner, parameter, value, kind, usage)
     sign = ":" if parameter.kind == "keyword" else ""
@@ -809,19 +860,19 @@ def _check_parameter(
     hint, fixes = _advice_of_type(parameter.type, value, kind)
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
-        value.span, hint or f"parameters: {usage}", fixes=fixes, expected=expected, found=describe(kind),
+        value.span, hint or call_hint(owner, usage), fixes=fixes, expected=expected, found=describe(kind),
         signature=signature or usage,
     )  # fmt: skip
     return False
 
 
-_NUMBERS = ("Number", "Float", "Integer")
-
-
 def _advice_of_type(type_: Type, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for an argument that does not have the type of a parameter."""
-    if type_.name in _NUMBERS:
-        return unquoted_number(value)
+    hint, fixes = advice_on_value(value, type_.name)
+    if hint is not None:
+        return hint, fixes
+    if type_.name in _OBJECTS and is_profile(value):
+        return profile_hint("", value), ()
     if type_.name in _OBJECTS:
         return _called_word(value, kind)
     return meant_keyword(type_, value)
@@ -866,7 +917,7 @@ def _report_object(
     hint, fixes = _called_word(value, kind)
     message = f"the parameter `{parameter.name}` of {owner} expects entities, got {shown(value, kind)}"
     inference.report(
-        "parts" if kind.tag == "List" else "type", message, value.span, hint or f"parameters: {usage}", fixes=fixes,
+        "parts" if kind.tag == "List" else "type", message, value.span, hint or call_hint(owner, usage), fixes=fixes,
         expected=A_PART, found=describe(kind), signature=usage,
     )  # fmt: skip
 
@@ -960,7 +1011,7 @@ def _report_positional_keyword(
                 fixes = (Fix("Pass it by position", (Edit(Span(span.source, span.start, value.span.start), ""),)),)
             inference.report(
                 "keyword", f"{owner} takes `{key}` by position, not as the keyword `:{key}`", span,
-                f"parameters: {code.usage}", fixes=fixes, expected=f"`{key}` by position", found=f":{key}",
+                call_hint(owner, code.usage), fixes=fixes, expected=f"`{key}` by position", found=f":{key}",
                 signature=code.usage,
             )  # fmt: skip
             return True
@@ -990,7 +1041,7 @@ def _report_lambda_arity(
         expected = str(required) if required == most else f"{required} to {most}"
     noun = "argument" if expected.split()[-1] == "1" else "arguments"
     positional = "positional " if named else ""
-    hint = f"parameters: {code.usage}"
+    hint = call_hint(owner, code.usage)
     free = [name for name in named if name not in passed]
     fixes: tuple[Fix, ...] = ()
     extra = nodes[most:]
@@ -1003,7 +1054,8 @@ def _report_lambda_arity(
         and all(may_be_parts(inference.result.kinds[argument]) for argument in extra)
     ):
         span = Span(node.span.source, nodes[0].span.start, nodes[-1].span.end)
-        hint = "the objects are given as one list: `(list ...)`"
+        listed = f"({node.function.span.text} (list {span.text}))"
+        hint = f"the objects are given as one list: `{listed if len(listed) <= _MAX_WRITTEN else '(list ...)'}`"
         if all(_is_parts(inference.result.kinds[argument]) for argument in nodes):
             fixes = (Fix("Write a list", (Edit(span, f"(list {span.text})"),), safe=True),)
         elif inference.result.kinds[nodes[0]].tag == "Integer" and len(nodes) == 2:
@@ -1026,7 +1078,7 @@ def _report_lambda_arity(
             hint = f"name the argument{'s' * (len(pairs) > 1)}: `{' '.join(pairs)}`"
             is_safe = len(extra) == len(free) == 1
             if not all(takes(named[name], inference.result.kinds[argument]) for name, argument in zip(free, extra)):
-                pairs, hint = [], f"parameters: {code.usage}"
+                pairs, hint = [], call_hint(owner, code.usage)
             fixes = (Fix("Name the arguments", tuple(Edit(e.span, p) for e, p in zip(extra, pairs)), is_safe),) * bool(
                 pairs
             )
@@ -1050,7 +1102,7 @@ def _report_missing(
     """Report keyword arguments without a default that a call omits."""
     names = " and ".join(f"`:{name}`" for name in missing)
     return inference.report(
-        "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, f"parameters: {usage}",
+        "keyword", f"missing {what}{'s' * (len(missing) > 1)} {names} of {owner}", node.span, call_hint(owner, usage),
         expected=" ".join(f":{name}" for name in missing), found="nothing", signature=signature or usage,
     )  # fmt: skip
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 from scenelang.grammar import ast
@@ -41,7 +42,7 @@ from scenelang.interpreter.compile.kinds import (
     vector_of,
 )
 from scenelang.interpreter.runtime.types import Builtin, Mismatch, Type
-from scenelang.interpreter.values.values import Keyword, Symbol
+from scenelang.interpreter.values.values import Keyword, Pair, Symbol
 
 # --- types of the registry --------------------------------------------------------------------------------------------
 
@@ -242,10 +243,11 @@ def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
     return hint, (Fix("Swap the arguments", edits, safe=True),)
 
 
-def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
+def triple_fix(node: Any, role: str = "place") -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for a point with two components, or with a fourth one that is 0 or 1.
 
-    A fourth component is common in homogeneous points and in colors with opacity.
+    A fourth component is common in homogeneous points and in colors with opacity. ``role`` is what the numbers are: a
+    "place", a "size" or a "color".
     """
     if type(node) is not ast.ArrayLiteral or node.span.expansion is not None or not node.span.text.startswith("["):
         return None, ()
@@ -253,7 +255,14 @@ def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
     end = items[-1].span.end if items else node.span.end
     if len(items) == 2:
         edit = Edit(Span(node.span.source, end, end), " 0")
-        hint = "a point has three components"
+        first, second = (item.span.text for item in items)
+        hint = f"x, y and z are needed, y is up: `[{first} 0 {second}]` on the ground, `[{first} {second} 0]` upright"
+        if role != "place":
+            needed = (
+                "red, green and blue are needed" if role == "color" else "the sizes along x, y (up) and z are needed"
+            )
+            hint = f"{needed}: `[{first} {second} ...]`"
+        return hint, (Fix("Write three components", (edit,)),)
     elif len(items) == 4 and number_of(items[-1]) in (0, 1):
         edit = Edit(Span(node.span.source, items[2].span.end, end), "")
         hint = "there is no fourth component"
@@ -266,17 +275,127 @@ def triple_fix(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
     return hint + shown_text, (Fix("Write three components", (edit,)),)
 
 
-_QUOTED_NUMBER = lazy_pattern(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*"')
+_QUOTED_NUMBER = lazy_pattern(r'"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z%°]*)\s*"')
+# Metres in the units of length of other tools, and the shares of 1 in per cent.
+_UNITS = {"m": 1.0, "mm": 0.001, "cm": 0.01, "dm": 0.1, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "%": 0.01}
+_DEGREES = ("deg", "degree", "degrees", "°")
 
 
 def unquoted_number(node: Any) -> tuple[str | None, tuple[Fix, ...]]:
-    """Return the hint and fix for a number that is written as a string."""
+    """Return the hint and fix for a number that is written as a string, alone or with a unit."""
     match = _QUOTED_NUMBER.fullmatch(node.span.text) if node.span.expansion is None else None
     if match is None:
         return None, ()
-    return f"write the number without quotes: `{match[1]}`", (
-        Fix(f"Change to `{match[1]}`", (Edit(node.span, match[1]),), safe=True),
-    )
+    number, unit = match.groups()
+    if not unit:
+        fix = Fix(f"Change to `{number}`", (Edit(node.span, number),), safe=True)
+        return f"write the number without quotes: `{number}`", (fix,)
+    if unit.lower() in _DEGREES:
+        written = f"(deg {number})"
+        fix = Fix(f"Change to `{written}`", (Edit(node.span, written),))
+        return f"degrees are converted by `deg`: `{written}`", (fix,)
+    factor = _UNITS.get(unit.lower())
+    if factor is None:
+        return f"there are no units: write the number alone, `{number}`", ()
+    written = f"{float(number) * factor:.12g}".replace("0.", ".", 1) if factor < 1 else f"{float(number) * factor:g}"
+    if unit == "%":
+        return f"write the share of 1: `{written}`", (Fix(f"Change to `{written}`", (Edit(node.span, written),)),)
+    return f"there are no units: write a number alone; if a unit of the scene is a metre, it is `{written}`", ()
+
+
+def advice_on_value(node: Any, wants: str) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for an expression that has a value of the wrong type because of how it is written.
+
+    It is a number in quotes, a quoted list of names, or an ``if`` that has no value in one case. ``wants`` is the name
+    of the type that is expected.
+    """
+    if wants in _NUMBERS and type(node) is ast.Constant and type(node.value) is str:
+        return unquoted_number(node)
+    if type(node) is ast.Constant and type(node.value) is Pair and node.span.expansion is None:
+        return _evaluated_list(node, wants)
+    return None, ()
+
+
+_NUMBERS = ("Number", "Float", "Integer", "Numeric", "Extent")
+_OF_NUMBERS = frozenset((*_NUMBERS, "Vector", "Point", "Triple", "Color", "Array", "ArrayLike", "ArrayItem"))
+
+
+def _evaluated_list(node: Any, wants: str) -> tuple[str | None, tuple[Fix, ...]]:
+    """Return the hint and fix for ``'(x 0 0)``, a quoted list whose names were meant as variables."""
+    text = node.span.text
+    inside = text[2:-1].strip() if text.startswith("'(") else ""
+    names = _NAMES.findall(inside)
+    if not names or not any(type(item) is Symbol or type(item) is Pair for item in items_of(node.value)):
+        return None, ()
+    written = f"[{inside}]" if wants in _OF_NUMBERS else f"(list {inside})"
+    hint = f"nothing in a quoted list is evaluated, so that `{names[0]}` is a symbol: write `{written}`"
+    return hint, (Fix(f"Change to `{written[:MAX_SHOWN]}`", (Edit(node.span, written),)),)
+
+
+_NAMES = lazy_pattern(r"(?<![^\s()\[])[A-Za-z_][^\s()\[\]]*")
+
+
+def items_of(value: Any) -> Iterator[Any]:
+    """Iterate over the items of a quoted list."""
+    while type(value) is Pair:
+        yield value.car
+        value = value.cdr
+
+
+# Functions for solids that have a counterpart for profiles.
+_OF_PROFILES = frozenset(("union", "difference", "intersection", "hull", "minkowski"))
+
+
+def is_profile(node: Any) -> bool:
+    """Return whether an expression is a call that makes a flat profile, such as ``(circle 1)``."""
+    target = getattr(node.function, "target", None) if type(node) is ast.Application else None
+    return isinstance(target, Builtin) and target.topic == "profiles"
+
+
+def profile_hint(function: str, node: Any) -> str:
+    """Return the hint for a profile in place of a solid, an argument of ``function``."""
+    text = node.span.text if len(node.span.text) <= MAX_SHOWN else "profile"
+    if function in _OF_PROFILES:
+        return f"`{text}` is a flat profile, and profiles are combined by `(profile-{function} ...)`"
+    return f"`{text}` is a flat profile, of which `(extrude {text} 1)` makes a solid"
+
+
+# Values that change nothing, by the type that is expected: for the branch that an `if` lacks.
+_NEUTRAL = {
+    **dict.fromkeys(("Number", "Float", "Integer", "Numeric", "Extent"), "0"),
+    **dict.fromkeys(("Vector", "Point", "Triple"), "[0 0 0]"),
+    "Matrix": "(translate [0 0 0])", "Parts": "(union)", "Entity": "(union)", "String": '""', "Boolean": "#f",
+    "List": "'()", "Sequence": "'()",
+}  # fmt: skip
+
+
+def missing_branch(node: Any, wants: str) -> tuple[Any, str, str, tuple[Fix, ...]] | None:
+    """Return the ``if`` without a second branch that an expression is, with a message, a hint and a fix; or None."""
+    if type(node) is not ast.If or node.otherwise is not None or node.span.expansion is not None:
+        return None
+    head = _head_of_conditional(node.span.text)
+    if head is None:
+        return None
+    test, when = node.test.span.text, " in one case"
+    if head == "if" and len(test) <= MAX_SHOWN and node.test.span.expansion is None:
+        when = f" when `{test}` is false"
+    message = f"this `{head}` has no second branch, so it is `none`{when}"
+    neutral = _NEUTRAL.get(wants)
+    if neutral is None or head != "if":
+        return node, message, "use `if` with both values: `(if test value other)`", ()
+    written = f"{node.span.text[:-1]} {neutral})"
+    end = node.span.end - 1
+    fix = Fix("Add a branch", (Edit(Span(node.span.source, end, end), f" {neutral}"),))
+    return node, message, f"write `{written}`" if len(written) <= MAX_SHOWN else f"add `{neutral}` at its end", (fix,)
+
+
+def _head_of_conditional(text: str) -> str | None:
+    """Return the head of a conditional with one branch."""
+    match = _ONE_BRANCH.match(text)
+    return match[1] if match is not None else None
+
+
+_ONE_BRANCH = lazy_pattern(r"\((if|when|unless)\b")
 
 
 # --- functions -----------------------------------------------------------------------------------------------------

@@ -10,12 +10,11 @@ from __future__ import annotations
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from typing import Any
 
-from scenelang.grammar.datum import Source, Span
-from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, near_names
+from scenelang.grammar.datum import Source, Span, dataclass, field, replace
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, Note, near_names
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.interpreter.checker.idioms import (
     COLON,
@@ -138,7 +137,15 @@ def explain(source: Source, diagnostics: Sequence[Diagnostic]) -> list[Diagnosti
         return list(diagnostics)
     names = frozenset(name for habit in habits for name in habit.names)
     others = [d for d in diagnostics if not _is_explained(d, habits, names, source)]
-    return [*others, *(habit.diagnostic for habit in habits)]
+    return [*others, *(_as_grave_as(habit, explainable) for habit in habits)]
+
+
+def _as_grave_as(habit: Habit, explained: Sequence[Diagnostic]) -> Diagnostic:
+    """Return the diagnostic of a construct, a warning if all that it explains may never happen."""
+    names = {d.name for d in explained if _explains(habit, d)}
+    return (
+        replace(habit.diagnostic, name="conditional-failure") if names == {"conditional-failure"} else habit.diagnostic
+    )
 
 
 def _covers(outer: Habit, inner: Habit) -> bool:
@@ -173,6 +180,13 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
     is_inside = habit.start <= span.start < max(habit.end, habit.start + 1)
     if habit.row == "commas" and diagnostic.name != "misplaced":
         return False
+    if diagnostic.name == "conditional-failure" and habit.row != "infix":
+        return False
+    if habit.row == "infix":
+        written = habit.diagnostic.span
+        assert written is not None
+        is_in_run = written.start <= span.start and span.end <= written.end and span.text in _POWER_OF
+        return diagnostic.name in _OF_INFIX and (is_in_run or (span.start, span.end) == (habit.start, habit.end))
     if habit.row == "call" and habit.start == span.start and diagnostic.name == "attribute":
         return True
     if isinstance(habit.row, Idiom) and habit.row.hint == INFIX and diagnostic.name == "arity":
@@ -208,11 +222,14 @@ def _is_left_by(habit: Habit, diagnostic: Diagnostic, *, around: bool) -> bool:
 _EXPLAINED = frozenset((
     "unbound", "bad-atom", "bad-string", "bad-dot", "misplaced", "syntax", "bracket", "unclosed", "extra-close",
     "lambda-list", "empty-application", "not-a-procedure", "attribute", "arity", "type", "value", "parts",
-    "embedding", "word", "keyword", "idle-attribute", "dropped-value",
+    "embedding", "word", "keyword", "idle-attribute", "dropped-value", "conditional-failure",
 ))  # fmt: skip
 
 # Errors whose span is the form around the construct, and errors about the structure of a form.
 _AROUND = frozenset(("syntax", "bracket", "arity", "type", "not-a-procedure", "parts", "embedding", "word"))
+_OF_INFIX = frozenset((
+    "type", "arity", "embedding", "attribute", "keyword", "not-a-procedure", "value", "parts", "conditional-failure",
+))  # fmt: skip
 _STRUCTURE = frozenset(("syntax", "bracket", "lambda-list"))
 
 
@@ -235,9 +252,52 @@ def _diagnostic(source: Source, start: int, end: int, message: str, hint: str, f
 
 
 def _shown(text: str) -> str:
-    """Return code on one line, shortened for error messages."""
+    """Return code on one line for error messages, with ``...`` for the insides of its longest lists if it is long.
+
+    A reader can then copy its beginning and its end, which a cut at the end would hide.
+    """
     text = " ".join(text.split())
-    return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 4] + " ..."
+    omitted: list[tuple[int, int]] = []
+    while len(shown := _without(text, omitted)) > _MAX_SHOWN:
+        whole = trees(text)
+        insides = [p for tree in walk(whole) if tree not in whole.items and (p := _inside(tree)) is not None]
+        open_ = [piece for piece in insides if not any(start <= piece[0] < end for start, end in omitted)]
+        inner = [piece for piece in open_ if not any(piece[0] < other[0] and other[1] <= piece[1] for other in open_)]
+        if not inner:
+            return _beginning(shown)
+        omitted.append(max(inner, key=lambda piece: piece[1] - piece[0]))
+    return shown
+
+
+def _inside(tree: Tree) -> tuple[int, int] | None:
+    """Return the range of the arguments of a call behind its head and word, or None if leaving them out saves nothing.
+
+    An array, whose numbers are short and say where something is, stays.
+    """
+    items = tree.items
+    kept = 2 if len(items) > 1 and items[1].text.startswith('"') else 1
+    if tree.opener != "(" or len(items) <= kept:
+        return None
+    start, end = items[kept].start, tree.end - 1
+    return (start, end) if end - start > len("...") else None
+
+
+def _beginning(text: str) -> str:
+    """Return the first items of a list that fit into a message, with ``...`` for the others."""
+    (tree, *more) = trees(text).items
+    items = tree.items if not more else []
+    fitting = [item.end for item in items if item.end <= _MAX_SHOWN - len(" ...)")]
+    if not fitting:
+        return text[: _MAX_SHOWN - len(" ...")] + " ..."
+    return f"{text[: fitting[-1]]} ...{_CLOSERS[tree.opener]}"
+
+
+def _without(text: str, omitted: Sequence[tuple[int, int]]) -> str:
+    """Return a text with ``...`` in place of ranges, the outermost ones."""
+    for start, end in sorted(omitted, reverse=True):
+        if not any(a <= start and end <= b and (a, b) != (start, end) for a, b in omitted):
+            text = f"{text[:start]}...{text[end:]}"
+    return text
 
 
 def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozenset[int]) -> Iterator[Habit]:
@@ -250,12 +310,15 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
         for tree in walk(root):
             if tree.opener:
                 yield from _forms(source, tree)
+                yield from _infix(source, tree)
+                yield from _parallel_lets(source, tree, unbound)
+                yield from _bare_calls(source, tree, words)
                 yield from _calls_of_words(source, tree, words, unbound)
                 yield from _primitives_of_other_tools(source, tree, words, unbound)
                 yield from _adjacent_calls(source, tree)
                 yield from _color_names(source, tree, unbound)
             else:
-                yield from _named(source, tree)
+                yield from _named(source, tree, unbound)
         yield from _adjacent_calls(source, root)
         yield from _assignments(source, root)
 
@@ -293,6 +356,10 @@ _WORDS = frozenset((
     "move", "place", "group", "combine", "assembly", "resize", "turn", "rotation", "translation", "module", "colour",
     "power", "display", "size", "head", "throw", "extend", "div", "rem",
 ))  # fmt: skip
+_CLOCKS = frozenset(("t", "$t", "time", "frame"))  # names of the time in other tools
+_TESTED = lazy_pattern(r"\((?:(?:if|when|unless|while|and|or|not|define\s+\S+)\s+)?\Z")  # before the test of a form
+_TRUE = "write `#t`"
+_FILM = "a film lists its frames: `(frames (for/list ((i (iota 24))) ...))`, where an angle is `(* tau (/ i 24))`"
 _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 
 
@@ -300,8 +367,16 @@ _OPERATORS = frozenset(("&&", "||", "==", "===", "**", "^"))
 _DEFINERS = r"\((?:def\w*|param|setq|setf|const|let|var|function)\s+\(?"
 
 
-def _named(source: Source, tree: Tree) -> Iterator[Habit]:
+def _named(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
     """Names, methods and module functions of other languages."""
+    if tree.text in _CLOCKS and tree.start in unbound:
+        is_truth = tree.text == "t" and _TESTED.search(source.text, 0, tree.start) is not None
+        hint = _TRUE if is_truth else _FILM
+        message = f"`{tree.text}` is not defined{'' if is_truth else ', and there is no clock'}"
+        fix = Fix("Change to `#t`", (Edit(Span(source, tree.start, tree.end), "#t"),), safe=True) if is_truth else None
+        diagnostic = _diagnostic(source, tree.start, tree.end, message, hint, fix)
+        yield Habit(tree.start, tree.end, (), frozenset(), diagnostic)
+        return
     name = NAMES.get(tree.text)
     if tree.text in _WORDS and source.text[tree.start - 1 : tree.start] != "(":
         return
@@ -389,11 +464,12 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
         inner = tuple((item.start, item.end) for item in items[1:])
         yield Habit(tree.start, tree.end, inner, frozenset(),
                     _diagnostic(source, head.start, head.end, message, hint, fix))  # fmt: skip
-    elif head.text == "call" and len(items) > 1 and f"(define ({items[1].text} " in source.text:
-        rest = source.text[items[1].start : tree.end]
+    elif head.text == "call" and len(items) > 1 and _is_function(source.text, items[1].text.strip('"'), words):
+        name = items[1].text.strip('"')
+        rest = f"{name}{source.text[items[1].end : tree.end]}"
         fix = Fix("Call the function", (Edit(Span(source, tree.start, tree.end), f"({rest}"),), safe=True)
-        message = f"`{items[1].text}` is a function, not a word"
-        yield Habit(items[1].start, items[1].end, (), frozenset(), _diagnostic(
+        message = f"`{name}` is a function, not a word"
+        yield Habit(tree.start, tree.end, (), frozenset(), _diagnostic(
             source, items[1].start, items[1].end, message, f"write `({_shown(rest)}`", fix))  # fmt: skip
     elif head.text in ("call", "bind", "primitive") and len(items) > 1 and re.fullmatch(WORD, items[1].text):
         word = items[1]
@@ -401,6 +477,13 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
         message = f"a word is a string: `{word.text}` has no quotes"
         yield Habit(word.start, word.end, (), frozenset(),
                     _diagnostic(source, word.start, word.end, message, f'write `"{word.text}"`', fix))  # fmt: skip
+
+
+def _is_function(text: str, name: str, words: frozenset[str]) -> bool:
+    """Return whether a text defines a function ``name``, and no word of this name."""
+    if name in words or is_word(name) or re.fullmatch(WORD, name) is None:
+        return False
+    return re.search(rf"\(define (\({re.escape(name)}[\s)]|{re.escape(name)}\s+\(lambda)", text) is not None
 
 
 def _primitives_of_other_tools(
@@ -440,6 +523,54 @@ _DEFINITION = _DEFINERS + r"([^\s()\[\]]+)|\(\(([^\s()\[\]:]+)\s"
 def _defined_names(text: str) -> tuple[str, ...]:
     """Return the names that a text seems to define, and the first ones that its loops and ``let`` bind."""
     return tuple({name for pair in re.findall(_DEFINITION, text) for name in pair if name})
+
+
+_BODIES = ("lambda", "define", "let", "let*", "begin", "union")
+
+
+def _bare_calls(source: Source, tree: Tree, words: frozenset[str]) -> Iterator[Habit]:
+    """``(lambda () fence 5)``: a function of the program with its argument, without parentheses."""
+    items = tree.items
+    if tree.opener != "(" or len(items) < _BINDING_LENGTH + 1 or items[0].text not in _BODIES:
+        return
+    name, argument = items[-2], items[-1]
+    if name.opener or (items[0].text == "define" and len(items) == _BINDING_LENGTH + 1):
+        return
+    if not _is_function(source.text, name.text, words):
+        return
+    written = f"({source.text[name.start : argument.end]})"
+    fix = Fix("Call the function", (Edit(Span(source, name.start, argument.end), written),), safe=True)
+    message = f"`{name.text}` is a function, and is called in parentheses"
+    diagnostic = _diagnostic(source, name.start, argument.end, message, f"write `{_shown(written)}`", fix)
+    yield Habit(name.start, argument.end, (), frozenset(), diagnostic)
+
+
+_BINDING_LENGTH = 2  # items of `(name value)`
+
+
+def _parallel_lets(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
+    """``(let ((a 1) (b (+ a 1))) ...)``: a value that reads a name of the same ``let``, which it does not see."""
+    if tree.opener != "(" or len(tree.items) < _BINDING_LENGTH or tree.items[0].text != "let":
+        return
+    bindings = [item for item in tree.items[1].items if len(item.items) == _BINDING_LENGTH]
+    names = {item.items[0].text: number for number, item in enumerate(bindings)}
+    for number, binding in enumerate(bindings):
+        value = binding.items[1]
+        for atom in (value, *walk(value)):
+            if atom.start not in unbound or atom.text not in names:
+                continue
+            head, defined = tree.items[0], bindings[names[atom.text]]
+            edit = Edit(Span(source, head.start, head.end), "letrec" if names[atom.text] == number else "let*")
+            hint = f"write `{edit.text}`, which binds the names one after another"
+            fixes: tuple[Fix, ...] = (Fix(f"Change to `{edit.text}`", (edit,), safe=True),)
+            if names[atom.text] == number:
+                hint = "write `letrec`, whose values see all its names"
+            elif names[atom.text] > number:
+                hint, fixes = f"write `let*`, and bind `{atom.text}` first", ()
+            message = f"`{atom.text}` is not visible in the values of the `let` that binds it"
+            note = Note("it is bound here", Span(source, defined.start, defined.end))
+            diagnostic = Diagnostic("unbound", message, Span(source, atom.start, atom.end), hint, (note,), fixes=fixes)
+            yield Habit(atom.start, atom.end, (), frozenset((atom.text,)), diagnostic)
 
 
 def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterator[Habit]:
@@ -482,31 +613,122 @@ def _is_unquote(text: str, comma: Tree) -> bool:
 
 
 def _commas(source: Source, root: Tree) -> Iterator[Habit]:
-    """Commas between the items of an array or a call."""
-    for tree in [root, *walk(root)]:
-        commas = [item for item in tree.items if item.text == "," and not _is_unquote(source.text, item)]
-        if tree.opener == "(" and all(_is_decimal(source.text, comma) for comma in commas):
-            continue
-        if not commas or tree is root:
-            continue
-        edits = []
+    """Commas between the items of an array or a call, and in the lists inside it, which are one habit."""
+    pending = list(root.items)
+    while pending:
+        tree = pending.pop()
+        commas = _separators(source.text, tree)
+        if not commas:
+            pending += tree.items
+        elif _is_tuple(tree):
+            yield _tuple(source, tree)
+        else:
+            edits = tuple(_edits_of_commas(source, tree))
+            inner = tuple(
+                (item.start, item.end) for item in tree.items if item.opener and not _has_commas(source, item)
+            )
+            hint = f"write `{_shown(_edited(source, tree, edits))}`"
+            fix = Fix("Remove the commas", edits, safe=True)
+            yield Habit(tree.start, tree.end, inner, frozenset(),
+                        _diagnostic(source, commas[0].start, commas[0].end,
+                                    "items are separated by spaces, not by commas", hint, fix), "commas")  # fmt: skip
+
+
+def _separators(text: str, tree: Tree) -> list[Tree]:
+    """Return the commas that separate the items of a list; a decimal comma, and one of a template, do not."""
+    commas = [item for item in tree.items if item.text == "," and not _is_unquote(text, item)]
+    return [] if tree.opener == "(" and all(_is_decimal(text, comma) for comma in commas) else commas
+
+
+def _has_commas(source: Source, tree: Tree) -> bool:
+    """Return whether commas separate the items of a list or of a list inside it."""
+    return any(_separators(source.text, part) for part in (tree, *walk(tree)))
+
+
+def _is_tuple(tree: Tree) -> bool:
+    """Return whether a list in parentheses begins with a number."""
+    return tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text) is not None
+
+
+def _edits_of_commas(source: Source, tree: Tree) -> Iterator[Edit]:
+    """Iterate over the edits that remove the commas of a list and of those inside it, in order."""
+    edits: list[Edit] = []
+    for part in (tree, *walk(tree)):
+        commas = _separators(source.text, part)
         for comma in commas:
             after = source.text[comma.end : comma.end + 1]
             edits.append(Edit(Span(source, comma.start, comma.end), "" if after.isspace() else " "))
-        if tree.opener == "(" and re.match(r"[-+.]?\d", tree.items[0].text):
-            yield _tuple(source, tree)
-            continue
-        parts = "items of an array" if tree.opener == "[" else "arguments"
-        written = source.text[tree.start : tree.end]
-        for edit in reversed(edits):
-            at = edit.span.start - tree.start
-            written = written[:at] + edit.text + written[at + 1 :]
-        fix = Fix("Remove the commas", tuple(edits), safe=True)
-        inner = tuple((item.start, item.end) for item in tree.items if item.opener)
-        yield Habit(tree.start, tree.end, inner, frozenset(),
-                    _diagnostic(source, commas[0].start, commas[0].end,
-                                f"{parts} are separated by spaces, not by commas", f"write `{_shown(written)}`",
-                                fix), "commas")  # fmt: skip
+        if commas and _is_tuple(part):
+            edits.append(Edit(Span(source, part.start, part.start + 1), "["))
+            edits.append(Edit(Span(source, part.end - 1, part.end), "]"))
+    yield from sorted(edits, key=lambda edit: edit.span.start)
+
+
+def _edited(source: Source, tree: Tree, edits: Sequence[Edit]) -> str:
+    """Return the text of a list after edits in it, which are in order."""
+    written = source.text[tree.start : tree.end]
+    for edit in reversed(edits):
+        start, end = edit.span.start - tree.start, edit.span.end - tree.start
+        written = written[:start] + edit.text + written[end:]
+    return written
+
+
+_INFIX_NAMES = {form.pattern.split()[1]: form.instead.split()[0].lstrip("(") for form in FORMS if form.hint == INFIX}
+_BINDING_POWERS = (
+    ("or", "||"),
+    ("and", "&&"),
+    ("<", ">", "<=", ">=", "=="),
+    ("+", "-"),
+    ("*", "/", "%", "//"),
+    ("**", "^"),
+)
+_POWER_OF = {operator: power for power, operators in enumerate(_BINDING_POWERS) for operator in operators}
+
+
+def _infix(source: Source, tree: Tree) -> Iterator[Habit]:
+    """Arithmetic in infix notation among the items of an array or the arguments of a call: ``[i * 1.5 0 0]``."""
+    first = 0 if tree.opener == "[" else 1
+    items = tree.items[first:]
+    start = 0
+    while start + 2 < len(items):
+        end = start + 1
+        while end + 1 < len(items) and _is_operator(items[end]) and _is_operand(items[end - 1], items[end + 1]):
+            end += 2
+        run = items[start:end]
+        if len(run) > 1 and "\n" not in source.text[run[0].start : run[-1].end]:
+            text = _prefixed(source, run)
+            edits = (Edit(Span(source, run[0].start, run[-1].end), text),)
+            written = _edited(source, tree, edits) if tree.opener == "[" else text
+            message = f"`{_shown(source.text[run[0].start : run[-1].end])}` is infix notation: {INFIX}"
+            diagnostic = _diagnostic(source, run[0].start, run[-1].end, message, f"write `{_shown(written)}`",
+                                     Fix("Write the operator first", edits))  # fmt: skip
+            inner = tuple((item.start, item.end) for item in run if item.opener)
+            yield Habit(tree.start, tree.end, inner, frozenset(), diagnostic, "infix")
+        start = end
+
+
+def _is_operator(tree: Tree) -> bool:
+    """Return whether a datum is an operator; ``//`` more often begins a comment of another language."""
+    return tree.text in _POWER_OF and tree.text != "//"
+
+
+def _is_operand(*items: Tree) -> bool:
+    """Return whether datums may be operands: no operators, keywords or strings."""
+    return not any(
+        _is_operator(item) or _is_entity(item) or item.text.startswith((":", '"', "'", ",", "//")) for item in items
+    )
+
+
+def _prefixed(source: Source, run: Sequence[Tree]) -> str:
+    """Return operands and operators in turn as a nested call; operators of one power group to the left."""
+    if len(run) == 1:
+        return source.text[run[0].start : run[0].end]
+    operators = range(1, len(run), 2)
+    last = min(reversed(operators), key=lambda i: _POWER_OF[run[i].text])
+    left, right = _prefixed(source, run[:last]), _prefixed(source, run[last + 1 :])
+    name = _INFIX_NAMES[run[last].text]
+    same = left.startswith(f"({name} ") and last > 1 and name in ("+", "*") and run[last - 2].text == run[last].text
+    return f"{left[:-1]} {right})" if same else f"({name} {left} {right})"
 
 
 def _tuple(source: Source, tree: Tree) -> Habit:

@@ -65,7 +65,7 @@ NAMES: Mapping[str, Term] = {
     "True": Term("Python", "#t"), "False": Term("Python", "#f"), "None": Term("Python", "none"),
     "true": Term("JavaScript", "#t"), "false": Term("JavaScript", "#f"), "null": Term("JavaScript", "none"),
     "undefined": Term("JavaScript", "none"), "undef": Term("OpenSCAD", "none"), "nil": Term("Clojure", "none"),
-    "NIL": Term("Common Lisp", "none"), "t": Term("Common Lisp", "#t"), "T": Term("Common Lisp", "#t"),
+    "NIL": Term("Common Lisp", "none"), "T": Term("Common Lisp", "#t"),
     "math.pi": Term("Python", "pi"), "np.pi": Term("Python", "pi"), "Math.PI": Term("JavaScript", "pi"),
     "PI": Term("OpenSCAD", "pi"), "+inf.0": Term("Scheme", "inf"), "-inf.0": Term("Scheme", "(- inf)"),
     "+nan.0": Term("Scheme", "nan"), "math.inf": Term("Python", "inf"), "math.tau": Term("Python", "tau"),
@@ -339,8 +339,12 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(deg \1)", "angles are in radians; `deg` converts degrees"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})%", r"(/ \1 100)", "shares are numbers from 0 to 1"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})(?:px|pt|cm|mm|m|in|em)\b", r"\1", "lengths have no unit"),
+    Spelling("CSS", r"(?<=\(color )#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'"#\1"', "a colour is a string"),
     Spelling(
-        "CSS", r"(?<![\w\"])#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'(color "#\1")', "colours are converted by `color`"
+        "CSS",
+        r"(?<![\w\"])(?<!\(color )#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b",
+        r'(color "#\1")',
+        "colours are converted by `color`",
     ),
     Spelling("Python", r"(?<![\w.])(\d+)_(\d{3})\b", r"\1\2", "digits of a number are not grouped"),
     Spelling("Scheme", r"#\(([^()\[\]]*)\)", r"[\1]", "an array is written in square brackets"),

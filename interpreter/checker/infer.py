@@ -11,14 +11,16 @@ and inside the body of a ``guard`` it is not reported.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Protocol
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span, dataclass, field
-from scenelang.grammar.diagnostics import Diagnostic, Fix
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.lazy_patterns import lazy_pattern
+from scenelang.grammar.reader import piece_at
 from scenelang.interpreter.checker import calls, scene_forms
 from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
 from scenelang.interpreter.compile.analyze import called_builtin, pattern_variables, walk
@@ -91,6 +93,9 @@ class World(Protocol):
 
     def constant_of(self, variable: Variable) -> float | None:
         """Return the number that a global variable is defined as and always has."""
+
+    def array_of(self, variable: Variable) -> ast.ArrayLiteral | None:
+        """Return the array literal that a global variable is defined as and always has."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,6 +235,7 @@ class KindInference:
         self.pending: frozenset[Variable] = frozenset()  # variables of the enclosing bodies that are not defined yet
         self.runs_now = True  # whether the form itself runs this code, not a call of a function
         self.numbers: dict[Variable, float] = {}  # local variables that are defined as a number
+        self.arrays: dict[Variable, ast.ArrayLiteral] = {}  # local variables that are defined as an array
 
     # --- findings ----------------------------------------------------------------------------------------------
 
@@ -354,6 +360,14 @@ class KindInference:
         if called_builtin(node) in _ARITHMETIC and len(node.arguments) == 2 and len(node.span.text) < _MAX_COMPUTED:
             return self._computed(node)
         return number_of(node)
+
+    def array_of(self, node: Any) -> ast.ArrayLiteral | None:
+        """Return the array that a variable always has, if its definition shows it."""
+        if type(node) is not ast.Reference or not isinstance(node.target, Variable) or self.is_assigned(node.target):
+            return None
+        if node.target.is_global:
+            return self.world.array_of(node.target)
+        return self.arrays.get(node.target)
 
     def _computed(self, node: ast.Application) -> float | None:
         """Return the result of arithmetic with two numbers."""
@@ -626,9 +640,27 @@ def _reference(inference: KindInference, node: ast.Reference) -> Kind:
     if not isinstance(target, Variable):
         return ANY
     if target in inference.pending or (target.is_global and inference.runs_now and inference.world.is_later(target)):
+        if target.hides is not None and target.span is not None and target.hides.span is not None:
+            return _report_hidden(inference, target, target.span, target.hides.span)
         message = f"`{target.name}` is used before its definition"
         return inference.report("undefined-yet", message, node.span, "move its definition above this use")
     return inference.variable(target)
+
+
+def _report_hidden(inference: KindInference, variable: Variable, span: Span, hidden: Span) -> Kind:
+    """Report a variable of a body that hides one outside, which was meant: a definition does not change a variable."""
+    line = hidden.source.position(hidden.start)[0]
+    message = f"this `define` makes a new `{variable.name}` and does not change the `{variable.name}` of line {line}"
+    text = span.source.text
+    start = text.rfind("(", 0, span.start)
+    form = text[slice(*piece_at(text, start))] if start >= 0 else ""
+    fixes: tuple[Fix, ...] = ()
+    hint = "give it another name, or define it before its first use"
+    if re.match(r"\(define\s", form) is not None and span.expansion is None:
+        written = f"(set!{form.removeprefix('(define')}"
+        hint = f"a variable is changed by `{written}`" if "\n" not in form else "a variable is changed by `set!`"
+        fixes = (Fix("Change the variable", (Edit(Span(span.source, start, start + len("(define")), "(set!"),)),)
+    return inference.report("undefined-yet", message, span, hint, fixes=fixes)
 
 
 def _assignment(inference: KindInference, node: ast.Assignment) -> Kind:
@@ -704,8 +736,11 @@ def _define(inference: KindInference, node: ast.Define) -> Kind:
     else:
         inference.bind(node.target, kind, value.span)
         number = inference.number_of(value)
-        if number is not None and isinstance(node.target, Variable) and not node.target.assigned:
-            inference.numbers[node.target] = number
+        if isinstance(node.target, Variable) and not node.target.assigned:
+            if number is not None:
+                inference.numbers[node.target] = number
+            elif type(value) is ast.ArrayLiteral:
+                inference.arrays[node.target] = value
     return NONE
 
 
@@ -875,6 +910,8 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
         elif not accepts("ArrayItem", kind):
             scene_forms.report_array_item(inference, node, item, kind)
             return ANY
+        else:
+            calls.report_half(inference, item, kind, "Number")
     if not scene_forms.check_rows(inference, node, kinds):
         return ANY
     if any(is_number(kind) for kind in kinds):  # items of other shapes would fail
@@ -914,6 +951,8 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
     inference.is_reached = False
     body = inference.infer(node.body)
     is_wrong = False
+    if node.kind == "each":
+        scene_forms.report_unused_result(inference, value_of(node.body))
     if node.kind == "union":
         inference.check_parts(value_of(node.body), body, "`for/union`")
     elif node.kind in ("append", "sum", "table"):
@@ -1081,6 +1120,8 @@ def infer_form(world: World, form: Any) -> FormKinds:
     """Infer the kinds of a top-level form."""
     inference = KindInference(world)
     inference.infer(form)
+    if type(form) is ast.Application and not form.span.source.name.startswith("<"):  # an input of a session is printed
+        scene_forms.report_unused_result(inference, form)
     if type(form) is ast.Define:
         inference.result.defined = {v: inference.env.get(v, ANY) for v in pattern_variables(form.target)}
     return inference.result

@@ -11,7 +11,7 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Atom, ListDatum, Source, Span, dataclass, replace, with_edits
-from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, close_matches, is_typo
+from scenelang.grammar.diagnostics import CODES, Diagnostic, Edit, Fix, SceneError, also_in, close_matches, is_typo
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import piece_at, read, read_comments
 from scenelang.interpreter.checker.book import KindBook, findings, reached_forms
@@ -28,7 +28,7 @@ from scenelang.interpreter.checker.rules import (
 )
 from scenelang.interpreter.compile.analyze import walk
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.types import STD
+from scenelang.interpreter.runtime.types import STD, call_hint
 from scenelang.interpreter.scene.primitives import is_word, words
 
 # --- words of a program: the root, and words that are probably mistakes ----------------------------------------------
@@ -67,6 +67,10 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
         if nested is not None:
             hint = "this `bind` stands inside another form: move it to the top level"
         message = "the program binds no word, so there is nothing to evaluate"
+        if not program.forms:
+            size = len(program.main.text.encode())
+            what = "empty (0 bytes)" if not size else f"empty: its {size:,} bytes have no code"
+            message = f"{program.main.name} is {what}, so there is nothing to evaluate"
         raise SceneError("no-root", message, hint, nested.span if nested is not None else None)
     used = {text for facts in program.facts for text in facts.strings}
     candidates = [word for word in words if word not in used]
@@ -89,12 +93,22 @@ def word_warnings(program: Program) -> list[Diagnostic]:
     bound: set[str] = set()
     near: dict[str, str | None] = {}
     calls = Counter(word for facts in program.facts for word, _ in facts.word_calls)
+    functions = {
+        variable.name: facts.form.value
+        for facts in program.facts
+        if type(facts.form) is ast.Define and type(facts.form.value) is ast.Lambda
+        for variable in facts.defined
+    }
     for facts in program.facts:
         warnings += _early_calls(program, facts, bound)
         if facts.word is not None:
             bound.add(facts.word)
         for word, span in facts.word_calls:
-            if word not in program.all_words and not is_word(word):
+            if word in functions and word not in program.all_words and not is_word(word):
+                message = f'"{word}" is never bound, so it is drawn as a labelled box; `{word}` is a function'
+                hint = call_hint(f"`{word}`", functions[word].usage)
+                warnings.append(Diagnostic("near-word", message, span, hint))
+            elif word not in program.all_words and not is_word(word):
                 if word not in near:
                     near[word] = (
                         _near_word(word, _callable_words(program, facts))
@@ -371,9 +385,26 @@ def without_consequences(diagnostics: Sequence[Diagnostic], program: Program | N
     remaining = [d for d in remaining if not (d.name == "unbound" and d.span is not None and d.span.text in defined)]
     remaining = [d for d in remaining if not (d.name == "unbound" and _is_defined_wrongly(d, remaining))]
     remaining = [d for d in remaining if not (d.name == "dropped-value" and _is_followed(d, remaining))]
-    remaining = _without_details(remaining)
+    remaining = _without_details(_without_resolved(remaining))
     remaining = _once_for_each_word(remaining)
     return _misspelled_parameters(remaining, program) if program is not None else remaining
+
+
+def _without_resolved(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Remove warnings about a name that the fix of a construct of another language uses: it is unused, or a word."""
+    foreign = [d for d in diagnostics if d.name in ("foreign-syntax", "undefined-yet") and d.fixes]
+    texts = [edit.text for d in foreign for edit in d.fixes[0].edits]
+    texts += [d.span.text for d in foreign if d.name == "undefined-yet" and d.span is not None]
+    text = " ".join(texts)
+    used = set(_NAMES_IN_CODE.findall(text)) if foreign else set()
+    return [
+        d
+        for d in diagnostics
+        if d.name not in ("unused", "near-word") or d.span is None or d.span.text.strip('"') not in used
+    ]
+
+
+_NAMES_IN_CODE = lazy_pattern(r"[^\s()\[\]\"';`,:]+")
 
 
 def _without_details(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
@@ -449,17 +480,29 @@ def _defined_by(diagnostic: Diagnostic) -> Iterator[str]:
 
 def _once_for_each_word(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
     """Report each misspelled word once, and no doubts about the root that result from it."""
-    reported: set[str] = set()
-    remaining = []
+    of_words: dict[str, list[Diagnostic]] = {}
     for d in diagnostics:
-        word = d.span.text if d.name == "near-word" and d.span is not None else None
-        if word is None or word not in reported:
-            remaining.append(d)
-        if word is not None:
-            reported.add(word)
+        if d.name == "near-word" and d.span is not None:
+            of_words.setdefault(d.span.text, []).append(d)
+    firsts = {id(min(same, key=_start)): same for same in of_words.values()}
+    remaining = [
+        _with_places(d, firsts.get(id(d), ())) for d in diagnostics if d.name != "near-word" or id(d) in firsts
+    ]
     near = {near for d in remaining if d.name == "near-word" for near in d.near}
     about_roots = ("ambiguous-root", "unreachable-word")
     return [d for d in remaining if not (d.name in about_roots and any(f'"{word}"' in d.message for word in near))]
+
+
+def _start(diagnostic: Diagnostic) -> int:
+    """Return where a diagnostic begins."""
+    return diagnostic.span.start if diagnostic.span is not None else -1
+
+
+def _with_places(diagnostic: Diagnostic, same: Sequence[Diagnostic]) -> Diagnostic:
+    """Return a diagnostic with a note of the other lines in which it occurs."""
+    spans = [d.span for d in same if d is not diagnostic and d.span is not None]
+    note = also_in([span.source.position(span.start)[0] for span in spans])
+    return diagnostic if note is None else replace(diagnostic, notes=(*diagnostic.notes, note))
 
 
 def _misspelled_parameters(diagnostics: list[Diagnostic], program: Program) -> list[Diagnostic]:
@@ -794,17 +837,43 @@ def confirmed(
         Warnings of the run.
     """
     warnings = [d for d in warnings if not any(_is_reported(finding, d) for finding in reported)]
+    if problem is not None and problem.name == "depth" and problem.span is not None:
+        reported = [d for d in reported if d.name != "endless-recursion" or not _overlaps(d.span, problem.span)]
     if problem is None or CODES[problem.name].code.startswith("E5"):
         reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
         return [*reported, problem, *warnings] if problem else [*reported, *warnings]
+    cause = next((d for d in reported if _is_cause(d, problem)), None)
+    if cause is not None:  # the check says which part of the expression is wrong
+        others = [d for d in reported if d is not cause]
+        told = replace(problem, message=cause.message, span=cause.span, hint=cause.hint, fixes=cause.fixes)
+        return [*others, told, *warnings]
     candidates = (problem.span, *(span for _, span in problem.chain))
     spans = [span for span in candidates if span is not None]
     is_known = any(_is_same(d, problem, spans) for d in reported if d.is_error)
     return [*reported, *warnings] if is_known else [*reported, problem, *warnings]
 
 
+def _overlaps(span: Span | None, other: Span) -> bool:
+    """Return whether a location is known and overlaps another one."""
+    return span is not None and span.overlaps(other)
+
+
+def _is_cause(finding: Diagnostic, problem: Diagnostic) -> bool:
+    """Return whether a warning of the check says what is wrong where a run failed, and more precisely.
+
+    It is about an expression that may fail, or about a name that is not the function that it hides.
+    """
+    if problem.span is None or not _overlaps(finding.span, problem.span):
+        return False
+    if finding.name == "shadowed-builtin":
+        return problem.name == "not-a-procedure"
+    return finding.name == "conditional-failure"
+
+
 def _is_reported(finding: Diagnostic, warning: Diagnostic) -> bool:
     """Return whether a warning of the run is a finding of the check, whose location is more precise."""
+    if finding.name == warning.name == "out-of-range" and finding.found and finding.found in warning.message:
+        return True
     return (
         finding.name == warning.name
         and finding.span is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, lru_cache
@@ -11,7 +12,7 @@ from typing import Any
 from scenelang.grammar import ast
 from scenelang.grammar.ast import FormError, parse_core
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, dataclass, field, replace
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
+from scenelang.grammar.diagnostics import Diagnostic, Note, SceneError, suggest
 from scenelang.grammar.reader import read_part, read_pieces
 from scenelang.interpreter.checker.book import KindBook
 from scenelang.interpreter.checker.rules import FactCache, FormFacts
@@ -216,15 +217,33 @@ def read_param(datum: ListDatum, name: str) -> Param:
 
 
 def checked_value(param: Param, value: Any, span: Span) -> Datum:
-    """Return ``value``, the datum that overrides a param's default, after checking its bounds."""
+    """Return ``value``, the datum of a param's default or of the option that overrides it, within its bounds."""
     datum: Datum = value
     number = datum.value if isinstance(datum, Atom) and type(datum.value) in (int, float) else None
-    for bound, sign, word in ((param.minimum, 1, "least"), (param.maximum, -1, "most")):
-        if number is None and bound is not None:
-            raise SceneError("param", f"`{param.name}` must be a number, at {word} {bound}", None, param.span)
-        if number is not None and bound is not None and sign * number < sign * bound:
-            raise SceneError("param", f"`{param.name}` must be at {word} {bound}, got {number}", None, param.span)
+    is_option = not _encloses(param.span, datum.span)
+    needs_number = param.minimum is not None or param.maximum is not None
+    low = -math.inf if param.minimum is None else param.minimum
+    high = math.inf if param.maximum is None else param.maximum
+    if (number is None and needs_number) or (number is not None and not low <= number <= high):
+        message = f"`{param.name}` must be a number{_limits_of(param)}, got {datum.span.text}"
+        if not is_option:
+            raise SceneError("param", message, None, param.span)
+        hint = f"for example `--define {param.name}={param.default}`"
+        note = Note("it is declared here", param.span)
+        raise SceneError("param", f"--define {param.name}={datum.span.text}: {message}", hint, None, (note,))
     return datum
+
+
+def _encloses(outer: Span, inner: Span) -> bool:
+    """Return whether a span is inside another one."""
+    return inner.source is outer.source and outer.start <= inner.start and inner.end <= outer.end
+
+
+def _limits_of(param: Param) -> str:
+    """Return the numbers that a param may be."""
+    if param.minimum is not None and param.maximum is not None:
+        return f" from {param.minimum} to {param.maximum}"
+    return f" of at least {param.minimum}" if param.minimum is not None else f" of at most {param.maximum}"
 
 
 # --- top-level forms with the results of their analysis --------------------------------------------------------------
@@ -496,7 +515,8 @@ class SourceFile:
     def _record(self, error: SceneError) -> None:
         """Record an error; one of the syntax of a form gets the form's usage as its hint."""
         if error.name == "syntax" and isinstance(error.value, str):
-            error.hint = error.hint or _usage_hint(error.value)
+            is_second_pose = error.message == "unexpected operand of `transform`"
+            error.hint = error.hint or (_ONE_POSE if is_second_pose else _usage_hint(error.value))
         self.expander.diagnostics.append(error.diagnostic)
 
     def _scan_form(self, datum: Datum, form: TopForm) -> None:
@@ -530,7 +550,9 @@ class SourceFile:
         """Scan an ``import``, which binds the names of the imported file unless they are bound already."""
         path = datum.items[1] if len(datum.items) > 1 else None
         if not isinstance(path, Atom) or type(path.value) is not str:
-            raise syntax_error("import", "`import` expects a file name as a string", datum.span)
+            name = path.span.text if isinstance(path, Atom) else "file.scene"
+            hint = f'write `(import "{name}")`'
+            raise syntax_error("import", "`import` expects a file name as a string", datum.span, hint)
         prefix = _import_prefix(datum)
         file = self._load(path.value, path.span)
         form.pending.append(Import(file))
@@ -715,6 +737,7 @@ def _usage_hint(name: str) -> str | None:
     return _PAPER_USAGE.get(name)
 
 
+_ONE_POSE = "`transform` takes one pose: `@` combines several, of which the last applies first, `(@ second first)`"
 _PAPER_USAGE = {
     "call": 'usage: (call word embedding-or-attribute ...), such as (call "cube" :color [1 0 0])',
     "union": "usage: (union part ...)",

@@ -13,6 +13,7 @@ from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, s
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError, close_matches, may_resemble, near_names
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import read
+from scenelang.interpreter.checker.common import MAX_SHOWN
 from scenelang.interpreter.checker.other_tools import calls_of_other_tools, hint_for_primitive
 from scenelang.interpreter.compile.analyze import called_builtin, children, pattern_variables, strings_in, walk
 from scenelang.interpreter.expand.scope import Variable
@@ -489,8 +490,14 @@ def shadowed_calls(nodes: Sequence[Any], form: Any) -> Iterator[Diagnostic]:
         variable = node.function.target
         if isinstance(variable, Variable) and values.get(variable) and variable.shadows:
             name = variable.name
-            message = f"`{name}` is {values[variable]} here, which shadows the builtin function"
-            hint = f"to call the builtin function, write `std/{name}`"
+            line = f" of line {variable.span.source.position(variable.span.start)[0]}" if variable.span else ""
+            message = f"`{name}` is {values[variable]}{line} here, and no function: it hides the builtin function"
+            written = f"(std/{node.span.text[1:]}" if node.span.text.startswith(f"({name}") else f"std/{name}"
+            hint = (
+                f"write `{written}`, or give yours another name"
+                if len(written) <= MAX_SHOWN
+                else (f"write `std/{name}` for the function, or give yours another name")
+            )
             fixes: tuple[Fix, ...] = ()
             if node.span.expansion is None and _may_be_vector(node):
                 array = f"[{node.span.text[1:-1].strip()}]"
@@ -525,9 +532,13 @@ def _is_data(parameter: ast.Parameter) -> bool:
     """Return whether the type or default of a parameter shows that it does not hold a function."""
     if parameter.type is not None:
         return parameter.type.name not in ("Function", "Any")
-    return parameter.kind == "keyword" and (
-        parameter.default is None or type(parameter.default) in (ast.Constant, ast.ArrayLiteral)
-    )
+    if parameter.kind != "keyword":
+        return False
+    default = parameter.default
+    if type(default) is ast.Application and type(default.function) is ast.Reference:
+        made = default.function.target
+        return isinstance(made, Builtin) and made.result not in ("Any", "Function")
+    return default is None or type(default) in (ast.Constant, ast.ArrayLiteral)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

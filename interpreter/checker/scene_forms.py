@@ -12,19 +12,21 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
-from scenelang.grammar.diagnostics import Edit, Fix, SceneError
+from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix, SceneError
 from scenelang.interpreter.checker.calls import check_keywords, split, takes
 from scenelang.interpreter.checker.common import (
     A_PART,
     MAX_SHOWN,
     accepts,
+    advice_on_value,
     arity_of,
     is_keyword,
+    is_profile,
     may_be_parts,
+    profile_hint,
     shown,
     swap_fix,
     triple_fix,
-    unquoted_number,
     wrap_fix,
 )
 from scenelang.interpreter.checker.other_tools import hint_for_primitive
@@ -136,18 +138,19 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
         empty = next((key for key, value in written if is_keyword(value)), None)
         if empty is not None:
             message = f"missing value after `{empty.span.text}` in a call of {owner}"
-            inference.report("embedding", message, empty.span, expected="a value", found="a keyword")
+            following = next(value.span.text for key, value in written if key is empty)
+            sample = _sample(inference, node, str(empty.value))
+            example = f"{empty.span.text} {sample}"
+            hint = f"the next item is the keyword `{following}`: write a value between them, such as `{example}`"
+            inference.report("embedding", message, empty.span, hint, expected="a value", found="a keyword")
             return False
         spelled = _spelled_attribute(inference, node, argument)
         if spelled is not None:
             return spelled
-        hint = f"name the attribute: `:name {text}`" if len(text) <= MAX_SHOWN else "name the attribute: `:name value`"
+        hint = _named_values(inference, node, argument) or "a word is called with names: `(call word :name value)`"
         fixes: tuple[Fix, ...] = ()
         if len(node.arguments) == 1 and type(node.word) is ast.Constant and argument.span.expansion is None:
             only = _only_attribute(inference, node.word.value, kind)
-            names = _attribute_names(inference, node.word.value)
-            if len(names) > 1 and only is None:
-                hint = f"name the attribute: {', '.join(f'`:{name}`' for name in names[:6])}"
             if kind is MATRIX:
                 hint = "a part is placed by `transform`: `(transform (call ...) pose)`"
             elif kind is ENTITY:
@@ -161,11 +164,59 @@ def _check_embeddings(inference: KindInference, node: ast.Call, owner: str) -> b
             hint, fixes = f"`{name}` is a function: write `({name} ...)`", _called_fix(node, name)
         inference.report(
             "embedding",
-            f"`call` expects embeddings and `:name value` attributes, but {owner} got {shown(argument, kind)}",
+            f"{owner} takes values by name, as `:name value`, but got {shown(argument, kind)}",
             argument.span, hint, fixes=fixes, expected="an Embedding", found=describe(kind),
         )  # fmt: skip
         return False
     return True
+
+
+def _sample(inference: KindInference, node: ast.Call, name: str) -> str:
+    """Return a value that an attribute may have."""
+    word = node.word.value if type(node.word) is ast.Constant else None
+    cls = _primitive(word) if type(word) is str and inference.world.word_function(word) is None else None
+    known = (COLOR, *MATERIALS, *(cls.attributes if cls is not None else ()))
+    accepted = next((attribute.accepts for attribute in known if attribute.name == name), ())
+    if "Color" in accepted:
+        return '(color "red")'
+    return "1" if "Number" in accepted or not accepted else "[0 1 0]" if "Triple" in accepted else '"name"'
+
+
+def _named_values(inference: KindInference, node: ast.Call, argument: Any) -> str | None:
+    """Return the hint for values without names: the call with the names that they may have, or these names."""
+    if type(node.word) is not ast.Constant:
+        return None
+    arguments: Sequence[Any] = node.arguments
+    given = {str(key.value) for key in arguments if is_keyword(key)}
+    names = [name for name in _attribute_names(inference, node.word.value) if name not in given]
+    function = inference.world.word_function(node.word.value)
+    if function is not None and not any(p.kind in ("keyword", "keys") for p in function.parameters):
+        name = next((p.name for p in function.parameters if p.kind == "required"), "size")
+        call = f"(call {node.word.span.text} :{name} {argument.span.text[:MAX_SHOWN]})"
+        return f"give it a keyword parameter, `(lambda (:{name}) ...)`, and write `{call}`"
+    plain = arguments if not given else (argument,)
+    is_written = all(value.span.expansion is None for value in (node, *plain))
+    if function is not None and is_written and len(plain) <= len(names):
+        pairs = " ".join(f":{name} {value.span.text}" for name, value in zip(names, plain))
+        written = f"(call {node.word.span.text} {pairs})" if not given else pairs
+        if len(written) <= _MAX_CALL:
+            return f"write `{written}`"
+    if function is None and names:
+        kind = inference.result.kinds[argument]
+        fitting = [name for name in names if _takes_kind(node.word.value, name, kind)] or names
+        return f"name the value: {' or '.join(f'`:{name} {argument.span.text[:MAX_SHOWN]}`' for name in fitting[:3])}"
+    if not names:
+        return f"name the value, such as `:scale {argument.span.text[:MAX_SHOWN]}`" if function is None else None
+    return f"name the value: {', '.join(f'`:{name}`' for name in names[:6])}"
+
+
+_MAX_CALL = 80  # characters of a call in a hint
+
+
+def _takes_kind(word: str, name: str, kind: Kind) -> bool:
+    """Return whether an attribute of a primitive accepts a value."""
+    attribute = next((each for each in _primitive(word).attributes if each.name == name), None)
+    return attribute is not None and any(accepts(type_, kind) for type_ in attribute.accepts)
 
 
 def _called_fix(node: ast.Call, name: str) -> tuple[Fix, ...]:
@@ -383,6 +434,10 @@ def _check_attribute(inference: KindInference, word: str, attribute: Attribute, 
 
 def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str | None, tuple[Fix, ...]]:
     """Return the hint and fix for an attribute of the wrong type."""
+    for wants in attribute.accepts:
+        hint, fixes = advice_on_value(value, wants)
+        if hint is not None:
+            return hint, fixes
     text = value.span.text
     is_literal = type(value) is ast.Constant and type(value.value) is str and value.span.expansion is None
     if attribute.name == "color" and is_literal:
@@ -391,14 +446,13 @@ def _attribute_advice(attribute: Attribute, value: Any, kind: Kind) -> tuple[str
             color = f"(rgb {' '.join(written.groups())})"
             return f"write `{color}`", (Fix(f"Write `{color}`", (Edit(value.span, color),), safe=True),)
         return f"convert the name: `(color {text})`", (wrap_fix(value, "color"),)
-    if is_literal and unquoted_number(value)[0] is not None:
-        return unquoted_number(value)
     if "Triple" in attribute.accepts and "Number" not in attribute.accepts and kind.tag in ("Integer", "Float"):
         return "write a point as `[x y z]`", ()
     if attribute.accepts == ("Number",) and kind.tag in ("Vector", "List"):
         return "it is one number", ()
     if "Triple" in attribute.accepts and kind.tag == "Vector":
-        return triple_fix(value)
+        role = "place" if attribute.name in ("p0", "p1") else "color" if "Color" in attribute.accepts else "size"
+        return triple_fix(value, role)
     return None, ()
 
 
@@ -406,6 +460,8 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
     """Warn about literal values that are outside the range of an attribute."""
     if attribute.low is None or value.span.expansion is not None:
         return
+    if attribute.name == "color" and type(value) is not ast.ArrayLiteral:
+        _check_named_color(inference, attribute, value)
     items = value.items if type(value) is ast.ArrayLiteral else (value,)
     numbers = [inference.number_of(item) for item in items]
     outside = [n for n in numbers if n is not None and (n < attribute.low or n > attribute.high)]
@@ -425,6 +481,20 @@ def _check_range(inference: KindInference, word: str, attribute: Attribute, valu
         "out-of-range", f'the attribute `:{attribute.name}` of "{word}" should {limits}, got {text}',
         value.span, hint, fixes, expected=limits.removeprefix("not be ").removeprefix("be "), found=value.span.text,
     )  # fmt: skip
+
+
+def _check_named_color(inference: KindInference, attribute: Attribute, value: Any) -> None:
+    """Warn about a color that another place of the program defines, with components up to 255 instead of 1."""
+    array = inference.array_of(value)
+    numbers = [inference.number_of(item) for item in array.items] if array is not None else []
+    known = [number for number in numbers if number is not None]
+    if array is None or len(known) != len(numbers) or max(known, default=0) <= 1 or array.span.expansion is not None:
+        return
+    hint = _range_hint(attribute, array, numbers)
+    code = re.search(r"`(\(rgb [^`]*\))`\Z", hint or "")
+    fixes = (Fix(f"Change to `{code[1]}`", (Edit(array.span, code[1]),)),) if code else ()
+    message = f"`{value.span.text}` is a color, whose components should be 0 to 1, got {array.span.text}"
+    inference.warn("out-of-range", message, array.span, hint, fixes, expected="0 to 1", found=array.span.text)
 
 
 def _range_hint(attribute: Attribute, value: Any, numbers: Sequence[float | None]) -> str | None:
@@ -503,6 +573,7 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
     """Report a value that is not a pose."""
     value = node.matrix
     hint, fixes = "a vector becomes a pose with `(translate [x y z])`", ()
+    quoted = advice_on_value(value, "Vector")
     if type(value) is ast.ArrayLiteral and any(type(row) is ast.ArrayLiteral for row in value.items):
         hint = "a pose has four rows of four numbers, the last of which is [0 0 0 1]"
     if _is_no_pose(inference, value):
@@ -514,6 +585,8 @@ def _report_pose(inference: KindInference, node: ast.Transform, kind: Kind) -> N
         fixes = (wrap_fix(value, "translate"),)  # type: ignore[assignment]
     elif kind.tag == "Function":
         hint = "call the function to get its pose"
+    if quoted[0] is not None:
+        hint, fixes = quoted[0].replace("write `", "write `(translate ").removesuffix("`") + ")`", ()
     inference.report(
         "pose", f"a pose must be a 4x4 matrix whose last row is 0 0 0 1, got {shown(value, kind)}", value.span, hint,
         fixes=fixes, expected="a Matrix", found=describe(kind),
@@ -609,6 +682,8 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
         hint = f"call the function: `({text})`" if is_written else "call the function"
         if is_written and type(node) is ast.Reference and isinstance(kind.code, ast.Lambda):
             fixes = (Fix("Call the function", (Edit(node.span, f"({text})"),), safe=_takes_nothing(kind)),)
+    elif is_profile(node):
+        hint = profile_hint(place.strip("`"), node)
     elif culprit.tag == "Embedding":
         hint = 'an embedding belongs to a call: `(call "word" embedding)`'
     elif culprit.tag == "Pair" and culprit.items is not None and may_be_parts(culprit.items[1]):
@@ -617,10 +692,37 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
             fixes = swap_fix(node, *node.arguments)[1]
     elif culprit.tag == "Frames":
         hint = "only the root's value can be `(frames ...)`"
+    message = f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}"
+    dropped = _dropped_before(inference, node) if place.startswith('"') and always else None
+    if place.startswith('"'):
+        message = f"{place} must return an entity or several, got {shown(node, culprit)}"
+    if dropped is not None:
+        inference.result.findings.remove(dropped)
+        assert dropped.span is not None
+        entity = dropped.span.text
+        hint = (
+            f"the last value of a body counts: put {f'`{entity}`' if len(entity) <= MAX_SHOWN else 'the entity'} last"
+        )
+        fixes = ()
     inference.report(
-        "parts", f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}", node.span, hint,
+        "parts", message, node.span, hint,
         fixes=fixes, always=always, expected=A_PART, found=describe(culprit),
     )  # fmt: skip
+
+
+def _dropped_before(inference: KindInference, node: Any) -> Diagnostic | None:
+    """Return the warning about the entity right before an expression in its body, if it is the only one."""
+    around = inference.nodes[-1].span
+    dropped = [
+        d
+        for d in inference.result.findings
+        if d.name == "dropped-value" and d.span is not None and d.span.source is around.source
+        and around.start <= d.span.start and d.span.end <= node.span.start
+    ]  # fmt: skip
+    if len(dropped) != 1 or dropped[0].span is None:
+        return None
+    between = around.source.text[dropped[0].span.end : node.span.start]
+    return dropped[0] if not between.strip() else None
 
 
 def _takes_nothing(kind: Kind) -> bool:
@@ -651,7 +753,7 @@ def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
             )  # fmt: skip
         return
     if kind is not ENTITY and kind is not PART and not _is_parts(kind):
-        _report_unused_result(inference, node)
+        report_unused_result(inference, node)
         return
     if node.span.expansion is None:
         inference.warn(
@@ -664,17 +766,19 @@ def report_dropped(inference: KindInference, node: Any, kind: Kind) -> None:
 _PURE = {
     "append": "extend!", "cons": "push!", "reverse": "reverse!", "sort": "sort!", "shuffle": "shuffle!",
     "delete": "remove!", "string-append": "", "list": "", "vector": "", "translate": "", "rotate": "", "scale": "",
-    "reflect": "", "+": "", "-": "", "*": "", "/": "", "@": "", "color": "", "rgb": "", "hsv": "",
+    "reflect": "", "+": "", "-": "", "*": "", "/": "", "@": "", "color": "", "rgb": "", "hsv": "", "set": "add!",
 }  # fmt: skip
 
 
-def _report_unused_result(inference: KindInference, node: Any) -> None:
+def report_unused_result(inference: KindInference, node: Any) -> None:
     """Warn about a call in the middle of a body that has no effect."""
     name = called_builtin(node)
     if name not in _PURE or node.span.expansion is not None:
         return
     changing = _PURE[name]
     hint = f"`{name}` returns a new value and changes nothing"
+    if name == "set" and len(node.arguments) == 2 and type(node.arguments[0]) is ast.Reference:
+        changing, hint = "", f"a variable is changed by `(set! {node.arguments[0].span.text} ...)`"
     if changing:
         hint += f"; a mutable list is changed by `{changing}`, a variable by `set!`"
     elif name in ("translate", "rotate", "scale", "reflect"):
@@ -705,17 +809,22 @@ def report_array_item(inference: KindInference, around: ast.ArrayLiteral, node: 
     kind
         Kind of the item.
     """
-    hint = "use `(list ...)` for a list of other values"
+    hint = "all items of an array are numbers"
     fixes: tuple[Fix, ...] = ()
-    number, number_fixes = unquoted_number(node)
+    text = node.span.text
+    number, number_fixes = advice_on_value(node, "Number")
     if number is not None:
         hint, fixes = number, number_fixes
     elif is_keyword(node) and node.span.expansion is None:
         hint = f"write the variable without a colon: `{node.value}`"
         fixes = (Fix("Remove the colon", (Edit(node.span, str(node.value)),), safe=True),)
     elif around.span.expansion is None and around.span.text.startswith("["):
-        edit = Edit(around.span, f"(list {around.span.text[1:-1]})")
-        fixes = (Fix("Write a list", (edit,), safe=all(_is_no_number(inference, item) for item in around.items)),)
+        written = f"(list {around.span.text[1:-1]})"
+        if all(_is_no_number(inference, item) for item in around.items):
+            hint = f"write `{written}`, a list of other values" if len(written) <= _MAX_CALL else "use `(list ...)`"
+            fixes = (Fix("Write a list", (Edit(around.span, written),), safe=True),)
+        elif kind.tag == "String" and type(node) is ast.Reference:
+            hint = f"all items of an array are numbers, and the value of `{text}` is in quotes"
     inference.report(
         "type", f"expected a number in an array, got {shown(node, kind)}", node.span, hint, fixes=fixes,
         expected="a number", found=describe(kind),

@@ -30,8 +30,8 @@ from scenelang.interpreter.runtime.procedures import (
     python_error,
     type_error,
 )
-from scenelang.interpreter.runtime.show import array_literal, show
-from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch, type_name
+from scenelang.interpreter.runtime.show import array_literal, described
+from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.values.values import (
     ANONYMOUS,
@@ -1168,7 +1168,7 @@ def _loop_count(count: Any) -> int:
         return count
     if type(count) is float and count.is_integer():
         return int(count)
-    message = f"`union-loop` expects an Integer count, got {type_name(count)}: {show(count, 60)}"
+    message = f"`union-loop` expects an Integer count, got {described(count, 60)}"
     raise SceneError("type", message, hint="round it: `(round n)`, `(floor n)`")
 
 

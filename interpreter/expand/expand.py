@@ -192,6 +192,10 @@ class Expander:
             hint = "only parameters can have type annotations: `(lambda (x::Type) ...)`"
         elif name.startswith("..."):
             hint = "replace the placeholder `...` with code"
+        elif name.startswith("-") and len(name) > 1 and scope.lookup(Symbol(name[1:])) is not None:
+            hint = f"the negative of a variable is `(- {name[1:]})`"
+            negated = Fix(f"Change to `(- {name[1:]})`", (Edit(atom.span, f"(- {name[1:]})"),), safe=True)
+            return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=(negated,))
         elif module is not None:
             hint = f'add `(import "{module}")`'
         else:
@@ -295,6 +299,8 @@ class Expander:
             variable = Variable(name, atom.span, is_global, recursive)
         variable.from_macro = isinstance(atom.value, Alias)
         variable.shadows = isinstance(existing, (Builtin, PaperForm))
+        if not is_global:
+            variable.hides = existing if isinstance(existing, Variable) else None
         scope.bind(atom.value, variable)
         self.record_use(atom, variable, defines=True)
         return variable

@@ -77,7 +77,18 @@ class Annotated:
 class Variable:
     """Variable, which has a value at run time. The expander and the analysis set the attributes for the compiler."""
 
-    __slots__ = ("assigned", "captured", "from_macro", "is_global", "name", "owner", "recursive", "shadows", "span")
+    __slots__ = (
+        "assigned",
+        "captured",
+        "from_macro",
+        "hides",
+        "is_global",
+        "name",
+        "owner",
+        "recursive",
+        "shadows",
+        "span",
+    )
 
     def __init__(self, name: str, span: Span | None, is_global: bool = False, recursive: bool = False) -> None:
         self.name = name
@@ -89,6 +100,7 @@ class Variable:
         self.owner: Any = None
         self.from_macro = False
         self.shadows = False  # shadows a builtin function
+        self.hides: Variable | None = None  # variable of an enclosing scope with the same name
 
     def __str__(self) -> str:
         return self.name

@@ -10,7 +10,7 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import matrix_or_none, type_name
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
@@ -28,6 +28,7 @@ from scenelang.interpreter.values.values import (
     Pair,
     Set,
     Table,
+    Vector,
     make_list,
     table_key,
 )
@@ -150,7 +151,7 @@ def pose_from(runtime: Runtime, value: Any) -> Matrix:
     """Convert a value to a finite pose; raise ``SceneError("pose")`` if it is not one."""
     matrix = matrix_or_none(runtime, value)
     if matrix is None:
-        message = f"expected a 4x4 pose matrix with the last row 0 0 0 1, got {type_name(value)}: {show(value, 60)}"
+        message = f"expected a 4x4 pose matrix with the last row 0 0 0 1, got {described(value, 60)}"
         raise SceneError("pose", message, hint="to turn a vector into a pose, write `(translate [x y z])`")
     if not pose.is_finite(matrix):
         raise SceneError("pose", "a pose must be finite, but this one contains nan or inf")
@@ -173,7 +174,7 @@ def call_embeddings(
         The embedding z with the attributes merged in, the rest gamma, and the names of the attributes.
     """
     if type(word) is not str:
-        raise SceneError("word", f"`call` expects a string as the word, got {type_name(word)}: {show(word, 40)}")
+        raise SceneError("word", f"`call` expects a string as the word, got {described(word, 40)}")
     embeddings: list[Embedding] = []
     attributes: dict[str, Any] = {}
     pending = iter(arguments)
@@ -236,6 +237,17 @@ def copy_table(runtime: Runtime, table: Table) -> Table:
     runtime.read(table)
     runtime.charge(len(table.entries) >> 5)
     return Table(dict(table.entries), -1)
+
+
+_MIN_BYTE, _MAX_BYTE = 2, 255  # a brightened color has components just above 1
+
+
+def color_of_bytes(z: Embedding) -> str | None:
+    """Return a color with whole components up to 255 in place of 1 as text, or None for any other."""
+    color = z.attributes.get("color")
+    if type(color) is not Vector or len(color) != len("rgb") or not _MIN_BYTE <= max(color) <= _MAX_BYTE:
+        return None
+    return show(color) if all(number >= 0 and number == int(number) for number in color) else None
 
 
 def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
-from scenelang.interpreter.runtime.show import from_numpy, show
+from scenelang.interpreter.runtime.show import described, from_numpy, show
 from scenelang.interpreter.runtime.types import (
     Builtin,
     BuiltinParameter,
     Mismatch,
     Type,
+    call_hint,
     expected_name,
     type_name,
 )
@@ -213,7 +214,7 @@ def arity_error(code: ClosureCode, count: int) -> SceneError:
         expected = f"{required} to {positional}"
     plural = "" if expected.split()[-1] == "1" else "s"
     message = f"`{code.name}` expects {expected} argument{plural}, got {count}"
-    return SceneError("arity", message, hint=f"parameters: {code.usage}")
+    return SceneError("arity", message, hint=call_hint(f"`{code.name}`", code.usage))
 
 
 def split_keywords(name: str, usage: str, arguments: Sequence[Any]) -> tuple[list[Any], dict[str, Any]]:
@@ -227,7 +228,7 @@ def split_keywords(name: str, usage: str, arguments: Sequence[Any]) -> tuple[lis
             continue
         key = str(argument)
         if key in keywords:
-            raise SceneError("keyword", f"duplicate argument `:{key}` of `{name}`", hint=f"parameters: {usage}")
+            raise SceneError("keyword", f"duplicate argument `:{key}` of `{name}`", hint="leave out one of them")
         try:
             keywords[key] = next(pending)
         except StopIteration:
@@ -265,7 +266,7 @@ def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], 
     for name in names:
         if name not in accepted and not (word is not None and name in _PHYSICS_NAMES):
             target = f'"{word}"' if word is not None else f"`{code.name}`"
-            hint = suggest(name, accepted) or f"parameters: {code.usage}"
+            hint = suggest(name, accepted) or call_hint(target, code.usage)
             raise SceneError("keyword", f"{target} has no parameter `:{name}`", hint=hint)
 
 
@@ -339,7 +340,7 @@ def _fill(
             owner = f'"{word}"' if word is not None else f"`{code.name}`"
             noun = "attribute" if word is not None else "argument"
             message = f"missing {noun} `:{parameter.name}` of {owner}"
-            raise SceneError("keyword", message, hint=f"parameters: {code.usage}")
+            raise SceneError("keyword", message, hint=call_hint(owner, code.usage))
         frame[parameter.slot] = Cell(value, runtime.clock) if parameter.in_cell else value
     return frame
 
@@ -355,9 +356,9 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
         sign = ":" if parameter.kind == "keyword" else ""
         message = (
             f"the parameter `{sign}{parameter.name}` of {owner} expects {expected_name(parameter.type.name)}, "
-            f"got {type_name(value)}: {show(value, 60)}"
+            f"got {described(value, 60)}"
         )
-        raise SceneError("type", message, hint=f"parameters: {code.usage}") from None
+        raise SceneError("type", message, hint=call_hint(owner, code.usage)) from None
 
 
 # Calls of builtins and record procedures with evaluated arguments: checks of arity, keywords and types.
@@ -374,16 +375,16 @@ def builtin_arity_error(builtin: Builtin, count: int) -> SceneError:
         expected = str(required) if required == maximum else f"{required} to {maximum}"
     plural = "" if expected.split()[-1] == "1" else "s"
     message = f"`{builtin.name}` expects {expected} argument{plural}, got {count}"
-    return SceneError("arity", message, hint=f"signature: {builtin.usage}")
+    return SceneError("arity", message, hint=builtin.call_hint)
 
 
 def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> SceneError:
     """Return the error for an argument of a builtin with the wrong type."""
     message = (
         f"`{builtin.name}` expects {expected_name(parameter.type.name)} for `{parameter.name}`, "
-        f"got {type_name(value)}: {show(value, 60)}"
+        f"got {described(value, 60)}"
     )
-    return SceneError("type", message, hint=f"signature: {builtin.usage}")
+    return SceneError("type", message, hint=builtin.call_hint)
 
 
 def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Any:
@@ -438,7 +439,7 @@ def _keywords(runtime: Runtime, builtin: Builtin, named: dict[str, Any]) -> dict
     out: dict[str, Any] = {}
     for name, value in named.items():
         if name not in parameters:
-            hint = suggest(name, parameters) or f"signature: {builtin.usage}"
+            hint = suggest(name, parameters) or builtin.call_hint
             raise SceneError("keyword", f"`{builtin.name}` has no parameter `:{name}`", hint=hint)
         out[name.replace("-", "_")] = convert(runtime, builtin, parameters[name], value)
     return out
@@ -522,7 +523,7 @@ def rows(rt: Runtime, value: Any) -> list[Any]:
             "the root's list of handles is infinite",
             "to use the first n handles, write `(list-head gamma n)`",
         )
-    raise SceneError("type", f"expected a sequence, got {type_name(value)}: {show(value, 60)}")
+    raise SceneError("type", f"expected a sequence, got {described(value, 60)}")
 
 
 def array_rows(rt: Runtime, data: Any) -> list[Any]:
@@ -649,7 +650,7 @@ def _record_argument(kind: RecordType, name: str, arguments: Sequence[Any], coun
         raise SceneError("arity", f"`{name}` expects {count} argument{'s' * (count > 1)}, got {len(arguments)}")
     record = arguments[0]
     if type(record) is not Record or record.type is not kind:
-        message = f"`{name}` expects a {kind.name}, got {type_name(record)}: {show(record, 60)}"
+        message = f"`{name}` expects a {kind.name}, got {described(record, 60)}"
         is_older = type(record) is Record and record.type.name == kind.name
         hint = "the record type was redefined; this value belongs to the old definition" if is_older else None
         raise SceneError("type", message, hint)

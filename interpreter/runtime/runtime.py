@@ -35,7 +35,7 @@ from scenelang.interpreter.runtime.procedures import (
     bind_entity,
     check_keywords,
 )
-from scenelang.interpreter.runtime.show import MAX_LENGTH, show
+from scenelang.interpreter.runtime.show import MAX_LENGTH, described, show
 from scenelang.interpreter.runtime.types import Builtin, Library, type_name
 from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Entity, Frames
@@ -418,11 +418,11 @@ class Runtime:
 
     def not_a_procedure(self, value: Any, span: Span | None = None) -> SceneError:
         """Return the error for calling ``value``; ``span`` is the location of the call."""
-        message = f"expected a function to call, got {type_name(value)}: {show(value, 60)}"
+        message = f"expected a function to call, got {described(value, 60)}"
         hint = 'write a list of values as `(list ...)`, a call of a word as `(call "word" ...)`'
         head = re.match(r"\(([^\s()]+)", span.text) if span is not None and span.expansion is None else None
         if head is not None and head[1] in _known_names(self.library):
-            hint = f"`{head[1]}` is redefined here; call the builtin function as `std/{head[1]}`"
+            hint = f"the program defines `{head[1]}`, which hides the function: write `std/{head[1]}`, or rename yours"
         return SceneError("not-a-procedure", message, hint=hint)
 
     # --- tracking of reads and writes ------------------------------------------------------------------------------
@@ -768,6 +768,10 @@ class Runtime:
             self.output += 1  # the file may change
             asset, attributes = parts.load_asset(self, attributes)
         shape = cls.from_attributes(word, attributes, asset)
+        bytes_ = parts.color_of_bytes(z)
+        if bytes_ is not None:
+            hint = f"components from 0 to 255 are converted by `rgb`: `(rgb {bytes_[1:-1]})`"
+            self.warn("out-of-range", f'`:color` of "{word}" should be 0 to 1, got {bytes_}', span, hint)
         if shape.is_flat:
             self.warn("no-extent", f'the primitive "{word}" has zero extent along some axis', span)
         entity = Entity(word, z, (), shape, tainted, () if span is None else (span,))

@@ -82,6 +82,15 @@ def show(value: Any, limit: int = MAX_LENGTH, read: Read = _unread) -> str:
     return "".join(out)
 
 
+def described(value: Any, limit: int) -> str:
+    """Return a value for error messages: its type with an article, and its text; vectors are rounded to six digits."""
+    if value is None:
+        return type_name(value)
+    if type(value) is Vector:
+        value = Vector([float(f"{number:.6g}") if type(number) is float else number for number in value])
+    return f"{type_name(value)}: {show(value, limit)}"
+
+
 _END = object()
 _PLAIN = frozenset((int, float, bool, type(None)))
 
@@ -295,7 +304,7 @@ def array_literal(items: Sequence[Any], reader: TypeReader | None = None) -> Any
         if type(item) not in (int, float) and not isinstance(
             item, (Vector, Matrix, Array, MutableArray, Pair, MutableList)
         ):
-            message = f"expected a number in an array, got {type_name(item)}: {show(item, 60)}"
+            message = f"expected a number in an array, got {described(item, 60)}"
             raise SceneError("type", message, hint="use `(list ...)` for a list of other values")
     try:
         if kinds == {int, float}:

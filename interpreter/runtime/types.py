@@ -8,8 +8,9 @@ from functools import cache, cached_property, partial
 from itertools import islice
 from typing import Any, Protocol
 
-from scenelang.grammar.datum import Source, Span, dataclass, field
+from scenelang.grammar.datum import Datum, ListDatum, Source, Span, dataclass, field
 from scenelang.grammar.lazy_patterns import lazy_pattern
+from scenelang.grammar.reader import piece_at, read
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Frames
@@ -552,6 +553,64 @@ class Builtin(Procedure):
     def usage(self) -> str:
         """Signature for diagnostics and help, such as ``(rotate angle::Float axis::Vector) -> Matrix``."""
         return f"({self.name}{' ' if self.parameters else ''}{self.parameters}) -> {self.result}"
+
+    @property
+    def call_hint(self) -> str:
+        """Hint for a wrong call: a call that works, or the signature of a builtin that has no example."""
+        text = self.example[0] if self.example is not None else ""
+        start = max(text.find(f"({self.name} "), text.find(f"({self.name})"))
+        if start < 0:
+            return f"for example `{text}`" if text else f"signature: {self.usage}"
+        return f"for example `{text[slice(*piece_at(text, start))]}`"
+
+
+_MAX_CALL = 80  # characters of a call in a hint
+
+
+def call_hint(owner: str, usage: str) -> str:
+    """Return the hint how a function of the program, or of a module in the language, is called.
+
+    Parameters
+    ----------
+    owner
+        The function as messages name it: a name in backquotes, a word in quotes, or anything else for a function
+        without a name.
+    usage
+        Its parameter list, which begins with its name if it has one.
+    """
+    forms = read(Source("<usage>", usage)).forms
+    if len(forms) != 1 or not isinstance(forms[0], ListDatum):
+        return f"parameters: {usage}"
+    items = [*forms[0].items, *([forms[0].tail] if forms[0].tail is not None else [])]
+    if owner.startswith('"'):
+        written = ["call", owner]
+    elif items and owner == f"`{items[0].span.text}`":
+        written = [items.pop(0).span.text]
+    else:
+        names = [_argument(item).split()[0] for item in items]
+        listed = ", ".join(f"`{name}`" for name in names)
+        verb = "parameters are" if len(names) > 1 else "parameter is"
+        return f"its {verb} {listed}" if names else "it takes no arguments"
+    for number, item in enumerate(items):
+        text = _argument(item)
+        is_last = number + 1 == len(items)
+        if sum(map(len, written)) + len(written) + len(text) > _MAX_CALL - (1 if is_last else len(" ...")):
+            written.append("...")
+            break
+        written.append(text)
+    if forms[0].tail is not None and written[-1] != "...":
+        written.append("...")
+    return f"call it as `({' '.join(written)})`"
+
+
+def _argument(parameter: Datum) -> str:
+    """Return an argument for a parameter: its name, or a keyword with its default."""
+    default = "..."
+    if isinstance(parameter, ListDatum) and parameter.items:
+        default = " ".join(item.span.text for item in parameter.items[1:]) or default
+        parameter = parameter.items[0]
+    name = parameter.span.text.partition("::")[0]
+    return f"{name} {default}" if name.startswith(":") else name
 
 
 _DEFINED = lazy_pattern(r"^\(define \(?([^\s()]+)", re.M)

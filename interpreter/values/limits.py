@@ -290,8 +290,8 @@ def fork_safe_lock() -> threading.Lock:
 
 _FRAMES_PER_CALL = 5  # Python frames that a call of the language takes at most
 _SPARE_FRAMES = 2_000  # for the code of the evaluator and of builtins at the bottom and top of the stack
-# A browser's stack of 1 MB holds 400 to 600 calls that go through C, such as those of ``map``; of Python's frames there is
-# one such call for two or more. All forms of recursion were tried (``tests/playground/test_page``).
+# A browser's stack of 1 MB holds 400 to 600 calls that go through C, such as those of ``map``; for one of these there
+# are two or more of Python's frames. All forms of recursion were tried (``tests/playground/test_page``).
 _MAX_FRAMES = 900 if sys.platform == "emscripten" else 1 << 40
 
 

@@ -16,6 +16,7 @@ from scenelang.cli.options import (
     check_folder,
     done,
     fields_of,
+    naming_other_commands,
     print_result,
     progress,
     scene_of,
@@ -49,7 +50,7 @@ def _wrote_glb(path: Path) -> bool:
 def run_export(arguments: argparse.Namespace) -> int:
     """Export a scene to the format of a backend."""
     limit, shown, warn = session_limit(arguments), progress(arguments, "exporting"), warnings_of(arguments)
-    with usage_errors():
+    with naming_other_commands("export", arguments), usage_errors():
         output = output_path(arguments.file, arguments.output, ".glb", _wrote_glb)
         backend = base.find(arguments.backend) if arguments.backend else base.for_file(output, base.Work.EXPORT)
         options = fields_of(

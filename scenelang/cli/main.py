@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from scenelang.cli.command_table import COMMANDS as COMMANDS
 from scenelang.cli.command_table import RENAMED_COMMANDS, CommandRow, formatter, top_parser
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
+from scenelang.cli.wrong_usage import Adviser, missing_command
 from scenelang.console.reports import Parser
 from scenelang.grammar.diagnostics import (
     Diagnostic,
@@ -72,11 +73,15 @@ def _main(words: list[str], *, supervised: bool) -> int:
     if words[0] in RENAMED_COMMANDS:
         print(f"scenelang: error: use `scenelang {RENAMED_COMMANDS[words[0]]}`", file=sys.stderr)
         return 2
+    missing = missing_command(words)
+    if missing is not None:
+        print(f"scenelang: error: {missing}", file=sys.stderr)
+        return 2
     if words[0] not in COMMANDS and not words[0].startswith("-"):
         near = suggest(words[0], COMMANDS) or "see `scenelang --help` for a list of commands"
         print(f"scenelang: error: unknown command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
         return 2
-    arguments = build_parser(words[0] if words else "").parse_args(words)
+    arguments = build_parser(words[0], words).parse_args(words)
     _collect_garbage()
     if not (supervised and COMMANDS[arguments.command].kind.evaluates and is_supported()):
         return _run(arguments)
@@ -192,8 +197,11 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def build_parser(only: str | None = None) -> argparse.ArgumentParser:
-    """Create the argument parser; with ``only``, it has that command alone, or no arguments of commands."""
+def build_parser(only: str | None = None, words: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Create the argument parser; with ``only``, it has that command alone, or no arguments of commands.
+
+    ``words`` are the arguments that it will parse, for advice on wrong ones.
+    """
     parser = top_parser(Parser, _Version)
     quiet = argparse.SUPPRESS
     subparsers = parser.add_subparsers(prog="scenelang", dest="command", required=True, metavar="COMMAND", help=quiet)
@@ -202,6 +210,8 @@ def build_parser(only: str | None = None) -> argparse.ArgumentParser:
         subparser = subparsers.add_parser(name, help=COMMANDS[name].help, formatter_class=help_formatter)
         if only in (None, name):
             _add_arguments(subparser, name, COMMANDS[name])
+        if words:
+            subparser.advise = Adviser(name, subparser, words, build_parser)
     return parser
 
 

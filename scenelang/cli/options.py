@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from functools import wraps
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
@@ -143,6 +143,21 @@ def backend_settings_of(arguments: argparse.Namespace) -> dict[str, Any]:
     return given_settings(arguments, base.settings_for(arguments.work), "backend_")
 
 
+@contextmanager
+def naming_other_commands(command: str, arguments: argparse.Namespace) -> Iterator[None]:
+    """Add the command that writes such files to the error about an output that this command does not write."""
+    try:
+        yield
+    except UsageError as error:
+        from scenelang.cli.wrong_usage import other_command
+
+        output = getattr(arguments, "output", None)
+        other = other_command(command, arguments.file, output) if error.name == "backend" and output else None
+        if other is None:
+            raise
+        raise UsageError(error.name, error.message, other) from None
+
+
 def add_file(parser: argparse.ArgumentParser) -> None:
     """Add the program file."""
     parser.add_argument("file", metavar="FILE", help="program file, or `-` for standard input")
@@ -261,9 +276,20 @@ def opened(arguments: argparse.Namespace, session: Session | None = None) -> tup
     """Evaluate the command's file, and print the log and diagnostics of the run."""
     session = session or session_of(arguments)
     source = session.source(arguments.file)
-    result = session.evaluate(source)
+    result = explained_run(session, source)
     report_run(arguments, result)
     return result, source, session
+
+
+def explained_run(session: Session, source: Source) -> Evaluated:
+    """Evaluate a program; without a scene, its errors are told as ``check`` tells them."""
+    result = session.evaluate(source)
+    if result.scene is not None:
+        return result
+    from scenelang.grammar.datum import replace
+    from scenelang.session.checking import explained
+
+    return replace(result, diagnostics=tuple(explained(session, source, result.diagnostics)))
 
 
 def evaluated(arguments: argparse.Namespace) -> EntityScene:

@@ -26,6 +26,7 @@ from scenelang.cli.options import (
     done,
     fields_of,
     given,
+    naming_other_commands,
     opened,
     print_result,
     progress,
@@ -97,7 +98,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
 
 def run_render(arguments: argparse.Namespace) -> int:
     """Render an image or a video."""
-    with usage_errors():  # fail early, before the expensive work
+    with naming_other_commands("render", arguments), usage_errors():  # fail early, before the expensive work
         shots = fields_of(arguments, film.FilmOptions)
         output = output_path(
             arguments.file, arguments.output, ".gif" if shots.is_wanted else ".png", film.wrote_picture

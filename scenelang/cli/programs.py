@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import time
 from collections.abc import Sequence
@@ -21,6 +22,7 @@ from scenelang.cli.options import (
     compute_solids,
     done,
     evaluated,
+    explained_run,
     limits_of,
     print_result,
     reader,
@@ -46,7 +48,7 @@ from scenelang.grammar.diagnostics import (
 from scenelang.grammar.settings import line_range, part_of_one
 from scenelang.interpreter.loading import is_present
 from scenelang.interpreter.scene.entity import count_words
-from scenelang.session.checking import Examination
+from scenelang.session.checking import Examination, declaration_errors
 from scenelang.session.declarations import declarations_of
 
 if TYPE_CHECKING:
@@ -121,7 +123,26 @@ def run_check(arguments: argparse.Namespace) -> int:
         except SceneError as error:
             diagnostics.append(error.diagnostic)
     report(arguments, diagnostics, sys.stdout if arguments.json else None)
-    return 1 if any(d.is_error for d in diagnostics) else 0
+    if any(d.is_error for d in diagnostics):
+        return 1
+    if not (arguments.evaluate or arguments.that or arguments.quiet or arguments.json):
+        _say_untested(session, files)
+    return 0
+
+
+def _say_untested(session: Session | None, files: Sequence[str]) -> None:
+    """Say that the assertions of programs, which need a scene, were not tested."""
+    for path in files if session is not None else ():
+        if path == "-" or not path.endswith(".scene"):
+            continue
+        text = session.source(path).text if session is not None else ""
+        count = len(_ASSERTION.findall(text)) if "(assert-that" in text else 0
+        if count:
+            number = "1 assertion was" if count == 1 else f"{count} assertions were"
+            print(f"{path}: {number} not tested; `check --run` and `run` do", file=sys.stderr)
+
+
+_ASSERTION = re.compile(r"^[^;\n]*\(assert-that\b", re.M)
 
 
 def _diagnostics_in(arguments: argparse.Namespace, session: Session, path: str) -> Sequence[Diagnostic]:
@@ -200,14 +221,16 @@ def run_run(arguments: argparse.Namespace) -> int:
     source = session.source(arguments.file)
     started = time.perf_counter()
     with bounded(arguments):
-        result = session.evaluate(source)
+        result = explained_run(session, source)
         seconds = time.perf_counter() - started
         facts = summary(result.scene) if result.scene is not None else None
+        failed = declaration_errors(result.scene) if result.scene is not None else []
     report_run(arguments, result)
     if facts is None:
         return 1
+    report(arguments, failed)
     text = table([*summary_rows(facts), ("time", f"{seconds:.3f} s")], (False, False))
-    return print_result(arguments, facts | {"seconds": seconds}, text)
+    return print_result(arguments, facts | {"seconds": seconds}, text) or int(bool(failed))
 
 
 def run_expand(arguments: argparse.Namespace) -> int:
@@ -460,6 +483,10 @@ def run_transpile(arguments: argparse.Namespace) -> int:
 
     if arguments.output is not None and Path(arguments.output).resolve() == Path(arguments.file).resolve():
         raise UsageError("file", "the output would overwrite the input")
+    if arguments.file.endswith(".scene"):
+        name = Path(arguments.file)
+        hint = f"for Python of it: `scenelang export {name} --to python -o {name.with_suffix('.py').name}`"
+        raise UsageError("unsupported", f"{name} is a program already; `transpile` reads Python or a response", hint)
     session = Session(Options(limits=limits_of(arguments)))
     translation = session.transpile(session.source(arguments.file), arguments.literal)
     report(arguments, translation.diagnostics)
@@ -517,7 +544,8 @@ def run_import(arguments: argparse.Namespace) -> int:
     path = Path(arguments.file)
     if path.suffix.lower() not in (*IMPORTED_ENDINGS, *SCRIPT_ENDINGS):
         message = f"`{path.name}` is no file that can be imported; expected {', '.join((*IMPORTED_ENDINGS, '.py'))}"
-        raise other_file_error(str(path)) or SceneError("file", message)
+        hint = f'it is a program already; a program uses it by `(import "{path.name}")`'
+        raise other_file_error(str(path)) or SceneError("file", message, hint if path.suffix == ".scene" else None)
     if path.suffix.lower() == ".scad":
         from scenelang.backends.openscad.converting import imported
     elif path.suffix.lower() in SCRIPT_ENDINGS:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NoReturn, TextIO
 
 from scenelang.backends.files import write_text
-from scenelang.grammar.diagnostics import Diagnostic, printable, render_text, suggest, to_json
+from scenelang.grammar.diagnostics import Diagnostic, folded, printable, render_text, to_json
 
 _PROGRESS_DELAY = 1.0  # seconds; shorter work shows no progress
 _BAR_WIDTH = 30  # characters
@@ -115,6 +115,7 @@ def print_diagnostics(
 
         print(json.dumps([to_json(d) for d in diagnostics]), file=stream)
         return
+    diagnostics = folded(diagnostics)
     for diagnostic in diagnostics:
         print(render_text(diagnostic, color), file=stream)
     without_hint = sorted({diagnostic.code for diagnostic in diagnostics if not diagnostic.hint})
@@ -156,10 +157,14 @@ _GIVEN = "_given"  # attribute of a namespace while arguments are parsed
 
 
 class Parser(argparse.ArgumentParser):
-    """Argument parser whose errors are one line, with the nearest option for an unknown one."""
+    """Argument parser whose errors are one line, with what was probably meant.
+
+    ``advise`` returns the line about arguments that the parser does not know, or about a name that is missing.
+    """
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
+        self.advise: Callable[[Sequence[str], str], str | None] | None = None
         for name in (None, "store"):
             self.register("action", name, _Store)
 
@@ -172,6 +177,8 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Exit with a message and the way to the usage."""
+        if self.advise is not None:
+            message = self.advise((), message) or message
         self.exit(2, f"{self.prog}: error: {message}\nusage: see `{self.prog} --help`\n")
 
     def parse_args(self, args: Any = None, namespace: Any = None) -> Any:
@@ -188,7 +195,6 @@ class Parser(argparse.ArgumentParser):
         return self if commands is None else commands.choices[getattr(arguments, commands.dest)]
 
     def _report_unknown(self, arguments: Sequence[str]) -> NoReturn:
-        """Exit with the nearest option for an unknown one."""
-        first = arguments[0].partition("=")[0]
-        near = suggest(first, self._option_string_actions) if first.startswith("--") else None
-        self.error(f"unrecognized arguments: {' '.join(arguments)}" + (f"; {near}" if near else ""))
+        """Exit with what was probably meant by arguments that the parser does not know."""
+        message = f"unrecognized arguments: {' '.join(arguments)}"
+        self.error((self.advise(arguments, message) if self.advise is not None else None) or message)

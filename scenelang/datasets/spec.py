@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.base import require
-from scenelang.backends.files import program_files, read_regular
+from scenelang.backends.files import program_files, read_regular, reason_of
+from scenelang.backends.unreadable import unreadable
 from scenelang.files.toml_places import TomlTable, parsed, shown
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
@@ -416,7 +417,7 @@ def read_spec(path: str | Path) -> Spec:
     try:
         text = read_regular(path, 2_000_000).decode("utf-8-sig")
     except OSError as error:
-        raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
+        raise unreadable(str(path), str(path), reason_of(error)) from None
     except UnicodeDecodeError:
         raise SceneError("encoding", f"{path} is not UTF-8 text", "save it as UTF-8") from None
     return spec_of(text, str(path), Path(path).resolve().parent)

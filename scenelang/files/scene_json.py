@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Work, check_settings, frame_of
-from scenelang.backends.files import atomic_write, read_regular
+from scenelang.backends.files import atomic_write, read_regular, reason_of
 from scenelang.backends.surfaces.assets import AssetFiles
+from scenelang.backends.unreadable import unreadable
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value, value_of
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
@@ -173,7 +174,7 @@ def _parsed(path: Path) -> Any:
             raise LimitError("size", f"{path.name} is larger than the limit of {MAX_FILE_BYTES:,} bytes")
         text = read_regular(path).decode("utf-8")
     except OSError as error:
-        raise SceneError("file", f"cannot read {path}: {error.strerror or error}") from None
+        raise unreadable(str(path), str(path), reason_of(error)) from None
     except UnicodeDecodeError:
         raise SceneError("encoding", f"{path.name} is not UTF-8 text") from None
     try:

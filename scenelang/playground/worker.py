@@ -17,8 +17,8 @@ from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator, instance_e
 FOLDER = "/scenes"  # of the programs, in the file system of the interpreter
 MAX_PRIMITIVES = 200_000  # of a scene: arrays without numpy take about 10 us for each instance
 
-# Calls of this depth need more of Python's frames than a browser's stack has (``values/limits``), which end most programs
-# first. Steps are the desktop's: about 5 s.
+# Calls of this depth need more of Python's frames than a browser's stack has (``values/limits``), which end most
+# programs first. Steps are the desktop's: about 5 s.
 LIMITS = Limits(depth=400)
 
 

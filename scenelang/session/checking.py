@@ -89,12 +89,10 @@ class Examination:
         Findings about the scene wait for all others, because another mistake may be what moved an object.
         """
         if not (self.run or self.geometry or self.physics or self.stated):
-            diagnostics = self.session.recovered(source, self.session.check(source).diagnostics)
-            return Examined(with_options(source, diagnostics))
+            return Examined(explained(self.session, source, self.session.check(source).diagnostics))
         result = self.session.evaluate(source)
         if result.scene is None:
-            diagnostics = [with_fixes(d) for d in self.session.recovered(source, result.diagnostics)]
-            diagnostics = with_options(source, diagnostics)
+            diagnostics = explained(self.session, source, result.diagnostics)
             if self.complete and not is_python(source):
                 with_tested = SERVICES.optional("tested-fixes")
                 if with_tested is not None:
@@ -122,6 +120,39 @@ class Examination:
             physics = SERVICES.find("physics")
             seconds, meters_per_unit = self.physics
             yield lambda scene: physics.check_physics(scene, seconds or physics.SECONDS, meters_per_unit)
+
+
+def explained(session: Session, source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """Return the diagnostics of a check or a run as people read them: with what a trial of other texts shows.
+
+    Brackets that do not match, or close in the wrong place, are found by the texts in which they do.
+    """
+    if is_python(source) or not any(d.is_error for d in diagnostics):
+        return diagnostics
+    diagnostics = [with_fixes(d) for d in session.recovered(source, diagnostics)]
+    return _with_sound_hints(session, source, session.rebracketed(source, with_options(source, diagnostics)))
+
+
+_MAX_VERIFIED = 4  # errors whose hints are tried
+
+
+def _with_sound_hints(session: Session, source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+    """Return diagnostics without the hints whose code leads to another error in its place."""
+    known = {(d.name, d.message) for d in diagnostics}
+    errors = [d for d in diagnostics if d.is_error and d.fixes and d.span is not None and d.hint and "`" in d.hint]
+    unsound: set[int] = set()
+    for error in errors[:_MAX_VERIFIED]:
+        edits = error.fixes[0].edits
+        if error.code.startswith("E1") or any(e.span.source.name != source.name or e.span.expansion for e in edits):
+            continue
+        trial = Source(source.name, with_edits(source.text, error.fixes[0].text_edits))
+        start = min(edit.span.start for edit in edits)
+        end = max(edit.span.end for edit in edits) + sum(len(edit.text) for edit in edits)
+        for d in session.check(trial).diagnostics:
+            is_near = d.span is not None and d.span.start < end and start < d.span.end
+            if d.is_error and is_near and (d.name, d.message) not in known:
+                unsound.add(id(error))
+    return [replace(d, hint=None, fixes=()) if id(d) in unsound else d for d in diagnostics]
 
 
 def declaration_errors(scene: Scene, stated: Sequence[Declaration] = ()) -> list[Diagnostic]:
@@ -152,7 +183,7 @@ def with_options(source: Source, diagnostics: Sequence[Diagnostic]) -> Sequence[
             if isinstance(before, Atom) and type(before.value) is Keyword:
                 continue  # the item is the value of a keyword
             d = unbound.get(item.span.start)
-            if d is None or not isinstance(item, Atom):
+            if d is None or d.fixes or not isinstance(item, Atom):
                 continue
             if _is_option(source, form.items[0].span.text, str(item.value)):
                 written = f":{item.value}"
@@ -227,15 +258,15 @@ def _attributes() -> frozenset[str]:
 
 
 def _is_option(source: Source, head: str, name: str) -> bool:
-    """Return whether a name is a keyword of the function ``head``, or of any function of the program."""
+    """Return whether a name is a keyword of ``head``, or of any function if the program defines ``head``."""
     from scenelang.stdlib.reference import records
 
     if head in ("call", "embedding", "primitive") and name in _attributes():
         return True
 
     keyword = re.compile(rf"(?<![^\s(\[])[:&]{re.escape(name)}(?![^\s)\]:])")
-    signature = next((record.signature for record in records() if record.name == head), "")
-    return keyword.search(signature) is not None or keyword.search(source.text) is not None
+    signature = next((record.signature for record in records() if record.name == head), None)
+    return keyword.search(source.text if signature is None else signature) is not None
 
 
 def with_hidden(

@@ -30,11 +30,33 @@ def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
     bare = _BARE.match(source.text)
     if bare is not None and bare[1] in RELATIONS:
         source = Source(source.name, declaration_source(source.text.strip()).text)
-    declarations = session.declarations(source)
+    try:
+        declarations = session.declarations(source)
+    except SceneError as error:
+        quoted = _with_quotes(session, asked) if error.name in ("unbound", "type", "word") else None
+        if quoted is None:
+            raise
+        message = f"words need quotes, got `{asked[:_MAX_SHOWN]}`: perhaps the shell has removed them"
+        raise SceneError(error.name, message, f"write `--that '{quoted}'`") from None
     if not declarations:
         hint = 'write `(assert-that (on "cup" "table"))`'
         raise SceneError("value", f"{Path(source.name).name} states no declaration", hint)
     return declarations
+
+
+_MAX_SHOWN = 80  # characters of a declaration in a message
+_OPERAND = lazy_pattern(r"""(?<=[\s(])(?![-+.\d:'"])[^\s()\[\]"']+(?=[\s)])""")
+
+
+def _with_quotes(session: Session, asked: str) -> str | None:
+    """Return a declaration with quotes around its words, if it is valid with them and had none; else None."""
+    if '"' in asked or not asked.lstrip().startswith("("):
+        return None
+    quoted = _OPERAND.sub(lambda match: match[0] if asked[match.start() - 1] == "(" else f'"{match[0]}"', asked)
+    try:
+        return quoted if session.declarations(declaration_source(quoted)) else None
+    except SceneError:
+        return None
 
 
 def declaration_source(text: str) -> Source:

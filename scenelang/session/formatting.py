@@ -96,8 +96,9 @@ def _lines(text: str) -> list[str]:
 def _program_text(name: str) -> str:
     """Read the text of a program, preserving byte order mark and line ends; raises SceneError."""
     if name.endswith((".py", ".txt", ".ipynb")):
-        hint = "convert it to a program with `scenelang transpile`"
-        raise SceneError("unsupported", f"{name} is a model response or Python, not a program", hint)
+        kind = "a response of a language model" if name.endswith(".txt") else "Python"
+        hint = f"convert it: `scenelang transpile {name} -o {os.path.splitext(name)[0]}.scene`"
+        raise SceneError("unsupported", f"{name} is {kind}, not a program", hint)
     if name.endswith(".json"):
         raise SceneError("unsupported", f"{name} is a JSON scene, not a program")
     if name != "-" and os.path.isdir(name):
@@ -106,15 +107,17 @@ def _program_text(name: str) -> str:
         most = _MAX_PROGRAM_SIZE + 1
         data = sys.stdin.buffer.read(most) if name == "-" else read_regular(name, most)
     except (OSError, ValueError) as error:
-        raise SceneError("file", f"cannot read {name}: {getattr(error, 'strerror', None) or 'invalid path'}") from None
+        from scenelang.backends.unreadable import unreadable
+
+        raise unreadable(name, name, getattr(error, "strerror", None) or "invalid path") from None
     if len(data) > _MAX_PROGRAM_SIZE:
         raise SceneError("file", f"{name} exceeds the maximum program size of {_MAX_PROGRAM_SIZE:,} bytes")
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        message = f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})"
-        raise SceneError("encoding", message, "save it as UTF-8") from None
+        from scenelang.backends.unreadable import undecodable
+
+        raise undecodable(data, name, error) from None
 
 
 def formatted(text: str) -> str:

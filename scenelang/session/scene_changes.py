@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from scenelang.backends.files import read_regular
+from scenelang.backends.unreadable import unreadable
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.inspection.difference import (
     ComparedFrame,
@@ -301,7 +302,7 @@ def _text(path: str) -> str:
     try:
         data = read_regular(path, _MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
-        raise SceneError("file", f"cannot read {path}: {getattr(error, 'strerror', None) or 'invalid path'}") from None
+        raise unreadable(path, path, getattr(error, "strerror", None) or "invalid path") from None
     if len(data) > _MAX_FILE_SIZE:
         raise SceneError("file", f"{path} exceeds the maximum size of {_MAX_FILE_SIZE:,} bytes")
     try:

@@ -10,11 +10,9 @@ import re
 import sys
 import threading
 from codecs import BOM_UTF8
-from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import cache, partial
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from scenelang.backends.files import read_regular, rewrite
@@ -32,6 +30,7 @@ from scenelang.grammar.datum import (
     rare_collection,
     replace,
     walk,
+    with_edits,
 )
 from scenelang.grammar.diagnostics import (
     CODES,
@@ -85,8 +84,6 @@ _STARTING = fork_safe_lock()  # threading.stack_size is a process-wide setting
 _MAX_FILE_SIZE = 16_000_000  # bytes of a program
 MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 EXPANSION_DEPTH = 60_000  # Python frames: expansion and compilation recurse over forms, whose depth the reader bounds
-_MAX_TRACEBACK_FRAMES = 400  # Python frames read after a stack overflow; a call of the language takes ten or fewer
-_MAX_SHOWN_CALLS = 40  # innermost calls in the diagnostic of a stack overflow
 _MAX_FIX_ROUNDS = 20
 # A missing bracket is looked for by indentation, then by meaning. Every candidate text (up to 16 for each broken
 # chunk) is checked, which only the command `check` does: editors check at every key.
@@ -136,7 +133,8 @@ def definition(item: str) -> tuple[str, str]:
     """Split ``NAME=VALUE`` into name and text; raises UsageError."""
     name, sign, text = item.partition("=")
     if not sign or not name:
-        raise UsageError("param", f"expected NAME=VALUE for --define, got `{item}`")
+        hint = f"write `--define {item}=VALUE`" if item.strip() and not sign else "such as `--define legs=3`"
+        raise UsageError("param", f"expected NAME=VALUE for --define, got `{item}`", hint)
     return name.strip(), text
 
 
@@ -526,6 +524,30 @@ class Session:
         moved_behind = [moved_diagnostic(d, best.original) for d in behind]
         return Checked(checked.program, tuple(_sorted([*problems, *moved_behind])))
 
+    def rebracketed(self, source: Source, checked: Sequence[Diagnostic]) -> Sequence[Diagnostic]:
+        """Return diagnostics in which an error of a call whose bracket closes too early or too late says so.
+
+        Brackets that match may still close in the wrong place, so that an argument is in the wrong call. A bracket is
+        moved where the program has fewer errors with it, and no other ones.
+        """
+        errors = [d for d in checked if d.is_error]
+        wrong = [d for d in errors if d.name in _OF_CALLS and d.span is not None and _GENERAL_HINT.match(d.hint or "")]
+        if not wrong or len(source.text) > _MAX_RECOVERED_LENGTH or any(d.code.startswith("E1") for d in errors):
+            return checked
+        from scenelang.grammar.recovery import moved_brackets
+
+        replaced: dict[int, Diagnostic] = {}
+        known = {(d.name, d.message) for d in errors}
+        for error in wrong[:_MAX_REBRACKETED]:
+            assert error.span is not None
+            for fix, hint in moved_brackets(error.span):
+                trial = Source(source.name, with_edits(source.text, fix.text_edits))
+                left = [d for d in self.check(trial).diagnostics if d.is_error]
+                if len(left) < len(errors) and all((d.name, d.message) in known for d in left):
+                    replaced[id(error)] = replace(error, hint=hint, fixes=(fix,))
+                    break
+        return [replaced.get(id(d), d) for d in checked]
+
     def check_forms(
         self,
         source: Source,
@@ -732,7 +754,9 @@ class Session:
         if isinstance(error, SceneError):
             return _outside_library(error.diagnostic)
         if isinstance(error, RecursionError):
-            return _too_deep(self.options.limits, error)
+            from scenelang.session.recursion import depth_error
+
+            return depth_error(self.options.limits, error)
         if isinstance(error, MemoryError):
             hint = "the machine has no more memory; set a lower limit with --max-memory"
             return Diagnostic("memory", "the program ran out of memory", None, hint)
@@ -924,45 +948,9 @@ def may_run(program: Program, diagnostics: Iterable[Diagnostic]) -> bool:
     return program.ok and all(CODES[d.name].code[:2] in ("E4", "E6") for d in diagnostics if d.is_error)
 
 
-def _too_deep(limits: Limits, error: RecursionError) -> Diagnostic:
-    """Create the diagnostic of a stack overflow.
-
-    The innermost calls are read from the local variables of Python's frames: ``call`` of the interpreter has the word,
-    the closures and functions of the compiler (``compile/generate``) the function and the span.
-    """
-    from scenelang.interpreter.compile.generated import site_of
-    from scenelang.interpreter.runtime.procedures import Closure
-
-    innermost: deque[TracebackType] = deque(maxlen=_MAX_TRACEBACK_FRAMES)
-    traceback = error.__traceback__
-    while traceback is not None:
-        innermost.append(traceback)
-        traceback = traceback.tb_next
-    chain: list[tuple[str, Span | None]] = []
-    running: str | None = None
-    for entry in reversed(innermost):
-        frame = entry.tb_frame
-        names = frame.f_locals
-        site = site_of(entry)
-        if site is not None:
-            names = {"function": site[0], "span": site[1]}
-        function, word, span = names.get("function"), names.get("name"), names.get("span")
-        if frame.f_code.co_name == "call" and isinstance(word, str):
-            running = f'"{word}"'
-        elif isinstance(function, Closure) and not function.code.name.startswith('"'):  # words are recorded by `call`
-            running = f"`{function.code.name}`"
-        if running is not None and isinstance(span, Span):
-            chain.append((running, span))
-            running = None
-    hint = "check for infinite recursion, or raise the limit with --max-depth"
-    return Diagnostic(
-        "depth",
-        f"maximum call depth of {limits.depth:,} exceeded",
-        chain[0][1] if chain else None,
-        hint,
-        (),
-        tuple(chain[:_MAX_SHOWN_CALLS]),
-    )
+_OF_CALLS = frozenset(("syntax", "arity", "keyword", "embedding", "attribute", "type", "parts", "pose"))
+_GENERAL_HINT = lazy_pattern(r"\Z|call it as|for example|usage|its parameter|it takes")  # not about the mistake itself
+_MAX_REBRACKETED = 2  # errors of a text whose brackets are moved; each costs up to a dozen checks
 
 
 def _weight(checked: Checked) -> tuple[int, int, int]:
@@ -992,7 +980,7 @@ def settled(
     sources = tuple(sources)
     remaining = list(diagnostics)
     for source in sources:
-        if not is_python(source) and any(d.is_error for d in remaining):
+        if not is_python(source) and any(d.is_error or d.name == "conditional-failure" for d in remaining):
             from scenelang.interpreter.checker.angles import with_meant_conversions
             from scenelang.interpreter.checker.habits import explain
 
@@ -1064,17 +1052,18 @@ def _read_source(path: str, shown: str) -> Source:
             data = read_regular(path, _MAX_FILE_SIZE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is not a path"
-        raise SceneError("file", f"cannot read {shown}: {reason}", _reading_hint(error)) from None
+        from scenelang.backends.unreadable import unreadable
+
+        raise unreadable(path, shown, reason, _reading_hint(error)) from None
     if len(data) > _MAX_FILE_SIZE:
         raise SceneError("file", f"{shown} exceeds the maximum program size of {_MAX_FILE_SIZE:,} bytes")
     name = "<stdin>" if path == "-" else shown
     try:
         text = data.removeprefix(BOM_UTF8).decode("utf-8")
     except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise SceneError(
-            "encoding", f"{name} is not UTF-8 text (line {line}, byte {error.start + 1})", "save it as UTF-8"
-        ) from None
+        from scenelang.backends.unreadable import undecodable
+
+        raise undecodable(data, name, error) from None
     if not name.endswith(".ipynb"):
         return Source(name, text)
     return Source(name, python_front_end().notebook_code(text, name))

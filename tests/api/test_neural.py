@@ -126,7 +126,7 @@ def test_mistakes_about_embeddings(beach: sl.Scene) -> None:
     beach.export("beach.json")
     wrong: list[tuple[Any, str]] = [
         (lambda: sl.Embeddings.open("none.safetensors"), "No such file"),
-        (lambda: sl.Embeddings.beside("none.scene"), "cannot read none.scene"),
+        (lambda: sl.Embeddings.beside("none.scene"), "there is no file none.scene"),
         (lambda: sl.Embeddings.beside("beach.json"), "flattened scene"),
         (lambda: sl.Embeddings(None).set("<z2>", text="a"), "expected an embeddings file"),
         (lambda: z.set("<z2>"), "nothing to set"),

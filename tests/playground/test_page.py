@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from playground.test_archive import EXAMPLES, ROOT, _decoded
-from scenelang.session.session import Options, Session
-from scenelang.viewer.workspace import evaluator
 from viewer.conftest import WAIT, Shown
 from viewer.conftest import browser as browser
 from viewer.conftest import show as show
+
+from scenelang.session.session import Options, Session
+from scenelang.viewer.workspace import evaluator
 
 SITE = ROOT / ".playground"
 pytestmark = [

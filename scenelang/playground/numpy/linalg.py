@@ -29,7 +29,7 @@ def norm(value: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) 
     """Return the lengths of vectors along an axis."""
     source = asarray(value)
     kind = source.dtype if source.dtype.kind == "f" else _F8
-    if ord in (None, 2, "fro"):
+    if ord in (None, 2):
         return _reduced(source, axis, keepdims, lambda row: math.sqrt(sum(x * x for x in row)), kind)
     if ord == 1:
         return _reduced(source, axis, keepdims, lambda row: sum(map(abs, row)), kind)

@@ -1,0 +1,201 @@
+"""Advice on wrong command lines: a command that is missing, options of other commands and of other tools."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from scenelang.cli.command_table import COMMANDS
+from scenelang.grammar.diagnostics import near_names, printable
+
+_MIN_STEM = 4  # letters of an option that another one contains
+_HELP = ("-h", "--help", "--version")
+_MAX_SHOWN = 60  # characters of an argument
+
+Build = Callable[[str], argparse.ArgumentParser]
+
+
+def missing_command(words: Sequence[str]) -> str | None:
+    """Return the line about words without a command, such as ``-o chair.stl chair.scene``, or None."""
+    first = words[0]
+    if f"--{first}" in _HELP and first not in COMMANDS:
+        command = f"{words[1]} " if len(words) > 1 and words[1] in COMMANDS else ""
+        return f"unknown command `{first}`; it is an option: `scenelang {command}--{first}`"
+    is_option = first.startswith("-") and first not in _HELP
+    is_file = first not in COMMANDS and (first.endswith(".scene") or os.path.isfile(first))
+    if not (is_option or is_file):
+        return None
+    outputs = [after for flag, after in pairwise(words) if flag in ("-o", "--output")]
+    programs = [word for word in words if word not in outputs and not word.startswith("-") and "." in word]
+    program = next((word for word in programs if word.endswith(".scene")), programs[0] if programs else "FILE")
+    written = f" -o {outputs[0]}" if outputs else ""
+    writer = writer_of(outputs[0]) if outputs else "run"
+    line = f"a command is missing before `{printable(first)[:_MAX_SHOWN]}`"
+    if writer is None:
+        return f"{line}; see `scenelang --help` for a list of commands"
+    return f"{line}: `scenelang {writer} {printable(program)[:_MAX_SHOWN]}{printable(written)[:_MAX_SHOWN]}`"
+
+
+def writer_of(output: str) -> str | None:
+    """Return the command that writes files with the ending of ``output``, or None."""
+    from scenelang.backends import base
+
+    ending = os.path.splitext(output)[1].lower()
+    for work in base.Work:
+        if any(ending in backend.endings for backend in base.all_backends(work)):
+            return str(work.value)
+    return "view" if ending in (".html", ".htm") else None
+
+
+def other_command(command: str, program: str, output: str) -> str | None:
+    """Return the hint for an output that another command writes, or None."""
+    other = writer_of(output)
+    if other is None and command == "export":
+        return f"most tools read {os.path.splitext(output)[0]}.glb; `scenelang backends` lists all formats"
+    if other is None or other == command:
+        return None
+    flag = "--html" if other == "view" else "-o"
+    return f"`scenelang {other} {program} {flag} {output}` does"
+
+
+class Adviser:
+    """Advice of the parser of one command; ``build`` makes the parser of another one."""
+
+    def __init__(self, command: str, parser: argparse.ArgumentParser, words: Sequence[str], build: Build) -> None:
+        self._command, self._parser, self._words, self._build = command, parser, words, build
+
+    def __call__(self, unknown: Sequence[str], message: str) -> str | None:
+        """Return the line about unknown arguments, or about a message of argparse; None if it needs no other words."""
+        if not unknown:
+            return self._missing_file(message)
+        option, sign, value = unknown[0].partition("=")
+        if not option.startswith("-"):
+            takes_one = any(action.dest == "file" for action in self._parser._actions)
+            return f"unexpected argument `{printable(option)[:_MAX_SHOWN]}`" + (
+                f"; `{self._command}` takes one program" if takes_one else ""
+            )
+        following = [word for word in unknown[1:2] if not word.startswith("-")]
+        value = value if sign else "".join(following)
+        line = f"`{self._command}` has no option `{printable(option)[:_MAX_SHOWN]}`"
+        own = dict(_options(self._parser))
+        owners = self._owners(option)
+        others = {name: action for name, action in owners.items() if option in dict(_options(self._build(name)))}
+        meant = _for_file(own, value) or _meant(option, own, next(iter(others.values()), None))
+        if others:
+            line += f", which is one of {_listed(list(others))}"
+        if meant is not None:
+            return f"{line}; did you mean `{_written(meant, own[meant], value)}`?"
+        return line
+
+    def _owners(self, option: str) -> Mapping[str, Any]:
+        """Return the commands that have an option, with its action."""
+        found: dict[str, Any] = {}
+        for name in COMMANDS:
+            if name != self._command:
+                try:
+                    action = dict(_options(self._build(name))).get(option)
+                except ImportError:
+                    continue
+                if action is not None:
+                    found[name] = action
+        return found
+
+    def _missing_file(self, message: str) -> str | None:
+        """Return the line about a missing program, with `-` if the command reads standard input."""
+        match = re.fullmatch(r"the following arguments are required: (.*)", message)
+        if match is None:
+            return None
+        reads_input = any(
+            action.metavar == "FILE" and "standard input" in str(action.help) for action in self._parser._actions
+        )
+        if "FILE" not in match[1].split(", ") or not reads_input:
+            return self._missing_arguments(match[1].split(", "))
+        rest = " ".join(self._words[1:])
+        command = printable(f"scenelang {self._command} - {rest}".rstrip())
+        return f"{match[1]} is missing: name a program, or read standard input by `{command}`"
+
+    def _missing_arguments(self, names: Sequence[str]) -> str:
+        """Return the line about arguments that are missing, with the command line that has them."""
+        written = []
+        for action in self._parser._actions:
+            flags = action.option_strings
+            if "/".join(flags) in names or (not flags and (action.metavar or action.dest) in names):
+                metavar = action.metavar if isinstance(action.metavar, str) else action.dest
+                written.append(f"{flags[0]} {metavar}" if flags else metavar)
+        verb = "is" if len(names) == 1 else "are"
+        command = printable(f"scenelang {' '.join(self._words)} {' '.join(written)}")
+        return f"{', '.join(names)} {verb} missing: `{command}`"
+
+
+def _for_file(own: Mapping[str, Any], value: str) -> str | None:
+    """Return the option that takes files with the ending of a value, such as ``--html OUT.html``."""
+    ending = os.path.splitext(value)[1].lower()
+    return next((flag for flag, action in own.items() if ending and str(action.metavar).endswith(ending)), None)
+
+
+def _options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
+    """Iterate over the long options of a parser, or of the parser of its only command, with their actions."""
+    commands = next((a for a in parser._actions if isinstance(a, argparse._SubParsersAction)), None)
+    if commands is not None:
+        (parser,) = commands.choices.values()
+    for action in parser._actions:
+        yield from ((flag, action) for flag in action.option_strings if flag.startswith("--"))
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Return the first commands of a list."""
+    return ", ".join(f"`{name}`" for name in names[:3]) + (" and others" if len(names) > 3 else "")
+
+
+def _meant(option: str, own: Mapping[str, Any], other: Any) -> str | None:
+    """Return the option of a command that an unknown one probably means.
+
+    It is described in the same terms as the option of this name of another command, ``other``. Without one, it is part
+    of the unknown name or contains it, is described by its word, or is spelled like it.
+    """
+    if other is not None:
+        codes = _codes(other)
+        alike = next((flag for flag, action in own.items() if codes & _codes(action)), None)
+        return alike or _described(option, own)
+    stem = option.lstrip("-")
+    contained = [flag for flag in own if len(flag[2:]) >= _MIN_STEM and flag[2:] in stem]
+    containing = [flag for flag in own if len(stem) >= _MIN_STEM and stem in flag[2:]]
+    if contained or containing:
+        return max(contained, key=len, default="") or min(containing, key=len)
+    near = near_names(option, own)
+    return _described(option, own) or (near[0] if near else None)
+
+
+def _described(option: str, own: Mapping[str, Any]) -> str | None:
+    """Return the only option whose help text has the word of an unknown one."""
+    stem = option.lstrip("-")
+    word = re.compile(rf"\b{re.escape(stem.rstrip('s'))}\b")
+    described = [flag for flag, action in own.items() if word.search(_help(action))]
+    return described[0] if len(described) == 1 and len(stem) >= _MIN_STEM else None
+
+
+def _codes(action: Any) -> set[str]:
+    """Return the code in the help text of an option, such as an example."""
+    return set(re.findall(r"`([^`]+)`", _help(action)))
+
+
+def _help(action: Any) -> str:
+    """Return the help text of an option."""
+    return str(action.help or "")
+
+
+def _written(flag: str, action: Any, value: str) -> str:
+    """Return an option with the value that was given, if it accepts that, else with what it takes."""
+    if action.nargs == 0:
+        return flag
+    for text in (value, value.replace(",", "x")):
+        try:
+            if text and (action.type is None or action.type(text) is not None):
+                return f"{flag} {printable(text)[:_MAX_SHOWN]}"
+        except (argparse.ArgumentTypeError, ValueError, TypeError):
+            continue
+    return f"{flag} {action.metavar}" if isinstance(action.metavar, str) else flag
