@@ -12,7 +12,7 @@ from importlib.metadata import distribution
 from importlib.util import find_spec
 from pathlib import Path
 
-ROOT = "scenelang.playground.worker"
+ROOT = "scenelang.playground.in_browser"
 # Modules that are imported by name: topics of builtins, and services.
 NAMED = (
     "scenelang.lsp.channel", "scenelang.stdlib", "scenelang.interpreter.scene.primitives", "scenelang.grammar.tables",

@@ -26,7 +26,7 @@ PLAIN = [path for path in EXAMPLES if "making" not in path.parts]
 SCRIPT = """
 import json, pickle, sys
 sys.path[:0] = [sys.argv[1]]
-from scenelang.playground.worker import Playground, open_session
+from scenelang.playground.in_browser import Playground, open_session
 from scenelang.viewer.workspace import evaluator
 import numpy
 assert numpy.__file__.startswith(sys.argv[1]), numpy.__file__
@@ -102,9 +102,9 @@ def test_examples_are_the_desktop_s(archive: Path) -> None:
 SESSION = """
 import asyncio, json, sys
 sys.path[:0] = [sys.argv[1]]
-import scenelang.playground.worker as worker
+import scenelang.playground.in_browser as worker
 worker.FOLDER = sys.argv[2]
-from scenelang.playground.worker import Playground
+from scenelang.playground.in_browser import Playground
 
 async def main():
     said = []

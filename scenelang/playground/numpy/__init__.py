@@ -2393,10 +2393,12 @@ def _missing(name: str) -> NotImplementedError:
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("linalg", "random", "typing"):
-        from importlib import import_module
-
-        return import_module(f"{__name__}.{name}")
+    if name == "linalg":
+        from . import linalg as module
+    elif name == "random":
+        from . import random as module
+    if name in ("linalg", "random"):
+        return module
     if name.startswith("__"):
         raise AttributeError(name)
     raise _missing(name)

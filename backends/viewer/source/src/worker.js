@@ -20,7 +20,7 @@ sys.path.insert(0, "/modules")
 if not hasattr(time, "thread_time"):
     time.thread_time = time.process_time  # a browser's interpreter has one thread
 from page_js import send
-from scenelang.playground.worker import Playground
+from scenelang.playground.in_browser import Playground
 playground = Playground(send)
 `);
   self.postMessage({ progress: "modules" });
