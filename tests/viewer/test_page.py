@@ -57,11 +57,11 @@ def test_the_page_shows_meshes_and_loads_only_from_its_server(program: Show, ser
 
 def test_isolating_and_hiding_a_word_changes_the_picture(program: Show, serve: Show, show: Show) -> None:
     page = show(serve(program(PAIR)).address).ready()
-    page.page.get_by_role("button", name="Isolate ball").click()
+    page.page.get_by_role("button", name="Only ball").click()
     page.settled()
     assert red(page.picture()).sum() > 2000
     assert blue(page.picture()).sum() == 0
-    page.page.get_by_role("button", name="Isolate ball").click()
+    page.page.get_by_role("button", name="Only ball").click()
     page.page.get_by_role("button", name="Hide ball").click()
     page.settled()
     assert red(page.picture()).sum() == 0

@@ -160,7 +160,7 @@ export class Editor {
       lineNumbers(), history(), drawSelection(), bracketMatching(), closeBrackets(), highlightActiveLine(), highlightSelectionMatches(),
       indentUnit.of("  "), EditorState.tabSize.of(2), language, syntaxHighlighting(colors), autocompletion(), lintGutter(), marks, dragNumbers,
       EditorView.cspNonce.of(document.querySelector('meta[name="style-nonce"]')?.content ?? ""),
-      EditorView.contentAttributes.of({ "aria-label": "Program" }), EditorView.lineWrapping,
+      EditorView.contentAttributes.of({ "aria-label": "Program", tabindex: "0" }), EditorView.lineWrapping,
       keymap.of([
         { key: "Mod-s", run: () => (this.actions.save(), true), preventDefault: true },
         { key: "Shift-Alt-f", run: (view) => (this.client ? formatDocument(view) : false) },

@@ -79,7 +79,7 @@ export class Words {
       { className: `word${isHidden ? " hidden" : ""}` },
       el("button", { className: "name", title: "Go to its next instance", "data-key": `n${word}`, onclick: () => this.actions.reveal(word) }, word),
       el("span", { className: "count", title: counted(count) }, brief(count)),
-      el("button", { className: "toggle", title: "Show only this word", "aria-label": `Isolate ${word}`, "aria-pressed": isIsolated, "data-key": `i${word}`, onclick: () => this.toggle(this.isolated, word) }, "Only"),
+      el("button", { className: "toggle", title: "Show only this word", "aria-label": `Only ${word}`, "aria-pressed": isIsolated, "data-key": `i${word}`, onclick: () => this.toggle(this.isolated, word) }, "Only"),
       el("button", { className: "toggle", title: "Hide this word", "aria-label": `Hide ${word}`, "aria-pressed": isHidden, "data-key": `h${word}`, onclick: () => this.toggle(this.hidden, word) }, "Hide"),
     );
   }
