@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from viewer.conftest import WAIT, open_session
 
@@ -413,3 +414,25 @@ def test_viewer_on_a_phone(serve: Any, program: Any, show: Any) -> None:
     assert shown.page.locator("#canvas").bounding_box()["width"] == 390
     shown.page.click("#sheets [data-sheet=left]")
     assert shown.page.locator("#tree").is_visible()
+
+
+@pytest.mark.browser
+def test_looks(serve: Any, program: Any, show: Any) -> None:
+    """A section removes half of a cube, instances have colors of their own, and x-ray lets the ground through."""
+    text = '(bind "pair" (lambda () (union (call "cube" :color (color "red")) (transform (call "cube" :color (color "red")) (translate [2 0 0])))))'
+    shown = show(serve(program(text)).address, (900, 600)).ready()
+    page, whole = shown.page, shown.drawn()
+    page.select_option("#section-axis", "0")
+    half = shown.settled().drawn()
+    assert 0.3 * whole < half < 0.7 * whole
+    page.select_option("#section-axis", "")
+    assert shown.settled().drawn() == pytest.approx(whole, rel=0.02)
+    page.select_option("#mode", "1")
+    picture = shown.settled().picture().reshape(-1, 3).astype(int)
+    solid = picture[picture.max(axis=1) - picture.min(axis=1) > 30]
+    hues = {tuple(color) for color in np.round(solid / solid.max(axis=1, keepdims=True) * 3).astype(int)}
+    assert len(hues) >= 2
+    page.select_option("#mode", "4")
+    page.evaluate("scenelangPage.select([0])")
+    shown.settled()
+    assert shown.text("#inspector").count("1 × 1 × 1") == 1

@@ -23,6 +23,15 @@ export function listen(page) {
   on("copy-camera", () => page.copyCamera((box) => page.viewpoint.text(box), "camera for render --camera"));
   on("copy-json", () => page.copyCamera((box, width, height) => JSON.stringify(page.viewpoint.json(box, width, height)), "camera as JSON"));
   byId("view").addEventListener("change", (event) => page.setView(event.target.value));
+  byId("mode").addEventListener("change", (event) => { page.stage.setMode(Number(event.target.value)); page.draw(); });
+  const cut = () => {
+    const axis = byId("section-axis").value;
+    byId("section").disabled = axis === "";
+    page.stage.cut(axis === "" ? null : Number(axis), Number(byId("section").value));
+    page.draw();
+  };
+  byId("section-axis").addEventListener("change", cut);
+  byId("section").addEventListener("input", cut);
   byId("files").addEventListener("change", (event) => page.choose(Number(event.target.value)));
   for (const button of document.querySelectorAll("#sheets button")) button.addEventListener("click", () => showSheet(button.dataset.sheet));
   document.addEventListener("keydown", (event) => onKey(page, event));

@@ -1,7 +1,8 @@
 // What is known of the selected entity: path, handle, attributes, and the source line that made it.
 import { counted, el, fill } from "./dom.js";
 
-export function inspect(element, graph, frame, path) {
+// `size` is the extent of the selection along x, y and z, or null.
+export function inspect(element, graph, frame, path, size) {
   const nodes = path === null ? null : graph.nodesOn(frame, path);
   if (nodes === null) {
     fill(element, el("p", { className: "quiet" }, "Click an object or a row of the tree."));
@@ -16,6 +17,7 @@ export function inspect(element, graph, frame, path) {
   if (handle !== null) add("handle", `<${handle}>`, "code");
   if (embedding?.text) add("text", embedding.text);
   for (const [name, value] of embedding?.attributes ?? []) add(`:${name}`, value, "code");
+  if (size) add("size", size.map((value) => Number(value.toPrecision(4))).join(" × "));
   if (!graph.isPrimitive(node)) add("primitives", counted(graph.leaves[node]));
   const { calls, definition } = graph.places(node);
   calls.forEach((place, i) => add(i ? "or at" : "made at", placed(place)));

@@ -273,9 +273,10 @@ export class Page {
 
   showSelection() {
     const range = this.selection && this.graph.leafRange(this.frame, this.selection);
-    inspect(byId("inspector"), this.graph, this.frame, range ? this.selection : null);
+    const box = range && this.selectionBox();
+    inspect(byId("inspector"), this.graph, this.frame, range ? this.selection : null, box && box.high.map((high, i) => (high - box.low[i]) / this.packet.box.scale));
     const isWhole = this.selection !== null && this.selection.length === 0;
-    this.stage.select(isWhole ? null : range, range && this.selectionBox());
+    this.stage.select(isWhole ? null : range, box);
     this.draw();
   }
 

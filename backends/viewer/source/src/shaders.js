@@ -175,6 +175,12 @@ const GLOSS = /* glsl */ `
   }
 `;
 
+// What is in front of the section plane is not there.
+const SECTION = /* glsl */ `
+  uniform vec4 section; // normal, and the offset beyond which nothing is drawn
+  bool isCut(vec3 point) { return dot(section.xyz, point) > section.w; }
+`;
+
 export const SOLID_FRAGMENT = /* glsl */ `
   varying vec3 vPoint;
   varying vec3 vNormal;
@@ -183,12 +189,23 @@ export const SOLID_FRAGMENT = /* glsl */ `
   flat varying float vMirrored;
   uniform vec2 selected; // instances from .x up to .y are marked
   uniform vec3 accent;
+  uniform int mode; // 0: natural, 1: instances, 2: normals, 3: depth, 4: x-ray
+  uniform vec2 depths; // distances from the camera of the nearest and the farthest point
   ${LOOK}
   ${SHADOW}
   ${SKY}
   ${LIGHT}
   ${GLOSS}
+  ${SECTION}
+  // A hue for a number, far from those of the numbers beside it.
+  vec3 hue(float number) {
+    vec3 c = abs(fract(number * 0.61803399 + vec3(0.0, 2.0 / 3.0, 1.0 / 3.0)) * 6.0 - 3.0) - 1.0;
+    return mix(vec3(0.35), clamp(c, 0.0, 1.0), 0.75) * (0.55 + 0.45 * fract(number * 0.754877666));
+  }
   void main() {
+    if (isCut(vPoint)) discard;
+    bool isSelected = vInstance.y >= selected.x && vInstance.y < selected.y;
+    if (mode == 4 && !isSelected && noise(gl_FragCoord.xy + vInstance.y) > 0.25) discard;
     vec3 v = isOrthographic ? vec3(viewMatrix[0][2], viewMatrix[1][2], viewMatrix[2][2]) : normalize(cameraPosition - vPoint);
     vec3 n = normalize(vNormal);
     n = gl_FrontFacing ? n : -n;
@@ -214,7 +231,11 @@ export const SOLID_FRAGMENT = /* glsl */ `
       color += highlight(n, v, l, reflectance, toward, rough) * lit;
     }
     color = exposed(color + glow.rgb);
-    if (vInstance.y >= selected.x && vInstance.y < selected.y) {
+    if (mode == 1) color = hue(vInstance.y) * (0.6 + 0.4 * abs(dot(n, v)));
+    else if (mode == 2) color = pow(0.5 + 0.5 * n, vec3(2.2));
+    else if (mode == 3) color = vec3(pow(1.0 - clamp((length(cameraPosition - vPoint) - depths.x) / (depths.y - depths.x), 0.0, 1.0), 2.2));
+    else if (section.w < 1e8 && gl_FrontFacing == (vMirrored > 0.5)) color = 0.5 * albedo; // the inside, as if it were full
+    if (isSelected && mode < 4) {
       float edge = pow(1.0 - abs(dot(n, v)), 2.0);
       color = mix(color, accent, 0.35 + 0.5 * edge);
     }
@@ -248,7 +269,9 @@ export const DEPTH_FRAGMENT = /* glsl */ `
   flat varying float vMirrored;
   ${LOOK}
   ${NOISE}
+  ${SECTION}
   void main() {
+    if (isCut(vPoint)) discard;
     float opacity = look(0).a;
     if (opacity < 1.0 && noise(gl_FragCoord.xy) >= opacity) discard;
     gl_FragColor = vec4(1.0);
@@ -262,7 +285,9 @@ export const PICK_FRAGMENT = /* glsl */ `
   varying vec3 vTint;
   flat varying vec2 vInstance;
   flat varying float vMirrored;
+  ${SECTION}
   void main() {
+    if (isCut(vPoint)) discard;
     float id = vInstance.y + 1.0;
     gl_FragColor = vec4(mod(id, 256.0), mod(floor(id / 256.0), 256.0), mod(floor(id / 65536.0), 256.0), 255.0) / 255.0;
   }

@@ -1,5 +1,5 @@
 // The picture: the studio's light, the ground, the key light's shadow map, the film, and picking by numbers.
-import { Box3, Box3Helper, CircleGeometry, Color, DepthTexture, DoubleSide, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, NearestFilter, NoBlending, OrthographicCamera, PlaneGeometry, Scene, ShaderMaterial, Vector2, Vector3, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Box3, Box3Helper, CircleGeometry, Color, DepthTexture, DoubleSide, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, NearestFilter, NoBlending, OrthographicCamera, PlaneGeometry, Scene, ShaderMaterial, Vector2, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget } from "three";
 import * as shaders from "./shaders.js";
 
 const HALF = 1.02; // half the width of the shadow map: the scene lies in the unit ball
@@ -8,6 +8,7 @@ const BELOW = 1e-4; // the ground lies this far under the lowest point, so that 
 const ACCENT = new Vector3(0.03, 0.24, 0.85);
 const SKY_SIZE = 512;
 const SAMPLES = 32; // of a still picture: sky directions, places in the pixel, turns of the shadows' taps
+const NOTHING = 1e9; // offset of a section plane that cuts nothing
 const SLOW = 120; // milliseconds; where a sample takes longer, a still picture stays as it is
 const DEFINES = { SHADOW_HALF: HALF.toFixed(4), SHADOW_DISTANCE: "3.0", SHADOW_NEAR: "1.5", SHADOW_FAR: "4.5", SKY_SAMPLES: String(SAMPLES) };
 
@@ -128,6 +129,19 @@ export class Stage {
     if (box) this.outline.box.set(new Vector3(...box.low), new Vector3(...box.high));
   }
 
+  // Shows surfaces by their own colors (0), instances (1), normals (2), depth (3), or see-through but the selection (4).
+  setMode(mode) {
+    this.uniforms.mode.value = mode;
+  }
+
+  // Cuts off what lies beyond `offset` (of the stage, from -1 to 1) along an axis; null cuts nothing.
+  cut(axis, offset) {
+    const { value } = this.uniforms.section;
+    if (axis === null) value.set(0, 0, 0, NOTHING);
+    else value.set(...[0, 1, 2].map((i) => (i === axis ? 1 : 0)), offset);
+    this.shadowFor = null;
+  }
+
   // The key light stands left of the camera and above, and turns with it.
   turnLight(azimuth) {
     const turn = (azimuth * Math.PI) / 180 + this.studio.keyTurn;
@@ -147,6 +161,8 @@ export class Stage {
   // Draws at once; `refine` makes it better while nothing moves.
   draw(viewpoint, isMoving) {
     if (!this.instances) return;
+    const distance = viewpoint.camera.position.length();
+    this.uniforms.depths.value.set(Math.max(0, distance - 1), distance + 1);
     this.uniforms.hasSky.value = false;
     this.uniforms.isToned.value = true;
     this.uniforms.seed.value = 0;
@@ -313,6 +329,7 @@ function sharedUniforms(shadow, sky) {
     shadowMap: { value: shadow.depthTexture }, shadowTexel: { value: (2 * HALF) / shadow.width }, seed: { value: 0 }, hasSky: { value: false }, isToned: { value: true },
     skyMap: { value: sky.depthTexture }, skyTexel: { value: (2 * HALF) / sky.width }, skyAxes: { value: new Matrix3() }, skyDirections: { value: skyDirections() }, lightAxes: { value: new Matrix3() }, keySpread: { value: 0 },
     backdrop: vector(), ambient: vector(), key: vector(), ground: vector(), brightest: { value: 1 }, shoulder: { value: 1 },
+    mode: { value: 0 }, section: { value: new Vector4(0, 0, 0, NOTHING) }, depths: { value: new Vector2(1, 2) },
     groundHeight: { value: -1 }, looks: { value: null }, looksWidth: { value: 1 }, selected: { value: new Vector2() }, accent: { value: ACCENT },
   };
 }
