@@ -2394,11 +2394,13 @@ def _missing(name: str) -> NotImplementedError:
 
 def __getattr__(name: str) -> Any:
     if name == "linalg":
-        from . import linalg as module
-    elif name == "random":
-        from . import random as module
-    if name in ("linalg", "random"):
-        return module
+        from . import linalg
+
+        return linalg
+    if name == "random":
+        from . import random
+
+        return random
     if name.startswith("__"):
         raise AttributeError(name)
     raise _missing(name)
