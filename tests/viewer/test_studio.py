@@ -225,6 +225,7 @@ def _until(shown: Any, condition: str) -> None:
         shown.page.wait_for_timeout(30)
 
 
+@pytest.mark.browser
 def test_typing_draws_and_reports(studio: Any, program: Any, show: Any) -> None:
     """From an empty program to two objects by typing, with a mistake on the way and a completed name."""
     shown = _open(show, studio(program("; nothing yet\n")))
@@ -321,6 +322,7 @@ def test_number_is_dragged_in_the_text(studio: Any, program: Any, show: Any) -> 
     assert _text(shown) == PAIR.replace("[2 0 0]", "[7 0 0]")
 
 
+@pytest.mark.browser
 def test_reload_keeps_the_draft(studio: Any, program: Any, show: Any) -> None:
     path = program(PAIR)
     shown = _open(show, studio(path))
