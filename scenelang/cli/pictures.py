@@ -318,14 +318,14 @@ def add_studio(parser: argparse.ArgumentParser) -> None:
 def run_studio(arguments: argparse.Namespace) -> int:
     """Edit programs in a browser until Ctrl-C."""
     from scenelang.sandbox.worker import Worker
-    from scenelang.viewer.workspace import Workspace, instance_editor, programs_of
+    from scenelang.viewer.workspace import Workspace, programs_of, tools
 
     arguments.files, created = programs_of(Path(arguments.path))
     for path in created:
         done(arguments, path)
     worker = Worker(_evaluator(arguments), keeps=True)
-    changer = Worker(instance_editor(_session_opener(arguments)))
-    workspace = Workspace(arguments.files, worker.ask, changer.ask, worker.interrupt)
+    tool_worker = Worker(tools(_session_opener(arguments)))
+    workspace = Workspace(arguments.files, worker.ask, tool_worker.ask, worker.interrupt)
     return _serve(arguments, workspace, edits=True)
 
 

@@ -12,7 +12,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.values.limits import Limits
 from scenelang.session.session import Options, Session, definition
-from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator, instance_editor, state_data
+from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator, state_data, tools
 
 FOLDER = "/scenes"  # of the programs, in the file system of the interpreter
 MAX_PRIMITIVES = 200_000  # of a scene: arrays without numpy take about 10 us for each instance
@@ -45,7 +45,7 @@ class Playground:
             path.write_text(text, encoding="utf-8")
         self._names = list(names)
         files = [f"{FOLDER}/{name}" for name in self._names]
-        self._workspace = Workspace(files, self._evaluate, instance_editor(open_session))
+        self._workspace = Workspace(files, self._evaluate, tools(open_session))
         return self._names
 
     def state(self, file: int) -> dict[str, Any]:
@@ -71,7 +71,7 @@ class Playground:
 
     def change(self, file: int, text: str, change: Mapping[str, Any]) -> dict[str, Any]:
         """Return a program in which the objects of a path are changed."""
-        return self._workspace.changed_text(file, text, change)
+        return self._workspace.use("change", file, text, change)
 
     def picture(self, file: int) -> bytes | None:
         """Return the last valid packet of a program."""

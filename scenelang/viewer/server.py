@@ -25,7 +25,7 @@ from urllib.parse import parse_qs, urlsplit
 from scenelang.backends.viewer import packet
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.plugins import SERVICES
-from scenelang.viewer.workspace import FileWatch, Workspace, state_data
+from scenelang.viewer.workspace import TOOLS, FileWatch, Workspace, state_data
 
 HOST = "127.0.0.1"
 MAX_BODY_SIZE = 64 * 1024  # of a request, in bytes
@@ -37,7 +37,7 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'{nonce}; img-src data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_EDITING = ("edit", "store", "literal", "change", "stop", "lsp")  # what only the studio accepts
+_EDITING = ("edit", "store", "literal", "change", "examine", "stop", "lsp")  # what only the studio accepts
 _MAX_CLIENT_LENGTH = 64  # characters of a page's name
 
 
@@ -356,11 +356,11 @@ class _Handler(BaseHTTPRequestHandler):
             return
         file = self._file(data.get("file"))
         workspace.state(file)
-        if name == "change":
-            change = data.get("change")
+        if name in TOOLS:
+            change = data.get("change", {})
             if not isinstance(change, dict):
                 raise _Refused(HTTPStatus.BAD_REQUEST, "missing change")
-            self._send_json(workspace.changed_text(file, _text(data, "text"), change))
+            self._send_json(workspace.use(name, file, _text(data, "text"), change))
             return
         if name == "literal":
             self._send_json(workspace.literal_edit(file, _text(data, "name"), data.get("value")))

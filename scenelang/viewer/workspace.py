@@ -25,7 +25,7 @@ from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
-from scenelang.session.checking import declaration_errors
+from scenelang.session.checking import Examination, declaration_errors
 from scenelang.session.editing import Editing
 from scenelang.session.session import Session, linted
 from scenelang.stdlib.colors import color_of
@@ -390,7 +390,9 @@ class FileWatch:
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
 DESKTOP = "use the desktop version, where everything is installed"
 Evaluate = Callable[..., "WorkspaceEvaluation"]  # (file, overridden params, text instead of the file's) -> result
-ChangeInstances = Callable[[str, str, Mapping[str, Any]], dict[str, Any]]  # (file, text, change) -> edited text
+Tools = Callable[
+    [str, str, str, Mapping[str, Any]], dict[str, Any]
+]  # (tool, file, text, its data) -> what the page gets
 Announce = Callable[[int], None]  # called with the number of a changed file
 
 
@@ -449,12 +451,12 @@ class Workspace:
     """
 
     def __init__(
-        self, files: Sequence[str], evaluate: Evaluate, change: ChangeInstances | None = None,
+        self, files: Sequence[str], evaluate: Evaluate, tools: Tools | None = None,
         interrupt: Callable[[], None] | None = None,
     ) -> None:  # fmt: skip
         self.files = tuple(files)
         self._evaluate_file = evaluate
-        self._change = change
+        self._tools = tools
         self.interrupt = interrupt or (lambda: None)  # ends the evaluation that runs
         self._states = [State() for _ in files]
         self._drafts: dict[int, str] = {}  # texts of files that are edited, and not saved
@@ -514,11 +516,11 @@ class Workspace:
             raise SceneError("param", f"`{name}` cannot be changed here", control.reason or "it is in another file")
         return {"start": control.place.start, "end": control.place.end, "text": control.written(value)}
 
-    def changed_text(self, file: int, text: str, change: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a program in which the instances of a path are changed; raises SceneError if none of its forms can."""
-        if self._change is None:
-            raise SceneError("unsupported", "objects cannot be changed here")
-        return self._change(self.files[file], text, change)
+    def use(self, tool: str, file: int, text: str, data: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what a tool of ``TOOLS`` makes of a program; raises SceneError where it cannot."""
+        if self._tools is None:
+            raise SceneError("unsupported", "programs cannot be edited here")
+        return self._tools(tool, self.files[file], text, data)
 
     def save(self, file: int, name: str) -> None:
         """Write an overridden value to the file; raises SceneError("param") or ("file")."""
@@ -616,15 +618,42 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
     return evaluate
 
 
-def instance_editor(open_session: OpenSession) -> ChangeInstances:
-    """Create the function that changes objects of a scene by an edit of its program, which evaluation proves."""
+TOOLS = ("change", "examine")
 
-    def change(path: str, text: str, data: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the text after the edit, the line that it changed, and the number of instances that changed."""
-        result = SERVICES.find("instance-edits")(open_session(path, {}), Source(path, text), data)
-        return {"text": result.text, "line": result.line, "instances": result.instances}
 
-    return change
+def tools(open_session: OpenSession) -> Tools:
+    """Create the functions of the studio that take a program: "change" and "examine"."""
+    functions = {"change": _changed, "examine": _examined}
+
+    def use(tool: str, path: str, text: str, data: Mapping[str, Any]) -> dict[str, Any]:
+        """Call a tool."""
+        return functions[tool](open_session(path, {}), Source(path, text), data)
+
+    return use
+
+
+def _changed(session: Session, source: Source, data: Mapping[str, Any]) -> dict[str, Any]:
+    """Change objects of a scene by an edit of its program, which evaluation proves.
+
+    Returns the text after the edit, the line that it changed, and the number of instances that changed.
+    """
+    result = SERVICES.find("instance-edits")(session, source, data)
+    return {"text": result.text, "line": result.line, "instances": result.instances}
+
+
+def _examined(session: Session, source: Source, data: Mapping[str, Any]) -> dict[str, Any]:
+    """Check the geometry of a scene, as `check --geometry` does; edits that repair it have been tried."""
+    examined = Examination(session, run=True, geometry=True, complete=True).of(source)
+    return {"diagnostics": [_with_edits(diagnostic, source) for diagnostic in capped(examined.diagnostics)]}
+
+
+def _with_edits(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
+    """Return a diagnostic as JSON data, with the edits of its first fix if they are all in the program."""
+    data: dict[str, Any] = _diagnostic_data(diagnostic)
+    fix = diagnostic.fixes[0] if diagnostic.fixes else None
+    if fix is not None and all(e.span.source.name == source.name and e.span.expansion is None for e in fix.edits):
+        data["edits"] = [{"start": e.span.start, "end": e.span.end, "text": e.text} for e in fix.edits]
+    return data
 
 
 def _is_read(program: Program) -> bool:

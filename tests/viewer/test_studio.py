@@ -17,7 +17,7 @@ from viewer.conftest import WAIT, open_session
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError, UsageError
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.workspace import STARTER, Workspace, evaluator, instance_editor, programs_of
+from scenelang.viewer.workspace import STARTER, Workspace, evaluator, programs_of, tools
 
 PAIR = """(param size 1.0 :min 0.5 :max 2.0)
 (bind "pair" (lambda ()
@@ -33,9 +33,7 @@ def studio(tmp_path: Path) -> Iterator[Callable[..., ViewServer]]:
     servers: list[ViewServer] = []
 
     def start(*files: Path) -> ViewServer:
-        workspace = Workspace(
-            [str(file) for file in files], evaluator(open_session, 100_000), instance_editor(open_session)
-        )
+        workspace = Workspace([str(file) for file in files], evaluator(open_session, 100_000), tools(open_session))
         server = ViewServer(workspace, edits=True)
         threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True).start()
         servers.append(server)
@@ -122,6 +120,23 @@ def test_object_is_changed_in_the_program(studio: Any, program: Any) -> None:
     assert ask([1])[0] == 400
 
 
+def test_findings_have_edits_that_were_tried(studio: Any, program: Any) -> None:
+    """A ball above the ground is found, and the edit that is offered puts it there."""
+    text = '(bind "a" (lambda () (union (call "cube" :scale [4 .2 4]) (transform (call "sphere" :radius .5) (translate [0 1.5 0])))))\n'
+    server = studio(program(text))
+    status, answer = _ask(server, "POST", "examine", {"file": 0, "text": text})
+    assert status == 200
+    findings = [each for each in answer["diagnostics"] if each["code"].startswith("W6")]
+    assert findings, answer
+    edits = next(each["edits"] for each in findings if "edits" in each)
+    fixed = text
+    for edit in sorted(edits, key=lambda edit: -edit["start"]):
+        fixed = fixed[: edit["start"]] + edit["text"] + fixed[edit["end"] :]
+    again = _ask(server, "POST", "examine", {"file": 0, "text": fixed})[1]["diagnostics"]
+    assert len([each for each in again if each["code"].startswith("W6")]) < len(findings)
+    assert _ask(server, "POST", "examine", {"file": 0, "text": "(call"})[1]["diagnostics"][0]["severity"] == "error"
+
+
 HOSTILE: list[tuple[str, str, Any, dict[str, str], int]] = [
     ("POST", "//WRONG/edit", {"file": 0, "text": ""}, {}, 404),
     ("POST", "///edit", {"file": 0, "text": ""}, {}, 404),
@@ -177,7 +192,7 @@ def test_viewer_accepts_no_edits(serve: Any, program: Any) -> None:
     """`scenelang view` only shows: what the studio accepts is not there."""
     path = program(PAIR)
     server = serve(path)
-    for name in ("edit", "store", "literal", "change", "stop", "lsp"):
+    for name in ("edit", "store", "literal", "change", "examine", "stop", "lsp"):
         assert _ask(server, "POST", name, {"file": 0, "text": "", "before": PAIR})[0] == 404
     assert _ask(server, "GET", "text?file=0")[0] == 404
     assert path.read_text() == PAIR

@@ -63,6 +63,10 @@ export class Server {
     return this.post("change", { file, text, change });
   }
 
+  examine(file, text) {
+    return this.post("examine", { file, text });
+  }
+
   stop() {
     return this.post("stop", {});
   }

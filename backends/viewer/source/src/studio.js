@@ -1,5 +1,6 @@
 // The page with an editor: what is typed is evaluated at once, and the picture and the text show each other's selection.
 import { showSheet } from "./controls.js";
+import { showDiagnostics } from "./diagnostics.js";
 import { byId, debounced, el, fill } from "./dom.js";
 import { Editor } from "./editor.js";
 import { Gizmo } from "./gizmo.js";
@@ -208,6 +209,27 @@ export class Studio extends Page {
     }
   }
 
+  // Shows what is wrong with the scene's geometry, with edits that were tried.
+  async examine() {
+    const { text } = this.editor;
+    byId("busy").hidden = false;
+    try {
+      const { diagnostics } = await this.server.examine(this.file, text);
+      if (this.editor.text !== text) return;
+      showDiagnostics(byId("diagnostics"), diagnostics, true, (edits) => this.applyEdits(edits));
+      if (!diagnostics.length) this.announce("nothing floats, overlaps or is hidden");
+    } catch (error) {
+      this.announce(error.message);
+    } finally {
+      byId("busy").hidden = true;
+    }
+  }
+
+  applyEdits(edits) {
+    this.editor.edit(edits.map(({ start, end, text }) => ({ from: this.offset(start), to: this.offset(end), insert: text })));
+    byId("diagnostics").hidden = true;
+  }
+
   preview(offset) {
     const box = offset && this.selectionBox();
     if (!box) return;
@@ -332,6 +354,7 @@ function listen(page) {
   const on = (id, action) => byId(id)?.addEventListener("click", action);
   on("store", () => page.store());
   on("format", () => page.editor.format());
+  on("examine", () => page.examine());
   on("stop", () => page.server.stop());
   on("remove", () => page.changeSelection({ remove: true }));
   byId("recolor").addEventListener("change", (event) => page.changeSelection({ recolor: `(color "${event.target.value}")` }));
