@@ -37,7 +37,7 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'{nonce}; img-src data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_EDITING = ("edit", "store", "literal", "change", "examine", "stop", "lsp")  # what only the studio accepts
+_EDITING = ("edit", "store", "literal", "change", "examine", "create", "stop", "lsp")  # what only the studio accepts
 _MAX_CLIENT_LENGTH = 64  # characters of a page's name
 
 
@@ -353,6 +353,9 @@ class _Handler(BaseHTTPRequestHandler):
         if name == "stop":
             workspace.interrupt()
             self._send_json({})
+            return
+        if name == "create":
+            self._send_json({"file": workspace.create(_text(data, "name"))})
             return
         file = self._file(data.get("file"))
         workspace.state(file)

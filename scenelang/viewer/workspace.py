@@ -279,10 +279,18 @@ def programs_of(path: Path) -> tuple[list[str], list[Path]]:
         raise UsageError("file", f"`studio` edits .scene files, not {path.name}")
     if path.exists():
         return [str(path)], []
+    _write_starter(path)
+    return [str(path)], [path]
+
+
+_FILE_NAME = re.compile(r"[\w-]{1,80}(\.scene)?")
+
+
+def _write_starter(path: Path) -> None:
+    """Write a first program; raises SceneError("file")."""
     check_folder(path)
     with atomic_write(path) as temporary:
         temporary.write_text(STARTER, encoding="utf-8")
-    return [str(path)], [path]
 
 
 # Detection of file changes.
@@ -515,6 +523,19 @@ class Workspace:
         if control.place is None or Path(control.place.source.name) != Path(self.files[file]):
             raise SceneError("param", f"`{name}` cannot be changed here", control.reason or "it is in another file")
         return {"start": control.place.start, "end": control.place.end, "text": control.written(value)}
+
+    def create(self, name: str) -> int:
+        """Create a program beside the first one, and return its number; raises SceneError("file")."""
+        if not _FILE_NAME.fullmatch(name):
+            raise SceneError("file", f"`{name[:40]}` is not a name of a program", "letters, digits, `-` and `_`")
+        path = Path(self.files[0]).parent / f"{name.removesuffix('.scene')}.scene"
+        with self._evaluating:
+            if path.exists():
+                raise SceneError("file", f"{path.name} exists already")
+            _write_starter(path)
+            self.files = (*self.files, str(path))
+            self._states.append(State())
+        return len(self.files) - 1
 
     def use(self, tool: str, file: int, text: str, data: Mapping[str, Any]) -> dict[str, Any]:
         """Return what a tool of ``TOOLS`` makes of a program; raises SceneError where it cannot."""

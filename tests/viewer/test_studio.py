@@ -120,6 +120,20 @@ def test_object_is_changed_in_the_program(studio: Any, program: Any) -> None:
     assert ask([1])[0] == 400
 
 
+def test_new_program(studio: Any, program: Any, tmp_path: Path) -> None:
+    """A new program is beside the first one, and nowhere else."""
+    server = studio(program(PAIR))
+    assert _ask(server, "POST", "create", {"name": "room"}) == (200, {"file": 1})
+    assert (tmp_path / "room.scene").read_text() == STARTER
+    assert _ask(server, "GET", "text?file=1")[1]["text"] == STARTER
+    assert _ask(server, "POST", "edit", {"file": 1, "text": STARTER})[1]["ok"]
+    before = sorted(tmp_path.parent.rglob("*.scene"))
+    for name in ("room", "../room", "/tmp/room", "a/b", "", "room.py", "a" * 300, "..", ".scene", "a\nb"):
+        assert _ask(server, "POST", "create", {"name": name})[0] == 409, name
+    assert _ask(server, "POST", "create", {"name": 5})[0] == 400
+    assert sorted(tmp_path.parent.rglob("*.scene")) == before
+
+
 def test_findings_have_edits_that_were_tried(studio: Any, program: Any) -> None:
     """A ball above the ground is found, and the edit that is offered puts it there."""
     text = '(bind "a" (lambda () (union (call "cube" :scale [4 .2 4]) (transform (call "sphere" :radius .5) (translate [0 1.5 0])))))\n'
@@ -192,7 +206,7 @@ def test_viewer_accepts_no_edits(serve: Any, program: Any) -> None:
     """`scenelang view` only shows: what the studio accepts is not there."""
     path = program(PAIR)
     server = serve(path)
-    for name in ("edit", "store", "literal", "change", "examine", "stop", "lsp"):
+    for name in ("edit", "store", "literal", "change", "examine", "create", "stop", "lsp"):
         assert _ask(server, "POST", name, {"file": 0, "text": "", "before": PAIR})[0] == 404
     assert _ask(server, "GET", "text?file=0")[0] == 404
     assert path.read_text() == PAIR

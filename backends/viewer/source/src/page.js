@@ -49,17 +49,22 @@ export class Page {
     listen(this);
     new ResizeObserver(() => this.resize()).observe(this.viewport);
     this.resize();
-    const names = await this.server.files();
-    const chooser = byId("files");
-    fill(chooser, ...names.map((name, i) => el("option", { value: String(i) }, name)));
-    chooser.hidden = names.length < 2;
-    byId("file-name").textContent = names.length < 2 ? names[0] : "";
+    await this.listFiles();
     this.server.watch((file) => file === this.file && this.fileChanged(), (connected) => { byId("offline").hidden = connected; });
     await this.load();
   }
 
   fileChanged() {
     return this.load();
+  }
+
+  async listFiles() {
+    const names = await this.server.files();
+    const chooser = byId("files");
+    fill(chooser, ...names.map((name, i) => el("option", { value: String(i) }, name)));
+    chooser.value = String(this.file);
+    chooser.hidden = names.length < 2;
+    byId("file-name").textContent = names.length < 2 ? names[0] : "";
   }
 
   // --- scenes

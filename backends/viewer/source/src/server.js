@@ -63,6 +63,10 @@ export class Server {
     return this.post("change", { file, text, change });
   }
 
+  create(name) {
+    return this.post("create", { name });
+  }
+
   examine(file, text) {
     return this.post("examine", { file, text });
   }

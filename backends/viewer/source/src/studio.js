@@ -61,6 +61,16 @@ export class Studio extends Page {
     if (!this.isEvaluating) this.changed(this.editor.text);
   }
 
+  async create(name) {
+    try {
+      const { file } = await this.server.create(name);
+      await this.choose(file);
+      await this.listFiles();
+    } catch (error) {
+      this.announce(error.message);
+    }
+  }
+
   get isDirty() {
     return this.editor.text !== this.disk;
   }
@@ -353,6 +363,8 @@ function differenceOf(old, now) {
 function listen(page) {
   const on = (id, action) => byId(id)?.addEventListener("click", action);
   on("store", () => page.store());
+  on("create", () => { byId("new-name").value = ""; byId("naming").showModal(); });
+  byId("naming").addEventListener("close", () => { if (byId("naming").returnValue === "create" && byId("new-name").value) page.create(byId("new-name").value); });
   on("format", () => page.editor.format());
   on("examine", () => page.examine());
   on("stop", () => page.server.stop());
