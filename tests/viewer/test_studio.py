@@ -328,6 +328,20 @@ def test_gizmo_is_dragged(studio: Any, program: Any, show: Any) -> None:
 
 
 @pytest.mark.browser
+def test_color_is_picked_in_the_text(studio: Any, program: Any, show: Any) -> None:
+    """A swatch shows each color of the text, and writes another one in the same notation."""
+    shown = _open(show, studio(program(PAIR)))
+    page = shown.page
+    page.wait_for_selector(".swatch >> nth=1")
+    assert page.locator(".swatch").count() == 2
+    page.locator(".swatch").first.evaluate(
+        "(input) => { input.value = '#336699'; input.dispatchEvent(new Event('change')); }"
+    )
+    _until(shown, "scenelangPage.editor.text.includes('#336699')")
+    assert _text(shown) == PAIR.replace('"tan"', '"#336699"')
+
+
+@pytest.mark.browser
 def test_slider_writes_into_the_text(studio: Any, program: Any, show: Any) -> None:
     shown = _open(show, studio(program(PAIR)))
     shown.page.fill("#param-size", "1.75")

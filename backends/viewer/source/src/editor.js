@@ -8,6 +8,7 @@ import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
 import { EditorState, StateEffect, StateField } from "@codemirror/state";
 import { Decoration, drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers, ViewPlugin } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
+import { swatches } from "./swatches.js";
 
 const NUMBER = /[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?/;
 const ATOM = /[^\s()[\]{}";,'`]+/;
@@ -167,7 +168,7 @@ export class Editor {
         ...closeBracketsKeymap, ...completionKeymap, ...searchKeymap, ...historyKeymap, ...lintKeymap, ...defaultKeymap, indentWithTab,
       ]),
       EditorView.updateListener.of((update) => this.updated(update)),
-      this.client && uri ? this.client.plugin(uri, "scenelang") : [],
+      this.client && uri ? [this.client.plugin(uri, "scenelang"), swatches(this.client, uri)] : [],
     ];
     if (saved) {
       try {
