@@ -677,6 +677,18 @@ def served_page(nonce: str | None = None) -> bytes:
     return _template().replace(_HEAD, head).replace(_BODY, f'<script src="{script}"></script>').encode()
 
 
+def frame_page() -> str:
+    """Return the page of the notebook's widget, a frame that asks its parent; its policy forbids loading anything."""
+    nonce = secrets.token_urlsafe(16)
+    script = _text("studio.js").replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    policy = f"default-src 'none'; img-src data: blob:; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'"
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}"><meta name="widget">'
+    head += f'<meta name="style-nonce" content="{nonce}">'
+    style = f'<style nonce="{nonce}">{_text("viewer.css")}</style>'
+    body = f'<script nonce="{nonce}">{script}</script>'
+    return _template().replace(_HEAD, head + style).replace(_BODY, body)
+
+
 def self_contained_page(scenes: Sequence[SavedScene]) -> str:
     """Return an HTML page with the viewer and ``scenes`` embedded; its content security policy forbids loading
     anything."""
