@@ -52,7 +52,7 @@ export default { render };
 """
 
 
-class Studio(anywidget.AnyWidget):
+class StudioWidget(anywidget.AnyWidget):
     """A program with its live scene in a cell of a notebook.
 
     Attributes
@@ -68,7 +68,7 @@ class Studio(anywidget.AnyWidget):
 
     Examples
     --------
-    >>> studio = Studio('(param size 1.0) (bind "ball" (lambda () (call "sphere" :radius size)))')
+    >>> studio = StudioWidget('(param size 1.0) (bind "ball" (lambda () (call "sphere" :radius size)))')
     >>> studio.params
     {'size': 1.0}
     """
@@ -167,12 +167,12 @@ _METHODS: dict[str, Callable[..., Any]] = {
     "files": lambda self: [_NAME],
     "uris": lambda self: [self._file.as_uri()],
     "text": lambda self, file: {"name": _NAME, "text": self.text},
-    "state": Studio._state,
+    "state": StudioWidget._state,
     "picture": lambda self, file: self._workspace.state(0).packet,
-    "edit": Studio._edit,
-    "set": Studio._set,
+    "edit": StudioWidget._edit,
+    "set": StudioWidget._set,
     "literal": lambda self, file, name, value: self._workspace.literal_edit(0, name, value),
     "change": lambda self, file, text, change: self._workspace.use("change", 0, text, change),
-    "selected": Studio._selected,
-    "lsp": Studio._lsp,
+    "selected": StudioWidget._selected,
+    "lsp": StudioWidget._lsp,
 }

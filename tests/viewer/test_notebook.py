@@ -61,9 +61,9 @@ class _Told:
     """A widget whose messages are kept."""
 
     def __init__(self, text: str) -> None:
-        from scenelang.notebook.widget import Studio
+        from scenelang.notebook.widget import StudioWidget
 
-        self.studio = Studio(text)
+        self.studio = StudioWidget(text)
         self.messages: list[Any] = []
         self.studio.send = lambda content, buffers=None: self.messages.append((content, buffers))
 
