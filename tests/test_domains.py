@@ -59,7 +59,7 @@ def imported_domains() -> dict[str | None, set[str]]:
 
 
 def test_the_table_names_folders_that_exist() -> None:
-    assert len(table()) == 21
+    assert len(table()) == 22
     assert all((ROOT / folder).is_dir() for folders, _ in table().values() for folder in folders)
     assert all(needs <= set(table()) for _, needs in table().values())
 
@@ -222,7 +222,7 @@ USES = {  # commands of each domain, which end with one line without it
 }
 NEEDED_BY = {  # the domain of each command that the kernel alone cannot do; its help may need the domain too
     "transpile": "Python", "lift": "Python", "repl": "REPL", "lsp": "LSP", "mcp": "MCP",
-    "render": "pictures", "graph": "pictures", "view": "viewer", "labels": "labels", "dataset": "datasets",
+    "render": "pictures", "graph": "pictures", "view": "viewer", "studio": "viewer", "labels": "labels", "dataset": "datasets",
     "simulate": "physics", "settle": "physics", "repair": "repair",
     "generate": "inference", "build": "inference", "edit": "inference", "runs": "inference", "bench": "bench",
     "embeddings": "neural", "embed": "neural", "imagine": "neural", "invert": "neural", "style": "neural",

@@ -25,7 +25,7 @@ TERMINAL = {
 }  # fmt: skip
 
 # Commands that are servers, shells, or lists of what is installed.
-WITHOUT_API = frozenset({"repl", "lsp", "mcp", "completion"})
+WITHOUT_API = frozenset({"repl", "lsp", "mcp", "completion", "studio"})
 
 # What a command calls, and under another name: parameters of these or other functions, or nothing but a call.
 CALLS: dict[str, tuple[str, ...]] = {

@@ -167,7 +167,7 @@ def test_several_backends_draw_side_by_side(tmp_path: Path) -> None:
     [
         (["-o", "a.gif", "--frame", "1"], 2, "--frame"),
         (["-o", "a.jpg", "--frames", "3"], 2, "single picture"),
-        (["-o", "a.bmp"], 2, "no backend writes `.bmp`"),
+        (["-o", "a.bmp"], 2, "does not write `.bmp` files"),
         (["-o", "a"], 2, "without an extension"),
         (["-o", "a.exr", "--backend", "draft,mitsuba"], 2, "one backend"),
         (["-o", "a.png", "--backend", "drft"], 2, "did you mean `draft`"),

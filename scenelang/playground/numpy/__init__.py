@@ -2387,20 +2387,15 @@ def packbits(value: Any) -> ndarray:
     return _made(flat, (len(flat),), _U1)
 
 
-def _missing(name: str) -> NotImplementedError:
-    """Return the error that names a function of numpy which these arrays lack."""
-    return NotImplementedError(f"it needs `numpy.{name}`, which the playground does not have")
+class MissingError(NotImplementedError, AttributeError):
+    """Function of numpy that these arrays lack; an AttributeError, as ``import`` and ``hasattr`` expect one."""
 
 
 def __getattr__(name: str) -> Any:
-    if name == "linalg":
-        from . import linalg
-
-        return linalg
-    if name == "random":
-        from . import random
-
-        return random
     if name.startswith("__"):
         raise AttributeError(name)
-    raise _missing(name)
+    raise MissingError(f"it needs `numpy.{name}`, which the playground does not have")
+
+
+from . import linalg as linalg  # noqa: E402 (their functions are made of those above)
+from . import random as random  # noqa: E402
