@@ -1032,7 +1032,7 @@ def other_file_error(path: str) -> SceneError | None:
     name = os.path.basename(path)
     ending = os.path.splitext(name)[1].lower()
     if ending in MESH_ENDINGS:
-        hint = f'a mesh is a primitive: `(call "mesh" :file "{name}")`'
+        hint = f'use it in a program: `(call "mesh" :file "{name}")`'
         return SceneError("file", f"`{name}` is a mesh, not a program", hint)
     if ending in IMPORTED_ENDINGS:
         hint = f"`scenelang import {name}` writes a program"
