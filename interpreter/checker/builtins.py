@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.grammar.lazy_patterns import lazy_pattern
+from scenelang.interpreter.checker import truths
 from scenelang.interpreter.checker.common import (
     A_PART,
     MAX_SHOWN,
@@ -453,6 +454,7 @@ def check_values(
         False after a report, so that each call has one error.
     """
     name = builtin.name
+    truths.check_floor_division(inference, node)
     divisors = nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ()
     if name in _DIVISIONS and any(inference.number_of(divisor) == 0 for divisor in divisors):
         if not any(kind is ANY or kind.tag not in ("Integer", "Float") for kind in kinds[:1]):
@@ -850,10 +852,23 @@ def _check_rgb(inference: KindInference, node: Any, name: str, nodes: Sequence[A
 def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Warn about a component of ``hsv`` outside 0 to 1."""
     if node.span.expansion is None:
-        for parameter, value in zip(("hue", "saturation", "value"), map(number_of, nodes)):
+        step = _step_of(inference, nodes[0]) if nodes else None
+        end = truths.end_of_index(inference, nodes[0]) if nodes else None
+        step = 1 if end is not None else step
+        if step is not None and abs(step) >= 1:
+            text = nodes[0].span.text
+            numbers = "whole numbers" if end is not None else f"multiples of {step:g}"
+            message = f"the hue of `hsv` goes from 0 to 1, got {numbers}; whole numbers are all red"
+            written = f"(/ {text} {end or 360})"
+            hint = f"{'once around' if end else 'from degrees'}: `{written}`"
+            inference.warn("out-of-range", message, nodes[0].span, hint,
+                           (Fix(f"Write `{written}`", (Edit(nodes[0].span, written),)),), expected="0 to 1",
+                           found=text)  # fmt: skip
+            return True
+        for parameter, value in zip(("hue", "saturation", "value"), map(inference.number_of, nodes)):
             if value is not None and not 0 <= value <= 1:
                 message = f"the {parameter} of `hsv` goes from 0 to 1, got {value:g}"
-                hint = "degrees are divided by 360: `(hsv (/ 120 360) 1 1)`" if parameter == "hue" else None
+                hint = f"degrees are divided by 360: `(/ {nodes[0].span.text} 360)`" if parameter == "hue" else None
                 inference.warn("out-of-range", message, node.span, hint, expected="0 to 1", found=f"{value:g}")
                 break
     return True
