@@ -54,7 +54,7 @@ def advice(parser: argparse.ArgumentParser, words: Sequence[str], stray: str, wr
     while end < len(read) and read[end] == Word(read[end].text) and not read[end].text.startswith("-"):
         end += 1
     line = _Line(parser, read, index, end)
-    for rule in (line.cut, line.pair, line.parts, line.quotes, line.after_flag):
+    for rule in (line.cut, line.pair, line.more_pairs, line.parts, line.quotes, line.after_flag):
         told = rule()
         if told is not None:
             return told
@@ -66,6 +66,14 @@ def of_invalid(parser: argparse.ArgumentParser, words: Sequence[str], message: s
     match = re.match(r"argument ([^\s:]+): ", message)
     if match is None:
         return None
+    own = {flag: action for action in parser._actions for flag in action.option_strings}
+    single = next((word for word in words if len(word) > 2 and f"-{word.partition('=')[0]}" in own), None)
+    if single is not None and "ignored explicit argument" in message:
+        return f"an option has two dashes: `-{_shown(single)}`"
+    action = own.get(match[1].split("/")[-1])
+    if message.endswith("expected one argument") and action is not None:
+        value = " or ".join(map(str, action.choices)) if action.choices else action.metavar or "VALUE"
+        return f"`{match[1].split('/')[0]}` needs a value: `{match[1].split('/')[0]} {value}`"
     read = roles(parser, words)
     flags = match[1].split("/")
     for index, word in enumerate(read):
@@ -95,7 +103,7 @@ def of_choice(parser: argparse.ArgumentParser, message: str) -> str | None:
             value = match[2].strip("'\"")
             near = suggest(value, choices)
             listed = " or ".join(filter(None, (", ".join(f"`{c}`" for c in choices[:-1]), f"`{choices[-1]}`")))
-            about = f" ({_help(action)})" if action.help and not near else ""
+            about = f" ({_help(action)})" if action.help and action.option_strings and not near else ""
             return f"`{flags[-1]}` is {listed}, got `{_shown(value)}`{f'; {near}' if near else about}"
     return None
 
@@ -150,6 +158,16 @@ class _Line:
         written = f"{flag} {self._value()}={shlex.quote(self.texts[0])}"
         return f"`{flag}` takes one argument {metavar}, with `=` inside: `{_shown(written)}`"
 
+    def more_pairs(self) -> str | None:
+        """``--camera azimuth=45 elevation=20``: pairs that the option takes in one argument."""
+        names = [text.partition("=")[0] for text in self.texts if "=" in text]
+        if self.owner is None or "=" not in self._value() or len(names) != len(self.texts):
+            return None
+        if not all(f"{name}=" in str(self.owner.help) for name in names):
+            return None
+        whole = ",".join([self._value(), *self.texts])
+        return f"`{self.before.flag}` takes one argument, with commas: `{self.before.flag} {_shown(whole)}`"
+
     def parts(self) -> str | None:
         """``--size 800 600``: the parts of one value, which the option reads if they are joined."""
         if self.owner is None or self.owner.type is None:
@@ -173,8 +191,12 @@ class _Line:
                 return None
             what = str(self.owner.metavar or self.before.flag.lstrip("-").upper())
             texts = [self._value(), *self.texts]
+            if what.endswith(",..."):
+                return f"`{self.before.flag}` takes one argument, with commas: `{self.before.flag} {','.join(texts)}`"
             if all(_NUMBER.fullmatch(text) for text in texts):
                 return f"`{self.before.flag}` takes one argument {what}: {_help(self.owner)}"
+            if what in _ONE_WORD:
+                return None
             if what == "DECLARATION":
                 return _declared(self.before.flag, texts)
             return f"{what} is one argument: put it in quotes: `{self.before.flag} {_quoted(texts)}`"
@@ -219,6 +241,8 @@ class _Line:
         for flag, action in own.items():
             if flag.startswith("--") and _takes(action, text):
                 return f"{line}; did you mean `{flag} {_shown(text)}`?"
+        if "--word" in own and not os.path.isfile(text) and "." not in text:
+            return f"{line}; did you mean `--word {_quoted(self.texts) if len(self.texts) > 1 else _shown(text)}`?"
         takes_one = any(action.dest == "file" for action in self.parser._actions)
         if not takes_one:
             return line
@@ -236,6 +260,7 @@ class _Line:
         return line
 
 
+_ONE_WORD = ("NAME", "LEVEL", "VIEW")  # values without spaces
 _NO_TEXT = ("SPEC", "WORD", "CODE", "A", "B", "RUN", "SHELL", "ACTION")
 
 

@@ -49,6 +49,16 @@ def missing_command(words: Sequence[str]) -> str | None:
     return f"{line}: `scenelang {writer} {printable(program)[:_MAX_SHOWN]}{printable(written)[:_MAX_SHOWN]}`"
 
 
+def whole_command(words: Sequence[str]) -> str | None:
+    """Return the command line that an unknown command with a program and an output means, else None."""
+    files = [word for word in words[1:] if not word.startswith("-")]
+    if len(files) != 2 or not files[0].endswith(".scene"):
+        return None
+    writer = writer_of(files[1]) if not files[1].endswith(".scene") else None
+    flag = "--html" if writer == "view" else "-o"
+    return f"write `scenelang {writer} {printable(files[0])} {flag} {printable(files[1])}`" if writer else None
+
+
 def writer_of(output: str) -> str | None:
     """Return the command that writes files with the ending of ``output``, or None."""
     from scenelang.backends import base
@@ -74,6 +84,7 @@ def other_command(command: str, program: str, output: str) -> str | None:
     return f"`scenelang {other} {program} {flag} {output}` does"
 
 
+_MAX_READ = 100_000  # characters of a program that are searched for its params
 _MIN_SHARED = 4  # letters that two endings begin with
 
 
@@ -90,7 +101,8 @@ def _near_output(command: str, output: str) -> str | None:
     if not near:
         return None
     others = ", ".join(f".{known}" for known in dict.fromkeys(kinds) if known != near[0])
-    return f"write `-o {stem}.{near[0]}`; it also writes {others}"
+    written = f"write `-o {stem}.{near[0]}`" if longer else f"did you mean `-o {stem}.{near[0]}`?"
+    return f"{written}{';' if longer else ''} it also writes {others}"
 
 
 class Adviser:
@@ -117,6 +129,12 @@ class Adviser:
         output = self._output(option.lstrip("-"), value, own)
         if output is not None:
             return f"{line}; the format follows the ending of the output: `{output}`"
+        param = self._param(option.lstrip("-"), value, own)
+        if param is not None:
+            return f"{line}; did you mean `{param}`?"
+        if option in ("-o", "--output") and not _for_file(own, value):
+            command = f"scenelang {' '.join(self._words[: self._words.index(unknown[0])])}"
+            return f"{line}; it prints: `{printable(command)} > {printable(value or 'FILE')[:_MAX_SHOWN]}`"
         meant = _for_file(own, value) or _meant(option, own, next(iter(others.values()), None))
         if others:
             line += f", which is one of {_listed(list(others))}"
@@ -135,6 +153,19 @@ class Adviser:
             ending = f".{kind.lower().lstrip('.')}"
             if kind and writer_of(f"{stem}{ending}") == self._command:
                 return f"-o {printable(stem + ending)[:_MAX_SHOWN]}"
+        return None
+
+    def _param(self, name: str, value: str, own: Mapping[str, Any]) -> str | None:
+        """Return the `--define` of a param of the program that an unknown option is named after, or of its value."""
+        if "--define" not in own:
+            return None
+        if re.fullmatch(r"[\w-]+=\S+", value) and len(name) == 1:
+            return f"--define {value}"
+        for word in self._words[1:]:
+            if word.endswith(".scene") and os.path.isfile(word):
+                with open(word, encoding="utf-8", errors="replace") as file:
+                    if re.search(rf"\(param {re.escape(name)}\s", file.read(_MAX_READ)):
+                        return f"--define {name}={value or 'VALUE'}"
         return None
 
     def _owners(self, option: str) -> Mapping[str, Any]:

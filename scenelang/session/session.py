@@ -133,7 +133,9 @@ def definition(item: str) -> tuple[str, str]:
     """Split ``NAME=VALUE`` into name and text; raises UsageError."""
     name, sign, text = item.partition("=")
     if not sign or not name:
-        hint = f"write `--define {item}=VALUE`" if item.strip() and not sign else "such as `--define legs=3`"
+        parts = item.strip().replace(":", " ").split()
+        written = "=".join(parts) if len(parts) == 2 else f"{item}=VALUE"
+        hint = f"write `--define {written}`" if item.strip() and not sign else "such as `--define legs=3`"
         raise UsageError("param", f"expected NAME=VALUE for --define, got `{item}`", hint)
     return name.strip(), text
 
