@@ -244,8 +244,8 @@ def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None
             others = [
                 backend.name for backend in all_backends() if any(option.name == name for option in backend.options)
             ]
-            hint = f"{' and '.join(others)} {'has' if len(others) == 1 else 'have'} it: choose that, or leave it out"
-            hint = hint if others else None
+            verb = "has" if len(others) == 1 else "have"
+            hint = f"{' and '.join(others)} {verb} it: choose that, or leave it out" if others else None
             shown = ", ".join(f"`{backend.name}`" for backend in backends)
             raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
 

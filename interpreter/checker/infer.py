@@ -922,7 +922,7 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
 
 
 def _while(inference: KindInference, node: ast.While) -> Kind:
-    inference.infer(node.test)
+    truths.check_test(inference, node.test, inference.infer(node.test))
     always = type(node.test) is ast.Constant and _truth(node.test.value)
     if always:
         inference.infer(node.body)

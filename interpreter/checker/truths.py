@@ -23,6 +23,11 @@ def check_test(inference: KindInference, test: Any, kind: Kind) -> None:
     """Warn about a test that is always true, because its value is no Boolean, or by the range of a loop's index."""
     if type(test) in (ast.Constant, ast.Lambda) or test.span.expansion is not None:
         return
+    inner = test.items if type(test) is ast.And else test.arguments if called_builtin(test) == "not" else ()
+    for part in inner:
+        check_test(inference, part, inference.result.kinds.get(part, kind))
+    if inner:
+        return
     target = getattr(test, "target", None)
     if isinstance(target, Builtin):
         return
@@ -31,13 +36,19 @@ def check_test(inference: KindInference, test: Any, kind: Kind) -> None:
         message = f"this condition is {'true' if always else 'false'} in every turn of the loop"
         inference.warn("constant-condition", message, test.span, _range_of_index(inference, test))
         return
-    is_computed = type(test) is ast.Application or is_index(inference, test)
-    if is_truthy(kind) is not True or not is_computed or len(kind.options) != 1:
+    tags = {option.tag for option in kind.options}
+    is_number = bool(tags) and tags <= {"Integer", "Float"}
+    is_read = type(test) is ast.Reference and is_number
+    if (
+        is_truthy(kind) is not True
+        or not (type(test) is ast.Application or is_read)
+        or not (is_number or len(tags) == 1)
+    ):
         return
     text = test.span.text if len(test.span.text) <= MAX_SHOWN else "..."
     message = f"this condition is always true: `{text}` is {describe(kind)}, and {_FALSE_ALONE}"
     hint = None
-    if kind.tag in ("Integer", "Float"):
+    if is_number:
         message = f"this condition is always true: `{text}` is a number, and every number, also 0, is true"
         hint = f"compare it: `(> {text} 0)`"
     elif kind.tag in _SEQUENCES:
@@ -47,25 +58,23 @@ def check_test(inference: KindInference, test: Any, kind: Kind) -> None:
 
 def check_floor_division(inference: KindInference, node: Any) -> None:
     """Warn about ``(// i n)`` with an index that is always less than ``n``, which is 0 in every turn."""
-    if called_builtin(node) not in ("//", "quotient") or len(node.arguments) != 2 or node.span.expansion is not None:
+    division = node.arguments[0] if called_builtin(node) in ("floor", "truncate") and node.arguments else node
+    name = called_builtin(division)
+    if name not in (("//", "quotient") if division is node else ("/",)) or len(division.arguments) != 2:
         return
-    index, divisor = node.arguments
+    index, divisor = division.arguments
+    if node.span.expansion is not None:
+        return
     if _is_below(inference, index, divisor):
-        name = node.function.span.text
         message = f"`{node.span.text}` rounds down, and is 0 in every turn of the loop"
         hint = f"write `(/ {index.span.text} {divisor.span.text})`, which is not rounded"
-        inference.warn("constant-condition", message, node.span, hint, found=name)
+        inference.warn("constant-condition", message, node.span, hint)
 
 
 def end_of_index(inference: KindInference, node: Any) -> str | None:
     """Return the code of the number of turns of the loop whose index an expression is, None for other expressions."""
     bounds = _bounds(inference, node)
     return bounds[1].span.text if bounds is not None and bounds[0] == 0 else None
-
-
-def is_index(inference: KindInference, node: Any) -> bool:
-    """Return whether an expression is the index of a loop."""
-    return type(node) is ast.Reference and isinstance(node.target, Variable) and node.target in inference.loops
 
 
 def _bounds(inference: KindInference, node: Any) -> tuple[float, Any] | None:

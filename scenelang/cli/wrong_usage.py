@@ -132,7 +132,8 @@ class Adviser:
         param = self._param(option.lstrip("-"), value, own)
         if param is not None:
             return f"{line}; did you mean `{param}`?"
-        if option in ("-o", "--output") and not _for_file(own, value):
+        prints = COMMANDS[self._command].kind.evaluates
+        if option in ("-o", "--output") and prints and not _for_file(own, value):
             command = f"scenelang {' '.join(self._words[: self._words.index(unknown[0])])}"
             return f"{line}; it prints: `{printable(command)} > {printable(value or 'FILE')[:_MAX_SHOWN]}`"
         meant = _for_file(own, value) or _meant(option, own, next(iter(others.values()), None))
