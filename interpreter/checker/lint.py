@@ -845,8 +845,8 @@ def confirmed(
     warnings = [d for d in warnings if not any(_is_reported(finding, d) for finding in reported)]
     if problem is not None and problem.name == "depth" and problem.span is not None:
         name = problem.message.partition(" calls itself")[0]
-        told = [d for d in reported if _overlaps(d.span, problem.span) or f"{name} always calls" in d.message]
-        reported = [d for d in reported if d.name != "endless-recursion" or d not in told]
+        known = [d for d in reported if _overlaps(d.span, problem.span) or f"{name} always calls" in d.message]
+        reported = [d for d in reported if d.name != "endless-recursion" or d not in known]
         warnings = [d for d in warnings if not CODES[d.name].code.startswith("W6")]  # of values that never end
     if problem is None or CODES[problem.name].code.startswith("E5"):
         reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
