@@ -214,7 +214,8 @@ def frame_of(scene: Scene, frame: int | None) -> int:
     number = frame or 0
     if not 0 <= number < len(scene.frames):
         have = f"{len(scene.frames)} frames, 0 to {len(scene.frames) - 1}" if len(scene.frames) > 1 else "one frame, 0"
-        raise SceneError("value", f"the scene has {have}; frame {number} does not exist")
+        hint = f"frames are counted from 0: the last is {len(scene.frames) - 1}" if len(scene.frames) > 1 else None
+        raise SceneError("value", f"the scene has {have}; frame {number} does not exist", hint)
     return number
 
 
@@ -228,7 +229,9 @@ def require_word(scene: Scene, word: str) -> None:
 
     known = {entity.word for entity in descendants(*scene.frames)} if is_plain(word) else {word}
     if word not in known:
-        raise SceneError("value", f'no entity has the word "{word}"', suggest(word, sorted(known)))
+        same = [other for other in sorted(known) if other.lower() == word.lower()]
+        hint = f'the word is "{same[0]}": upper and lower case differ' if same else suggest(word, sorted(known))
+        raise SceneError("value", f'no entity has the word "{word}"', hint)
 
 
 def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None:
@@ -241,7 +244,8 @@ def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None
             others = [
                 backend.name for backend in all_backends() if any(option.name == name for option in backend.options)
             ]
-            hint = f"this is an option of {', '.join(others)}" if others else None
+            verb = "has" if len(others) == 1 else "have"
+            hint = f"{' and '.join(others)} {verb} it: choose that, or leave it out" if others else None
             shown = ", ".join(f"`{backend.name}`" for backend in backends)
             raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
 

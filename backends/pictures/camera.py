@@ -376,7 +376,9 @@ def parse_viewpoint(text: str) -> Viewpoint | Camera:
         return read_camera(Path(text.strip()))
     items = [part for part in (piece.strip() for piece in text.split(",")) if part]
     if len(items) > 1 and all(map(_is_number, items)):
-        raise SceneError("value", f"the camera `{text[:60]}` is a position, which is not taken", hint=_PLACED)
+        named = ",".join(f"{name}={value}" for name, value in zip(("azimuth", "elevation", "distance"), items))
+        message = f"the numbers of the camera `{text[:60]}` need names"
+        raise SceneError("value", message, hint=f"write `--camera {named}`; or {_PLACED}")
     if len(items) == 1 and items[0].lower() in _SIDES:
         azimuth, elevation = _SIDES[items[0].lower()]
         hint = f"from this side: `--camera azimuth={azimuth},elevation={elevation}`; presets: {', '.join(PRESETS)}"
@@ -396,10 +398,7 @@ _SIDES = {
     "front": (0, 0), "right": (90, 0), "back": (180, 0), "rear": (180, 0), "left": (-90, 0), "side": (90, 0),
     "bottom": (0, -90), "below": (0, -90), "above": (0, 90),
 }  # fmt: skip
-_PLACED = (
-    "give the direction and the distance, as `--camera azimuth=40,elevation=20,distance=5`, a preset "
-    f"({', '.join(PRESETS)}) or the JSON file of a camera"
-)
+_PLACED = f"a preset ({', '.join(PRESETS)}), or the JSON file of a camera"
 
 
 def _is_number(text: str) -> bool:

@@ -399,7 +399,9 @@ def check_output(path: Path, frame: int | None, film: FilmOptions, backends: int
     known = sorted({*STILL_ENDINGS, *ENDINGS})
     if ending not in known:
         shown = f"`{ending}` files" if ending else "files without an extension"
-        raise SceneError("backend", f"`render` does not write {shown}", hint=f"it writes {' '.join(known)}")
+        films = " ".join(sorted(ENDINGS))
+        hint = f"write `-o {path.stem}.png`; pictures are {' '.join(sorted(STILL_ENDINGS))}, films are {films}"
+        raise SceneError("backend", f"`render` does not write {shown}", hint=hint)
     if is_film(path, film.is_wanted):
         if frame is not None:
             given = [name for name in ("frames", "fps", "orbit") if getattr(film, name) is not None]

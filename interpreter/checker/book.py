@@ -448,8 +448,16 @@ def _with_parameters(diagnostics: Sequence[Diagnostic], functions: Sequence[Any]
         function, name = parameter
         if (function, name) not in explained:
             target = next(p for p in function.parameters if p.name == name)
-            hint = f"`{name}` is the entity's embedding; make it a keyword parameter: `(lambda (:{name}) ...)`"
-            explained[function, name] = replace(finding, hint=hint, fixes=keyword_fixes(target, function))
+            hint = f"a keyword parameter has a colon: `(lambda (:{name}) ...)`"
+            owner = function.name or "this function"
+            message = f"`{name}` is the first positional parameter of {owner}, which holds its embedding, no number"
+            by_name = [d.span for d in diagnostics if d.name == "plain-parameter" and d.span is not None]
+            notes = tuple(Note("it is passed by name here", at) for at in by_name if at.text == f":{name}")[:1]
+            if notes:
+                message = f"`{name}` is positional in {owner}, but the calls pass it by name, as `:{name}`"
+            explained[function, name] = replace(
+                finding, message=message, hint=hint, notes=notes, fixes=keyword_fixes(target, function)
+            )
     names = {name for _, name in explained}
     rest = [d for d in rest if not (d.name == "plain-parameter" and d.span is not None and d.span.text[1:] in names)]
     return [*rest, *explained.values()]

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar import ast
 from scenelang.grammar.diagnostics import Edit, Fix, SceneError
 from scenelang.grammar.lazy_patterns import lazy_pattern
+from scenelang.interpreter.checker import truths
 from scenelang.interpreter.checker.common import (
     A_PART,
     MAX_SHOWN,
@@ -453,6 +454,7 @@ def check_values(
         False after a report, so that each call has one error.
     """
     name = builtin.name
+    truths.check_floor_division(inference, node)
     divisors = nodes[1:] if len(nodes) > 1 else nodes if name == "/" else ()
     if name in _DIVISIONS and any(inference.number_of(divisor) == 0 for divisor in divisors):
         if not any(kind is ANY or kind.tag not in ("Integer", "Float") for kind in kinds[:1]):
@@ -847,13 +849,30 @@ def _check_rgb(inference: KindInference, node: Any, name: str, nodes: Sequence[A
     return True
 
 
+def _warn_of_hue(inference: KindInference, hue: Any) -> bool:
+    """Warn about a hue that is the index of a loop, or a multiple of it, instead of a share of 1."""
+    end = truths.end_of_index(inference, hue)
+    step = 1 if end is not None else _step_of(inference, hue)
+    if step is None or abs(step) < 1:
+        return False
+    numbers = "whole numbers" if end is not None else f"multiples of {step:g}"
+    message = f"the hue of `hsv` goes from 0 to 1, got {numbers}; whole numbers are all red"
+    written = f"(/ {hue.span.text} {end or 360})"
+    hint = f"{'once around' if end else 'from degrees'}: `{written}`"
+    fix = Fix(f"Write `{written}`", (Edit(hue.span, written),))
+    inference.warn("out-of-range", message, hue.span, hint, (fix,), expected="0 to 1", found=hue.span.text)
+    return True
+
+
 def _check_hsv(inference: KindInference, node: Any, name: str, nodes: Sequence[Any], kinds: Sequence[Kind]) -> bool:
     """Warn about a component of ``hsv`` outside 0 to 1."""
     if node.span.expansion is None:
-        for parameter, value in zip(("hue", "saturation", "value"), map(number_of, nodes)):
+        if _warn_of_hue(inference, nodes[0]):
+            return True
+        for parameter, value in zip(("hue", "saturation", "value"), map(inference.number_of, nodes)):
             if value is not None and not 0 <= value <= 1:
                 message = f"the {parameter} of `hsv` goes from 0 to 1, got {value:g}"
-                hint = "degrees are divided by 360: `(hsv (/ 120 360) 1 1)`" if parameter == "hue" else None
+                hint = f"degrees are divided by 360: `(/ {nodes[0].span.text} 360)`" if parameter == "hue" else None
                 inference.warn("out-of-range", message, node.span, hint, expected="0 to 1", found=f"{value:g}")
                 break
     return True
@@ -1005,15 +1024,17 @@ def _step_of(inference: KindInference, node: Any) -> float | None:
 def check_angle(inference: KindInference, node: Any) -> None:
     """Warn about a constant angle of more than two turns, which is certainly meant in degrees."""
     value = inference.number_of(node)
-    value = _step_of(inference, node) if value is None else value
+    step = _step_of(inference, node) if value is None else None
+    value = step if value is None else value
     if value is None:
         inference.need(node, "an angle", (), "an angle in radians", "out-of-range",
                        fails=lambda angle: abs(angle) > 2 * TURN)  # fmt: skip
     if value is None or abs(value) <= 2 * TURN or node.span.expansion is not None:
         return
     text = node.span.text
+    subject = text if step is None else f"each step of `{text}`"
     inference.warn(
-        "out-of-range", f"angles are in radians, and {text} is {abs(value) / TURN:.0f} turns", node.span,
+        "out-of-range", f"angles are in radians, and {subject} is {abs(value) / TURN:.0f} turns", node.span,
         f"convert degrees: `(deg {text})`", (Fix("Convert from degrees", (Edit(node.span, f"(deg {text})"),)),),
         expected="an angle in radians", found=text,
     )  # fmt: skip

@@ -439,6 +439,23 @@ def _swapped(
     return None, ()
 
 
+def _is_fraction(node: Any) -> bool:
+    """Return whether an expression is a number that is not whole."""
+    value = number_of(node)
+    return value is not None and not float(value).is_integer()
+
+
+def _as_iota(inference: KindInference, node: ast.Application) -> str:
+    """Return the call of ``iota`` with the numbers of a call of ``range``, as far as they are known."""
+    values = [inference.number_of(argument) for argument in node.arguments]
+    if len(values) == 1 or None in values or values[-1] == 0:
+        return "(iota count start step)"
+    start, end, step = [*values, 1][:3]
+    texts = [argument.span.text for argument in node.arguments]
+    count = math.ceil(round((end - start) / step, 9))  # type: ignore[operator]
+    return f"(iota {max(count, 0)} {texts[0]} {texts[2] if len(texts) > 2 else 1})"
+
+
 def _advice(
     inference: KindInference, builtin: Builtin, parameter: BuiltinParameter, argument: Any, kind: Kind, node: Any
 ) -> tuple[str | None, tuple[Fix, ...]]:
@@ -480,6 +497,8 @@ def _advice(
         return "convert the number: `(string x)`", fixes
     if name in ("Vector", "Point") and kind.tag in ("Integer", "Float"):
         return "write a point as `[x y z]`", ()
+    if builtin.name == "range" and kind.tag == "Float" and (parameter.name == "step" or _is_fraction(argument)):
+        return f"`range` counts in whole numbers; others are `{_as_iota(inference, node)}`: count, start, step", ()
     if name == "Integer" and kind.tag == "Float":
         return "round it: `(round n)`, `(floor n)`", ()
     if name == "Function":

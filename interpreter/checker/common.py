@@ -6,6 +6,7 @@ The lattice of kinds itself is ``interpreter/compile/kinds``.
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -231,6 +232,13 @@ def infix_fix(span: Span) -> Fix | None:
     return Fix("Write the operator first", (Edit(span, f"({operator} {left} {right})"),))
 
 
+def brief(text: str) -> str:
+    """Return code on one line, a long call by its head and its word, such as ``(call "sphere" ...)``."""
+    text = " ".join(text.split())
+    head = re.match(r'\([^\s()\[\]"]+(?: "[^"]*")?(?= )', text)
+    return text if len(text) <= MAX_SHOWN or head is None else f"{head[0]} ...)"
+
+
 def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
     """Return the hint and fix that exchange the arguments ``first`` and ``second`` of the call ``node``.
 
@@ -240,6 +248,12 @@ def swap_fix(node: Any, first: Any, second: Any) -> tuple[str, tuple[Fix, ...]]:
     if any(part.span.expansion is not None for part in (node, first, second)):
         return hint, ()
     edits = (Edit(first.span, second.span.text), Edit(second.span, first.span.text))
+    text, start = node.span.text, node.span.start
+    between = text[first.span.end - start : second.span.start - start]
+    if between.strip() == "":
+        before, after = text[: first.span.start - start], text[second.span.end - start :]
+        written = " ".join(f"{before}{brief(second.span.text)} {brief(first.span.text)}{after}".split())
+        hint = f"{hint}: write `{written}`"
     return hint, (Fix("Swap the arguments", edits, safe=True),)
 
 

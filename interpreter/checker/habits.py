@@ -187,8 +187,10 @@ def _explains(habit: Habit, diagnostic: Diagnostic) -> bool:
         assert written is not None
         is_in_run = written.start <= span.start and span.end <= written.end and span.text in _POWER_OF
         return diagnostic.name in _OF_INFIX and (is_in_run or (span.start, span.end) == (habit.start, habit.end))
-    if habit.row == "call" and habit.start == span.start and diagnostic.name == "attribute":
-        return True
+    if habit.row == "call" and habit.start == span.start:
+        is_function = diagnostic.found is not None and diagnostic.found.startswith("a Function")
+        if diagnostic.name == "attribute" or is_function:
+            return True
     if isinstance(habit.row, Idiom) and habit.row.hint == INFIX and diagnostic.name == "arity":
         return False  # the head is a function
     if not is_inside and not (diagnostic.name == "bad-atom" and span.start == habit.end):
@@ -510,9 +512,16 @@ def _adjacent_calls(source: Source, tree: Tree) -> Iterator[Habit]:
         items = [source.text[item.start : item.end] for item in arguments.items if item.text != ","]
         instead = f"({' '.join([head.text, *items])})"
         fix = Fix("Move the name inside", (Edit(Span(source, head.start, arguments.end), instead),), safe=True)
-        message = f"`{_shown(source.text[head.start : arguments.end])}` is Python, not the Scene Language"
+        message = f"`{_shown(source.text[head.start : arguments.end])}` is a call as in Python or JavaScript"
         inner = ((head.start, head.end), *((item.start, item.end) for item in arguments.items if item.text != ","))
-        diagnostic = _diagnostic(source, head.start, arguments.end, message, f"write `{_shown(instead)}`", fix)
+        diagnostic = _diagnostic(
+            source,
+            head.start,
+            arguments.end,
+            message,
+            f"write `{_shown(instead)}`: the function stands inside the parentheses",
+            fix,
+        )
         yield Habit(head.start, arguments.end, inner, frozenset(), diagnostic, "call")
 
 

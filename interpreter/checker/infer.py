@@ -21,7 +21,7 @@ from scenelang.grammar.datum import Span, dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.reader import piece_at
-from scenelang.interpreter.checker import calls, scene_forms
+from scenelang.interpreter.checker import calls, scene_forms, truths
 from scenelang.interpreter.checker.common import accepts, kind_of_type, may_be_parts, name_of, number_of
 from scenelang.interpreter.compile.analyze import called_builtin, pattern_variables, walk
 from scenelang.interpreter.compile.kinds import (
@@ -235,6 +235,7 @@ class KindInference:
         self.pending: frozenset[Variable] = frozenset()  # variables of the enclosing bodies that are not defined yet
         self.runs_now = True  # whether the form itself runs this code, not a call of a function
         self.numbers: dict[Variable, float] = {}  # local variables that are defined as a number
+        self.loops: dict[Variable, Any] = {}  # indices of loops, with the expression whose items they are
         self.arrays: dict[Variable, ast.ArrayLiteral] = {}  # local variables that are defined as an array
 
     # --- findings ----------------------------------------------------------------------------------------------
@@ -671,6 +672,7 @@ def _assignment(inference: KindInference, node: ast.Assignment) -> Kind:
 def _if(inference: KindInference, node: ast.If) -> Kind:
     """Infer a conditional; the branch that a constant test excludes may not run."""
     test = inference.infer(node.test)
+    truths.check_test(inference, node.test, test)
     always = is_truthy(test) if type(node.test) is not ast.Constant else _truth(node.test.value)
     if always is not None and type(node.test) is ast.Constant:
         taken, other = (node.then, node.otherwise) if always else (node.otherwise, node.then)
@@ -920,7 +922,7 @@ def _array(inference: KindInference, node: ast.ArrayLiteral) -> Kind:
 
 
 def _while(inference: KindInference, node: ast.While) -> Kind:
-    inference.infer(node.test)
+    truths.check_test(inference, node.test, inference.infer(node.test))
     always = type(node.test) is ast.Constant and _truth(node.test.value)
     if always:
         inference.infer(node.body)
@@ -943,6 +945,8 @@ def _for(inference: KindInference, node: ast.For) -> Kind:
         if clause.kind == "each":
             for target, value in zip(clause.targets, clause.values):
                 inference.bind(target, inference.items(value, inference.infer(value)), value.span)
+                if isinstance(target, Variable) and inference.env[target] is INTEGER:
+                    inference.loops[target] = value
         else:
             inference.infer(clause.values[0])
             inference.is_certain = False
@@ -1067,6 +1071,8 @@ def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
         inference.warn("out-of-range", f"`union-loop` runs {number:g} times, that is never", node.count.span,
                        expected="a count that is not negative", found=f"{number:g}")  # fmt: skip
     if type(node.function) is ast.Lambda:
+        if node.function.parameters and count is INTEGER:
+            inference.loops[node.function.parameters[0].target] = node.count
         function = inference.function(node.function, arguments=[INTEGER])
         inference.result.kinds[node.function] = function
         if function.item is not None:

@@ -44,6 +44,9 @@ _SIMILARITY = 0.84
 _NEAR_UNUSED = 0.7
 
 
+_MAX_UNITED = 4  # words that a hint unites
+
+
 def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
     """Return the root word (docs/language.md, "Which word is the root") and warnings.
 
@@ -82,8 +85,11 @@ def find_root(program: Program) -> tuple[str, list[Diagnostic]]:
     if len(candidates) == 1:
         return root, []
     listed = ", ".join(f'"{word}"' for word in candidates)
-    message = f'several words could be the root: {listed}; the last one, "{root}", is used'
-    hint = f'name the root with `(scene "{root}")` or `--root`'
+    message = f'several words could be the scene: {listed}; only the last one, "{root}", is drawn'
+    hint = f'for one, write `(scene "{root}")`'
+    if len(candidates) <= _MAX_UNITED:
+        parts = " ".join(f'(call "{word}")' for word in candidates)
+        hint = f'for all, write `(bind "all" (lambda () (union {parts})))`; {hint}'
     return root, [Diagnostic("ambiguous-root", message, program.all_words.get(root), hint)]
 
 
@@ -838,7 +844,10 @@ def confirmed(
     """
     warnings = [d for d in warnings if not any(_is_reported(finding, d) for finding in reported)]
     if problem is not None and problem.name == "depth" and problem.span is not None:
-        reported = [d for d in reported if d.name != "endless-recursion" or not _overlaps(d.span, problem.span)]
+        name = problem.message.partition(" calls itself")[0]
+        known = [d for d in reported if _overlaps(d.span, problem.span) or f"{name} always calls" in d.message]
+        reported = [d for d in reported if d.name != "endless-recursion" or d not in known]
+        warnings = [d for d in warnings if not CODES[d.name].code.startswith("W6")]  # of values that never end
     if problem is None or CODES[problem.name].code.startswith("E5"):
         reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
         return [*reported, problem, *warnings] if problem else [*reported, *warnings]

@@ -668,9 +668,9 @@ _TYPO = 0.8
 # Names that people write for attributes, and hints what to write instead. Rows of a word come before those of "*".
 _PLACED = 'a part is placed by `transform`: `(transform (call "{word}") (translate [x y z]))`'
 _TURNED = 'a part is turned by `transform`: `(transform (call "{word}") (rotate angle [0 1 0]))`'
-_ENDS = "the axis goes from `:p0` to `:p1`: `:p1 [0 {name} 0]`"
+_ENDS = "the axis goes from `:p0` to `:p1`: `:p1 [0 {value} 0]`"
 _SIDES = "the sizes along x, y and z are one attribute: `:scale [x y z]`"
-_DIAMETER = "half the diameter is the `:radius`"
+_DIAMETER = "half the diameter is the `:radius`{half}"
 _MATERIAL = "a material is made of `:color`, `:roughness`, `:metallic`, `:opacity`, `:emission` and `:ior`"
 _SMOOTH = "surfaces are exact; `export --tolerance` says how finely they are divided"
 _CONSTANT = 'the radius is constant; that of a "cone" decreases to 0'
@@ -723,6 +723,7 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
             continue
         others = list(calls_of_other_tools(node, word))
         yield from ((word, other) for other in others)
+        values = {id(key): value for key, value in pairwise(node.arguments)}
         texts = {id(key) for key, value in pairwise(node.arguments) if type(value) is ast.Constant is type(key)
                  and type(value.value) is str}  # fmt: skip
         for argument in node.arguments if not others else ():
@@ -733,7 +734,13 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                     continue
                 is_geometric = geometry_attributes(word) is not None
                 is_described = not is_geometric and id(argument) in texts  # `:scales "emerald"` of a dragon
-                hint = unread_hint(word, name) if is_geometric else None if is_described else _semantic_hint(word, name)
+                hint = (
+                    unread_hint(word, name, _passed(values.get(id(argument))))
+                    if is_geometric
+                    else None
+                    if is_described
+                    else _semantic_hint(word, name)
+                )
                 foreign = hint_for_primitive(name) if is_geometric and hint is None else None
                 if foreign is not None and name not in (geometry_attributes(word) or ()):
                     hint = foreign[0]
@@ -750,6 +757,15 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                             near=(f":{near}",) if near else (),
                         ),
                     )  # fmt: skip
+
+
+def _passed(value: Any) -> str | None:
+    """Return the code of what is passed as an attribute, if it is short."""
+    is_written = value is not None and value.span.expansion is None
+    return value.span.text if is_written and len(value.span.text) <= _MAX_CODE else None
+
+
+_MAX_CODE = 20  # characters of code in a hint
 
 
 def _with_sign(name: str, span: Span) -> Diagnostic:
@@ -839,17 +855,20 @@ def near_attribute(word: str, name: str) -> str | None:
     return near[0] if near else None
 
 
-def unread_hint(word: str, name: str) -> str | None:
+def unread_hint(word: str, name: str, value: str | None = None) -> str | None:
     """Return a hint for an attribute that a geometric primitive does not use, but that was probably meant to change it.
 
-    None for an attribute that is read, and for one that may have a meaning in the program.
+    None for an attribute that is read, and for one that may have a meaning in the program. ``value`` is the code of
+    what is passed.
     """
     read = geometry_attributes(word) or ()
     if name in read or any(name == attribute.name for attribute in (*MATERIALS, *PHYSICS)):
         return None
     for table in (MEANT.get(word, {}), MEANT["*"]):
         if name in table:
-            return table[name].format(word=word, name=name)
+            is_number = value is not None and re.fullmatch(r"\d*\.?\d+", value) is not None
+            half = f": `:radius {float(value or 0) / 2:g}`" if is_number else ""
+            return table[name].format(word=word, value=name if value is None else value, half=half)
     near = near_attribute(word, name)
     if near:
         return f"did you mean `:{near}`?"

@@ -20,6 +20,7 @@ from scenelang.interpreter.checker.common import (
     accepts,
     advice_on_value,
     arity_of,
+    brief,
     is_keyword,
     is_profile,
     may_be_parts,
@@ -524,8 +525,8 @@ def transform(inference: KindInference, node: ast.Transform, part: Kind, matrix:
             usage = "(transform part matrix)"
             inference.report(
                 "pose", f"`transform` expects the part first and the pose second, got {describe(part)} first",
-                node.span, f"{hint}: write `{usage}`", fixes=fixes, expected="an Entity", found=describe(part),
-                signature=usage,
+                node.part.span if fixes else node.span, hint if fixes else f"{hint}: write `{usage}`", fixes=fixes,
+                expected="an Entity", found=describe(part), signature=usage,
             )  # fmt: skip
         elif not is_part:
             report_parts(inference, node.part, part, "`transform`")
@@ -664,7 +665,11 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
     text = node.span.text
     is_written = node.span.expansion is None and len(text) <= MAX_SHOWN
     if culprit.tag == "None":
-        hint = "use `for/union` in place of `for`" if type(node) is ast.For else "nothing at all is `(union)`"
+        hint = (
+            "`for` only runs its body and has no value: use `for/union`"
+            if type(node) is ast.For
+            else "nothing at all is `(union)`"
+        )
         last = node.items[-1] if type(node) is ast.Body and node.items else node
         if type(last) is ast.Define:
             hint = "the last form of a body is its value, and this one ends with a definition"
@@ -915,9 +920,12 @@ def report_swapped_loop(inference: KindInference, node: ast.UnionLoop) -> None:
         body = node.count.span.text
         edits = (Edit(node.count.span, node.function.span.text), Edit(node.function.span, f"(lambda (i) {body})"))
         fixes = (Fix("Write the count and a function", edits, safe=True),)
+        written = f"(union-loop {brief(node.function.span.text)} (lambda (i) {brief(body)}))"
+        hint = f"the arguments are in the wrong order: write `{written}`"
     inference.report(
-        "type", "`union-loop` expects the count first and the function second", node.span, f"{hint}: `{usage}`",
-        fixes=fixes, expected="an Integer", found="a Function", signature=usage,
+        "type", "`union-loop` expects the count first and the function second", node.span,
+        hint if "`" in hint else f"{hint}: `{usage}`", fixes=fixes, expected="an Integer", found="a Function",
+        signature=usage,
     )  # fmt: skip
 
 

@@ -70,6 +70,30 @@ def _renamed(atom: Atom, name: str, scope: Scope) -> SceneError:
     return SceneError("unbound", f"`{old}` is not defined", hint, atom.span, fixes=fixes, near=(written,))
 
 
+def _arithmetic(name: str, scope: Scope) -> str | None:
+    """Return the call that a name such as ``height-1`` means whose parts are variables and numbers, else None."""
+    for operators in ("+-", "*/%"):  # the last one that binds least is applied last
+        for at in range(len(name) - 2, 0, -1):
+            if name[at] not in operators:
+                continue
+            left, right = (_operand(part, scope) for part in (name[:at], name[at + 1 :]))
+            if left is not None and right is not None and not (_is_number(left) and _is_number(right)):
+                return f"({name[at]} {left} {right})"
+    return None
+
+
+def _operand(text: str, scope: Scope) -> str | None:
+    """Return a variable, a number or arithmetic with them as code, None for any other text."""
+    if _is_number(text) or (text.strip("+-*/%") and isinstance(scope.lookup(Symbol(text)), Variable)):
+        return text
+    return _arithmetic(text, scope)
+
+
+def _is_number(text: str) -> bool:
+    """Return whether a text is a number, such as ``1`` and ``.5``."""
+    return text.replace(".", "", 1).isdecimal()
+
+
 def core(head: str, items: Iterable[Datum], span: Span) -> ListDatum:
     """Return the core form with the terminal ``head`` of ``core.lark`` and the operands ``items``."""
     return ListDatum((Atom(Head(head), span), *items), None, span)
@@ -196,6 +220,10 @@ class Expander:
             hint = f"the negative of a variable is `(- {name[1:]})`"
             negated = Fix(f"Change to `(- {name[1:]})`", (Edit(atom.span, f"(- {name[1:]})"),), safe=True)
             return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=(negated,))
+        elif (written := _arithmetic(name, scope)) is not None:
+            hint = f"`{name}` is one name; write the operator first: `{written}`"
+            fix = Fix(f"Change to `{written}`", (Edit(atom.span, written),), safe=True)
+            return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=(fix,))
         elif module is not None:
             hint = f'add `(import "{module}")`'
         else:

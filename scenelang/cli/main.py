@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from scenelang.cli.command_table import COMMANDS as COMMANDS
 from scenelang.cli.command_table import RENAMED_COMMANDS, CommandRow, formatter, top_parser
 from scenelang.cli.options import ReportedError, add_common, add_file, add_output, report
-from scenelang.cli.wrong_usage import Adviser, missing_command
+from scenelang.cli.wrong_usage import Adviser, missing_command, whole_command
 from scenelang.console.reports import Parser
 from scenelang.grammar.diagnostics import (
     Diagnostic,
@@ -78,7 +78,7 @@ def _main(words: list[str], *, supervised: bool) -> int:
         print(f"scenelang: error: {missing}", file=sys.stderr)
         return 2
     if words[0] not in COMMANDS and not words[0].startswith("-"):
-        near = suggest(words[0], COMMANDS) or "see `scenelang --help` for a list of commands"
+        near = whole_command(words) or suggest(words[0], COMMANDS) or "see `scenelang --help` for a list of commands"
         print(f"scenelang: error: unknown command `{printable(words[0])[:60]}`; {near}", file=sys.stderr)
         return 2
     arguments = build_parser(words[0], words).parse_args(words)

@@ -543,9 +543,13 @@ def run_import(arguments: argparse.Namespace) -> int:
         check_folder(output)
     path = Path(arguments.file)
     if path.suffix.lower() not in (*IMPORTED_ENDINGS, *SCRIPT_ENDINGS):
-        message = f"`{path.name}` is no file that can be imported; expected {', '.join((*IMPORTED_ENDINGS, '.py'))}"
+        reads = ", ".join((*IMPORTED_ENDINGS, ".py"))
+        wrong = other_file_error(str(path))
+        if wrong is not None:
+            raise SceneError("file", f"{wrong.message}; `import` reads {reads}", wrong.hint)
+        message = f"`{path.name}` is no file that can be imported; expected {reads}"
         hint = f'it is a program already; a program uses it by `(import "{path.name}")`'
-        raise other_file_error(str(path)) or SceneError("file", message, hint if path.suffix == ".scene" else None)
+        raise SceneError("file", message, hint if path.suffix == ".scene" else None)
     if path.suffix.lower() == ".scad":
         from scenelang.backends.openscad.converting import imported
     elif path.suffix.lower() in SCRIPT_ENDINGS:

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+from scenelang.cli import stray_words
 from scenelang.cli.command_table import COMMANDS
-from scenelang.grammar.diagnostics import near_names, printable
+from scenelang.grammar.diagnostics import is_one_letter_off, near_names, printable
 
 _MIN_STEM = 4  # letters of an option that another one contains
 _HELP = ("-h", "--help", "--version")
@@ -35,9 +36,27 @@ def missing_command(words: Sequence[str]) -> str | None:
     written = f" -o {outputs[0]}" if outputs else ""
     writer = writer_of(outputs[0]) if outputs else "run"
     line = f"a command is missing before `{printable(first)[:_MAX_SHOWN]}`"
+    later = next((word for word in words[1:] if word in COMMANDS and word not in outputs), None)
+    if later is not None:
+        rest = printable(" ".join(word for word in words if word is not later))
+        return f"the command comes first: `scenelang {later} {rest[:_MAX_SHOWN]}`"
+    if not outputs and not is_option and first.endswith(".scene"):
+        shown = printable(first)[:_MAX_SHOWN]
+        ways = f"`scenelang render {shown}` draws it, `view` shows it, `run` summarizes it"
+        return f"`{shown}` is a program, and the command before it is missing: {ways}"
     if writer is None:
         return f"{line}; see `scenelang --help` for a list of commands"
     return f"{line}: `scenelang {writer} {printable(program)[:_MAX_SHOWN]}{printable(written)[:_MAX_SHOWN]}`"
+
+
+def whole_command(words: Sequence[str]) -> str | None:
+    """Return the command line that an unknown command with a program and an output means, else None."""
+    files = [word for word in words[1:] if not word.startswith("-")]
+    if len(files) != 2 or not files[0].endswith(".scene"):
+        return None
+    writer = writer_of(files[1]) if not files[1].endswith(".scene") else None
+    flag = "--html" if writer == "view" else "-o"
+    return f"write `scenelang {writer} {printable(files[0])} {flag} {printable(files[1])}`" if writer else None
 
 
 def writer_of(output: str) -> str | None:
@@ -54,12 +73,36 @@ def writer_of(output: str) -> str | None:
 def other_command(command: str, program: str, output: str) -> str | None:
     """Return the hint for an output that another command writes, or None."""
     other = writer_of(output)
+    near = _near_output(command, output) if other is None else None
+    if near is not None:
+        return near
     if other is None and command == "export":
         return f"most tools read {os.path.splitext(output)[0]}.glb; `scenelang backends` lists all formats"
     if other is None or other == command:
         return None
     flag = "--html" if other == "view" else "-o"
     return f"`scenelang {other} {program} {flag} {output}` does"
+
+
+_MAX_READ = 100_000  # characters of a program that are searched for its params
+_MIN_SHARED = 4  # letters that two endings begin with
+
+
+def _near_output(command: str, output: str) -> str | None:
+    """Return the hint for an ending that is spelled like one that a command writes, or begins with it."""
+    from scenelang.backends import base
+
+    stem, ending = os.path.splitext(output)
+    kind = ending.lower().lstrip(".")
+    works = [work for work in base.Work if work.value == command]
+    kinds = [e.lstrip(".") for work in works for backend in base.all_backends(work) for e in backend.endings]
+    longer = [known for known in kinds if len(known) >= _MIN_SHARED and kind.startswith(known)]
+    near = longer or [known for known in kinds if is_one_letter_off(kind, known)] if len(kind) > 1 else []
+    if not near:
+        return None
+    others = ", ".join(f".{known}" for known in dict.fromkeys(kinds) if known != near[0])
+    written = f"write `-o {stem}.{near[0]}`" if longer else f"did you mean `-o {stem}.{near[0]}`?"
+    return f"{written}{';' if longer else ''} it also writes {others}"
 
 
 class Adviser:
@@ -71,25 +114,60 @@ class Adviser:
     def __call__(self, unknown: Sequence[str], message: str) -> str | None:
         """Return the line about unknown arguments, or about a message of argparse; None if it needs no other words."""
         if not unknown:
-            return self._missing_file(message)
+            told = stray_words.of_choice(self._parser, message)
+            told = told or stray_words.of_invalid(self._parser, self._words, message)
+            return told or self._missing_file(message)
         option, sign, value = unknown[0].partition("=")
         if not option.startswith("-"):
-            takes_one = any(action.dest == "file" for action in self._parser._actions)
-            return f"unexpected argument `{printable(option)[:_MAX_SHOWN]}`" + (
-                f"; `{self._command}` takes one program" if takes_one else ""
-            )
+            return stray_words.advice(self._parser, self._words, unknown[0], writer_of)
         following = [word for word in unknown[1:2] if not word.startswith("-")]
         value = value if sign else "".join(following)
         line = f"`{self._command}` has no option `{printable(option)[:_MAX_SHOWN]}`"
         own = dict(_options(self._parser))
         owners = self._owners(option)
         others = {name: action for name, action in owners.items() if option in dict(_options(self._build(name)))}
+        output = self._output(option.lstrip("-"), value, own)
+        if output is not None:
+            return f"{line}; the format follows the ending of the output: `{output}`"
+        param = self._param(option.lstrip("-"), value, own)
+        if param is not None:
+            return f"{line}; did you mean `{param}`?"
+        prints = COMMANDS[self._command].kind.evaluates
+        if option in ("-o", "--output") and prints and not _for_file(own, value):
+            command = f"scenelang {' '.join(self._words[: self._words.index(unknown[0])])}"
+            return f"{line}; it prints: `{printable(command)} > {printable(value or 'FILE')[:_MAX_SHOWN]}`"
         meant = _for_file(own, value) or _meant(option, own, next(iter(others.values()), None))
         if others:
             line += f", which is one of {_listed(list(others))}"
         if meant is not None:
             return f"{line}; did you mean `{_written(meant, own[meant], value)}`?"
         return line
+
+    def _output(self, name: str, value: str, own: Mapping[str, Any]) -> str | None:
+        """Return the option that names an output of the kind that an unknown option, or its value, is called by."""
+        if "--output" not in own:
+            return None
+        program = next((word for word in self._words[1:] if word.endswith(".scene")), "scene")
+        outputs = [after for flag, after in pairwise(self._words) if flag in ("-o", "--output")]
+        stem = os.path.splitext(os.path.basename(outputs[0] if outputs else program))[0]
+        for kind in (value, name):
+            ending = f".{kind.lower().lstrip('.')}"
+            if kind and writer_of(f"{stem}{ending}") == self._command:
+                return f"-o {printable(stem + ending)[:_MAX_SHOWN]}"
+        return None
+
+    def _param(self, name: str, value: str, own: Mapping[str, Any]) -> str | None:
+        """Return the `--define` of a param of the program that an unknown option is named after, or of its value."""
+        if "--define" not in own:
+            return None
+        if re.fullmatch(r"[\w-]+=\S+", value) and len(name) == 1:
+            return f"--define {value}"
+        for word in self._words[1:]:
+            if word.endswith(".scene") and os.path.isfile(word):
+                with open(word, encoding="utf-8", errors="replace") as file:
+                    if re.search(rf"\(param {re.escape(name)}\s", file.read(_MAX_READ)):
+                        return f"--define {name}={value or 'VALUE'}"
+        return None
 
     def _owners(self, option: str) -> Mapping[str, Any]:
         """Return the commands that have an option, with its action."""

@@ -176,7 +176,12 @@ def _check_integers(document: TomlDocument, data: Any) -> None:
 
 
 def _syntax_error(source: Source, code: str, message: str) -> SceneError:
-    """Convert an error of ``tomllib`` to one with a span."""
+    """Convert an error of ``tomllib`` to one with a span; a program of the language is told as that."""
+    if source.name.endswith(".scene") or source.text.lstrip().startswith(("(", ";")):
+        message = f"{source.name} is a program, but a spec is expected, which is TOML and names programs"
+        name = source.name.rpartition("/")[2]
+        hint = f'write a file such as spec.toml with `programs = ["{name}"]` and `count = 10`, and name that'
+        return SceneError(code, message, hint)
     place = _AT_LINE.search(message)
     start = len(source.text)
     if place is not None:

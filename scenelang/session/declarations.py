@@ -26,6 +26,7 @@ def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
     """
     from pathlib import Path
 
+    _check_form(asked)
     source = declaration_source(asked) if asked.lstrip().startswith("(") else session.source(asked)
     bare = _BARE.match(source.text)
     if bare is not None and bare[1] in RELATIONS:
@@ -44,6 +45,36 @@ def declarations_of(session: Session, asked: str) -> tuple[Declaration, ...]:
     return declarations
 
 
+def _check_form(asked: str) -> None:
+    """Raise SceneError for a text that is neither a form nor a file, such as ``on cup table``."""
+    import os
+
+    if asked.lstrip().startswith("(") or os.path.lexists(asked) or not (" " in asked.strip() or asked in RELATIONS):
+        return
+    written = declaration_of_words(asked) or '(on "cup" "table")'
+    message = f"a declaration is a form in parentheses, with words in quotes, got `{asked[:_MAX_SHOWN]}`"
+    raise SceneError("value", message, f"write `--that '{written}'`, or name a file of such forms")
+
+
+def declaration_of_words(text: str) -> str | None:
+    """Return the declaration that ``on cup table`` or ``cup on table`` means, None if no relation is named."""
+    words = _WORDS.findall(text.strip().removeprefix("(").removesuffix(")"))
+    relation = next((word for word in words if word in RELATIONS), None)
+    if relation is None:
+        return None
+    at = words.index(relation)
+    things = [word.strip("\"'") for word in words[:at] + words[at + 1 :]]
+    form = f"({relation} {' '.join(thing if _IS_PLAIN.fullmatch(thing) else _string(thing) for thing in things)})"
+    return form if declaration_problem(form) is None else None
+
+
+def _string(text: str) -> str:
+    """Return a string of the language."""
+    return f'"{text}"'
+
+
+_WORDS = lazy_pattern(r'"[^"]*"|[^\s"]+')
+_IS_PLAIN = lazy_pattern(r"[-+]?[\d.]+|:.*")  # numbers and keywords, which have no quotes
 _MAX_SHOWN = 80  # characters of a declaration in a message
 _OPERAND = lazy_pattern(r"""(?<=[\s(])(?![-+.\d:'"])[^\s()\[\]"']+(?=[\s)])""")
 

@@ -5,6 +5,7 @@ The calls are read from the local variables of Python's frames in the traceback 
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
@@ -116,18 +117,31 @@ def _advice(name: str, span: Span | None, values: dict[str, list[Any]], limits: 
         return f"{name} is bound by the program, so it is no longer the primitive: give your word another name"
     changing = {key: series for key, series in values.items() if any(a != b for a, b in pairwise(series))}
     for key, series in changing.items():
-        shown = ", ".join(show(value, _MAX_VALUE) for value in series)
+        shown = ", ".join(_shown_value(value) for value in series)
         was = f"`{key}` is {shown}, ..."
         numbers = [value for value in series if type(value) in (int, float)]
         test = _missed_test(key, numbers, span) if len(numbers) == len(series) else None
         if test is not None:
             return f"{was} and never makes `{test[0]}` true: write `{test[1]}`"
-        return (
-            f"{was}: test when to stop, as `(if (> {key} ...) ... (union))`; raise the limit by --max-depth if it ends"
-        )
+        return f"{was}: test when to stop, as `(if {_stopping_test(key, numbers)} ... (union))`"
     if values:
         return "its arguments are the same in every call: change one, and test when to stop, `(if test value (...))`"
     return "it has no parameter that could end it: pass one that changes, and test when to stop"
+
+
+def _shown_value(value: Any) -> str:
+    """Return a value of a parameter, a number without the digits of rounding errors."""
+    return f"{value:.4g}" if type(value) is float else show(value, _MAX_VALUE)
+
+
+def _stopping_test(key: str, numbers: Sequence[float]) -> str:
+    """Return a test that a number which falls or rises from call to call passes in its first calls."""
+    if len(numbers) < 2 or numbers[0] == numbers[-1] or not all(map(math.isfinite, numbers)):
+        return f"(> {key} ...)"
+    if numbers[-1] > numbers[0]:
+        return f"(< {key} {max(10, math.ceil(numbers[-1] * 2))})"
+    is_counted = all(type(number) is int for number in numbers)
+    return f"(> {key} {0 if is_counted or numbers[0] <= 0 else float(f'{numbers[0] / 10:.1g}'):g})"
 
 
 def _missed_test(key: str, numbers: Sequence[float], span: Span | None) -> tuple[str, str] | None:

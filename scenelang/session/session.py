@@ -133,7 +133,9 @@ def definition(item: str) -> tuple[str, str]:
     """Split ``NAME=VALUE`` into name and text; raises UsageError."""
     name, sign, text = item.partition("=")
     if not sign or not name:
-        hint = f"write `--define {item}=VALUE`" if item.strip() and not sign else "such as `--define legs=3`"
+        parts = item.strip().replace(":", " ").split()
+        written = "=".join(parts) if len(parts) == 2 else f"{item}=VALUE"
+        hint = f"write `--define {written}`" if item.strip() and not sign else "such as `--define legs=3`"
         raise UsageError("param", f"expected NAME=VALUE for --define, got `{item}`", hint)
     return name.strip(), text
 
@@ -1032,7 +1034,7 @@ def other_file_error(path: str) -> SceneError | None:
     name = os.path.basename(path)
     ending = os.path.splitext(name)[1].lower()
     if ending in MESH_ENDINGS:
-        hint = f'a mesh is a primitive: `(call "mesh" :file "{name}")`'
+        hint = f'use it in a program: `(call "mesh" :file "{name}")`'
         return SceneError("file", f"`{name}` is a mesh, not a program", hint)
     if ending in IMPORTED_ENDINGS:
         hint = f"`scenelang import {name}` writes a program"

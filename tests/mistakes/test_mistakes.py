@@ -134,7 +134,7 @@ def test_many_mistakes_in_one_run() -> None:
     found = Session().check(Source("seven.scene", SEVEN)).diagnostics
     assert [(d.code, d.span.text if d.span else "") for d in found] == [
         ("E404", ":widht"),
-        ("E602", "(transform (translate [0 1 0]) (leg 1))"),
+        ("E602", "(translate [0 1 0])"),
         ("E401", '"tall"'),
         ("E402", "(translate 1 0 0)"),
         ("E603", '"red"'),
@@ -166,7 +166,7 @@ def test_many_mistakes_in_python_in_one_run() -> None:
     assert [(d.code, d.span.text if d.span else "") for d in found] == [
         ("E603", "'red'"),
         ("E603", "(1, 0.1)"),
-        ("E602", "transform_shape(translation_matrix((i, 0, 0)), library_call('leg', height=1))"),
+        ("E602", "translation_matrix((i, 0, 0))"),
         ("E805", "hieght=1"),
         ("E805", "translation_matrix(1, 0, 0)"),
         ("E401", "rotation_matrix((0, 1, 0), 1)"),
