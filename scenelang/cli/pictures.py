@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import argparse
 import copy
+import socket
 import sys
 import tempfile
 import threading
+import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -311,7 +313,7 @@ def add_studio(parser: argparse.ArgumentParser) -> None:
         "path", metavar="FILE|FOLDER", nargs="?", default=".",
         help="program to edit, made if it does not exist; or the folder of programs (default: the current one)",
     )  # fmt: skip
-    parser.add_argument("--port", type=reader(port), default=0, metavar="N", help="port (default: any free port)")
+    parser.add_argument("--port", type=reader(port), default=0, metavar="N", help="port (default: the folder's own)")
     parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
 
 
@@ -326,7 +328,27 @@ def run_studio(arguments: argparse.Namespace) -> int:
     worker = Worker(_evaluator(arguments), keeps=True)
     tool_worker = Worker(tools(_session_opener(arguments)))
     workspace = Workspace(arguments.files, worker.ask, tool_worker.ask, worker.interrupt)
+    if not arguments.port:
+        arguments.port = _own_port(Path(arguments.files[0]).resolve().parent)
     return _serve(arguments, workspace, edits=True)
+
+
+_FIRST_PORT, _PORTS = 47_000, 1_000  # of studios
+
+
+def _own_port(folder: Path) -> int:
+    """Return the port of a folder's studio, 0 (any) if it is taken.
+
+    Browsers keep drafts by address, port included, so that the next start must have the same one.
+    """
+    number = _FIRST_PORT + zlib.crc32(str(folder).encode()) % _PORTS
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", number))
+        except OSError:
+            return 0
+    return number
 
 
 def _evaluator(arguments: argparse.Namespace) -> Evaluate:

@@ -171,7 +171,7 @@ _METHODS: dict[str, Callable[..., Any]] = {
     "picture": lambda self, file: self._workspace.state(0).packet,
     "edit": StudioWidget._edit,
     "set": StudioWidget._set,
-    "literal": lambda self, file, name, value: self._workspace.literal_edit(0, name, value),
+    "literal": lambda self, file, name, value, text: self._workspace.literal_edit(0, name, value, text),
     "change": lambda self, file, text, change: self._workspace.use("change", 0, text, change),
     "selected": StudioWidget._selected,
     "lsp": StudioWidget._lsp,

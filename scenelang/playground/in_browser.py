@@ -65,9 +65,9 @@ class Playground:
         self._workspace.try_value(file, name, value)
         return self.state(file)
 
-    def literal(self, file: int, name: str, value: Any) -> dict[str, Any]:
-        """Return the edit of the text that gives a param a value."""
-        return self._workspace.literal_edit(file, name, value)
+    def literal(self, file: int, name: str, value: Any, text: str) -> dict[str, Any]:
+        """Return the edit of a text that gives a param a value."""
+        return self._workspace.literal_edit(file, name, value, text)
 
     def change(self, file: int, text: str, change: Mapping[str, Any]) -> dict[str, Any]:
         """Return a program in which the objects of a path are changed."""

@@ -10,6 +10,7 @@ one set of checks guards all of them. Other paths and wrong tokens return 404, a
 from __future__ import annotations
 
 import asyncio
+import functools
 import hmac
 import json
 import queue
@@ -54,28 +55,43 @@ class _Channels:
         self._lock = threading.Lock()
         threading.Thread(target=self._loop.run_forever, daemon=True).start()
 
-    def messages(self, client: str) -> queue.SimpleQueue[str | None]:
-        """Return the queue of messages for a page; raises _Refused if there are too many pages."""
+    def attach(self, client: str) -> queue.SimpleQueue[str | None]:
+        """Return a new queue for a connection of a page, with the messages that wait; an earlier connection ends."""
+        messages: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         with self._lock:
-            if client not in self._queues and len(self._queues) >= _MAX_LISTENERS:
-                raise _Refused(HTTPStatus.SERVICE_UNAVAILABLE, "too many open pages")
-            return self._queues.setdefault(client, queue.SimpleQueue())
+            earlier = self._queue(client)
+            while not earlier.empty():
+                message = earlier.get()
+                if message is not None:
+                    messages.put(message)
+            earlier.put(None)
+            self._queues[client] = messages
+        return messages
+
+    def _queue(self, client: str) -> queue.SimpleQueue[str | None]:
+        """Return the queue of a page; the oldest of too many pages is forgotten. The caller holds the lock."""
+        if client not in self._queues and len(self._queues) >= _MAX_LISTENERS:
+            oldest = next(iter(self._queues))
+            del self._queues[oldest]
+            self._loop.call_soon_threadsafe(self._channels.pop, oldest, None)
+        return self._queues.setdefault(client, queue.SimpleQueue())
+
+    def _send(self, client: str, message: str) -> None:
+        """Put a message of a language server into the queue of its page."""
+        with self._lock:
+            self._queue(client).put(message)
 
     def receive(self, client: str, message: str) -> None:
         """Pass a message of a page to its language server."""
-        messages = self.messages(client)
-        self._loop.call_soon_threadsafe(self._handle, client, message, messages)
+        self._loop.call_soon_threadsafe(self._handle, client, message)
 
-    def _handle(self, client: str, message: str, messages: queue.SimpleQueue[str | None]) -> None:
+    def _handle(self, client: str, message: str) -> None:
         if client not in self._channels:
-            self._channels[client] = SERVICES.find("language-server")("studio", messages.put)
+            with self._lock:
+                self._queue(client)
+            send = functools.partial(self._send, client)
+            self._channels[client] = SERVICES.find("language-server")("studio", send)
         self._channels[client].receive(message)
-
-    def forget(self, client: str) -> None:
-        """End the language server of a page that has gone."""
-        with self._lock:
-            self._queues.pop(client, None)
-        self._loop.call_soon_threadsafe(self._channels.pop, client, None)
 
     def stop(self) -> None:
         """End the loop."""
@@ -216,6 +232,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._send_json({"message": error.message, "hint": error.hint}, HTTPStatus.CONFLICT)
         except (BrokenPipeError, ConnectionError, TimeoutError):
             self.close_connection = True
+        except (ValueError, TypeError, OverflowError, RecursionError):  # data of another kind than is asked for
+            self._send_json({"message": "invalid data"}, HTTPStatus.BAD_REQUEST)
 
     def _checked(self) -> tuple[str, dict[str, str]]:
         """Return path and query of an authorized request; raises _Refused otherwise."""
@@ -300,7 +318,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._headers(HTTPStatus.OK, "text/event-stream", None)
             self.wfile.write(b"retry: 1000\n\n")
             if client is not None and channels is not None:
-                messages = channels.messages(_client(client))
+                messages = channels.attach(_client(client))
                 pump = threading.Thread(target=_pump, args=(messages, events), daemon=True)
                 pump.start()
             while True:
@@ -317,9 +335,8 @@ class _Handler(BaseHTTPRequestHandler):
                 self.wfile.write(f"event: {text}\n\n".encode())
         finally:
             self.server.unsubscribe(events)
-            if pump is not None and channels is not None:
-                messages.put(None)
-                channels.forget(_client(str(client)))
+            if pump is not None:
+                messages.put(None)  # the page may come back
 
     # --- POST ------------------------------------------------------------------------------------------------------
 
@@ -366,7 +383,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send_json(workspace.use(name, file, _text(data, "text"), change))
             return
         if name == "literal":
-            self._send_json(workspace.literal_edit(file, _text(data, "name"), data.get("value")))
+            self._send_json(workspace.literal_edit(file, _text(data, "name"), data.get("value"), _text(data, "text")))
             return
         if name == "edit":
             workspace.edit(file, None if data.get("text") is None else _text(data, "text"))

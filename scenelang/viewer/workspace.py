@@ -225,8 +225,14 @@ def write_back(controls: Mapping[str, ParamControl], name: str, value: Any) -> N
 
 def replace_text(path: Path, before: str, after: str) -> None:
     """Replace the text of a file if it still is ``before``, keeping its mode; else raise SceneError("file")."""
+    if not os.path.lexists(path):  # it was deleted, so nothing is overwritten
+        with atomic_write(path) as temporary:
+            temporary.write_text(after, encoding="utf-8")
+        return
     content = _bytes(path)
     bom = _BOM if content.startswith(_BOM) else b""
+    if b"\r\n" in content and "\r\n" not in before:
+        before, after = before.replace("\n", "\r\n"), after.replace("\n", "\r\n")
     if content != bom + before.encode():
         raise SceneError("file", f"{path.name} was modified since it was read")
     mode = path.stat().st_mode & 0o7777
@@ -271,7 +277,8 @@ def programs_of(path: Path) -> tuple[list[str], list[Path]]:
     SceneError("file") if that is not possible, UsageError for another kind of file.
     """
     if path.is_dir():
-        names = sorted(path.glob("*.scene"))
+        inside = path.resolve()
+        names = sorted(name for name in path.glob("*.scene") if name.is_file() and name.resolve().parent == inside)
         if names:
             return [str(name) for name in names], []
         path = path / "main.scene"
@@ -494,13 +501,17 @@ class Workspace:
             self._evaluate(file, values)
 
     def edit(self, file: int, text: str | None) -> None:
-        """Evaluate a text in place of the file's; None returns to the file. Only the caller hears of it."""
+        """Evaluate a text in place of the file's; None returns to the file. Only the caller hears of it.
+
+        If a file has changed meanwhile, all hear of it: after this evaluation its change would be taken for known.
+        """
         with self._evaluating:
+            is_known = not self._states[file].stamps.are_old()
             if text is None:
                 self._drafts.pop(file, None)
             else:
                 self._drafts[file] = text
-            self._evaluate(file, self._states[file].values, is_quiet=True)
+            self._evaluate(file, self._states[file].values, is_quiet=is_known)
 
     def store(self, file: int, text: str, before: str) -> None:
         """Write a text to the file, whose text was ``before``; raises SceneError("file") if it is another by now."""
@@ -511,15 +522,22 @@ class Workspace:
             self._evaluate(file, self._states[file].values)
 
     def text(self, file: int) -> str:
-        """Return the text of the file on disk; raises SceneError("file")."""
-        return _text(Path(self.files[file]))
+        """Return the text of the file on disk, with line ends as editors have them; empty if the file is gone.
 
-    def literal_edit(self, file: int, name: str, value: Any) -> dict[str, Any]:
-        """Return the edit of the text that gives a param a value, as ``start``, ``end`` and ``text``.
+        Raises SceneError("file") if it cannot be read.
+        """
+        path = Path(self.files[file])
+        return _text(path).replace("\r\n", "\n") if os.path.lexists(path) else ""
 
-        Raises SceneError("param") for an invalid value, or a value that is not a literal in the file.
+    def literal_edit(self, file: int, name: str, value: Any, text: str) -> dict[str, Any]:
+        """Return the edit of a ``text`` that gives a param a value, as ``start``, ``end`` and ``text``.
+
+        Raises SceneError("param") for an invalid value, a value that is not a literal in the file, or a text that is
+        not the one that was evaluated.
         """
         control = self._states[file].control(name)
+        if control.place is not None and control.place.source.text != text:
+            raise SceneError("param", f"`{name}` cannot be changed while the text is wrong, or another one")
         if control.place is None or Path(control.place.source.name) != Path(self.files[file]):
             raise SceneError("param", f"`{name}` cannot be changed here", control.reason or "it is in another file")
         return {"start": control.place.start, "end": control.place.end, "text": control.written(value)}
@@ -530,7 +548,7 @@ class Workspace:
             raise SceneError("file", f"`{name[:40]}` is not a name of a program", "letters, digits, `-` and `_`")
         path = Path(self.files[0]).parent / f"{name.removesuffix('.scene')}.scene"
         with self._evaluating:
-            if path.exists():
+            if os.path.lexists(path):
                 raise SceneError("file", f"{path.name} exists already")
             _write_starter(path)
             self.files = (*self.files, str(path))

@@ -114,7 +114,7 @@ async def main():
     print(ask("open", {"a.scene": text}, ["a.scene"]))
     print(ask("state", 0))
     print(len(ask("picture", 0)))
-    print(ask("literal", 0, "size", 1.5))
+    print(ask("literal", 0, "size", 1.5, text))
     print(ask("change", 0, text, {"path": "pair/cone", "move": [0, 1, 0]}))
     print(ask("change", 0, text, {"path": "pair/horse", "move": [0, 1, 0]}))
     print(ask("edit", 0, "(call"))

@@ -93,12 +93,72 @@ def test_store_keeps_what_changed_on_disk(studio: Any, program: Any) -> None:
 
 def test_value_of_a_param_is_an_edit(studio: Any, program: Any) -> None:
     server = studio(program(PAIR))
-    status, edit = _ask(server, "POST", "literal", {"file": 0, "name": "size", "value": 1.5})
+    status, edit = _ask(server, "POST", "literal", {"file": 0, "name": "size", "value": 1.5, "text": PAIR})
     assert (status, PAIR[: edit["start"]] + edit["text"] + PAIR[edit["end"] :]) == (
         200,
         PAIR.replace("size 1.0", "size 1.5"),
     )
-    assert _ask(server, "POST", "literal", {"file": 0, "name": "other", "value": 1})[0] == 409
+    assert _ask(server, "POST", "literal", {"file": 0, "name": "other", "value": 1, "text": PAIR})[0] == 409
+
+
+def test_param_of_another_text_is_refused(studio: Any, program: Any) -> None:
+    """Places are those of the text that was evaluated last; in another one they would be wrong."""
+    server = studio(program(PAIR))
+    _ask(server, "POST", "edit", {"file": 0, "text": "; my note (\n" + PAIR})
+    assert _ask(server, "POST", "literal", {"file": 0, "name": "size", "value": 1.5, "text": PAIR})[0] == 409
+    for value in (10**400, [1], {"a": 1}):
+        status, _ = _ask(
+            server, "POST", "literal", {"file": 0, "name": "size", "value": value, "text": "; my note (\n" + PAIR}
+        )
+        assert status in (400, 409)
+    assert _ask(server, "POST", "change", {"file": 0, "text": PAIR, "change": {"path": [1], "move": [1, 2, 3]}})[0] in (
+        400,
+        409,
+    )
+
+
+def test_windows_line_ends_are_kept(studio: Any, tmp_path: Path) -> None:
+    path = tmp_path / "dos.scene"
+    path.write_bytes(PAIR.replace("\n", "\r\n").encode())
+    server = studio(path)
+    assert _ask(server, "GET", "text?file=0")[1]["text"] == PAIR
+    _ask(server, "POST", "edit", {"file": 0, "text": PAIR})
+    edit = _ask(server, "POST", "literal", {"file": 0, "name": "size", "value": 1.5, "text": PAIR})[1]
+    assert PAIR[: edit["start"]] + edit["text"] + PAIR[edit["end"] :] == PAIR.replace("size 1.0", "size 1.5")
+    new = PAIR.replace("[2 0 0]", "[3 0 0]")
+    assert _ask(server, "POST", "store", {"file": 0, "text": new, "before": PAIR})[0] == 200
+    assert path.read_bytes() == new.replace("\n", "\r\n").encode()
+
+
+def test_deleted_file_is_written_again(studio: Any, program: Any) -> None:
+    path = program(PAIR)
+    server = studio(path)
+    path.unlink()
+    assert _ask(server, "GET", "text?file=0")[1]["text"] == ""
+    assert _ask(server, "POST", "store", {"file": 0, "text": PAIR, "before": PAIR})[0] == 200
+    assert path.read_text() == PAIR
+
+
+def test_links_do_not_lead_out_of_the_folder(studio: Any, tmp_path: Path) -> None:
+    inside, outside = tmp_path / "in", tmp_path / "out"
+    inside.mkdir()
+    outside.mkdir()
+    (outside / "secret.scene").write_text("secret")
+    (inside / "a.scene").write_text(PAIR)
+    (inside / "link.scene").symlink_to(outside / "secret.scene")
+    (inside / "dangling.scene").symlink_to(outside / "new.scene")
+    (inside / "folder.scene").mkdir()
+    assert programs_of(inside)[0] == [str(inside / "a.scene")]
+    server = studio(inside / "a.scene")
+    assert _ask(server, "POST", "create", {"name": "dangling"})[0] == 409
+    assert not (outside / "new.scene").exists()
+
+
+def test_many_pages_do_not_lock_out_others(studio: Any, program: Any) -> None:
+    server = studio(program(PAIR))
+    hello = '{"jsonrpc": "2.0", "id": 1, "method": "initialize", "params": {"capabilities": {}, "processId": null, "rootUri": null}}'
+    for number in range(40):
+        assert _ask(server, "POST", "lsp", {"client": f"page {number}", "message": hello})[0] == 200
 
 
 def test_object_is_changed_in_the_program(studio: Any, program: Any) -> None:
@@ -424,6 +484,61 @@ def test_second_tab_loses_nothing(studio: Any, program: Any, show: Any) -> None:
     second.complaints.clear()
     assert _text(second) == "; second\n" + PAIR
     assert path.read_text() == "; first\n" + PAIR
+
+
+@pytest.mark.browser
+def test_question_about_the_disk_survives_reloads(studio: Any, program: Any, show: Any) -> None:
+    """While it is open, saving is refused, however often the page is loaded again."""
+    path = program(PAIR)
+    shown = _open(show, studio(path))
+    page = shown.page
+    page.click(".cm-content")
+    page.keyboard.press("Control+Home")
+    page.keyboard.insert_text("; mine\n")
+    page.wait_for_timeout(700)
+    program("; theirs\n" + PAIR)
+    page.wait_for_selector("#conflict:not([hidden])")
+    for _ in range(2):
+        page.reload()
+        shown.ready()
+        assert page.locator("#conflict").is_visible()
+        page.click(".cm-content")
+        page.keyboard.press("Control+s")
+        page.wait_for_timeout(300)
+        assert path.read_text() == "; theirs\n" + PAIR
+    shown.complaints.clear()  # the refusals, which the console notes
+
+
+@pytest.mark.browser
+def test_page_that_only_looks_keeps_the_draft_of_another(studio: Any, program: Any, show: Any) -> None:
+    shown = _open(show, studio(program(PAIR)))
+    page = shown.page
+    other = shown.context.new_page()
+    other.goto(page.url)
+    other.wait_for_selector("body[data-version]", state="attached")
+    page.click(".cm-content")
+    page.keyboard.press("Control+Home")
+    page.keyboard.insert_text("; mine\n")
+    page.wait_for_timeout(700)
+    other.close(run_before_unload=True)
+    page.wait_for_timeout(300)
+    page.evaluate("scenelangPage.hasTyped = false")  # as if the page were killed
+    page.reload()
+    shown.ready()
+    assert _text(shown).startswith("; mine")
+
+
+@pytest.mark.browser
+def test_new_program_in_the_page(studio: Any, program: Any, show: Any) -> None:
+    """A program that was just created has diagnostics in its text."""
+    shown = _open(show, studio(program(PAIR)))
+    page = shown.page
+    page.click("#create")
+    page.fill("#new-name", "room")
+    page.click("#naming button[value=create]")
+    _until(shown, "scenelangPage.fileName.endsWith('room.scene') && scenelangPage.editor.text.includes('first scene')")
+    page.evaluate("scenelangPage.editor.replace('(oops)')")
+    page.wait_for_selector(".cm-lintRange-error", state="attached")
 
 
 @pytest.mark.browser

@@ -154,3 +154,17 @@ def test_a_notification_arrives(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         wait_until(is_noticed)
     finally:
         watch.stop()
+
+
+def test_a_change_on_disk_is_announced_by_an_edit_that_comes_first(workspace: Any, program: Any) -> None:
+    """An edit after a change on disk, and before the watcher looks, must not hide the change."""
+    path = program('(bind "a" (lambda () (call "cube")))')
+    edited = workspace(path)
+    edited.state(0)
+    heard: list[int] = []
+    edited.listen(heard.append)
+    edited.edit(0, '(bind "a" (lambda () (call "cone")))')
+    assert heard == []
+    program('(bind "a" (lambda () (call "sphere")))')
+    edited.edit(0, '(bind "a" (lambda () (call "torus")))')
+    assert heard == [0]

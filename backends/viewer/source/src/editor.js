@@ -150,6 +150,7 @@ export class Editor {
   constructor(parent, transport, actions) {
     this.actions = actions;
     this.client = transport ? new LSPClient({ timeout: 20000, extensions: languageServerExtensions() }) : null;
+    this.transport = transport;
     this.client?.connect(transport);
     this.view = new EditorView({ parent, state: this.stateOf("", null, null) });
     this.isQuiet = false;
@@ -215,6 +216,12 @@ export class Editor {
   // What is needed to go on after a reload: text, selection and undo.
   saved() {
     return this.view.state.toJSON({ history: historyField });
+  }
+
+  // Starts anew with a language server that has taken the place of another.
+  reconnect() {
+    this.client.disconnect();
+    this.client.connect(this.transport);
   }
 
   format() {

@@ -5,8 +5,8 @@ class Kernel {
   constructor() {
     this.isLive = true;
     this.stores = false;
-    this.name = "notebook";
     this.heard = new Set();
+    this.sent = new Set();
     this.pending = new Map();
     this.next = 0;
     this.lsp = {
@@ -19,7 +19,7 @@ class Kernel {
 
   answered({ id, result, error, bytes, lsp, text }) {
     if (lsp !== undefined) for (const handler of [...this.heard]) handler(lsp);
-    if (text !== undefined) this.onText?.(text);
+    if (text !== undefined && !this.sent.delete(text)) this.onText?.(text);
     const { resolve, reject } = this.pending.get(id) ?? {};
     this.pending.delete(id);
     if (error !== undefined) reject?.(new Error(error));
@@ -37,9 +37,13 @@ class Kernel {
   uri(file) { return this.uris[file]; }
   state(file) { return this.ask("state", [file]); }
   picture(file) { return this.ask("picture", [file]); }
-  edit(file, text) { return this.ask("edit", [file, text]); }
+  edit(file, text) {
+    this.sent.add(text); // comes back as the widget's text, maybe after newer ones
+    return this.ask("edit", [file, text]);
+  }
+
   set(file, name, value) { return this.ask("set", [file, name, value]); }
-  literal(file, name, value) { return this.ask("literal", [file, name, value]); }
+  literal(file, name, value, text) { return this.ask("literal", [file, name, value, text]); }
   change(file, text, change) { return this.ask("change", [file, text, change]); }
   watch(changed, connected) { connected(true); }
 }

@@ -7,7 +7,6 @@ export class Local {
     this.base = base;
     this.isLive = true;
     this.stores = false;
-    this.name = "playground";
     this.heard = new Set();
     this.texts = {};
     this.names = [];
@@ -90,9 +89,9 @@ export class Local {
     this.spare = null;
     old.worker.terminate();
     this.failed(old, reason);
-    this.onReplaced?.();
     this.isReady = false;
     await this.open(this.texts, this.names);
+    this.onReplaced?.();
   }
 
   async files() {
@@ -129,8 +128,8 @@ export class Local {
     return this.ask("change", [file, text, change]);
   }
 
-  literal(file, name, value) {
-    return this.ask("literal", [file, name, value]);
+  literal(file, name, value, text) {
+    return this.ask("literal", [file, name, value, text]);
   }
 
   export(file, kind) {

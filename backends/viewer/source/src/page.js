@@ -50,7 +50,7 @@ export class Page {
     new ResizeObserver(() => this.resize()).observe(this.viewport);
     this.resize();
     await this.listFiles();
-    this.server.watch((file) => file === this.file && this.fileChanged(), (connected) => { byId("offline").hidden = connected; });
+    this.server.watch((file) => (file === null || file === this.file) && this.fileChanged(), (connected) => { byId("offline").hidden = connected; });
     await this.load();
   }
 

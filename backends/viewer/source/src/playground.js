@@ -7,12 +7,20 @@ import { Studio } from "./studio.js";
 const FIRST = "chessboard.scene";
 const FRAMED = new URLSearchParams(location.search).has("embed");
 
+// A short name for a text.
+function hashOf(text) {
+  let hash = 5381;
+  for (let i = 0; i < text.length; i += 1) hash = ((hash * 33) ^ text.charCodeAt(i)) >>> 0;
+  return hash.toString(36);
+}
+
 class Playground extends Studio {
   async begin() {
     this.say("Loading the interpreter …");
     this.server.onProgress = (step) => this.say(step === "modules" ? "Evaluating …" : "Loading the language …");
     this.server.onReplaced = () => {
       this.shownVersion = undefined; // the next worker counts its pictures from the beginning
+      this.editor?.reconnect();
       this.announce("the program was stopped");
     };
     this.examples = await (await fetch("examples.json")).json();
@@ -21,20 +29,21 @@ class Playground extends Studio {
     await this.server.open({ ...others, [name]: text }, [name]);
     this.fillExamples(name);
     await this.start();
+    if (this.isDamaged) this.announce("the link is damaged, so this is an example");
   }
 
-  // The program of the address: `#code=...` is a shared one, `#example=name` an example.
+  // The program of the address: `#code=...` is a shared one, `#example=name` an example. Each shared program has a name
+  // of its own, so that the draft of another one does not take its place.
   async fromAddress() {
     const [kind, value] = location.hash.slice(1).split(/=(.*)/s);
-    if (kind === "code") {
-      try {
-        return { name: "shared.scene", text: await decodeText(value) };
-      } catch {
-        this.announce("the link is damaged");
-      }
-    }
-    const name = kind === "example" ? decodeURIComponent(value) : FIRST;
-    return this.examples.find((example) => example.name === name) ?? this.examples[0];
+    try {
+      if (kind === "code") return { name: `shared-${hashOf(value)}.scene`, text: await decodeText(value) };
+      const name = kind === "example" ? decodeURIComponent(value) : FIRST;
+      const example = this.examples.find((each) => each.name === name);
+      if (example) return example;
+    } catch { /* told below */ }
+    this.isDamaged = true;
+    return this.examples.find((each) => each.name === FIRST);
   }
 
   fillExamples(chosen) {

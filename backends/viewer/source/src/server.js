@@ -39,10 +39,6 @@ export class Server {
     return true;
   }
 
-  get name() {
-    return location.host;
-  }
-
   text(file) {
     return this.json(`text?file=${file}`);
   }
@@ -75,8 +71,8 @@ export class Server {
     return this.post("stop", {});
   }
 
-  literal(file, name, value) {
-    return this.post("literal", { file, name, value });
+  literal(file, name, value, text) {
+    return this.post("literal", { file, name, value, text });
   }
 
   // The language server: messages go by requests, one after the other, and come with the events.
@@ -95,11 +91,22 @@ export class Server {
 
   // Calls `changed(file)` when a file's state is new, `connected(flag)` when the server goes or comes back.
   watch(changed, connected) {
-    const events = new EventSource(this.client ? `events?client=${this.client}` : "events");
-    events.addEventListener("lsp", (event) => this.heard?.forEach((handler) => handler(event.data)));
-    events.addEventListener("change", (event) => changed(JSON.parse(event.data).file));
-    events.addEventListener("open", () => connected(true));
-    events.addEventListener("error", () => connected(false));
+    const open = () => {
+      this.events = new EventSource(this.client ? `events?client=${this.client}` : "events");
+      this.events.addEventListener("lsp", (event) => this.heard?.forEach((handler) => handler(event.data)));
+      this.events.addEventListener("change", (event) => changed(JSON.parse(event.data).file));
+      this.events.addEventListener("open", () => connected(true));
+      this.events.addEventListener("error", () => connected(false));
+    };
+    open();
+    // A browser keeps six connections to a server, so a page that is not seen gives its own up.
+    document.addEventListener("visibilitychange", () => {
+      this.events.close();
+      if (!document.hidden) {
+        open();
+        changed(null);
+      }
+    });
   }
 
   async json(path) {

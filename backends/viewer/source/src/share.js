@@ -1,7 +1,18 @@
 // A program as part of an address: compressed, in base 64 without signs that addresses change.
 
+const MOST = 1 << 20; // bytes of a program in a link
+
 async function through(stream, bytes) {
-  return new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(stream)).arrayBuffer());
+  const reader = new Blob([bytes]).stream().pipeThrough(stream).getReader();
+  const parts = [];
+  let size = 0;
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return new Uint8Array(await new Blob(parts).arrayBuffer());
+    size += value.length;
+    if (size > MOST) throw new Error("the program is too long for a link");
+    parts.push(value);
+  }
 }
 
 export async function encodeText(text) {

@@ -13,7 +13,7 @@ const SMALL = matchMedia("(max-width: 800px)");
 export class Studio extends Page {
   async start() {
     document.body.classList.add("studio");
-    this.drafts = draftsOf(this.server.name);
+    this.drafts = draftsOf();
     this.editor = new Editor(byId("code"), this.server.lsp, {
       changed: (text) => this.changed(text),
       cursor: (line, column) => this.cursorMoved(line, column),
@@ -46,13 +46,14 @@ export class Studio extends Page {
     this.file = file;
     const { name, text } = await this.server.text(file);
     this.fileName = name;
-    this.disk = text;
-    const draft = this.drafts.read(name);
+    const draft = this.drafts.read(this.server.uri(file) ?? name);
     const isNewer = draft !== null && draft.text !== text;
+    this.hasTyped = false;
+    this.disk = isNewer ? draft.base : text; // until the question is answered, saving is refused
     this.editor.open(isNewer ? draft.text : text, this.server.uri(file), isNewer || draft?.text === text ? draft?.state : null);
     this.conflict(isNewer && draft.base !== text ? text : null);
     this.showDirty();
-    await this.server.edit(file, isNewer ? draft.text : null); // what another page of this server showed may differ
+    await this.server.edit(file, this.editor.text); // what another page of this server showed may differ
   }
 
   // A change on disk, of the file or of one that it imports.
@@ -64,8 +65,9 @@ export class Studio extends Page {
   async create(name) {
     try {
       const { file } = await this.server.create(name);
-      await this.choose(file);
       await this.listFiles();
+      await this.choose(file);
+      byId("files").value = String(file);
     } catch (error) {
       this.announce(error.message);
     }
@@ -81,8 +83,8 @@ export class Studio extends Page {
   }
 
   saveDraft() {
-    if (!this.fileName) return;
-    this.drafts.write(this.fileName, { text: this.editor.text, base: this.disk, state: this.editor.saved() });
+    if (!this.hasTyped) return; // another page may have a draft that is newer
+    this.drafts.write(this.server.uri(this.file) ?? this.fileName, { text: this.editor.text, base: this.disk, state: this.editor.saved() });
   }
 
   async store() {
@@ -137,6 +139,7 @@ export class Studio extends Page {
   // --- evaluation: while one runs, only the newest text waits
 
   changed(text) {
+    this.hasTyped = true;
     this.showDirty();
     this.saveDraftLater();
     this.wantedText = text;
@@ -182,7 +185,7 @@ export class Studio extends Page {
   async setParam(name, value) {
     if (value === null || value === undefined) return;
     try {
-      const { start, end, text } = await this.server.literal(this.file, name, value);
+      const { start, end, text } = await this.server.literal(this.file, name, value, this.editor.text);
       if (this.isEvaluating || this.wantedText) return;
       const [from, to] = [this.offset(start), this.offset(end)];
       this.editor.view.dispatch({ changes: { from, to, insert: text }, userEvent: "input.param" });
@@ -327,8 +330,8 @@ export class Studio extends Page {
 }
 
 // Drafts in the browser's local store, so that a reload or a crash loses nothing.
-function draftsOf(space) {
-  const key = (name) => `${DRAFT}${space}:${name}`;
+function draftsOf() {
+  const key = (name) => `${DRAFT}${name}`;
   return {
     read(name) {
       try {
