@@ -177,11 +177,7 @@ export class Studio extends Page {
     document.body.classList.toggle("wrong", errors > 0);
   }
 
-  // Params are written into the text, where undo reaches them.
-  async saveParam(name) {
-    await this.setParam(name, this.triedValue?.[name]);
-  }
-
+  // A param is written into the text, where undo reaches it.
   async setParam(name, value) {
     if (value === null || value === undefined) return;
     try {
