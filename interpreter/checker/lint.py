@@ -851,13 +851,13 @@ def confirmed(
     if problem is None or CODES[problem.name].code.startswith("E5"):
         reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
         return [*reported, problem, *warnings] if problem else [*reported, *warnings]
-    cause = next((d for d in reported if _is_cause(d, problem)), None)
-    if cause is not None:  # the check says which part of the expression is wrong
-        others = [d for d in reported if d is not cause]
-        told = replace(problem, message=cause.message, span=cause.span, hint=cause.hint, fixes=cause.fixes)
-        return [*others, told, *warnings]
     candidates = (problem.span, *(span for _, span in problem.chain))
     spans = [span for span in candidates if span is not None]
+    cause = next((d for d in reported if _is_cause(d, problem)), None)
+    if cause is not None:  # the check says which part of the expression is wrong
+        others = [d for d in reported if d is not cause and not (d.is_error and _is_same(d, problem, spans))]
+        told = replace(problem, message=cause.message, span=cause.span, hint=cause.hint, fixes=cause.fixes)
+        return [*others, told, *warnings]
     is_known = any(_is_same(d, problem, spans) for d in reported if d.is_error)
     return [*reported, *warnings] if is_known else [*reported, problem, *warnings]
 

@@ -16,7 +16,7 @@ _SEPARATORS = ("x", ",", "=", ":")  # between the parts of a value
 _NUMBER = re.compile(r"[-+]?[\d.]+")
 
 
-class Word(NamedTuple):
+class CommandWord(NamedTuple):
     """A word of a command line; ``owner`` is the option that it is a value of, ``flag`` its spelling."""
 
     text: str
@@ -24,10 +24,10 @@ class Word(NamedTuple):
     flag: str = ""
 
 
-def roles(parser: argparse.ArgumentParser, words: Sequence[str]) -> list[Word]:
+def roles(parser: argparse.ArgumentParser, words: Sequence[str]) -> list[CommandWord]:
     """Return the words of a command line with the options that take them; one after a full option has none."""
     own = {flag: action for action in parser._actions for flag in action.option_strings}
-    result: list[Word] = []
+    result: list[CommandWord] = []
     owner, flag, left = None, "", 0
     for text in words:
         if text.startswith("-") and text != "-" and not _NUMBER.fullmatch(text):
@@ -36,9 +36,9 @@ def roles(parser: argparse.ArgumentParser, words: Sequence[str]) -> list[Word]:
             left = (
                 0 if sign or owner is None or owner.nargs == 0 else int(str(owner.nargs or 1).replace("?", "1") == "1")
             )
-            result.append(Word(text, owner if sign else None, flag))
+            result.append(CommandWord(text, owner if sign else None, flag))
         else:
-            result.append(Word(text, owner, flag) if left else Word(text))
+            result.append(CommandWord(text, owner, flag) if left else CommandWord(text))
             left = 0
     return result
 
@@ -46,12 +46,12 @@ def roles(parser: argparse.ArgumentParser, words: Sequence[str]) -> list[Word]:
 def advice(parser: argparse.ArgumentParser, words: Sequence[str], stray: str, writer_of: Callable[..., Any]) -> str:
     """Return the line about a word that nothing takes; ``words`` start with the command."""
     read = roles(parser, words)
-    loose = [i for i, word in enumerate(read) if word == Word(stray) and i]
+    loose = [i for i, word in enumerate(read) if word == CommandWord(stray) and i]
     if not loose:
         return f"unexpected argument `{_shown(stray)}`"
     index = loose[-1]
     end = index + 1
-    while end < len(read) and read[end] == Word(read[end].text) and not read[end].text.startswith("-"):
+    while end < len(read) and read[end] == CommandWord(read[end].text) and not read[end].text.startswith("-"):
         end += 1
     line = _Line(parser, read, index, end)
     for rule in (line.cut, line.pair, line.more_pairs, line.parts, line.quotes, line.after_flag):
@@ -79,7 +79,7 @@ def of_invalid(parser: argparse.ArgumentParser, words: Sequence[str], message: s
     for index, word in enumerate(read):
         if word.owner is not None and flags[-1] in word.owner.option_strings and index + 1 < len(read):
             end = index + 1
-            while end < len(read) and read[end] == Word(read[end].text) and not read[end].text.startswith("-"):
+            while end < len(read) and read[end] == CommandWord(read[end].text) and not read[end].text.startswith("-"):
                 end += 1
             line = _Line(parser, read, index + 1, end)
             told = line.cut() or line.parts() if end > index + 1 else None
@@ -111,7 +111,7 @@ def of_choice(parser: argparse.ArgumentParser, message: str) -> str | None:
 class _Line:
     """A command line with the run of words from ``start`` to ``end`` that nothing takes."""
 
-    def __init__(self, parser: argparse.ArgumentParser, read: Sequence[Word], start: int, end: int) -> None:
+    def __init__(self, parser: argparse.ArgumentParser, read: Sequence[CommandWord], start: int, end: int) -> None:
         self.parser, self.read, self.start, self.end = parser, read, start, end
         self.before = read[start - 1]
         self.owner = self.before.owner
@@ -205,7 +205,7 @@ class _Line:
             return self._file_name()
         first = self.start
         skipped = sum(not action.option_strings for action in self.parser._actions) - 1
-        while first > 1 + skipped and self.read[first - 1] == Word(self.read[first - 1].text):
+        while first > 1 + skipped and self.read[first - 1] == CommandWord(self.read[first - 1].text):
             first -= 1
         run = [word.text for word in self.read[first : self.end]]
         words = [w.text for w in self.read[:first]] + [_quoted(run)] + [w.text for w in self.read[self.end :]]

@@ -202,5 +202,5 @@ def test_too_many_entities_are_refused(tmp_path: Path, monkeypatch: pytest.Monke
             patch.setattr(scene_json, name, 10)
             with pytest.raises(LimitError):
                 read_scene(tmp_path / "a.json")
-    with pytest.raises(SceneError, match="cannot read"):
+    with pytest.raises(SceneError, match="there is no file"):
         read_scene(tmp_path / "none.json")

@@ -73,7 +73,7 @@ def test_a_file_that_does_not_read_is_left_and_the_others_are_done(
     assert out == "formatted ugly.scene\n"
     assert "broken.scene:1:1" in err
     assert "bytes.scene is not UTF-8 text (line 2, byte 5)" in err
-    assert "cannot read missing.scene" in err
+    assert "there is no file missing.scene" in err
     assert (folder / "broken.scene").read_text() == BROKEN
     assert (folder / "ugly.scene").read_text() == FINE
 

@@ -25,6 +25,10 @@ UNSEEN = {
     "E207-ellipsis.scene": "a template is right or wrong by the names of its pattern",
     "E207-no-rule.scene": "the rules of a macro are the program's own",
     "E212-word.scene": "the names of functions are the program's own",
+    "E201-inside.scene": "a pose that is inside the call is an argument like any other",
+    "E212-clock.scene": "`t` is a name like any other",
+    "E212-function-word.scene": "the names of functions are the program's own",
+    "E212-infix.scene": "`*` is a name like any other",
 }
 
 

@@ -312,7 +312,7 @@ def test_lift_tells_mistakes(command: Command) -> None:
     Path("scene.py").write_text("x = 1\n")
     assert "E301" in command("simplify", "wrong.scene", code=1)[1]
     assert "`scenelang transpile` lifts what it translates" in command("simplify", "scene.py", code=1)[1]
-    assert "cannot read" in command("simplify", "none.scene", code=1)[1]
+    assert "there is no file" in command("simplify", "none.scene", code=1)[1]
 
 
 def test_transpile_literally(command: Command) -> None:

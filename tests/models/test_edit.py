@@ -191,7 +191,7 @@ def test_dry_run_sends_nothing(place: Place, tower: Path, monkeypatch: pytest.Mo
         (("tower.scene", "x", "--apply", "-o", "y.scene"), 2, "--apply overwrites FILE"),
         (("tower.scene", "x", "-o", "no/y.scene"), 1, "the folder no does not exist"),
         (("tower.scene", "x", "--picture", "a.glb"), 2, "cannot write an image"),
-        (("missing.scene", "x"), 1, "cannot read missing.scene"),
+        (("missing.scene", "x"), 1, "there is no file missing.scene"),
         (("wrong.scene", "x"), 1, "E301"),
         (("scene.json", "x"), 1, "flattened scene"),
         (("--resume", "nothing"), 1, "unknown run `nothing`"),

@@ -75,7 +75,7 @@ def test_refused(expression: str) -> None:
 
 def test_a_number_for_a_word_is_hinted_as_an_attribute() -> None:
     hint = error('(bind "tree" (lambda () (call "cube"))) (bind "r" (lambda () (call "tree" 3)))(scene "r")').hint
-    assert ":name 3" in str(hint)
+    assert ":size 3" in str(hint)
 
 
 def test_a_word_that_returned_nothing_is_no_primitive() -> None:

@@ -149,8 +149,8 @@ def test_a_missing_file(shell: Shell) -> None:
 def test_wrong_usage(shell: Shell) -> None:
     assert "FILE" in shell.usage("transpile")
     assert "--nonsense" in shell.usage("transpile", "car.py", "--nonsense")
-    assert "expected one argument" in shell.usage("transpile", "car.py", "-o")
-    assert "unrecognized" in shell.usage("transpile", "car.py", "car.txt")
+    assert "needs a value" in shell.usage("transpile", "car.py", "-o")
+    assert "unexpected argument" in shell.usage("transpile", "car.py", "car.txt")
 
 
 def test_a_wrong_program(shell: Shell) -> None:
