@@ -680,7 +680,7 @@ def served_page(nonce: str | None = None) -> bytes:
 def frame_page() -> str:
     """Return the page of the notebook's widget, a frame that asks its parent; its policy forbids loading anything."""
     nonce = secrets.token_urlsafe(16)
-    script = _text("studio.js").replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    script = _embeddable(_text("studio.js"))
     policy = f"default-src 'none'; img-src data: blob:; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'"
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}"><meta name="widget">'
     head += f'<meta name="style-nonce" content="{nonce}">'
@@ -700,11 +700,16 @@ def inline_page(template: str, script: str, style: str, name: str, data: Any) ->
 
     The content security policy allows only this script and style.
     """
-    script = script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
+    script = _embeddable(script)
     policy = f"default-src 'none'; img-src data:; script-src '{_digest(script)}'; style-src '{_digest(style)}'"
     head = f'<meta http-equiv="Content-Security-Policy" content="{html.escape(policy)}">{_ICON}<style>{style}</style>'
     body = f'<script type="application/json" id="{name}">{_json_text(data)}</script><script>{script}</script>'
     return template.replace(_HEAD, head).replace(_BODY, body)
+
+
+def _embeddable(script: str) -> str:
+    """Return a script without what would end its element."""
+    return script.replace("</script", "<\\/script").replace("<!--", "<\\!--")
 
 
 def page_path(text: str) -> str:

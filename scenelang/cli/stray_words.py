@@ -26,7 +26,7 @@ class CommandWord(NamedTuple):
 
 def roles(parser: argparse.ArgumentParser, words: Sequence[str]) -> list[CommandWord]:
     """Return the words of a command line with the options that take them; one after a full option has none."""
-    own = {flag: action for action in parser._actions for flag in action.option_strings}
+    own = _flags(parser)
     result: list[CommandWord] = []
     owner, flag, left = None, "", 0
     for text in words:
@@ -48,12 +48,9 @@ def advice(parser: argparse.ArgumentParser, words: Sequence[str], stray: str, wr
     read = roles(parser, words)
     loose = [i for i, word in enumerate(read) if word == CommandWord(stray) and i]
     if not loose:
-        return f"unexpected argument `{_shown(stray)}`"
+        return f"unexpected argument `{shown(stray)}`"
     index = loose[-1]
-    end = index + 1
-    while end < len(read) and read[end] == CommandWord(read[end].text) and not read[end].text.startswith("-"):
-        end += 1
-    line = _Line(parser, read, index, end)
+    line = _Line(parser, read, index, _end_of_run(read, index + 1))
     for rule in (line.cut, line.pair, line.more_pairs, line.parts, line.quotes, line.after_flag):
         told = rule()
         if told is not None:
@@ -61,15 +58,28 @@ def advice(parser: argparse.ArgumentParser, words: Sequence[str], stray: str, wr
     return line.alone(writer_of)
 
 
+def _end_of_run(read: Sequence[CommandWord], start: int) -> int:
+    """Return the end of the run of words from ``start`` that no option takes."""
+    end = start
+    while end < len(read) and read[end] == CommandWord(read[end].text) and not read[end].text.startswith("-"):
+        end += 1
+    return end
+
+
+def _flags(parser: argparse.ArgumentParser) -> dict[str, Any]:
+    """Return the options of a parser by each of their spellings."""
+    return {flag: action for action in parser._actions for flag in action.option_strings}
+
+
 def of_invalid(parser: argparse.ArgumentParser, words: Sequence[str], message: str) -> str | None:
     """Return the line about the value of an option that cannot be read, if what follows it belongs to it."""
     match = re.match(r"argument ([^\s:]+): ", message)
     if match is None:
         return None
-    own = {flag: action for action in parser._actions for flag in action.option_strings}
+    own = _flags(parser)
     single = next((word for word in words if len(word) > 2 and f"-{word.partition('=')[0]}" in own), None)
     if single is not None and "ignored explicit argument" in message:
-        return f"an option has two dashes: `-{_shown(single)}`"
+        return f"an option has two dashes: `-{shown(single)}`"
     action = own.get(match[1].split("/")[-1])
     if message.endswith("expected one argument") and action is not None:
         value = " or ".join(map(str, action.choices)) if action.choices else action.metavar or "VALUE"
@@ -78,9 +88,7 @@ def of_invalid(parser: argparse.ArgumentParser, words: Sequence[str], message: s
     flags = match[1].split("/")
     for index, word in enumerate(read):
         if word.owner is not None and flags[-1] in word.owner.option_strings and index + 1 < len(read):
-            end = index + 1
-            while end < len(read) and read[end] == CommandWord(read[end].text) and not read[end].text.startswith("-"):
-                end += 1
+            end = _end_of_run(read, index + 1)
             line = _Line(parser, read, index + 1, end)
             told = line.cut() or line.parts() if end > index + 1 else None
             if told is not None:
@@ -104,7 +112,7 @@ def of_choice(parser: argparse.ArgumentParser, message: str) -> str | None:
             near = suggest(value, choices)
             listed = " or ".join(filter(None, (", ".join(f"`{c}`" for c in choices[:-1]), f"`{choices[-1]}`")))
             about = f": {_help(action)}" if action.help and action.option_strings and not near else ""
-            return f"`{flags[-1]}` is {listed}, got `{_shown(value)}`{f'; {near}' if near else about}"
+            return f"`{flags[-1]}` is {listed}, got `{shown(value)}`{f'; {near}' if near else about}"
     return None
 
 
@@ -137,12 +145,12 @@ class _Line:
         beside = f"`{self.before.flag} {parts[0]}`" if first else f"`{parts[1]}`"
         if parts[1] in ",=" and len(parts) > 2:  # a sign between two parts
             beside, apart = f"`{parts[0]}`", parts[2]
-        return f"`{_shown(apart)}` stands apart from {beside}: leave out the space: `{_shown(written)}`"
+        return f"`{shown(apart)}` stands apart from {beside}: leave out the space: `{shown(written)}`"
 
     def _for_pair(self, text: str) -> str | None:
         """Return the option that takes ``NAME=VALUE``: one of this name, else `--define`."""
         name, sign, value = text.partition("=")
-        own = {flag: action for action in self.parser._actions for flag in action.option_strings}
+        own = _flags(self.parser)
         if not sign or not re.fullmatch(r"[\w-]+", name):
             return None
         if own.get(f"--{name}") is not None and own[f"--{name}"].nargs != 0:
@@ -156,7 +164,7 @@ class _Line:
             return None
         flag = self.before.flag
         written = f"{flag} {self._value()}={shlex.quote(self.texts[0])}"
-        return f"`{flag}` takes one argument {metavar}, with `=` inside: `{_shown(written)}`"
+        return f"`{flag}` takes one argument {metavar}, with `=` inside: `{shown(written)}`"
 
     def more_pairs(self) -> str | None:
         """``--camera azimuth=45 elevation=20``: pairs that the option takes in one argument."""
@@ -166,7 +174,7 @@ class _Line:
         if not all(f"{name}=" in str(self.owner.help) for name in names):
             return None
         whole = ",".join([self._value(), *self.texts])
-        return f"`{self.before.flag}` takes one argument, with commas: `{self.before.flag} {_shown(whole)}`"
+        return f"`{self.before.flag}` takes one argument, with commas: `{self.before.flag} {shown(whole)}`"
 
     def parts(self) -> str | None:
         """``--size 800 600``: the parts of one value, which the option reads if they are joined."""
@@ -179,7 +187,7 @@ class _Line:
             except (argparse.ArgumentTypeError, ValueError, TypeError):
                 continue
             flag = self.before.flag
-            return f"`{flag}` takes one argument, without spaces: `{flag} {_shown(whole)}`"
+            return f"`{flag}` takes one argument, without spaces: `{flag} {shown(whole)}`"
         return None
 
     def quotes(self) -> str | None:
@@ -222,27 +230,27 @@ class _Line:
     def after_flag(self) -> str | None:
         """``--json out.json``: a word after an option that takes none."""
         flag = self.before.text
-        own = [a for a in self.parser._actions if flag in a.option_strings]
-        if not own or own[0].nargs != 0:
+        action = _flags(self.parser).get(flag)
+        if action is None or action.nargs != 0:
             return None
-        return f"`{flag}` takes no value, got `{_shown(self.texts[0])}`"
+        return f"`{flag}` takes no value, got `{shown(self.texts[0])}`"
 
     def alone(self, writer_of: Callable[[str], str | None]) -> str:
         """Return what a word is by itself: a value of an option that is not named, an output, one more program."""
         text = self.texts[0]
         command = self.read[0].text
-        line = f"unexpected argument `{_shown(text)}`"
-        own = {flag: action for action in self.parser._actions for flag in action.option_strings}
+        line = f"unexpected argument `{shown(text)}`"
+        own = _flags(self.parser)
         pair = self._for_pair(text)
         if pair is not None:
-            return f"{line}; did you mean `{_shown(pair)}`?"
+            return f"{line}; did you mean `{shown(pair)}`?"
         if f"--{text}" in own:
-            return f"{line}; an option has two dashes: `--{_shown(' '.join(self.texts))}`"
+            return f"{line}; an option has two dashes: `--{shown(' '.join(self.texts))}`"
         for flag, action in own.items():
             if flag.startswith("--") and _takes(action, text):
-                return f"{line}; did you mean `{flag} {_shown(text)}`?"
+                return f"{line}; did you mean `{flag} {shown(text)}`?"
         if "--word" in own and not os.path.isfile(text) and "." not in text:
-            return f"{line}; did you mean `--word {_quoted(self.texts) if len(self.texts) > 1 else _shown(text)}`?"
+            return f"{line}; did you mean `--word {_quoted(self.texts) if len(self.texts) > 1 else shown(text)}`?"
         takes_one = any(action.dest == "file" for action in self.parser._actions)
         if not takes_one:
             return line
@@ -252,11 +260,11 @@ class _Line:
         writer = writer_of(text)
         if "-o" in own and not any(word.flag in ("-o", "--output") for word in self.read) and "." in text:
             if writer in (None, command) and not os.path.isfile(text):
-                return f"{line}; to name the output write `-o {_shown(text)}`"
+                return f"{line}; to name the output write `-o {shown(text)}`"
         if writer not in (None, command):
-            flag = "--html" if writer == "view" else "-o"
+            flag = output_option(writer)
             program = next((word.text for word in self.read[1:] if word.owner is None), "FILE")
-            return f"{line}; `scenelang {writer} {_shown(program)} {flag} {_shown(text)}` writes such a file"
+            return f"{line}; `scenelang {writer} {shown(program)} {flag} {shown(text)}` writes such a file"
         return line
 
 
@@ -289,7 +297,7 @@ def _declared(flag: str, texts: Sequence[str]) -> str:
     from scenelang.session.declarations import declaration_of_words
 
     written = declaration_of_words(" ".join(texts)) or '(on "cup" "table")'
-    return f"a declaration is one argument, in parentheses and with words in quotes: `{flag} '{_shown(written)}'`"
+    return f"a declaration is one argument, in parentheses and with words in quotes: `{flag} '{shown(written)}'`"
 
 
 def _quoted(texts: Sequence[str]) -> str:
@@ -298,6 +306,11 @@ def _quoted(texts: Sequence[str]) -> str:
     return shlex.quote(whole) if re.search(r'["$`\\!]', whole) else f'"{whole}"'
 
 
-def _shown(text: str) -> str:
+def output_option(command: str | None) -> str:
+    """Return the option of a command that names its output."""
+    return "--html" if command == "view" else "-o"
+
+
+def shown(text: str) -> str:
     """Return the beginning of an argument as a message shows it."""
     return printable(text)[:_MAX_SHOWN]

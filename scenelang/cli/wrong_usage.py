@@ -11,11 +11,11 @@ from typing import Any
 
 from scenelang.cli import stray_words
 from scenelang.cli.command_table import COMMANDS
+from scenelang.cli.stray_words import output_option, shown
 from scenelang.grammar.diagnostics import is_one_letter_off, near_names, printable
 
 _MIN_STEM = 4  # letters of an option that another one contains
 _HELP = ("-h", "--help", "--version")
-_MAX_SHOWN = 60  # characters of an argument
 
 Build = Callable[[str], argparse.ArgumentParser]
 
@@ -35,18 +35,17 @@ def missing_command(words: Sequence[str]) -> str | None:
     program = next((word for word in programs if word.endswith(".scene")), programs[0] if programs else "FILE")
     written = f" -o {outputs[0]}" if outputs else ""
     writer = writer_of(outputs[0]) if outputs else "run"
-    line = f"a command is missing before `{printable(first)[:_MAX_SHOWN]}`"
+    line = f"a command is missing before `{shown(first)}`"
     later = next((word for word in words[1:] if word in COMMANDS and word not in outputs), None)
     if later is not None:
-        rest = printable(" ".join(word for word in words if word is not later))
-        return f"the command comes first: `scenelang {later} {rest[:_MAX_SHOWN]}`"
+        rest = shown(" ".join(word for word in words if word is not later))
+        return f"the command comes first: `scenelang {later} {rest}`"
     if not outputs and not is_option and first.endswith(".scene"):
-        shown = printable(first)[:_MAX_SHOWN]
-        ways = f"`scenelang render {shown}` draws it, `view` shows it, `run` summarizes it"
-        return f"`{shown}` is a program, and the command before it is missing: {ways}"
+        ways = f"`scenelang render {shown(first)}` draws it, `view` shows it, `run` summarizes it"
+        return f"`{shown(first)}` is a program, and the command before it is missing: {ways}"
     if writer is None:
         return f"{line}; see `scenelang --help` for a list of commands"
-    return f"{line}: `scenelang {writer} {printable(program)[:_MAX_SHOWN]}{printable(written)[:_MAX_SHOWN]}`"
+    return f"{line}: `scenelang {writer} {shown(program)}{shown(written)}`"
 
 
 def whole_command(words: Sequence[str]) -> str | None:
@@ -55,8 +54,8 @@ def whole_command(words: Sequence[str]) -> str | None:
     if len(files) != 2 or not files[0].endswith(".scene"):
         return None
     writer = writer_of(files[1]) if not files[1].endswith(".scene") else None
-    flag = "--html" if writer == "view" else "-o"
-    return f"write `scenelang {writer} {printable(files[0])} {flag} {printable(files[1])}`" if writer else None
+    option = output_option(writer)
+    return f"write `scenelang {writer} {printable(files[0])} {option} {printable(files[1])}`" if writer else None
 
 
 def writer_of(output: str) -> str | None:
@@ -80,8 +79,7 @@ def other_command(command: str, program: str, output: str) -> str | None:
         return f"most tools read {os.path.splitext(output)[0]}.glb; `scenelang backends` lists all formats"
     if other is None or other == command:
         return None
-    flag = "--html" if other == "view" else "-o"
-    return f"`scenelang {other} {program} {flag} {output}` does"
+    return f"`scenelang {other} {program} {output_option(other)} {output}` does"
 
 
 _MAX_READ = 100_000  # characters of a program that are searched for its params
@@ -122,7 +120,7 @@ class Adviser:
             return stray_words.advice(self._parser, self._words, unknown[0], writer_of)
         following = [word for word in unknown[1:2] if not word.startswith("-")]
         value = value if sign else "".join(following)
-        line = f"`{self._command}` has no option `{printable(option)[:_MAX_SHOWN]}`"
+        line = f"`{self._command}` has no option `{shown(option)}`"
         own = dict(_options(self._parser))
         owners = self._owners(option)
         others = {name: action for name, action in owners.items() if option in dict(_options(self._build(name)))}
@@ -135,7 +133,7 @@ class Adviser:
         prints = COMMANDS[self._command].kind.evaluates
         if option in ("-o", "--output") and prints and not _for_file(own, value):
             command = f"scenelang {' '.join(self._words[: self._words.index(unknown[0])])}"
-            return f"{line}; it prints: `{printable(command)} > {printable(value or 'FILE')[:_MAX_SHOWN]}`"
+            return f"{line}; it prints: `{printable(command)} > {shown(value or 'FILE')}`"
         meant = _for_file(own, value) or _meant(option, own, next(iter(others.values()), None))
         if others:
             line += f", which is one of {_listed(list(others))}"
@@ -153,7 +151,7 @@ class Adviser:
         for kind in (value, name):
             ending = f".{kind.lower().lstrip('.')}"
             if kind and writer_of(f"{stem}{ending}") == self._command:
-                return f"-o {printable(stem + ending)[:_MAX_SHOWN]}"
+                return f"-o {shown(stem + ending)}"
         return None
 
     def _param(self, name: str, value: str, own: Mapping[str, Any]) -> str | None:
@@ -273,7 +271,7 @@ def _written(flag: str, action: Any, value: str) -> str:
     for text in (value, value.replace(",", "x")):
         try:
             if text and (action.type is None or action.type(text) is not None):
-                return f"{flag} {printable(text)[:_MAX_SHOWN]}"
+                return f"{flag} {shown(text)}"
         except (argparse.ArgumentTypeError, ValueError, TypeError):
             continue
     return f"{flag} {action.metavar}" if isinstance(action.metavar, str) else flag

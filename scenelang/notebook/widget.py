@@ -11,10 +11,10 @@ from scenelang.backends.viewer.packet import frame_page
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import require
-from scenelang.interpreter.plugins import SERVICES
 from scenelang.session.loaded import LoadedScene, scene_of
 from scenelang.session.session import Options, Session, definition
-from scenelang.viewer.workspace import STARTER, Workspace, evaluator, saved_page, state_data, tools
+from scenelang.viewer.answers import PageAnswers
+from scenelang.viewer.workspace import STARTER, Workspace, evaluator, saved_page, tools
 
 require("anywidget", "'scenelang[notebook]'")  # before the class, which is made of it
 import anywidget  # noqa: E402
@@ -85,9 +85,8 @@ class StudioWidget(anywidget.AnyWidget):
         self._folder = tempfile.TemporaryDirectory(prefix="scenelang-")
         self._file = Path(self._folder.name, _NAME)
         self._file.write_text(text, encoding="utf-8")
-        evaluate = evaluator(_open_session, _MAX_PRIMITIVES)
-        self._workspace = Workspace([str(self._file)], evaluate, tools(_open_session))
-        self._channel: Any = None
+        workspace = Workspace([str(self._file)], evaluator(_open_session, _MAX_PRIMITIVES), tools(_open_session))
+        self._answers = PageAnswers("notebook", lambda message: self.send({"lsp": message}), workspace, [_NAME])
         super().__init__(page=frame_page(), text=text, height=height)
         self._update_params()
         self.on_msg(self._asked)
@@ -104,16 +103,18 @@ class StudioWidget(anywidget.AnyWidget):
             self._edit(0, change["new"])
 
     def _update_params(self) -> None:
-        self.params = {control.param.name: control.value for control in self._workspace.state(0).controls}
+        self.params = {control.param.name: control.value for control in self._answers.workspace.state(0).controls}
 
     # --- what the page asks
 
     def _asked(self, _: Any, message: Any, buffers: Any) -> None:
         """Answer a question of the page; errors of the user become messages there."""
-        if not isinstance(message, dict) or message.get("method") not in _METHODS:
+        method = message.get("method") if isinstance(message, dict) else None
+        answer = self._own_answers().get(method) or (getattr(self._answers, method) if method in _ASKED else None)
+        if answer is None:
             return
         try:
-            result = _METHODS[message["method"]](self, *message.get("values", ()))
+            result = answer(*message.get("values", ()))
         except SceneError as error:
             hint = f"; {error.hint}" if error.hint else ""
             self.send({"id": message.get("id"), "error": error.message + hint})
@@ -123,33 +124,27 @@ class StudioWidget(anywidget.AnyWidget):
         else:
             self.send({"id": message.get("id"), "result": result})
 
-    def _state(self, file: int) -> dict[str, Any]:
-        return state_data(_NAME, self._workspace.state(0))
+    def _own_answers(self) -> dict[str | None, Callable[..., Any]]:
+        """Return what the widget itself answers, by the method of the question."""
+        return {
+            "files": lambda: [_NAME], "uris": lambda: [self._file.as_uri()],
+            "text": lambda file: {"name": _NAME, "text": self.text}, "edit": self._edit, "selected": self._selected,
+        }  # fmt: skip
 
     def _edit(self, file: int, text: str | None) -> dict[str, Any]:
+        state = self._answers.edit(file, text)
         if text is not None:
-            self._file.write_text(text, encoding="utf-8")
             self.text = text
-        self._workspace.edit(0, text)
         self._update_params()
-        return self._state(0)
-
-    def _set(self, file: int, name: str, value: Any) -> dict[str, Any]:
-        self._workspace.try_value(0, name, value)
-        return self._state(0)
+        return state
 
     def _selected(self, path: str) -> None:
         self.selection = str(path)
 
-    def _lsp(self, message: str) -> None:
-        if self._channel is None:
-            self._channel = SERVICES.find("language-server")("notebook", lambda text: self.send({"lsp": text}))
-        self._channel.receive(message)
-
     def _repr_mimebundle_(self, **options: Any) -> Any:
         """Add the scene as a page of its own, for where no kernel answers: exported HTML."""
         bundle = super()._repr_mimebundle_(**options)
-        page = saved_page(self._workspace, lambda diagnostics: None)
+        page = saved_page(self._answers.workspace, lambda diagnostics: None)
         if bundle is not None and page is not None:
             from scenelang.backends.viewer.packet import ViewerPage
 
@@ -163,16 +158,4 @@ def _open_session(path: str, values: Mapping[str, str]) -> Session:
     return Session(Options(defines=dict(definition(f"{name}={text}") for name, text in values.items())))
 
 
-_METHODS: dict[str, Callable[..., Any]] = {
-    "files": lambda self: [_NAME],
-    "uris": lambda self: [self._file.as_uri()],
-    "text": lambda self, file: {"name": _NAME, "text": self.text},
-    "state": StudioWidget._state,
-    "picture": lambda self, file: self._workspace.state(0).packet,
-    "edit": StudioWidget._edit,
-    "set": StudioWidget._set,
-    "literal": lambda self, file, name, value, text: self._workspace.literal_edit(0, name, value, text),
-    "change": lambda self, file, text, change: self._workspace.use("change", 0, text, change),
-    "selected": StudioWidget._selected,
-    "lsp": StudioWidget._lsp,
-}
+_ASKED = ("state", "picture", "set", "literal", "change", "lsp")  # of ``PageAnswers``

@@ -56,11 +56,11 @@ def _entries() -> Iterator[tuple[str, bytes]]:
     """Yield the names and contents of the archive's files."""
     for name, file in modules().items():
         place = name.replace(".", "/") + ("/__init__.py" if file.name == "__init__.py" else ".py")
-        yield place, _code(file)
+        yield place, file.read_bytes()
     here = Path(__file__).parent
     for file in sorted((here / "numpy").glob("*.py")):
-        yield f"numpy/{file.name}", _code(file)
-    yield "manifold3d.py", _code(here / "manifold3d.py")
+        yield f"numpy/{file.name}", file.read_bytes()
+    yield "manifold3d.py", (here / "manifold3d.py").read_bytes()
     yield from _data_files()
     for package in PACKAGES:
         yield from _package(package)
@@ -111,10 +111,6 @@ def _imports(file: Path) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-def _code(file: Path) -> bytes:
-    return file.read_bytes()
-
-
 def _data_files() -> Iterator[tuple[str, bytes]]:
     """Yield the data that our modules read: the prelude, the parts, fonts, and descriptions of backends."""
     import scenelang.backends
@@ -154,8 +150,6 @@ def write_examples(path: Path, folder: Path) -> None:
     examples = []
     for file in sorted(folder.rglob("*.scene")):
         text = file.read_text(encoding="utf-8")
-        if "asset" in text and "(asset" in text:
-            continue  # refers to a file that a browser does not have
         title = text.lstrip("; ").partition("\n")[0].strip()
         examples.append({"name": str(file.relative_to(folder)), "title": title[:90], "text": text})
     path.write_text(json.dumps(examples), encoding="utf-8")

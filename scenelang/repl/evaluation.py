@@ -506,7 +506,7 @@ class LiveView:
             chosen = replace(options, defines={**options.defines, **values})
             return _TextSession(chosen, self._evaluation.folder)
 
-        return workspace.evaluator(open_session, options.limits.primitives)(file, values)
+        return workspace.evaluator(open_session, options.limits.primitives)(file, values, None)
 
     def update(self) -> None:
         """Update the viewer to the current definitions."""

@@ -44,7 +44,7 @@ def depth_error(limits: Limits, error: RecursionError) -> Diagnostic:
         return Diagnostic("depth", message, span, hint, (), tuple(chain[:_MAX_SHOWN_CALLS]))
     name, span = repeated
     message = f"{name} calls itself without end (stopped at the maximum call depth of {limits.depth:,})"
-    hint = _advice(name, span, _developments(name, error), limits)
+    hint = _advice(name, span, _developments(name, error))
     while chain and chain[0] != repeated:  # inside the last call
         chain.pop(0)
     return Diagnostic("depth", message, span, hint, (), tuple(chain[:_MAX_SHOWN_CALLS]))
@@ -110,7 +110,7 @@ def _frame_of(entry: TracebackType) -> tuple[ClosureCode, list[Any]] | None:
     return (code, frame) if isinstance(code, ClosureCode) and type(frame) is list else None
 
 
-def _advice(name: str, span: Span | None, values: dict[str, list[Any]], limits: Limits) -> str:
+def _advice(name: str, span: Span | None, values: dict[str, list[Any]]) -> str:
     """Return the hint for a function that calls itself without end."""
     word = name.strip('"')
     if name.startswith('"') and is_word(word):

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.files import atomic_write, check_folder, read_regular
+from scenelang.backends.files import atomic_write, check_folder, read_regular, write_text
 from scenelang.backends.surfaces.appearance import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
 from scenelang.files import beside
@@ -226,8 +226,7 @@ def write_back(controls: Mapping[str, ParamControl], name: str, value: Any) -> N
 def replace_text(path: Path, before: str, after: str) -> None:
     """Replace the text of a file if it still is ``before``, keeping its mode; else raise SceneError("file")."""
     if not os.path.lexists(path):  # it was deleted, so nothing is overwritten
-        with atomic_write(path) as temporary:
-            temporary.write_text(after, encoding="utf-8")
+        write_text(path, after)
         return
     content = _bytes(path)
     bom = _BOM if content.startswith(_BOM) else b""
@@ -296,8 +295,7 @@ _FILE_NAME = re.compile(r"[\w-]{1,80}(\.scene)?")
 def _write_starter(path: Path) -> None:
     """Write a first program; raises SceneError("file")."""
     check_folder(path)
-    with atomic_write(path) as temporary:
-        temporary.write_text(STARTER, encoding="utf-8")
+    write_text(path, STARTER)
 
 
 # Detection of file changes.
@@ -404,10 +402,10 @@ class FileWatch:
 
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
 DESKTOP = "use the desktop version, where everything is installed"
-Evaluate = Callable[..., "WorkspaceEvaluation"]  # (file, overridden params, text instead of the file's) -> result
-Tools = Callable[
-    [str, str, str, Mapping[str, Any]], dict[str, Any]
-]  # (tool, file, text, its data) -> what the page gets
+# (file, overridden params, text instead of the file's) -> result
+Evaluate = Callable[[str, Mapping[str, str], str | None], "WorkspaceEvaluation"]
+# (tool, file, text, its data) -> what the page gets
+Tools = Callable[[str, str, str, Mapping[str, Any]], dict[str, Any]]
 Announce = Callable[[int], None]  # called with the number of a changed file
 
 

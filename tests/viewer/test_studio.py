@@ -331,6 +331,7 @@ def test_typing_draws_and_reports(studio: Any, program: Any, show: Any) -> None:
         page.keyboard.press("ArrowLeft")
     page.keyboard.press("Control+Space")
     page.wait_for_selector(".cm-tooltip-autocomplete >> text=sphere")
+    page.wait_for_timeout(200)  # a list that has just opened does not take Enter
     page.keyboard.press("Enter")
     _until(shown, "scenelangPage.editor.text.includes('\"sphere\"')")
     _until(shown, "document.getElementById('verdict').textContent === ''")
@@ -399,6 +400,19 @@ def test_color_is_picked_in_the_text(studio: Any, program: Any, show: Any) -> No
     )
     _until(shown, "scenelangPage.editor.text.includes('#336699')")
     assert _text(shown) == PAIR.replace('"tan"', '"#336699"')
+
+
+@pytest.mark.browser
+def test_tree_beside_the_editor(studio: Any, program: Any, show: Any) -> None:
+    """The tree lies over the details when it is asked for."""
+    shown = _open(show, studio(program(PAIR)))
+    page = shown.page
+    assert page.locator("#left").is_hidden()
+    page.click("#toggle-left")
+    page.locator("#tree .row", has_text="pair").click()
+    assert page.locator("#left").bounding_box()["width"] > 200
+    page.click("#toggle-left")
+    assert page.locator("#left").is_hidden()
 
 
 @pytest.mark.browser

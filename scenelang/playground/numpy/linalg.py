@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from . import (
+    _F8,
     _finished,
     _reduced,
     _scalar,
@@ -17,7 +18,6 @@ from . import (
     stack,
 )
 
-_F8 = asarray(0.0).dtype
 _SWEEPS = 60  # of Jacobi rotations; three-by-three matrices need about six
 
 

@@ -6,7 +6,7 @@ import { lintGutter, lintKeymap } from "@codemirror/lint";
 import { formatDocument, languageServerExtensions, LSPClient } from "@codemirror/lsp-client";
 import { highlightSelectionMatches, searchKeymap } from "@codemirror/search";
 import { EditorState, StateEffect, StateField } from "@codemirror/state";
-import { Decoration, drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers, ViewPlugin } from "@codemirror/view";
+import { Decoration, drawSelection, EditorView, highlightActiveLine, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
 import { swatches } from "./swatches.js";
 
@@ -88,25 +88,16 @@ const marks = StateField.define({
 const mark = Decoration.mark({ class: "made-here" });
 
 // Numbers are dragged sideways with Alt held: a step is the last decimal that is written.
-const dragNumbers = ViewPlugin.fromClass(
-  class {
-    constructor(view) {
-      this.view = view;
-    }
+const dragNumbers = EditorView.domEventHandlers({
+  mousedown(event, view) {
+    if (!event.altKey || event.button !== 0) return false;
+    const number = numberAt(view.state, view.posAtCoords({ x: event.clientX, y: event.clientY }));
+    if (!number) return false;
+    event.preventDefault();
+    dragNumber(view, number, event.clientX);
+    return true;
   },
-  {
-    eventHandlers: {
-      mousedown(event, view) {
-        if (!event.altKey || event.button !== 0) return false;
-        const number = numberAt(view.state, view.posAtCoords({ x: event.clientX, y: event.clientY }));
-        if (!number) return false;
-        event.preventDefault();
-        dragNumber(view, number, event.clientX);
-        return true;
-      },
-    },
-  },
-);
+});
 
 // The literal number around a position: its start and text.
 export function numberAt(state, position) {

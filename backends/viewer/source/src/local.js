@@ -21,7 +21,7 @@ export class Local {
   // Starts a worker; it answers once the interpreter is loaded.
   hire() {
     const worker = new Worker(new URL("worker.js", this.base), { type: "module" });
-    const hired = { worker, pending: new Map(), next: 0, log: [] };
+    const hired = { worker, pending: new Map(), next: 0 };
     worker.addEventListener("message", ({ data }) => this.answered(hired, data));
     worker.addEventListener("error", (event) => this.failed(hired, event.message ?? "the worker could not be started"));
     return hired;

@@ -12,7 +12,8 @@ const SMALL = matchMedia("(max-width: 800px)");
 
 export class Studio extends Page {
   async start() {
-    document.body.classList.add("studio");
+    document.body.classList.add("studio", "no-left"); // the tree lies over the details when it is asked for
+    byId("toggle-left").setAttribute("aria-pressed", "false");
     this.drafts = draftsOf();
     this.editor = new Editor(byId("code"), this.server.lsp, {
       changed: (text) => this.changed(text),
