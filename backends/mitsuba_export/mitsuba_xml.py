@@ -35,8 +35,9 @@ from scenelang.backends.exports.plan import (
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.film import FINAL_EXTRA
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
+from scenelang.backends.pictures.mitsuba_materials import Lobe
+from scenelang.backends.pictures.mitsuba_materials import surface as bsdf_of
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
-from scenelang.backends.pictures.mitsuba_scene import surface as bsdf_of
 from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
@@ -64,6 +65,12 @@ _TAGS = {
     "diffuse": "bsdf",
     "twosided": "bsdf",
     "principled": "bsdf",
+    "roughplastic": "bsdf",
+    "roughconductor": "bsdf",
+    "roughdielectric": "bsdf",
+    "blendbsdf": "bsdf",
+    "envmap": "emitter",
+    "srgb": "texture",
     "mask": "bsdf",
     "mesh_attribute": "texture",
     "checkerboard": "texture",
@@ -118,9 +125,7 @@ def _numbers(values: Sequence[float]) -> str:
     return " ".join(f"{float(number):.9g}" for number in values)
 
 
-_VERTEX = np.dtype([("position", "<f4", 3), ("normal", "<f4", 3), ("color", "<f4", 3)])
-_PROPERTIES = tuple(("float", name) for name in ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b"))
-_COLORS = {"type": "mesh_attribute", "name": "vertex_color"}
+_PROPERTIES = ("x", "y", "z", "nx", "ny", "nz", "r", "g", "b")
 
 
 def write(job: Job, path: Path) -> None:
@@ -134,7 +139,7 @@ def write(job: Job, path: Path) -> None:
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write('<?xml version="1.0" encoding="utf-8"?>\n<!-- scenelang: y up, linear sRGB -->\n')
         file.write('<scene version="3.0.0">\n')
-        file.writelines(line + "\n" for line in stage_elements(plan))
+        file.writelines(line + "\n" for line in stage_elements(plan, path))
         file.writelines(line + "\n" for line in shapes.lines(plan))
         file.write("</scene>\n")
 
@@ -236,8 +241,20 @@ class _Shapes:
         """Write a .ply file next to the scene and return the shape that refers to it."""
         self.meshes += 1
         file = self.path.with_name(f"{self.path.stem}-mesh{self.meshes:03d}.ply")
-        _write_ply(file, patch)
-        painted = _painted(bsdf_of(replace(patch.look, color=WHITE)))
+        surface = patch.surface
+        colors = np.ones_like(surface.vertices) if surface.colors is None else surface.colors
+        lobes = [np.asarray(colors * np.array(patch.look.color) * BRIGHTEST, np.float64)]
+
+        def paint(lobe: Lobe) -> dict[str, Any]:
+            """Return the texture of a lobe, which becomes an attribute of the mesh's vertices."""
+            values = lobe(lobes[0])
+            if values is lobes[0]:
+                return {"type": "mesh_attribute", "name": "vertex_color"}
+            lobes.append(values)
+            return {"type": "mesh_attribute", "name": f"vertex_lobe{len(lobes) - 1}_color"}
+
+        painted = bsdf_of(replace(patch.look, color=WHITE), paint)
+        _write_ply(file, surface, lobes)
         shape: dict[str, Any] = {"type": "ply", "filename": file.name, "bsdf": painted}
         if patch.pose != IDENTITY:
             shape["to_world"] = np.vstack([np.array(patch.pose).reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
@@ -246,25 +263,12 @@ class _Shapes:
         return shape
 
 
-def _write_ply(file: Path, patch: Patch) -> None:
-    """Write a mesh with linear vertex colors that represent the reflectance."""
-    surface = patch.surface
-    colors = np.ones_like(surface.vertices) if surface.colors is None else surface.colors
-    rows = np.empty(len(surface.vertices), _VERTEX)
-    rows["position"], rows["normal"] = surface.vertices, surface.normals
-    rows["color"] = colors * np.array(patch.look.color) * BRIGHTEST
-    write_ply(file, _PROPERTIES, [rows], [surface.faces])
-
-
-def _painted(bsdf: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a material that takes its color from the mesh's vertices."""
-    out: dict[str, Any] = {}
-    for key, value in bsdf.items():
-        if key in ("reflectance", "base_color"):
-            out[key] = _COLORS
-        else:
-            out[key] = _painted(value) if isinstance(value, Mapping) and value.get("type") != "rgb" else value
-    return out
+def _write_ply(file: Path, surface: ExportSurface, lobes: Sequence[npt.NDArray[np.float64]]) -> None:
+    """Write a mesh with the linear colors of its vertices, and those (V, 3) of further lobes of its material."""
+    columns = [surface.vertices, surface.normals, *lobes]
+    names = [*_PROPERTIES, *(f"lobe{k}_{channel}" for k in range(1, len(lobes)) for channel in "rgb")]
+    rows = np.ascontiguousarray(np.concatenate(columns, axis=1), "<f4").view(np.dtype([("row", "<f4", len(names))]))
+    write_ply(file, tuple(("float", name) for name in names), [rows.reshape(-1)], [surface.faces])
 
 
 def _is_flat(place: Matrix) -> bool:
@@ -298,8 +302,11 @@ FloatArray = npt.NDArray[np.float64]
 _WIDTH, _HEIGHT = 800, 600
 
 
-def stage_elements(plan: ExportPlan) -> list[str]:
-    """Return the lines of integrator, sensor, emitters and ground for a plan of one frame."""
+def stage_elements(plan: ExportPlan, path: Path) -> list[str]:
+    """Return the lines of integrator, sensor, emitters and ground for a plan of one frame.
+
+    Writes the image of the surroundings beside ``path``.
+    """
     scene = Scene(plan.word, [plan.roots[0].entity], False)
     mi = use("scalar", 0, False)
     center, scale = unit_size(scene)
@@ -311,7 +318,11 @@ def stage_elements(plan: ExportPlan) -> list[str]:
     outward[:3, 3] = center
     lines: list[str] = []
     for key, value in surroundings(mi, stage, MITSUBA.setting(BackendOptions(), "bounces")).items():
-        if key != "type":
+        if key == "around":
+            file = path.with_name(f"{path.stem}-sky.exr")
+            value["bitmap"].write(str(file))
+            lines += elements(None, {"type": "envmap", "filename": file.name})
+        elif key != "type":
             lines += elements(None, _in_world(value, outward, scale))
     return lines
 

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Option, Progress, Work
+from scenelang.backends.pictures.backdrops import small, tone_for
 from scenelang.backends.pictures.draft_light import (
     GROUND,
     SKY,
@@ -28,6 +29,7 @@ from scenelang.backends.pictures.draft_light import (
     Surface,
     albedo_of,
     batches,
+    darkest_at_contact,
     ground_depths,
     hidden_share,
     key_reach,
@@ -53,7 +55,7 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
-from scenelang.backends.surfaces.appearance import encode, tone_map
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, tone_map
 from scenelang.backends.surfaces.solids import Solids
 
 FloatArray = npt.NDArray[np.float64]
@@ -156,6 +158,15 @@ def draw(
     for layer in layers[:1]:
         ids = np.where(layer[::_SAMPLES, ::_SAMPLES] != NOTHING, ids_of(layer[::_SAMPLES, ::_SAMPLES]), ids)
     return Draft(color, radiance, depth, ids, albedo, normal, sky[:, :, 0] * _above_horizon(stage, rays))
+
+
+def toned(staging: Staging, shot: Shot) -> Staging:
+    """Return a staging whose backdrop shows the outline of the scene in ``shot``, unless a ground is asked for."""
+    environment = ENVIRONMENTS[staging.environment]
+    if staging.ground is not None or environment.ground != "seamless" or environment.backdrop is None:
+        return staging
+    drawn = draw(staging.stage(replace(shot, camera=small(shot.camera))), by_pixel=True)
+    return replace(staging, backdrop=tone_for(drawn.radiance, drawn.ids >= 0, environment.backdrop))
 
 
 def _grid(height: int, width: int, step: int) -> tuple[IntArray, IntArray]:
@@ -453,7 +464,8 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCach
     samples = samples_at(rows_of(first.points, at), rows_of(first.normals, at), column, row)
     far = np.ones(first.ids.size, np.float32)
     far[at] = sky_light(maps, samples, tap_group(row, column))
-    return near * np.clip(smoothed(far.reshape(shape), depth), np.float32(0.02), np.float32(1.0))
+    share = near * np.clip(smoothed(far.reshape(shape), depth), np.float32(0.02), np.float32(1.0))
+    return darkest_at_contact(share, (first.ids == GROUND).reshape(shape), (first.ids >= 0).reshape(shape))
 
 
 def _shaded(
@@ -526,7 +538,9 @@ class DraftPainter:
         self._cache = DraftCache()
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
-        """Draw one shot; see ``Painter``."""
+        """Draw one shot; see ``Painter``. The first one decides the backdrop."""
+        if self._staging.backdrop is None:
+            self._staging = toned(self._staging, shot)
         stage = self._staging.stage(shot)
         if len(self._staging.moving) == 1:  # one frame, perhaps seen by several cameras
             stage = replace(stage, fixed=len(stage.solids))

@@ -17,7 +17,8 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GROUND_EDGE, ground_colors
+from scenelang.backends.surfaces import microfacets
+from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, GROUND_EDGE, Studio, ground_colors
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
@@ -543,6 +544,34 @@ def smoothed(values: Float32Array, depth: Float32Array) -> Float32Array:
     return values
 
 
+_CONTACT = 2  # pixels around solids in which neither term of the occlusion sees what is just above the ground
+
+
+def darkest_at_contact(
+    share: Float32Array, ground: npt.NDArray[np.bool_], solid: npt.NDArray[np.bool_]
+) -> Float32Array:
+    """Return the ``share`` (H, W) of ambient light without the bright lines where solids touch the ground.
+
+    Pixels of the ``ground`` (H, W) beside ``solid`` ones (H, W) get the smallest share of the ground around them.
+    """
+    low, beside = np.where(ground, share, np.float32(1.0)), solid.copy()
+    for axis in (0, 1):
+        for values, merge in ((low, np.minimum), (beside, np.logical_or)):
+            before = values.copy()
+            for shift in range(1, _CONTACT + 1):
+                head, tail = _shifted(axis, shift)
+                merge(values[head], before[tail], out=values[head])
+                merge(values[tail], before[head], out=values[tail])
+    return np.where(ground & beside, low, share)
+
+
+def _shifted(axis: int, shift: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
+    """Return the slices of all but the last, and of all but the first ``shift`` values along an axis of an image."""
+    whole = slice(None)
+    head, tail = slice(None, -shift), slice(shift, None)
+    return ((head, whole), (tail, whole)) if axis == 0 else ((whole, head), (whole, tail))
+
+
 # Shading: radiance of surfaces towards the eye, by diffuse reflection, highlights and reflections.
 
 
@@ -635,8 +664,15 @@ def radiance_of(stage: Stage, visible: Surface, albedo: Float32Array, reach: Rea
     else:
         color = _lit(stage, visible, albedo, reach)
     color[solid] += stage.solids.emission[visible.ids[solid]].astype(np.float32)
-    color[visible.ids == SKY] = environment.backdrop
+    sky = visible.ids == SKY
+    color[sky] = backdrop(stage.studio, visible.view[sky])
     return color
+
+
+def backdrop(studio: Studio, directions: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    """Return the radiance (3,) or (N, 3) behind the scene in unit ``directions`` (N, 3)."""
+    flat = studio.environment.backdrop
+    return studio.dome.radiance(directions) if flat is None else np.array(flat)
 
 
 def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
@@ -679,16 +715,19 @@ def _surroundings(stage: Stage, visible: Surface, solid: npt.NDArray[np.bool_]) 
 
     Light from below is reflected by the ground, which is darkened near the solid by the solid's shadow.
     """
-    environment = stage.studio.environment
-    sky = np.array(environment.ambient, np.float32)
+    up = np.array([[0.0, 1.0, 0.0]], np.float32)
+    sky = np.empty((len(solid), 3), np.float32)
+    sky[:] = stage.studio.dome.irradiance(up, above=True)  # of the ground
+    rows = np.flatnonzero(solid)
+    sky[rows] = stage.studio.dome.irradiance(rows_of(visible.normals, rows), above=stage.ground is not None)
     if stage.ground is None:
-        return np.broadcast_to(sky, (len(visible.ids), 3))
+        return sky
     height = np.clip(visible.points[:, 1] - stage.ground, 0.0, 10.0).astype(np.float32)
     below = np.where(solid, 0.5 - 0.5 * visible.normals[:, 1], 0.0).astype(np.float32)
     turned_away = (0.5 - 0.5 * visible.normals @ stage.studio.key_direction.astype(np.float32)).astype(np.float32)
     shaded = np.float32(_GROUND_SHADOW) * turned_away * np.exp(-height / np.float32(_GROUND_SHADOW_HEIGHT))
     ground = ground_radiance(stage).astype(np.float32)
-    return np.asarray(sky + below[:, None] * (ground * (1.0 - shaded)[:, None] - sky), np.float32)
+    return np.asarray(sky + below[:, None] * (ground * (1.0 - shaded)[:, None]), np.float32)
 
 
 def ground_depths(height: float, origin: FloatArray, direction: FloatArray) -> FloatArray:
@@ -711,6 +750,11 @@ def ground_radiance(stage: Stage) -> FloatArray:
 
 # --- gloss -----------------------------------------------------------------------------------------------------
 
+_COAT_ROUGHNESS = 0.06  # of varnish
+# The bright rim of fabric, as Mitsuba's ``principled`` has it: its share of the light, and its reflectance k (1 - c)^p
+# by the cosine c between normal and view.
+_SHEEN_ALBEDO, _SHEEN_RIM, _SHEEN_POWER = 0.12, 1.05, 2.16
+
 
 def _add_gloss(
     stage: Stage,
@@ -721,8 +765,8 @@ def _add_gloss(
 ) -> None:
     """Replace part of the diffuse reflection in ``color`` of glossy surfaces with specular reflection.
 
-    A microfacet model (GGX, Schlick's Fresnel term) of the key light and of the surroundings, which are the ambient
-    light above the horizon and the ground below, both blurred by the roughness.
+    Microfacets (GGX, Schlick's Fresnel term) reflect the key light and the surroundings: the dome above the horizon and
+    the ground below, both blurred by the roughness. What they lose by single scattering is added (``microfacets``).
     """
     looks = stage.solids.looks
     if bool(looks.matte.all()):
@@ -731,34 +775,72 @@ def _add_gloss(
     rows = solid[~looks.matte[stage.solids.look[visible.ids[solid]]]]
     if not len(rows):
         return
-    part = visible.take(rows)
-    look = stage.solids.look[part.ids]
+    gloss = _Gloss(stage, visible.take(rows), reach.key[rows], reach.ambient[rows])
+    look = stage.solids.look[gloss.part.ids]
     tint, metallic = albedo[rows].astype(np.float64), looks.metallic[look][:, None]
-    base = ((looks.ior[look] - 1.0) / (looks.ior[look] + 1.0)) ** 2
-    normal_reflectance = base[:, None] * (1.0 - metallic) + tint * metallic
-    rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
-    toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
-    fresnel = _schlick(normal_reflectance, toward, rough)
-    room = _room(stage, part, toward, rough) * reach.ambient[rows][:, None]
-    highlight = _highlight(stage, part, normal_reflectance, toward, rough) * reach.key[rows][:, None]
-    scattered = color[rows] * (1.0 - metallic) * (1.0 - base[:, None])
-    color[rows] = scattered + fresnel * room + highlight
+    rough, ior = np.maximum(looks.gloss[look], _MIN_ROUGHNESS), np.where(looks.diffuse[look], 1.0, looks.ior[look])
+    base = microfacets.normal_reflectance(ior)[:, None]
+    normal_reflectance = base * (1.0 - metallic) + tint * metallic
+    later = metallic * microfacets.later_bounces(tint, rough[:, None])  # those of dielectrics are in their body
+    scattered = color[rows] * (1.0 - metallic) * (1.0 - microfacets.dielectric_albedo(rough, ior)[:, None])
+    out = scattered + gloss.reflected(normal_reflectance, rough, 1.0 + later)
+    coat, sheen = looks.coat[look][:, None], looks.sheen[look][:, None]
+    if sheen.any():
+        rim = _SHEEN_RIM * (1.0 - gloss.toward[:, None]) ** _SHEEN_POWER
+        out += sheen * (rim * gloss.white - _SHEEN_ALBEDO * out)
+    if coat.any():
+        varnish, smooth = (
+            np.broadcast_to(microfacets.normal_reflectance(GLASS), coat.shape),
+            np.full(len(coat), _COAT_ROUGHNESS),
+        )
+        out += coat * (
+            gloss.reflected(varnish, smooth, 0.0) - microfacets.dielectric_albedo(_COAT_ROUGHNESS, GLASS) * out
+        )
+    color[rows] = out
+
+
+class _Gloss:
+    """Specular reflection at samples: ``toward`` (N,) is the cosine between their normals and the viewer."""
+
+    def __init__(self, stage: Stage, part: Surface, key: Float32Array, ambient: Float32Array) -> None:
+        self.stage, self.part = stage, part
+        self._key, self._ambient = key[:, None], ambient[:, None]
+        self.toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
+
+    @property
+    def white(self) -> FloatArray:
+        """Radiance (N, 3) of a white matte surface."""
+        facing = np.maximum(self.part.normals @ self.stage.studio.key_direction, 0.0)[:, None]
+        return np.asarray(
+            _surroundings(self.stage, self.part, self.part.ids >= 0) * self._ambient
+            + np.array(self.stage.studio.environment.key) * facing * self._key, np.float64
+        )  # fmt: skip
+
+    def reflected(self, normal_reflectance: FloatArray, rough: FloatArray, bounces: FloatArray | float) -> FloatArray:
+        """Return the radiance (N, 3) that facets reflect.
+
+        ``normal_reflectance`` (N, 1 or 3) is theirs at normal incidence, ``bounces`` (N, 3) how many times brighter
+        their light is than that of one bounce.
+        """
+        fresnel = _schlick(normal_reflectance, self.toward, rough) * microfacets.albedo(rough)[:, None]
+        room = fresnel * _room(self.stage, self.part, self.toward, rough) * self._ambient
+        highlight = _highlight(self.stage, self.part, normal_reflectance, self.toward, rough) * self._key
+        return np.asarray((room + highlight) * bounces, np.float64)
 
 
 def _schlick(reflectance: FloatArray, cosine: FloatArray, rough: FloatArray) -> FloatArray:
     """Return the Fresnel reflectance (N, 3) by Schlick's approximation (1994), weaker at grazing angles if rough."""
-    limit = np.maximum((1.0 - rough)[:, None], reflectance)
+    limit = np.where(reflectance > 0.0, np.maximum((1.0 - rough)[:, None], reflectance), 0.0)
     return np.asarray(reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None], np.float64)
 
 
 def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) -> FloatArray:
     """Return the radiance (N, 3) of the surroundings in the direction of reflection."""
-    environment = stage.studio.environment
-    sky = np.array(environment.ambient)
+    direction = part.view + 2.0 * toward[:, None] * part.normals
+    sky = stage.studio.dome.radiance(direction, rough)
     if stage.ground is None:
-        return np.broadcast_to(sky, (len(rough), 3))
-    up = part.view[:, 1] + 2.0 * toward * part.normals[:, 1]
-    share = np.clip(0.5 + 0.5 * up / np.maximum(rough, 0.02), 0.0, 1.0)[:, None]
+        return sky
+    share = np.clip(0.5 + 0.5 * direction[:, 1] / np.maximum(rough, 0.02), 0.0, 1.0)[:, None]
     return np.asarray(sky * share + ground_radiance(stage) * (1.0 - share), np.float64)
 
 

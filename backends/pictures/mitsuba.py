@@ -22,7 +22,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Option, Progress, Work, require, sub_progress
-from scenelang.backends.pictures.draft import Draft, DraftCache, draw
+from scenelang.backends.pictures.draft import Draft, DraftCache, draw, toned
+from scenelang.backends.pictures.draft_light import backdrop
 from scenelang.backends.pictures.film import (
     FINAL_EXTRA,
     STILL_ENDINGS,
@@ -44,6 +45,7 @@ from scenelang.backends.pictures.mitsuba_scene import (
     surroundings,
     unit_group,
 )
+from scenelang.backends.pictures.rays import pixel_directions
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
 from scenelang.backends.surfaces.appearance import Look, encode, tone_map
 from scenelang.backends.surfaces.solids import Solids
@@ -134,6 +136,8 @@ class MitsubaPainter:
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         """Draw one shot; a draft of its geometry guides the denoiser and gives the ids of labels."""
+        if self._staging.backdrop is None:
+            self._staging = toned(self._staging, shot)
         stage = self._staging.stage(shot)
         unlit = stage.studio.environment.unlit  # without lighting there is nothing to trace
         guide = draw(stage, sub_progress(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
@@ -160,9 +164,10 @@ class MitsubaPainter:
             total += share * np.array(image, np.float64).reshape(stage.height, stage.width, -1)[:, :, :3]
             report(0.1 + 0.85 * (k + 1) / passes)
         radiance = np.nan_to_num(total / self._samples, nan=0.0, posinf=1e4, neginf=0.0)
-        # Behind the scene the camera sees the backdrop, not the ambient light.
-        environment = stage.studio.environment
-        radiance += guide.sky[:, :, None] * (np.array(environment.backdrop) - np.array(environment.ambient))
+        # Behind the scene the camera sees the backdrop, not the lights of the studio.
+        seen = pixel_directions(stage.camera)
+        hidden = backdrop(stage.studio, seen) - stage.studio.dome.radiance(seen)
+        radiance += guide.sky[:, :, None] * hidden.reshape(radiance.shape)
         noisy = np.maximum(radiance, 0.0).astype(np.float32)
         clean = np.where(guide.sky[:, :, None] < 1.0, _denoised(noisy, guide), noisy) if self._denoise else noisy
         report(1.0)

@@ -11,17 +11,18 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.pictures.mitsuba_materials import is_glass, kind_of, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.surfaces.appearance import (
     BRIGHTEST,
     CHECKER,
     CHECKER_EDGE,
-    GLASS,
     GROUND_EDGE,
     Look,
     Studio,
     look_of,
 )
+from scenelang.backends.surfaces.dome import Dome
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
@@ -188,79 +189,7 @@ def _cut_below(root: Entity, counts: _Counts, size: int) -> tuple[frozenset[int]
     return frozenset(cut), stored
 
 
-# Materials of final images: Mitsuba BSDFs for a single look or for the per-face looks of a merged mesh.
-
-
-FACE_COLOR, FACE_OPACITY, FACE_GLOSS, FACE_METAL = "face_color", "face_opacity", "face_gloss", "face_metal"
-_MIN_ROUGHNESS = 0.03  # below, highlights of the key light are noise that few samples do not average
-_MIN_IOR = 1.001  # Mitsuba rejects an index of 1, which does not refract
-
-
-def rgb(color: Any) -> dict[str, Any]:
-    """Return a color for Mitsuba, linear sRGB."""
-    return {"type": "rgb", "value": [float(channel) for channel in color]}
-
-
-def is_glass(look: Look) -> bool:
-    """Return whether light transmitted by the surface is refracted."""
-    return look.ior is not None and look.opacity < 1.0
-
-
-def surface(look: Look) -> dict[str, Any]:
-    """Return the BSDF of one look."""
-    color = rgb([BRIGHTEST * channel for channel in look.color])
-    if look.is_matte:
-        return _covering(_both_sides({"type": "diffuse", "reflectance": color}), look.opacity)
-    glossy = {
-        "type": "principled",
-        "base_color": color,
-        "roughness": max(look.gloss, _MIN_ROUGHNESS),
-        "metallic": look.metallic,
-        "eta": max(look.ior or GLASS, _MIN_IOR),
-    }
-    if is_glass(look):
-        return glossy | {"spec_trans": 1.0 - look.opacity}
-    return _covering(_both_sides(glossy), look.opacity)
-
-
-def face_surface(matte: bool, clear: bool) -> dict[str, Any]:
-    """Return the BSDF of a merged mesh with per-face material attributes (not for glass).
-
-    Parameters
-    ----------
-    matte
-        Whether all faces are Lambertian.
-    clear
-        Whether some faces are transparent.
-    """
-    color = _of_face(FACE_COLOR)
-    if matte:
-        base: dict[str, Any] = {"type": "diffuse", "reflectance": color}
-    else:
-        base = {
-            "type": "principled",
-            "base_color": color,
-            "roughness": _of_face(FACE_GLOSS),
-            "metallic": _of_face(FACE_METAL),
-            "eta": GLASS,
-        }
-    both = _both_sides(base)
-    return {"type": "mask", "opacity": _of_face(FACE_OPACITY), "bsdf": both} if clear else both
-
-
-def _of_face(name: str) -> dict[str, Any]:
-    """Return the texture of a per-face attribute."""
-    return {"type": "mesh_attribute", "name": name}
-
-
-def _both_sides(bsdf: dict[str, Any]) -> dict[str, Any]:
-    """Return a BSDF for both sides of a surface; Mitsuba's opaque ones are black at the back."""
-    return {"type": "twosided", "bsdf": bsdf}
-
-
-def _covering(bsdf: dict[str, Any], opacity: float) -> dict[str, Any]:
-    """Return a BSDF that covers only part of the surface."""
-    return {"type": "mask", "opacity": float(opacity), "bsdf": bsdf} if opacity < 1.0 else bsdf
+# Camera, lighting and ground.
 
 
 _LIGHT_DISTANCE = 1e6  # distance of the key light, so far that it lights the whole ground evenly
@@ -274,7 +203,7 @@ def surroundings(mi: Any, stage: Stage, depth: int) -> dict[str, Any]:
         "type": "scene",
         "integrator": {"type": "path", "max_depth": depth},
         "sensor": sensor(mi, stage.camera),
-        "around": {"type": "constant", "radiance": rgb(environment.ambient)},
+        "around": {"type": "envmap", "bitmap": mi.Bitmap(around(stage.studio.dome))},
     }
     if any(environment.key):
         scene["key"] = _key_light(mi, stage.studio)
@@ -320,6 +249,19 @@ def sensor(mi: Any, camera: Camera) -> dict[str, Any]:
         plugin |= {"type": "thinlens", "aperture_radius": camera.aperture, "focus_distance": camera.focus}
         del plugin["principal_point_offset_x"], plugin["principal_point_offset_y"]
     return plugin
+
+
+def around(dome: Dome) -> npt.NDArray[np.float32]:
+    """Return the image (K, 2 K, 3) of a dome for Mitsuba's ``envmap``.
+
+    Its columns are in the reverse order, and its first and last rows are the zenith and the nadir themselves. It has
+    twice the rows of the dome, because both interpolate.
+    """
+    height = 2 * len(dome.panorama.image)
+    polar = np.arange(height)[:, None] / (height - 1) * math.pi
+    turn = ((np.arange(2 * height) + 0.5) / (2 * height) - 0.5) * -2.0 * math.pi
+    directions = [np.sin(polar) * np.sin(turn), np.cos(polar) + 0.0 * turn, np.sin(polar) * np.cos(turn)]
+    return dome.radiance(np.stack(directions, axis=2).reshape(-1, 3)).reshape(height, 2 * height, 3).astype(np.float32)
 
 
 def _key_light(mi: Any, studio: Studio) -> dict[str, Any]:
@@ -438,37 +380,51 @@ def merged_meshes(mi: Any, solids: Solids, segments: IntArray) -> Iterator[Any]:
     """
     flat = ~solids.that_are("is_curved")
     emission = np.rint(solids.emission * _EMISSION_STEPS) / _EMISSION_STEPS
-    matte, clear = solids.looks.matte[solids.look], solids.opacity < 1.0
-    glass = np.array([is_glass(look) for look in solids.looks.rows], bool)[solids.look]
-    own_look = np.where(glass, solids.look, -1)  # refractive materials cannot vary within a mesh
-    keys = np.column_stack([emission, own_look, flat, matte, clear])
-    kinds, kind = np.unique(keys, axis=0, return_inverse=True)
-    for k, key in enumerate(kinds):
-        rows = np.flatnonzero(kind.reshape(-1) == k)
-        part = solids.take(rows)
-        bsdf = surface(solids.looks.rows[int(key[3])]) if key[3] >= 0 else face_surface(bool(key[5]), bool(key[6]))
-        yield _merged_mesh(mi, part, segments[rows], bsdf, key[:3], is_flat=bool(key[4]))
+    numbers: dict[Look, int] = {}
+    kinds = np.array([numbers.setdefault(kind_of(look), len(numbers)) for look in solids.looks.rows], np.int64)
+    looks = tuple(numbers)
+    clear = (solids.opacity < 1.0) & ~np.array([is_glass(look) for look in looks], bool)[kinds][solids.look]
+    keys = np.column_stack([emission, kinds[solids.look], flat, clear])
+    groups, group = np.unique(keys, axis=0, return_inverse=True)
+    for k, key in enumerate(groups):
+        rows = np.flatnonzero(group.reshape(-1) == k)
+        radiance = {"type": "area", "radiance": rgb(key[:3])} if key[:3].any() else None
+        part = _Part(solids.take(rows), segments[rows], looks[int(key[3])], is_clear=bool(key[5]))
+        yield _merged_mesh(mi, part, radiance, is_flat=bool(key[4]))
 
 
-def _merged_mesh(
-    mi: Any, solids: Solids, segments: IntArray, bsdf: dict[str, Any], emission: FloatArray, *, is_flat: bool
-) -> Any:
-    """Return one mesh of solids with per-face material attributes."""
-    vertices, normals, faces, owner = _merged(solids, segments)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Part:
+    """Solids of one mesh: their numbers of sides, what their materials share, and whether some are transparent."""
+
+    solids: Solids
+    segments: IntArray
+    look: Look
+    is_clear: bool
+
+
+def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_flat: bool) -> Any:
+    """Return one mesh of solids with the colors and opacities of its faces as attributes."""
+    vertices, normals, faces, owner = _merged(part.solids, part.segments)
+    look = part.solids.look[owner]
+    colors = part.solids.looks.color * BRIGHTEST
+    attributes: dict[str, FloatArray] = {}
+
+    def of_faces(values: FloatArray) -> dict[str, Any]:
+        """Return the texture of values (looks, channels), which becomes an attribute of the mesh."""
+        name = f"face_values{len(attributes)}"
+        attributes[name] = values[look]
+        return {"type": "mesh_attribute", "name": name}
+
+    opacity = of_faces(part.solids.looks.opacity[:, None]) if part.is_clear else None
     props = mi.Properties()
-    props["bsdf"] = mi.load_dict(bsdf)
+    props["bsdf"] = mi.load_dict(surface(part.look, lambda lobe: of_faces(lobe(colors)), opacity))
     props["face_normals"] = is_flat
-    if emission.any():
-        props["emitter"] = mi.load_dict({"type": "area", "radiance": rgb(emission)})
+    if emitter is not None:
+        props["emitter"] = mi.load_dict(emitter)
     mesh = mi.Mesh("solids", len(vertices), len(faces), has_vertex_normals=not is_flat, props=props)
-    look = solids.look[owner]
-    mesh.add_attribute(FACE_COLOR, 3, (solids.looks.color[look] * BRIGHTEST).astype(np.float32).ravel())
-    for name, values in (
-        (FACE_OPACITY, solids.looks.opacity),
-        (FACE_GLOSS, np.maximum(solids.looks.gloss, _MIN_ROUGHNESS)),
-        (FACE_METAL, solids.looks.metallic),
-    ):
-        mesh.add_attribute(name, 1, values[look].astype(np.float32))
+    for name, values in attributes.items():
+        mesh.add_attribute(name, values.shape[1], values.astype(np.float32).ravel())
     _fill(mi, mesh, vertices, None if is_flat else normals, faces)
     return mesh
 

@@ -104,6 +104,13 @@ def camera_rays(camera: Camera, samples: int = 1) -> Rays:
     return _rays(camera.eye, camera.axes, focal, principal, size, parallel=camera.is_parallel)
 
 
+def pixel_directions(camera: Camera) -> FloatArray:
+    """Return the unit directions (H * W, 3) of the rays through the middles of an image's pixels, row by row."""
+    row, column = np.divmod(np.arange(camera.height * camera.width), camera.width)
+    _, direction = camera_rays(camera).at(column + 0.5, row + 0.5)
+    return np.asarray(direction / np.linalg.norm(direction, axis=1, keepdims=True), np.float64)
+
+
 def parallel_rays(center: FloatArray, axes: FloatArray, half: float, size: int, squares: int = 1) -> Rays:
     """Return size x size parallel rays along ``axes[2]`` through the square of half width ``half`` around ``center``.
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
 from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
-from scenelang.backends.surfaces.appearance import Studio, check_seen, studio_for
+from scenelang.backends.surfaces.appearance import Color, Studio, check_seen, studio_for
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
@@ -198,6 +198,8 @@ class Staging:
         As of ``Stage``.
     environment, ground
         Names in ``ENVIRONMENTS`` and ``GROUNDS``.
+    backdrop
+        Radiance (3) behind the scene; None for that of the environment.
     """
 
     asked: dict[int, Entity]
@@ -209,11 +211,12 @@ class Staging:
     scale: float
     environment: str
     ground: str | None
+    backdrop: Color | None = None
 
     def stage(self, shot: Shot) -> Stage:
         """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
-        studio = studio_for(camera.right, self.environment, self.ground)
+        studio = studio_for(camera.right, self.environment, self.ground, self.backdrop)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)

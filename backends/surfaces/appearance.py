@@ -3,7 +3,8 @@
 ``:color`` is the reflectance in linear sRGB; ``:roughness`` from 0 (polished) to 1, matte if absent; ``:metallic`` from
 0 to 1; ``:opacity`` from 0 (transparent) to 1; ``:emission`` the emitted radiance, one number (multiplied by the
 color) or three; ``:ior`` the index of refraction: the surface is glossy, and light transmitted by its ``:opacity`` is
-refracted, as by glass.
+refracted, as by glass; ``:coat`` from 0 to 1 a varnish, ``:sheen`` from 0 to 1 the bright rim of fabric. ``:material``
+names a substance (``primitives/substances``), which sets what the other attributes do not set.
 """
 
 from __future__ import annotations
@@ -12,17 +13,19 @@ import colorsys
 import hashlib
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.surfaces.dome import UNIFORM, Dome, Sky, Softbox, panorama_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.primitives import items_of
+from scenelang.interpreter.scene.primitives.substances import SUBSTANCES, Substance
 
 FloatArray = npt.NDArray[np.float64]
 AnyFloats = npt.NDArray[np.floating]
@@ -37,6 +40,7 @@ _GLASS_ROUGHNESS, _METAL_ROUGHNESS = 0.05, 0.35
 # One-line descriptions of the material attributes; `:color` belongs to the shape.
 MATERIALS: Mapping[str, str] = MappingProxyType({attribute.name: attribute.doc for attribute in primitives.MATERIALS})
 READ = tuple(MATERIALS)
+_OF_SUBSTANCES = ("roughness", "metallic", "ior", "opacity", "coat", "sheen")  # attributes that a substance sets
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +48,7 @@ class Look:
     """Material of a surface.
 
     ``color`` and ``emission`` (radiance) are linear sRGB; see the module's docstring for the others. ``roughness`` None
-    means matte, ``ior`` None means not refractive.
+    means matte, ``ior`` None means not refractive. ``material`` is the name of a substance, which exports show.
     """
 
     color: Point
@@ -53,10 +57,18 @@ class Look:
     roughness: float | None = None
     metallic: float = 0.0
     ior: float | None = None
+    coat: float = 0.0
+    sheen: float = 0.0
+    material: str | None = None
 
     @property
     def is_matte(self) -> bool:
         """Whether the surface is Lambertian: no highlights, no reflections."""
+        return self.is_diffuse and self.coat == self.sheen == 0.0
+
+    @property
+    def is_diffuse(self) -> bool:
+        """Whether the surface below its coat and its sheen is Lambertian."""
         return self.roughness is None and self.metallic == 0.0 and self.ior is None
 
     @property
@@ -76,9 +88,12 @@ class Looks:
     emission: FloatArray  # (K, 3)
     opacity: FloatArray  # (K,)
     matte: npt.NDArray[np.bool_]  # (K,)
+    diffuse: npt.NDArray[np.bool_]  # (K,)
     gloss: FloatArray  # (K,)
     metallic: FloatArray  # (K,)
     ior: FloatArray  # (K,), that of glass where not given
+    coat: FloatArray  # (K,)
+    sheen: FloatArray  # (K,)
 
 
 def looks_of(rows: Iterable[Look]) -> Looks:
@@ -91,9 +106,12 @@ def looks_of(rows: Iterable[Look]) -> Looks:
         np.array([look.emission for look in rows], np.float64).reshape(count, 3),
         np.array([look.opacity for look in rows], np.float64),
         np.array([look.is_matte for look in rows], bool),
+        np.array([look.is_diffuse for look in rows], bool),
         np.array([look.gloss for look in rows], np.float64),
         np.array([look.metallic for look in rows], np.float64),
         np.array([look.ior or GLASS for look in rows], np.float64),  # renderers need one for every glossy surface
+        np.array([look.coat for look in rows], np.float64),
+        np.array([look.sheen for look in rows], np.float64),
     )
 
 
@@ -103,13 +121,16 @@ def look_of(entity: Entity) -> Look:
     Semantic primitives and blocks without ``:color`` get a stable tint derived from their word or block type.
     """
     attributes, shape = entity.embedding.attributes, entity.shape
+    substance = _substance(entity.word, attributes.get("material"))
     color = shape.color if shape is not None else (1.0, 1.0, 1.0)
-    if attributes.get("color") is None and shape is not None:
+    if attributes.get("color") is None and shape is not None and substance is None:
         chosen = shape.color_seed(entity.word, attributes)
         color = color if chosen is None else tint(*chosen)
     values = {name: value for name in READ if (value := attributes.get(name)) is not None}
     if not values:
         return Look(color)
+    if substance is not None:
+        values = {name: getattr(substance, name) for name in _OF_SUBSTANCES} | values
     emission = _numbers_in(entity.word, "emission", values.get("emission"), (1, 3), (0.0, 0.0, 0.0))
     if len(emission) == 1:
         emission = tuple(emission[0] * channel for channel in color)
@@ -123,7 +144,15 @@ def look_of(entity: Entity) -> Look:
         _share(entity.word, "roughness", values.get("roughness")),
         metallic or 0.0,
         _ior(entity.word, values.get("ior")),
+        _share(entity.word, "coat", values.get("coat")) or 0.0,
+        _share(entity.word, "sheen", values.get("sheen")) or 0.0,
+        None if substance is None else attributes["material"],
     )
+
+
+def _substance(word: str, name: Any) -> Substance | None:
+    """Return the substance of a ``:material``, None without one; raises SceneError("attribute")."""
+    return None if name is None else SUBSTANCES[primitives.material_of(word, "material", name)]
 
 
 def check_seen(scene: Scene) -> None:
@@ -190,9 +219,9 @@ class Environment:
     doc
         One-line description.
     backdrop
-        Radiance behind the scene, linear sRGB.
+        Radiance behind the scene, linear sRGB; None shows the sky.
     ambient
-        Radiance from all directions.
+        Radiance of a white surface that faces upwards, from the sky alone.
     key
         Radiance of a white surface that faces the key light, from that light alone.
     turn, height, radius
@@ -200,6 +229,8 @@ class Environment:
         degrees. It turns with the camera, so that a turntable looks like an object that rotates before a fixed camera.
     toned
         Whether images have a soft shoulder instead of clipping.
+    sky
+        Radiance by direction, relative to ``ambient`` and to the camera's azimuth: at azimuth 0 is the camera.
     unlit
         Whether surfaces show their colors unshaded. Both qualities then draw the same image, without ray tracing.
     ground
@@ -207,9 +238,10 @@ class Environment:
     """
 
     doc: str
-    backdrop: Color
+    backdrop: Color | None
     ambient: Color
     key: Color
+    sky: Sky = UNIFORM
     turn: float = -72.0
     height: float = 50.0
     radius: float = 5.0
@@ -218,24 +250,35 @@ class Environment:
     ground: str = "seamless"
 
 
+# Lights that polished surfaces reflect: over the scene, around the key light, to the right, and two behind it that draw
+# bright rims.
+_STUDIO = Sky((0.62, 0.62, 0.64), (0.50, 0.505, 0.52), (0.36, 0.36, 0.37), (
+    Softbox(180.0, 74.0, 34.0, 18.0, (2.0, 2.0, 2.05)),
+    Softbox(-72.0, 48.0, 15.0, 15.0, (3.4, 3.25, 3.0)),
+    Softbox(76.0, 22.0, 9.0, 34.0, (2.3, 2.4, 2.5)),
+    Softbox(-148.0, 24.0, 8.0, 30.0, (2.6, 2.6, 2.6)),
+    Softbox(146.0, 34.0, 15.0, 13.0, (2.4, 2.35, 2.3)),
+))  # fmt: skip
 ENVIRONMENTS = {
     "studio": Environment(
-        "a bright room with a soft light beside the camera",
-        (0.60, 0.61, 0.625), (0.42, 0.43, 0.445), (0.76, 0.73, 0.68),
+        "a bright room with softboxes, the brightest beside the camera",
+        (0.60, 0.61, 0.625), (0.42, 0.43, 0.445), (0.76, 0.73, 0.68), _STUDIO, radius=8.0,
     ),
     "overcast": Environment(
-        "a white sky with faint shadows", (0.68, 0.70, 0.73), (0.66, 0.69, 0.73), (0.14, 0.14, 0.14), radius=20.0
+        "a white sky with faint shadows", (0.68, 0.70, 0.73), (0.66, 0.69, 0.73), (0.14, 0.14, 0.14),
+        Sky((1.12, 1.12, 1.12), (0.76, 0.76, 0.76), (0.3, 0.3, 0.3)), radius=20.0,
     ),
     "sunny": Environment(
-        "a blue sky and a hard sun", (0.42, 0.58, 0.80), (0.30, 0.38, 0.50), (1.05, 0.98, 0.85), -60.0, 55.0, 1.0,
-        ground="meadow",
+        "a blue sky and a hard sun", None, (0.30, 0.38, 0.50), (1.05, 0.98, 0.85),
+        Sky((0.50, 0.80, 1.15), (1.75, 1.55, 1.35), (0.45, 0.5, 0.3)), -60.0, 55.0, 1.0, ground="meadow",
     ),
     "sunset": Environment(
-        "a low warm sun", (0.72, 0.47, 0.32), (0.24, 0.22, 0.30), (1.05, 0.62, 0.32), -65.0, 18.0, 2.5, ground="earth"
+        "a low warm sun", None, (0.24, 0.22, 0.30), (1.05, 0.62, 0.32),
+        Sky((0.45, 0.65, 0.95), (2.7, 1.75, 0.95), (0.5, 0.4, 0.3)), -65.0, 18.0, 2.5, ground="earth",
     ),
     "night": Environment(
         "moonlight, for scenes with :emission", (0.010, 0.014, 0.030), (0.016, 0.020, 0.036), (0.05, 0.06, 0.09),
-        -50.0, 60.0, 2.0, ground="dark",
+        Sky((0.7, 0.7, 0.8), (1.6, 1.5, 1.4), (0.2, 0.2, 0.2)), -50.0, 60.0, 2.0, ground="dark",
     ),
     "flat": Environment(
         "unlit: every surface has exactly its :color, without shadows", (1.0, 1.0, 1.0),
@@ -279,14 +322,19 @@ class Studio:
         Unit vector from the scene to the key light.
     ground : (2, 3) or None
         Reflectances of the two kinds of squares of the ground, equal for a plain one; None without a ground.
+    dome
+        Radiance by direction, without the key light.
     """
 
     environment: Environment
     key_direction: FloatArray
     ground: FloatArray | None
+    dome: Dome
 
 
-def studio_for(right: FloatArray, environment: str = "studio", ground: str | None = None) -> Studio:
+def studio_for(
+    right: FloatArray, environment: str = "studio", ground: str | None = None, backdrop: Color | None = None
+) -> Studio:
     """Return the lighting of an image, with the key light beside the camera.
 
     Parameters
@@ -295,22 +343,28 @@ def studio_for(right: FloatArray, environment: str = "studio", ground: str | Non
         Direction to the right in the camera's image.
     environment, ground
         Names in ``ENVIRONMENTS`` and ``GROUNDS``; the ground is by default that of the environment.
+    backdrop
+        Radiance that replaces the environment's behind the scene.
     """
     chosen = ENVIRONMENTS[environment]
+    if backdrop is not None:
+        chosen = replace(chosen, backdrop=backdrop)
     turn = math.atan2(-right[2], right[0]) + math.radians(chosen.turn)
     height = math.radians(chosen.height)
     flat = math.cos(height)
     direction = np.array([math.sin(turn) * flat, math.sin(height), math.cos(turn) * flat])
     name = ground or chosen.ground
-    return Studio(chosen, direction, None if name == "none" else _ground(GROUNDS[name], chosen, direction))
+    dome = Dome(panorama_of(chosen.sky, chosen.ambient), math.degrees(turn) - chosen.turn)
+    return Studio(chosen, direction, None if name == "none" else _ground(GROUNDS[name], chosen, direction), dome)
 
 
 def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> FloatArray:
     """Return the reflectances (2, 3) of a ground; a seamless one is lit as bright as the backdrop."""
-    if ground.color is None:
+    if ground.color is None and environment.backdrop is not None:
         light = np.array(environment.ambient) + np.array(environment.key) * direction[1]
         return np.tile(np.minimum(np.array(environment.backdrop) / light, 1.0), (2, 1))
-    return np.array([ground.color, ground.other or ground.color])
+    color = ground.color or (0.5, 0.5, 0.5)  # before a sky, a seamless ground is gray
+    return np.array([color, ground.other or color])
 
 
 def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:

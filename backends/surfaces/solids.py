@@ -374,8 +374,9 @@ def own_mesh(shape: Primitive) -> Mesh | None:
 
 
 def keeps_own_colors(entity: Entity, mesh: Mesh) -> bool:
-    """Return whether a mesh shows its own colors; the attribute ``:color`` of the primitive replaces them."""
-    return mesh.colors is not None and entity.embedding.attributes.get("color") is None
+    """Return whether a mesh shows its own colors; ``:color`` and ``:material`` of the primitive replace them."""
+    given = entity.embedding.attributes
+    return mesh.colors is not None and given.get("color") is None and given.get("material") is None
 
 
 def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:

@@ -151,7 +151,9 @@ def test_several_backends_draw_side_by_side(tmp_path: Path) -> None:
         "--size",
         "40x30",
         "--samples",
-        "4",
+        "16",
+        "--ground",
+        "seamless",
         "-o",
     ]
     assert main([*command, str(tmp_path / "a.png")]) == 0

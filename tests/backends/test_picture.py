@@ -38,14 +38,16 @@ def staged(scene: Scene, view: Viewpoint, width: int, height: int, frame: int = 
 
 
 def finished(scene: Scene, view: Viewpoint, width: int, height: int, **settings: Any) -> Image:
-    options = PictureOptions(width=width, height=height, camera=view, settings=settings, labels=False)
+    options = PictureOptions(
+        width=width, height=height, camera=view, ground="seamless", settings=settings, labels=False
+    )
     return picture_draw(scene, options, picture_backend("final"))
 
 
 def drafted(scene: Scene, **options: Any) -> np.ndarray:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        return render(scene, PictureOptions(**{"width": 64, "height": 64} | options))
+        return render(scene, PictureOptions(**{"width": 64, "height": 64, "ground": "seamless"} | options))
 
 
 def test_draft_and_final_agree(make: Any) -> None:
@@ -84,7 +86,7 @@ def test_the_unshaded_ground_is_the_backdrop(make: Any) -> None:
     for quality in ("draft", "final"):
         picture = render(
             make.scene(make.primitive("sphere")),
-            PictureOptions(width=64, height=64, camera=Viewpoint(elevation=8, distance=30)),
+            PictureOptions(width=64, height=64, camera=Viewpoint(elevation=8, distance=30), ground="seamless"),
             quality,
         )
         corners = picture[[0, 0, -1, -1], [0, -1, 0, -1]].astype(float)
@@ -143,7 +145,7 @@ def test_hard_scenes_are_drawn(make: Any, name: str) -> None:
     assert picture.shape == (30, 40, 3)
     if name not in ("a point", "a line", "no length"):
         assert np.ptp(picture) > 20
-    final = render(scene, PictureOptions(width=40, height=30, settings={"samples": 4}), "final")
+    final = render(scene, PictureOptions(width=40, height=30, ground="seamless", settings={"samples": 4}), "final")
     assert np.abs(picture.astype(float) - final).mean() < 25
 
 
@@ -250,9 +252,9 @@ def test_an_asset_is_drawn_as_its_mesh(make: Any, tmp_path: Path) -> None:
     ball = make.primitive("sphere", color=(0.8, 0.1, 0.1))
     a, b = drafted(make.scene(mesh)).astype(float), drafted(make.scene(ball)).astype(float)
     assert np.abs(a - b).mean() < 2
-    final = render(make.scene(mesh), PictureOptions(width=64, height=64, settings={"samples": 8}), "final").astype(
-        float
-    )
+    final = render(
+        make.scene(mesh), PictureOptions(width=64, height=64, ground="seamless", settings={"samples": 8}), "final"
+    ).astype(float)
     assert np.abs(a - final).mean() < 4
     lost = {"file": str(tmp_path / "lost.glb"), "color": given["color"]}
     box = Entity("mesh", Embedding(attributes=lost), (), shape_of("mesh", lost, asset))

@@ -30,6 +30,7 @@ from scenelang.interpreter.scene.primitives.base import (
     Primitive,
     Support,
     items_of,
+    material_of,
 )
 
 if TYPE_CHECKING:
@@ -281,6 +282,7 @@ __all__ = [
     "geometry_attributes",
     "is_word",
     "items_of",
+    "material_of",
     "shape_of",
     "solid_words",
     "standard_forms",

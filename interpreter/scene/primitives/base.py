@@ -11,12 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from scenelang.grammar.datum import dataclass, fields, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.loading import np
+from scenelang.interpreter.scene.primitives.substances import DENSITIES, SUBSTANCES
 from scenelang.interpreter.values.values import Array, MutableArray, MutableList, Pair, Vector, list_items
 
 if TYPE_CHECKING:
@@ -191,6 +191,26 @@ def color_of(word: str, value: Any) -> Point:
     return (min(1.0, max(0.0, r)), min(1.0, max(0.0, g)), min(1.0, max(0.0, b)))
 
 
+def material_of(word: str, name: str, value: Any) -> str:
+    """Return ``value`` if it is the name of a substance; otherwise raise SceneError("attribute").
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message.
+    """
+    if type(value) is not str:
+        raise _invalid(word, name, 'the name of a material, as "oak" or "brushed steel"')
+    return _substance(word, name, value, SUBSTANCES)
+
+
+def _substance(word: str, name: str, value: str, known: Mapping[str, Any]) -> str:
+    """Return ``value`` if it is one of the ``known`` substances; otherwise raise SceneError("attribute")."""
+    if value not in known:
+        raise SceneError(
+            "attribute", f'the attribute `:{name}` of "{word}" names no known substance: "{value}"',
+            suggest(value, known) or f"known substances: {', '.join(known)}",
+        )  # fmt: skip
+    return value
+
+
 SCALE = Attribute(
     "scale", "side lengths along x, y and z in scene units, or one number for all three; default [1 1 1]",
     "a number or three", WHITE, size_of, "size", ("Number", "Triple"), 0.0,
@@ -228,6 +248,12 @@ MATERIALS = (
     Attribute("ior", "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
               "a number", None, number_of, accepts=("Number",), low=1.0, high=4.0,
               aliases=("refraction", "index-of-refraction")),
+    Attribute("coat", "from 0 to 1: a clear varnish over the surface; default 0", "a number", 0.0, number_of,
+              accepts=("Number",), low=0.0, high=1.0, aliases=("clearcoat", "clear-coat", "varnish", "lacquer")),
+    Attribute("sheen", "from 0 to 1: the bright rim of fabric; default 0", "a number", 0.0, number_of,
+              accepts=("Number",), low=0.0, high=1.0, aliases=("fuzz", "velvet")),
+    Attribute("material", 'a substance, as "oak", "glass" or "brushed steel", which sets what no other attribute sets; '
+              "default none", "a string", None, material_of, accepts=("String",), aliases=("substance", "made-of")),
 )  # fmt: skip
 
 
@@ -267,23 +293,9 @@ def density_of(word: str, name: str, value: Any) -> float:
     Raises SceneError("attribute"), which names the attribute ``name`` and the ``word`` of the call, for other values.
     """
     if type(value) is str:
-        if value not in DENSITIES:
-            raise SceneError(
-                "attribute", f'the attribute `:{name}` of "{word}" names no known substance: "{value}"',
-                suggest(value, DENSITIES) or f"known substances: {', '.join(DENSITIES)}",
-            )  # fmt: skip
-        return DENSITIES[value]
+        return DENSITIES[_substance(word, name, value, DENSITIES)]
     return positive_of(word, name, value)
 
-
-# Densities in kg/m^3, rounded to the digits in which handbooks agree.
-DENSITIES: Mapping[str, float] = MappingProxyType({
-    "foam": 50.0, "cork": 200.0, "balsa": 150.0, "pine": 500.0, "wood": 600.0, "oak": 700.0, "paper": 800.0,
-    "ice": 917.0, "wax": 930.0, "food": 1000.0, "water": 1000.0, "plastic": 1050.0, "rubber": 1100.0, "cloth": 400.0,
-    "leather": 900.0, "clay": 1800.0, "brick": 1900.0, "ceramic": 2300.0, "concrete": 2400.0, "glass": 2500.0,
-    "stone": 2600.0, "marble": 2700.0, "aluminium": 2700.0, "iron": 7870.0, "steel": 7850.0, "brass": 8500.0,
-    "copper": 8960.0, "lead": 11340.0, "gold": 19300.0,
-})  # fmt: skip
 
 # Attributes of physics (docs/physics.md), which any entity may have: calls of bound words too, whatever parameters
 # their functions have. Only simulations read them.
@@ -398,6 +410,8 @@ class Primitive:
                 values[attribute.field or attribute.name] = attribute.read(word, attribute.name, value)
         if (value := attributes.get("color")) is not None:
             values["color"] = color_of(word, value)
+        elif (value := attributes.get("material")) is not None and cls.has_color:
+            values["color"] = SUBSTANCES[material_of(word, "material", value)].color
         for attribute in MATERIALS if cls.is_semantic else (*MATERIALS, *PHYSICS):
             if attribute.read is not None and (value := attributes.get(attribute.name)) is not None:
                 attribute.read(word, attribute.name, value)
