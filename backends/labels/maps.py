@@ -35,7 +35,7 @@ class _DrawnScene:
 def maps_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft", tracked: int = 64) -> Maps:
     """Render an image with its ground truth; ``tracked`` is the number of points that ``Maps.tracks`` follows."""
     drawn = drawn_scene(graph, options.limit, options.warn)  # the maps must match the rendered geometry
-    image, shot = shot_of(drawn, options, quality)
+    image, shot = shot_of(drawn, options, quality, range(len(drawn.frames)))  # as `LabelledView` does
     return Maps(_DrawnScene(drawn), replace(options, progress=None), shot.frame, tracked, image)
 
 

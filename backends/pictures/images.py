@@ -10,12 +10,12 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress
+from scenelang.backends.base import Progress, frame_of
 from scenelang.backends.pictures import film as drawing
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, picture_backend
-from scenelang.backends.pictures.stage import Shot, still
+from scenelang.backends.pictures.stage import Shot, stills
 from scenelang.backends.pictures.stage import film as film_shots
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import fits, typed
@@ -25,8 +25,8 @@ Size = tuple[int, int]
 View = Viewpoint | PlacedCamera
 _DEFAULT_SIZE = (512, 512)  # pixels
 _VIEW_NUMBERS = {
-    "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float",
-    "distance": "float | None", "orbit": "float | None", "focus": "float | None",
+    "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float", "roll": "float",
+    "distance": "float | None", "orbit": "float | None", "focus": "float | None", "lens": "float | None",
 }  # fmt: skip
 
 
@@ -53,6 +53,13 @@ class Camera(Viewpoint):
         Vertical field of view in degrees.
     target : (x, y, z), optional
         Point at the center of the image.
+    eye : (x, y, z), optional
+        Position of the camera, instead of ``azimuth``, ``elevation`` and ``distance``. It looks at ``target``, by
+        default the center of the scene.
+    roll : float
+        Turn of the camera around its view direction, clockwise, in degrees.
+    lens : float, optional
+        Focal length in millimeters for an image 36 mm wide, instead of ``fov``.
     orthographic : bool
         Use a parallel projection.
     aperture, focus : float
@@ -69,8 +76,10 @@ class Camera(Viewpoint):
             value = getattr(self, name)
             if not fits(value, annotation):
                 raise SceneError("value", f"`{name}`: expected a finite number, got {value!r}")
-        if self.target is not None and (len(self.target) != 3 or not all(fits(x, "float") for x in self.target)):
-            raise SceneError("value", f"`target`: expected three finite numbers, got {self.target!r}")
+        for name in ("target", "eye"):
+            point = getattr(self, name)
+            if point is not None and (len(point) != 3 or not all(fits(x, "float") for x in point)):
+                raise SceneError("value", f"`{name}`: expected three finite numbers, got {point!r}")
 
     def __repr__(self) -> str:
         default = Viewpoint()
@@ -254,11 +263,17 @@ def image_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str]
     return shot_of(graph, options, quality)[0]
 
 
-def shot_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft") -> tuple[Image, Shot]:
-    """Render one image as ``image_of`` does, and return its shot too: the camera and the frame of the scene."""
+def shot_of(
+    graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft", seen: Sequence[int] | None = None
+) -> tuple[Image, Shot]:
+    """Render one image as ``image_of`` does, and return its shot too: the camera and the frame of the scene.
+
+    ``seen`` are the frames that the camera frames, by default the rendered one.
+    """
     backends = _backends(quality)
     drawing.check(options, backends)
-    shot = still(graph, options.camera, options.frame, options.width, options.height)
+    frame = frame_of(graph, options.frame)
+    (shot,) = stills(graph, options.camera, [frame], options.width, options.height, seen)
     painted = drawing.paint_shot(drawing.painters(graph, options, backends, [shot]), shot, options.progress)
     return _image(painted, shot.camera), shot
 

@@ -17,7 +17,6 @@ from scenelang.grammar.lazy_patterns import lazy_pattern
 
 Completer = Callable[..., Iterable[str]]
 _PROGRAMS = (".scene", ".py", ".txt", ".ipynb", ".json")  # file extensions of programs
-_CAMERAS = ("turntable", "top", "isometric", "follow")
 _BINDING = lazy_pattern(r'\(bind\s+"([^"]*)"')
 
 
@@ -153,6 +152,6 @@ _KNOWN: dict[str, Completer] = {
     "backend": _backends,
     "environment": _environments,
     "ground": _grounds,
-    "camera": lambda **_: _CAMERAS,
+    "camera": _cameras,
     "codes": _codes,
 }
