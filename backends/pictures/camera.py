@@ -336,8 +336,10 @@ def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, h
 def framed(viewpoint: Viewpoint, extent: Extent, width: int, height: int, fill: float = FILL) -> Camera:
     """Place a camera such that the silhouette of ``extent`` is in view.
 
-    Without a target the bounding rectangle of the silhouette is centered in the image. Without a distance the eye is as
-    near as the silhouette allows: the rectangle's limiting side is ``fill`` of the image's.
+    Without a target and a distance the bounding rectangle of the silhouette is centered in the image, and the eye is as
+    near as the silhouette allows: the rectangle's limiting side is ``fill`` of the image's. With a target the eye is as
+    near as the silhouette allows. With a distance the box of the extent is centered, so that cameras of equal distance
+    and elevation, as those of a dataset's orbit, are on a circle.
 
     A point at (x, y, z) along the camera's axes, seen from the distance d, is at (x - c) / (z + d). All points are from
     -k to k for some c if d is at least the mean of the maxima of x / k - z and -x / k - z, which are supports.
@@ -361,6 +363,8 @@ def framed(viewpoint: Viewpoint, extent: Extent, width: int, height: int, fill: 
         axes, given = looking(np.array(viewpoint.eye, np.float64), center)
     axes = rolled(axes, viewpoint.roll)
     forward = axes[2]
+    if given is not None:
+        extent = BoxExtent(low, high)
     frame = _Frame(extent, center, axes, fill, is_centered=viewpoint.target is None and viewpoint.eye is None)
     tangent = math.tan(math.radians(viewpoint.fov) / 2.0)
     if viewpoint.lens is not None:

@@ -157,9 +157,9 @@ class Image:
     Attributes
     ----------
     pixels : (H, W, 4) uint8
-        sRGB with an opaque alpha channel.
+        sRGB with alpha, which is below 255 only for the grounds "transparent" and "shadow".
     radiance : (H, W, 3) float32
-        Linear sRGB radiance, without labels.
+        Linear sRGB radiance, without labels, multiplied by alpha.
     camera : PlacedCamera
         Camera of the image: ``intrinsics`` (3, 3), ``world_to_camera`` (4, 4), ``project``.
     """
@@ -176,8 +176,13 @@ class Image:
     @typed
     def save(self, path: str | Path) -> Path:
         """Write a .png, .jpg or .webp, or the radiance as .exr, atomically. Returns the path."""
-        drawing.save_image(drawing.Image(np.ascontiguousarray(self.pixels[:, :, :3]), self.radiance), path)
+        alpha = None if self._is_opaque else self.pixels[:, :, 3]
+        drawing.save_image(drawing.Image(np.ascontiguousarray(self.pixels[:, :, :3]), self.radiance, alpha), path)
         return Path(path)
+
+    @property
+    def _is_opaque(self) -> bool:
+        return bool((self.pixels[:, :, 3] == 255).all())
 
     @typed
     def beside(self, *others: Image) -> Image:
@@ -192,7 +197,7 @@ class Image:
         return np.asarray(self.pixels, dtype) if not copy else np.array(self.pixels, dtype)
 
     def _repr_png_(self) -> bytes:
-        return drawing.png_of(np.ascontiguousarray(self.pixels[:, :, :3]))
+        return drawing.png_of(np.ascontiguousarray(self.pixels[:, :, : 3 if self._is_opaque else 4]))
 
     def __repr__(self) -> str:
         return f"<Image {self.size[0]} x {self.size[1]}>"
@@ -303,7 +308,5 @@ def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
 
 
 def _image(painted: drawing.Image, camera: PlacedCamera) -> Image:
-    """Return a drawn shot as an image of the API, with the alpha channel that viewers expect: it is opaque, because
-    every image has a ground and a sky."""
-    opaque = np.full((*painted.picture.shape[:2], 1), 255, np.uint8)
-    return Image(np.concatenate([painted.picture, opaque], axis=2), painted.radiance, camera)
+    """Return a drawn shot as an image of the API, with the alpha channel that viewers expect."""
+    return Image(painted.rgba, painted.radiance, camera)

@@ -26,6 +26,8 @@ FILM_FRAMES = 48  # of a turntable by default
 MOST_FRAMES = 10_000  # of a video
 _MAX_COORDINATE = 1e152  # coordinates beyond this overflow when squared
 MOST_ORBIT = 360_000.0  # degrees, a thousand turns
+# Grounds of images with alpha, with what lights the scene from below; "shadow" shows only the shadow on it.
+CLEAR_GROUNDS = {"transparent": "none", "shadow": "seamless"}
 _MOST_FRAMED = 1_000  # images of an orbit whose union is framed; of more, every second or so
 
 
@@ -195,6 +197,8 @@ class Stage:
         The first ``fixed`` of them are the same in all stages of one video.
     ground
         Height of the ground; None without a ground, or if the camera is below it and would see nothing else.
+    is_clear
+        Whether the image has alpha: neither ground nor backdrop, only the shadow on the ground.
     center : (3,)
         With ``scale``, defines the frame: ``p_stage = scale (p_world - center)``.
     """
@@ -206,6 +210,7 @@ class Stage:
     ground: float | None
     center: FloatArray
     scale: float
+    is_clear: bool = False
 
     @property
     def width(self) -> int:
@@ -237,7 +242,7 @@ class Staging:
     center, scale
         As of ``Stage``.
     environment, ground
-        Names in ``ENVIRONMENTS`` and ``GROUNDS``.
+        Names in ``ENVIRONMENTS``, and in ``GROUNDS`` or ``CLEAR_GROUNDS``.
     """
 
     asked: dict[int, Entity]
@@ -253,14 +258,16 @@ class Staging:
     def stage(self, shot: Shot) -> Stage:
         """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
-        studio = studio_for(camera.right, self.environment, self.ground)
+        is_clear = self.ground in CLEAR_GROUNDS
+        studio = studio_for(camera.right, self.environment, CLEAR_GROUNDS.get(self.ground or "", self.ground))
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
         ground = (self.lowest - self.center[1]) * self.scale - BELOW
         shows_ground = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
-        return Stage(solids, fixed, camera, studio, ground if shows_ground else None, self.center, self.scale)
+        height = ground if shows_ground else None
+        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear)
 
 
 def staging_of(

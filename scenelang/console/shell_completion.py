@@ -133,9 +133,17 @@ def _environments(**_: Any) -> Iterable[str]:
 
 def _grounds(**_: Any) -> Iterable[str]:
     """Return the names of grounds."""
+    from scenelang.backends.pictures.stage import CLEAR_GROUNDS
     from scenelang.backends.surfaces.appearance import GROUNDS
 
-    return GROUNDS
+    return (*GROUNDS, *CLEAR_GROUNDS)
+
+
+def _cameras(**_: Any) -> Iterable[str]:
+    """Return the names of viewpoints."""
+    from scenelang.backends.pictures.camera import PRESETS
+
+    return PRESETS
 
 
 def _codes(**_: Any) -> Iterable[str]:

@@ -14,6 +14,7 @@ from support import evaluate
 
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
 from scenelang.backends.pictures.draft import DRAFT
+from scenelang.backends.pictures.film import Image as DrawnImage
 from scenelang.backends.pictures.film import PictureOptions, painters
 from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.backends.pictures.stage import film, staging_of, still
@@ -217,7 +218,7 @@ def test_an_interrupted_film_leaves_nothing(tmp_path: Path, swing: Scene) -> Non
             self.left -= 1
             if self.left < 0:
                 raise KeyboardInterrupt
-            return type("Image", (), {"picture": np.zeros((24, 32, 3), np.uint8)})
+            return DrawnImage(np.zeros((24, 32, 3), np.uint8), np.zeros((24, 32, 3), np.float32))
 
     shots = film(swing, Viewpoint(), 32, 24, None, None)
     for name in ("a.gif", "a.mp4"):
