@@ -69,6 +69,7 @@ class Scene(LoadedScene):
         frame: int | None = None,
         environment: str = "studio",
         ground: str | None = None,
+        background: str | None = None,
         labels: bool = True,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
@@ -90,7 +91,10 @@ class Scene(LoadedScene):
             Frame of a 4D scene, counted from 0.
         environment, ground : str
             Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat") and ground ("seamless",
-            "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment).
+            "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment). The grounds
+            "transparent" and "shadow" give an image with alpha: of the objects alone, or with their shadow in black.
+        background : str, optional
+            Flat color behind the objects, without a ground: a CSS name or ``#rrggbb``.
         labels : bool
             Draw the words of semantic primitives onto their boxes.
         seed : int
@@ -112,8 +116,8 @@ class Scene(LoadedScene):
         from scenelang.backends.pictures.images import image_of, picture_options
 
         options = picture_options(
-            camera, size, frame=frame, environment=environment, ground=ground, labels=labels, seed=seed,
-            settings=dict(settings or {}), limit=limit, progress=progress, warn=warn,
+            camera, size, frame=frame, environment=environment, ground=ground, background=background, labels=labels,
+            seed=seed, settings=dict(settings or {}), limit=limit, progress=progress, warn=warn,
         )  # fmt: skip
         return image_of(self.graph, options, quality)
 
@@ -136,6 +140,7 @@ class Scene(LoadedScene):
         quality: str | Sequence[str] = "draft",
         environment: str = "studio",
         ground: str | None = None,
+        background: str | None = None,
         labels: bool = True,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
@@ -150,7 +155,7 @@ class Scene(LoadedScene):
         from scenelang.backends.pictures.images import picture_options, video_of
 
         options = picture_options(
-            camera, size, environment=environment, ground=ground, labels=labels, seed=seed,
+            camera, size, environment=environment, ground=ground, background=background, labels=labels, seed=seed,
             settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
         return video_of(self, options, quality, frames, orbit)

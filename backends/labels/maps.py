@@ -16,7 +16,7 @@ from scenelang.backends.files import new_folder, write_json
 from scenelang.backends.labels.dataset import ShotMaps, annotations_of, dataset, word_numbers, write_tracks
 from scenelang.backends.labels.ground_truth import Tracks, bodies_of_instances
 from scenelang.backends.labels.views import LabelledView, SceneFacts
-from scenelang.backends.pictures.film import PictureOptions
+from scenelang.backends.pictures.film import PictureOptions, check_opaque
 from scenelang.backends.pictures.images import ApiScene, Image, shot_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import SceneError
@@ -34,8 +34,9 @@ class _DrawnScene:
 
 def maps_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft", tracked: int = 64) -> Maps:
     """Render an image with its ground truth; ``tracked`` is the number of points that ``Maps.tracks`` follows."""
+    check_opaque(options)
     drawn = drawn_scene(graph, options.limit, options.warn)  # the maps must match the rendered geometry
-    image, shot = shot_of(drawn, options, quality)
+    image, shot = shot_of(drawn, options, quality, range(len(drawn.frames)))  # as `LabelledView` does
     return Maps(_DrawnScene(drawn), replace(options, progress=None), shot.frame, tracked, image)
 
 

@@ -13,7 +13,7 @@ from scenelang.backends.labels import ground_truth
 from scenelang.backends.labels.ground_truth import Expanded, Flow, IntArray, Tracks, Truth, expanded, truth_in
 from scenelang.backends.labels.object_labels import ObjectLabels, objects_of
 from scenelang.backends.pictures.film import Image, Painter, PictureBackend, PictureOptions, painters
-from scenelang.backends.pictures.stage import Shot, still, unit_size
+from scenelang.backends.pictures.stage import Shot, stills, unit_size
 from scenelang.interpreter.inspection.numbering import ancestry_of, frame_numbers, instance_handles, some_handles
 from scenelang.interpreter.scene.entity import Scene
 
@@ -98,7 +98,9 @@ class LabelledView:
     ) -> None:
         size = options.width, options.height
         self.facts = facts
-        self.shots = {frame: still(facts.scene, options.camera, frame, *size) for frame in frames}
+        # Motion and tracks relate the frames, so that a camera frames all of them, whichever are labeled.
+        shots = stills(facts.scene, options.camera, frames, *size, seen=range(len(facts.scene.frames)))
+        self.shots = {shot.frame: shot for shot in shots}
         self._options = options
         self._tracked = tracked
         self._make_painter = make_painter

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -221,7 +222,11 @@ def _length(data: dict[str, Any], name: str, default: float) -> float:
 
 Point = tuple[float, float, float]
 
-MARGIN = 0.06  # on each side, relative to half the image
+FILL = 0.91  # share of the image's limiting side that the objects take
+MARGIN = 0.06  # around a box on each side, relative to half the image: its corners are seldom reached
+_FILM_WIDTH = 36.0  # mm, of a full-frame camera
+_PRECISION = 1e-9  # relative, of the centering
+_MOST_STEPS = 60  # of the centering; about six are needed
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,6 +243,13 @@ class Viewpoint:
         Vertical field of view in degrees.
     target
         Point at the center of the image; None for the scene's.
+    eye
+        Position of the camera, instead of ``azimuth``, ``elevation`` and ``distance``; it looks at ``target``, by
+        default the center of the scene's box.
+    roll
+        Turn of the camera around its view direction, clockwise, in degrees.
+    lens
+        Focal length in millimeters for an image 36 mm wide, instead of ``fov``.
     orthographic
         Use parallel projection.
     follow
@@ -261,23 +273,55 @@ class Viewpoint:
     orbit: float | None = None
     aperture: float = 0.0
     focus: float | None = None
+    eye: Point | None = None
+    roll: float = 0.0
+    lens: float | None = None
 
 
 PRESETS = {
-    "turntable": Viewpoint(30.0, 20.0, orbit=360.0),
-    "top": Viewpoint(0.0, 90.0),
+    "three-quarter": Viewpoint(),
+    "hero": Viewpoint(35.0, 6.0, fov=20.0),
+    "catalogue": Viewpoint(30.0, 16.0, fov=12.0),
     "isometric": Viewpoint(45.0, math.degrees(math.atan(math.sqrt(0.5))), orthographic=True),
+    "plan": Viewpoint(0.0, 90.0, orthographic=True),
+    "elevation": Viewpoint(0.0, 0.0, orthographic=True),
+    "front": Viewpoint(0.0, 0.0),
+    "right": Viewpoint(90.0, 0.0),
+    "back": Viewpoint(180.0, 0.0),
+    "left": Viewpoint(-90.0, 0.0),
+    "top": Viewpoint(0.0, 90.0),
+    "bottom": Viewpoint(0.0, -90.0),
+    "turntable": Viewpoint(30.0, 20.0, orbit=360.0),
     "follow": Viewpoint(30.0, 20.0, follow=True),
 }
 _FLAGS = ("orthographic", "follow")
-USAGE = f"{', '.join(PRESETS)}, azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0, or the JSON file of a camera"
+_POINTS = ("target", "eye")
+_ANGLED = ("azimuth", "elevation", "distance")  # what an eye stands instead of
+_SETTINGS = "azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0, eye=1:2:3"
+USAGE = f"{', '.join(PRESETS)}, {_SETTINGS}, or the JSON file of a camera"
+
+
+class Extent(Protocol):
+    """Points that a camera frames, by their support function."""
+
+    def highest(self, direction: FloatArray) -> float:
+        """Return the maximum of ``direction`` . p over all points p."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BoxExtent:
+    """Extent of the box from ``low`` to ``high`` (3,)."""
+
+    low: FloatArray
+    high: FloatArray
+
+    def highest(self, direction: FloatArray) -> float:
+        """Return the maximum of ``direction`` . p over the corners p."""
+        return float(np.maximum(direction * self.low, direction * self.high).sum())
 
 
 def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, height: int) -> Camera:
-    """Place a camera in front of a box.
-
-    Without a target the box is centered in the image. Without a distance the eye is as near as the eight corners of the
-    box allow, with a margin of 6 % of half the image on every side.
+    """Place a camera in front of a box, with a margin of 6 % of half the image on every side; see ``framed``.
 
     Parameters
     ----------
@@ -286,58 +330,182 @@ def place(viewpoint: Viewpoint, low: FloatArray, high: FloatArray, width: int, h
     width, height
         Of the image, in pixels.
     """
-    axes = axes_of(viewpoint.azimuth, viewpoint.elevation)
-    right, up, forward = axes
-    center = np.array(viewpoint.target, np.float64) if viewpoint.target is not None else (low + high) / 2.0
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True), indexing="ij")).reshape(3, 8).T
-    x, y, z = ((corners - center) @ axis for axis in axes)
-    extent = float(np.max(high - low))
-    if viewpoint.orthographic:
-        return _parallel(viewpoint, center, axes, (x, y, z), extent, (width, height))
+    return framed(viewpoint, BoxExtent(low, high), width, height, 1.0 - MARGIN)
+
+
+def framed(viewpoint: Viewpoint, extent: Extent, width: int, height: int, fill: float = FILL) -> Camera:
+    """Place a camera such that the silhouette of ``extent`` is in view.
+
+    Without a target and a distance the bounding rectangle of the silhouette is centered in the image, and the eye is as
+    near as the silhouette allows: the rectangle's limiting side is ``fill`` of the image's. With a target the eye is as
+    near as the silhouette allows. With a distance the box of the extent is centered, so that cameras of equal distance
+    and elevation, as those of a dataset's orbit, are on a circle.
+
+    A point at (x, y, z) along the camera's axes, seen from the distance d, is at (x - c) / (z + d). All points are from
+    -k to k for some c if d is at least the mean of the maxima of x / k - z and -x / k - z, which are supports.
+
+    Parameters
+    ----------
+    width, height
+        Of the image, in pixels.
+
+    Raises
+    ------
+    SceneError
+        "value" if the eye is at its target.
+    """
+    low, high = (np.array([sign * extent.highest(sign * axis) for axis in np.eye(3)]) for sign in (-1.0, 1.0))
+    box_center = (low + high) / 2.0
+    size = float(np.max(high - low))
+    center = np.array(viewpoint.target, np.float64) if viewpoint.target is not None else box_center
+    given, axes = viewpoint.distance, axes_of(viewpoint.azimuth, viewpoint.elevation)
+    if viewpoint.eye is not None:
+        axes, given = looking(np.array(viewpoint.eye, np.float64), center)
+    axes = rolled(axes, viewpoint.roll)
+    forward = axes[2]
+    if given is not None:
+        extent = BoxExtent(low, high)
+    frame = _Frame(extent, center, axes, fill, is_centered=viewpoint.target is None and viewpoint.eye is None)
     tangent = math.tan(math.radians(viewpoint.fov) / 2.0)
-    kx, ky = tangent * width / height * (1.0 - MARGIN), tangent * (1.0 - MARGIN)
-    if viewpoint.target is None:
-        fitted = max(_nearest(x, z, kx), _nearest(y, z, ky))
-    else:
-        fitted = max(float(np.max(np.abs(x) / kx - z)), float(np.max(np.abs(y) / ky - z)))
-    distance = viewpoint.distance if viewpoint.distance is not None else max(fitted, 1e-3 * extent) or 1.0
-    if viewpoint.target is None:
-        depth = z + max(distance, 0.05 * extent - float(z.min()), 1e-9)  # the requested eye may be inside the box
-        center = center + _middle(x, depth) * right + _middle(y, depth) * up
+    if viewpoint.lens is not None:
+        tangent = _FILM_WIDTH / 2.0 / viewpoint.lens * height / width
+    if viewpoint.orthographic:
+        half = given * tangent if given is not None else frame.half_height(width / height)
+        center = center + frame.shift(None)
+        away = (given or 0.0) + 2.0 * size + max(abs(frame.reach(forward)), abs(frame.reach(-forward))) or 1.0
+        focal = height / (2.0 * half) if half > 0.0 else float(height)
+        return camera_at(
+            center - away * forward, axes, focal, width, height, projection="orthographic", **_lens(viewpoint, away)
+        )
+    nearest = frame.reach(-forward)  # in front of the center
+    distance = given
+    if distance is None:
+        fitted = frame.distance(tangent * width / height, tangent)
+        distance = max(fitted, 1e-3 * size, nearest + 1e-5 * size) or 1.0
+    center = center + frame.shift(max(distance, 0.05 * size + nearest, 1e-9))  # the given eye may be inside
     focal = height / (2.0 * tangent)
     return camera_at(center - distance * forward, axes, focal, width, height, **_lens(viewpoint, distance))
 
 
-def _parallel(
-    viewpoint: Viewpoint,
-    center: FloatArray,
-    axes: tuple[FloatArray, FloatArray, FloatArray],
-    corners: tuple[FloatArray, FloatArray, FloatArray],
-    extent: float,
-    size: tuple[int, int],
-) -> Camera:
-    """Place a camera with parallel projection; ``distance`` determines the visible height via ``fov``.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Frame:
+    """An extent as seen along ``axes`` (right, up, forward), with coordinates relative to ``center``."""
 
-    ``corners`` are the coordinates of the box's corners along the axes, relative to ``center``.
+    extent: Extent
+    center: FloatArray
+    axes: tuple[FloatArray, FloatArray, FloatArray]
+    fill: float
+    is_centered: bool
+
+    def reach(self, direction: FloatArray) -> float:
+        """Return the maximum of ``direction`` . p, relative to the center."""
+        return self.extent.highest(direction) - float(direction @ self.center)
+
+    def distance(self, across: float, along: float) -> float:
+        """Return the least distance for the tangents of half the horizontal and vertical field of view."""
+        return max(self._nearest(axis, self.fill * k) for axis, k in zip(self.axes, (across, along)))
+
+    def _nearest(self, axis: FloatArray, k: float) -> float:
+        """Return the least distance from which the extent is within ``k`` along an axis."""
+        reaches = [self.reach(sign / k * axis - self.axes[2]) for sign in (1.0, -1.0)]
+        return sum(reaches) / 2.0 if self.is_centered else max(reaches)
+
+    def half_height(self, aspect: float) -> float:
+        """Return half the height that a parallel projection must show."""
+        halves = []
+        for axis in self.axes[:2]:
+            reaches = self.reach(axis), self.reach(-axis)
+            halves.append(sum(reaches) / 2.0 if self.is_centered else max(reaches))
+        return max(halves[1], halves[0] / aspect) / self.fill
+
+    def shift(self, distance: float | None) -> FloatArray:
+        """Return the vector (3,) by which the camera must move to center the extent, zero if it is not to be centered.
+
+        ``distance`` is that of the eye from the center; None for a parallel projection.
+        """
+        right, up, _ = self.axes
+        if not self.is_centered:
+            return np.zeros(3)
+        return self._middle(right, distance) * right + self._middle(up, distance) * up
+
+    def _middle(self, axis: FloatArray, distance: float | None) -> float:
+        """Return the c for which (x - c) / (z + distance) reaches equally far on both sides, x being along ``axis``.
+
+        It reaches as far as t on both if the maxima of x - t z and -x - t z add up to 2 t distance; their sum minus
+        that is a convex and falling function of t, whose zero the Illinois variant of regula falsi finds.
+        """
+        forward = self.axes[2]
+
+        def sides(t: float) -> tuple[float, float]:
+            """Return the maxima on both sides for a slope ``t``."""
+            return self.reach(axis - t * forward), self.reach(-axis - t * forward)
+
+        flat = sides(0.0)
+        if distance is None:
+            return (flat[0] - flat[1]) / 2.0
+        low, high = ((sum(flat) / 2.0 / (distance + sign * self.reach(sign * forward))) for sign in (1.0, -1.0))
+
+        def excess(t: float) -> float:
+            """Return how much both sides exceed ``t`` together."""
+            return sum(sides(t)) - 2.0 * t * distance
+
+        t = _zero(excess, low, high, sum(flat))
+        above, below = sides(t)
+        return (above - below) / 2.0
+
+
+def _zero(function: Callable[[float], float], low: float, high: float, scale: float) -> float:
+    """Return a zero of a falling function between ``low`` and ``high`` (Illinois method; Dowell and Jarratt, 1971).
+
+    ``scale`` is the magnitude of the terms of the function, whose rounding errors limit the precision.
     """
-    (x, y, z), (width, height) = corners, size
-    if viewpoint.target is None:
-        center = center + (x.max() + x.min()) / 2.0 * axes[0] + (y.max() + y.min()) / 2.0 * axes[1]
-        half_x, half_y = (x.max() - x.min()) / 2.0, (y.max() - y.min()) / 2.0
-    else:
-        half_x, half_y = np.abs(x).max(), np.abs(y).max()
-    wanted = max(half_y, half_x * height / width) / (1.0 - MARGIN)
-    if viewpoint.distance is not None:
-        wanted = viewpoint.distance * math.tan(math.radians(viewpoint.fov) / 2.0)
-    away = (viewpoint.distance or 0.0) + 2.0 * extent + float(np.abs(z).max()) or 1.0
-    focal = height / (2.0 * float(wanted)) if wanted > 0.0 else float(height)
-    eye = center - away * axes[2]
-    return camera_at(eye, axes, focal, width, height, projection="orthographic", **_lens(viewpoint, away))
+    at_low, at_high = function(low), function(high)
+    t, last = low if abs(at_low) <= abs(at_high) else high, 0.0
+    for _ in range(_MOST_STEPS):
+        if at_low <= 0.0 or at_high >= 0.0:
+            break
+        t = (low * at_high - high * at_low) / (at_high - at_low)
+        value = function(t)
+        if abs(value) <= _PRECISION * scale:
+            break
+        is_repeated, last = value * last > 0.0, value
+        if value > 0.0:
+            low, at_low = t, value
+            at_high = at_high / 2.0 if is_repeated else at_high
+        else:
+            high, at_high = t, value
+            at_low = at_low / 2.0 if is_repeated else at_low
+    return t
 
 
 def _lens(viewpoint: Viewpoint, distance: float) -> dict[str, float]:
     """Return aperture and focus distance of a camera at a distance from its target."""
     return {"aperture": viewpoint.aperture, "focus": viewpoint.focus if viewpoint.focus is not None else distance}
+
+
+def looking(eye: FloatArray, target: FloatArray) -> tuple[tuple[FloatArray, FloatArray, FloatArray], float]:
+    """Return the axes of a level camera at ``eye`` (3,) that looks at ``target`` (3,), and the distance between them.
+
+    Raises SceneError("value") if they are the same point.
+    """
+    forward = target - eye
+    distance = float(np.linalg.norm(forward))
+    if distance <= 1e-12 * max(1.0, float(np.abs(eye).max())):
+        raise SceneError("value", "the camera's `eye` is at the point that it looks at", hint="move `eye` or `target`")
+    forward = forward / distance
+    above = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 1.0 - 1e-9 else np.array([0.0, 0.0, -1.0])
+    right = np.cross(forward, above)
+    right = right / np.linalg.norm(right)
+    return (right, np.cross(right, forward), forward), distance
+
+
+def rolled(axes: tuple[FloatArray, FloatArray, FloatArray], roll: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Turn a camera's axes clockwise around its view direction, by degrees."""
+    if not roll:
+        return axes
+    right, up, forward = axes
+    c, s = math.cos(math.radians(roll)), math.sin(math.radians(roll))
+    return c * right - s * up, s * right + c * up, forward
 
 
 def axes_of(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -346,22 +514,6 @@ def axes_of(azimuth: float, elevation: float) -> tuple[FloatArray, FloatArray, F
     right = np.array([math.cos(a), 0.0, -math.sin(a)])
     forward = -np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
     return right, np.cross(right, forward), forward
-
-
-def _nearest(x: FloatArray, z: FloatArray, k: float) -> float:
-    """Return the smallest distance d such that some c satisfies |x - c| <= k (z + d) for all corners."""
-    return float(np.max(x - k * z) + np.max(-x - k * z)) / (2.0 * k)
-
-
-def _middle(x: FloatArray, depth: FloatArray) -> float:
-    """Return the c that minimizes the maximum of |x - c| / depth: the projection extends equally far on both sides.
-
-    The minimum is the largest of (x_i - x_j) / (depth_i + depth_j) over all pairs of corners.
-    """
-    sums = depth[:, None] + depth[None, :]
-    ratios = (x[:, None] - x[None, :]) / sums
-    i, j = np.unravel_index(int(np.argmax(ratios)), ratios.shape)
-    return float(x[i] * depth[j] + x[j] * depth[i]) / float(sums[i, j])
 
 
 # --- as text ---------------------------------------------------------------------------------------------------
@@ -374,30 +526,38 @@ def parse_viewpoint(text: str) -> Viewpoint | Camera:
     """
     if text.strip().lower().endswith(".json"):
         return read_camera(Path(text.strip()))
-    items = [part for part in (piece.strip() for piece in text.split(",")) if part]
+    items = _items(text)
     if len(items) > 1 and all(map(_is_number, items)):
-        named = ",".join(f"{name}={value}" for name, value in zip(("azimuth", "elevation", "distance"), items))
+        named = ",".join(f"{name}={value}" for name, value in zip(_ANGLED, items))
         message = f"the numbers of the camera `{text[:60]}` need names"
         raise SceneError("value", message, hint=f"write `--camera {named}`; or {_PLACED}")
-    if len(items) == 1 and items[0].lower() in _SIDES:
-        azimuth, elevation = _SIDES[items[0].lower()]
-        hint = f"from this side: `--camera azimuth={azimuth},elevation={elevation}`; presets: {', '.join(PRESETS)}"
-        raise SceneError("value", f"the camera has no preset `{items[0]}`", hint=hint)
-    start = PRESETS.get(items[0]) if items else None
+    start = PRESETS.get(_SIDES.get(items[0].lower(), items[0].lower())) if items else None
     changes: dict[str, float | bool | Point] = {}
     for item in items[1:] if start is not None else items:
         key, value = _change(item)
         if key in changes:
             raise SceneError("value", f"the camera's `{key}` is given twice")
         changes[key] = value
+    for one, other in (*((("eye", key)) for key in _ANGLED), ("lens", "fov")):
+        if one in changes and other in changes:
+            raise SceneError("value", f"the camera's `{one}` and `{other}` exclude each other", hint=_EYE_HINT)
     return checked(replace(start or Viewpoint(), **changes))  # type: ignore[arg-type]
 
 
-# Names of views in other tools: azimuth and elevation.
-_SIDES = {
-    "front": (0, 0), "right": (90, 0), "back": (180, 0), "rear": (180, 0), "left": (-90, 0), "side": (90, 0),
-    "bottom": (0, -90), "below": (0, -90), "above": (0, 90),
-}  # fmt: skip
+def _items(text: str) -> list[str]:
+    """Split the text of a viewpoint at commas, but not between the numbers of a point: ``eye=1,2,3`` is one item."""
+    items: list[str] = []
+    for piece in filter(None, map(str.strip, text.split(","))):
+        if items and items[-1].partition("=")[0].strip() in _POINTS and _is_number(piece):
+            items[-1] += f":{piece}"
+        else:
+            items.append(piece)
+    return items
+
+
+# Names of views in other tools.
+_SIDES = {"rear": "back", "side": "right", "below": "bottom", "above": "top", "catalog": "catalogue"}
+_EYE_HINT = "an eye stands for azimuth, elevation and distance: write `--camera eye=1:2:3,target=0:0:0`; lens for fov"
 _PLACED = f"a preset ({', '.join(PRESETS)}), or the JSON file of a camera"
 
 
@@ -419,20 +579,32 @@ def _change(item: str) -> tuple[str, float | bool | Point]:
         hint = suggest(key, (*keys, *PRESETS)) or f"expected {USAGE}"
         raise SceneError("value", f"unknown camera setting `{item}`", hint=hint)
     numbers = [_number(key, piece) for piece in value.split(":")]
-    if len(numbers) != (3 if key == "target" else 1):
-        wanted = "three numbers like 0:1:0" if key == "target" else "one number"
+    if len(numbers) != (3 if key in _POINTS else 1):
+        wanted = "three numbers like 0:1:0" if key in _POINTS else "one number"
         raise SceneError("value", f"the camera's `{key}` must be {wanted}, not `{value}`")
-    return key, (numbers[0], numbers[1], numbers[2]) if key == "target" else numbers[0]
+    return key, (numbers[0], numbers[1], numbers[2]) if key in _POINTS else numbers[0]
 
 
 def checked(viewpoint: Viewpoint) -> Viewpoint:
     """Return ``viewpoint`` unchanged if its values are in range; raises SceneError("value") otherwise."""
-    optional = (viewpoint.distance, viewpoint.orbit, viewpoint.focus, *(viewpoint.target or ()))
-    plain = (viewpoint.azimuth, viewpoint.elevation, viewpoint.fov, viewpoint.aperture, *(x or 0.0 for x in optional))
+    points = (*(viewpoint.target or ()), *(viewpoint.eye or ()))
+    optional = (viewpoint.distance, viewpoint.orbit, viewpoint.focus, viewpoint.lens, *points)
+    plain = (
+        viewpoint.azimuth, viewpoint.elevation, viewpoint.fov, viewpoint.aperture, viewpoint.roll,
+        *(x or 0.0 for x in optional),
+    )  # fmt: skip
     if not all(map(math.isfinite, plain)):
         raise SceneError("value", "the camera's numbers must be finite")
     if not 1.0 <= viewpoint.fov <= 150.0:
         raise SceneError("value", f"the camera's `fov` must be between 1 and 150 degrees, not {viewpoint.fov:g}")
+    if viewpoint.lens is not None and not 1.0 <= viewpoint.lens <= 2000.0:
+        raise SceneError("value", f"the camera's `lens` must be between 1 and 2,000 mm, not {viewpoint.lens:g}")
+    default = Viewpoint()
+    for name in _ANGLED if viewpoint.eye is not None else ():
+        if getattr(viewpoint, name) != getattr(default, name):
+            raise SceneError("value", f"the camera's `eye` and `{name}` exclude each other", hint=_EYE_HINT)
+    if viewpoint.eye is not None and viewpoint.target is not None:
+        looking(np.array(viewpoint.eye, np.float64), np.array(viewpoint.target, np.float64))
     for name in ("distance", "focus"):
         value = getattr(viewpoint, name)
         if value is not None and value <= 0.0:

@@ -31,6 +31,7 @@ from scenelang.backends.pictures.draft_light import (
     batches,
     darkest_at_contact,
     ground_depths,
+    ground_radiance,
     hidden_share,
     key_reach,
     occlusion,
@@ -50,12 +51,14 @@ from scenelang.backends.pictures.film import (
     Painter,
     PictureBackend,
     PictureOptions,
+    clear_image,
     labelled,
+    labels_of,
     write_still,
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, tone_map
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, to_srgb, tone_map
 from scenelang.backends.surfaces.solids import Solids
 
 FloatArray = npt.NDArray[np.float64]
@@ -68,6 +71,8 @@ _BATCH_SAMPLES = 1 << 17  # shaded at once, which bounds the memory
 _MAX_LAYERS = 6  # transparent surfaces that a sample sees
 _MIN_SMOOTH_COSINE = 0.95  # between normals of neighboring pixels on one smooth surface; below it is a crease
 _LAYER_AMBIENT = 0.9  # ambient light on transparent layers, for which no occlusion is computed
+_HAZE = 0.015  # of the shadow on the ground that is left out: the precision of ambient light far from the scene
+_PROBE_SHADOW = 256  # texels per side of the shadow map by which the backdrop is chosen
 _HORIZON_SAMPLES = 64  # per pixel row: the horizon is a long straight edge, on which steps are conspicuous
 
 
@@ -89,6 +94,9 @@ class Draft:
         Means over each pixel, for denoisers.
     sky : (H, W)
         Fraction of the pixel covered by the backdrop.
+    alpha, shadow : (H, W)
+        Share of the background that objects hide, and that the shadow on the ground of a clear stage hides in addition.
+        Colors of a clear stage are multiplied by the former.
     """
 
     linear: Float32Array
@@ -98,6 +106,8 @@ class Draft:
     albedo: Float32Array
     normal: Float32Array
     sky: Float32Array
+    alpha: Float32Array
+    shadow: Float32Array
 
 
 class DraftCache:
@@ -153,11 +163,12 @@ def draw(
     light = _Light(shadows, ambient, depth[::step, ::step], _SAMPLES * step)
     report(0.7)
     scene = _Shading(stage, caster, rays, keys, layers, light, by_pixel)
-    color, radiance, albedo, normal, sky = _shade(scene, pixels, lambda share: report(0.7 + 0.3 * share))
+    color, radiance, albedo, normal, sky, cover = _shade(scene, pixels, lambda share: report(0.7 + 0.3 * share))
     ids = pixels.ids.reshape(size)
     for layer in layers[:1]:
         ids = np.where(layer[::_SAMPLES, ::_SAMPLES] != NOTHING, ids_of(layer[::_SAMPLES, ::_SAMPLES]), ids)
-    return Draft(color, radiance, depth, ids, albedo, normal, sky[:, :, 0] * _above_horizon(stage, rays))
+    sky = sky[:, :, 0] * _above_horizon(stage, rays)
+    return Draft(color, radiance, depth, ids, albedo, normal, sky, cover[:, :, 0], cover[:, :, 1])
 
 
 def toned(staging: Staging, shot: Shot) -> Staging:
@@ -165,8 +176,20 @@ def toned(staging: Staging, shot: Shot) -> Staging:
     environment = ENVIRONMENTS[staging.environment]
     if staging.ground is not None or environment.ground != "seamless" or environment.backdrop is None:
         return staging
-    drawn = draw(staging.stage(replace(shot, camera=small(shot.camera))), by_pixel=True)
-    return replace(staging, backdrop=tone_for(drawn.radiance, drawn.ids >= 0, environment.backdrop))
+    stage = staging.stage(replace(shot, camera=small(shot.camera)))
+    rays = camera_rays(stage.camera, _SAMPLES)
+    caster = caster_for(stage.solids, rays)
+    seen = _pixel_surface(stage, caster, rays, caster.cast(stage.solids.opacity > 0.0))
+    size = (stage.height, stage.width)
+    shadow = shadow_map(stage.solids, stage.studio.key_direction, _PROBE_SHADOW)
+    key = key_reach(stage, seen, [(shadow, 1.0)], *_grid(*size, _SAMPLES))
+    depth = np.where(np.isfinite(seen.depth), seen.depth, np.inf).astype(np.float32).reshape(size)
+    points, normals = (values.astype(np.float32).reshape(*size, 3) for values in (seen.points, seen.normals))
+    # Occlusion by neighboring pixels alone: the maps of the sky would take longer than all else.
+    near = occlusion(points, normals, depth, (seen.ids >= 0).reshape(size), stage.camera.focal[1])
+    radiance = radiance_of(stage, seen, albedo_of(stage, seen), Reach(key, near.reshape(-1)))
+    chosen = tone_for(radiance.reshape(*size, 3), (seen.ids >= 0).reshape(size), environment.backdrop)
+    return replace(staging, backdrop=chosen)
 
 
 def _grid(height: int, width: int, step: int) -> tuple[IntArray, IntArray]:
@@ -198,7 +221,7 @@ class _Shading:
     by_pixel: bool
 
     def at_samples(self, row: IntArray, column: IntArray) -> tuple[Float32Array, ...]:
-        """Return color, radiance, albedo, normal (N, 3) and sky coverage (N, 1) of samples."""
+        """Return color, radiance, albedo, normal (N, 3), sky coverage (N, 1), alpha and shadow (N, 2) of samples."""
         visible = _surface(self.stage, self.caster, self.rays, self.keys, row, column)
         shadows = self.light.shadows
         ambient = _interpolated(self.light, visible.depth, row, column)
@@ -212,8 +235,8 @@ class _Shading:
 
 
 def _outputs(stage: Stage) -> list[Float32Array]:
-    """Return empty images for color, radiance, albedo, normal and sky coverage."""
-    return [np.zeros((stage.height, stage.width, channels), np.float32) for channels in (3, 3, 3, 3, 1)]
+    """Return empty images for color, radiance, albedo, normal, sky coverage, and alpha with shadow."""
+    return [np.zeros((stage.height, stage.width, channels), np.float32) for channels in (3, 3, 3, 3, 1, 2)]
 
 
 def _shade(scene: _Shading, pixels: Surface, report: Callable[[float], None]) -> list[Float32Array]:
@@ -471,7 +494,9 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCach
 def _shaded(
     stage: Stage, visible: Surface, reach: Reach, layers: list[tuple[IntArray, Surface, Reach]]
 ) -> tuple[Float32Array, ...]:
-    """Return color, radiance, albedo, normal (N, 3) and sky coverage (N, 1) of samples behind transparent layers.
+    """Return color, radiance, albedo, normal (N, 3), sky coverage (N, 1), alpha and shadow (N, 2) of samples.
+
+    The samples are behind transparent layers.
 
     ``layers`` are surfaces, the nearest first, each with the indices of the samples that see it, and its light.
     """
@@ -480,6 +505,11 @@ def _shaded(
     normals = visible.normals.astype(np.float32, copy=False)
     empty = (visible.ids < 0 if _has_level_horizon(stage) else visible.ids == SKY).astype(np.float32)[:, None]
     radiance = radiance_of(stage, visible, albedo, reach)
+    cover = np.zeros((len(visible.ids), 2), np.float32)
+    cover[:, 0] = visible.ids >= 0
+    if stage.is_clear:
+        cover[:, 1] = _shadow_share(stage, visible, radiance)
+        radiance[visible.ids < 0] = 0.0
     color = tone_map(radiance, environment).astype(np.float32)
     hidden = hidden_share(stage.solids).astype(np.float32) if layers else np.zeros(0, np.float32)
     for at, part, light in reversed(layers):
@@ -490,9 +520,26 @@ def _shaded(
             (radiance, shade),
             (albedo, layer_albedo),
             (normals, part.normals.astype(np.float32)),
+            (cover, np.array([[1.0, 0.0]], np.float32)),
         ):
             under[at] += (over - under[at]) * share
-    return color, radiance, albedo, normals, empty
+    return color, radiance, albedo, normals, empty, cover
+
+
+def _shadow_share(stage: Stage, visible: Surface, radiance: Float32Array) -> Float32Array:
+    """Return how black (N,) the shadow on the ground is: what a viewer must put over the lit ground to see it shaded.
+
+    Viewers blend encoded colors, so that the share is that of encoded colors. Far from the scene the ambient light is
+    known to about a percent, which would be a haze: that much is left out.
+    """
+    share = np.zeros(len(visible.ids), np.float32)
+    at = np.flatnonzero(visible.ids == GROUND)
+    if len(at) and not stage.studio.environment.unlit:
+        environment = stage.studio.environment
+        lit = to_srgb(tone_map(ground_radiance(stage), environment)).mean()
+        shaded = to_srgb(tone_map(radiance[at], environment)).mean(axis=1)
+        share[at] = np.clip((1.0 - shaded / lit - _HAZE) / (1.0 - _HAZE), 0.0, 1.0)
+    return share
 
 
 def _interpolated(light: _Light, depth: npt.NDArray[np.float64], row: IntArray, column: IntArray) -> Float32Array:
@@ -534,6 +581,7 @@ class DraftPainter:
     def __init__(self, staging: Staging, options: PictureOptions) -> None:
         self._staging = staging
         self._labels = options.labels
+        self._background = options.background
         self._by_pixel = DRAFT.setting(options, "shading") == "pixel"
         self._cache = DraftCache()
 
@@ -545,6 +593,9 @@ class DraftPainter:
         if len(self._staging.moving) == 1:  # one frame, perhaps seen by several cameras
             stage = replace(stage, fixed=len(stage.solids))
         drawn = draw(stage, progress, cache=self._cache, by_pixel=self._by_pixel)
+        if stage.is_clear:
+            labels = labels_of(stage.solids, drawn.ids) if self._labels else []
+            return clear_image(drawn.linear, drawn.radiance, drawn.alpha + drawn.shadow, labels, self._background)
         picture = encode(drawn.linear)
         return Image(labelled(picture, stage.solids, drawn.ids) if self._labels else picture, drawn.radiance)
 
@@ -565,4 +616,5 @@ DRAFT = PictureBackend(
     packages=("PIL",),
     install="pillow",
     painter=_painter,
+    has_alpha=True,
 )

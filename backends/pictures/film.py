@@ -30,21 +30,23 @@ from scenelang.backends.base import (
 )
 from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
-from scenelang.backends.pictures.stage import MOST_ORBIT, Shot, Staging, staging_of, still
+from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, encode
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.settings import FRAME_RATES, frame_rate, setting, whole, within
 from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.entity import Scene
+from scenelang.stdlib.colors import color_of
 
 Picture = npt.NDArray[np.uint8]
 
 SOFTWARE = "scenelang"  # in the metadata of images, by which `wrote_picture` recognizes them
 FINAL_EXTRA = "'scenelang[final]'"  # what installs Mitsuba, as error messages show it
 STILL_ENDINGS = (".png", ".jpg", ".jpeg", ".webp", ".exr")
+_OPAQUE = (".jpg", ".jpeg")
 _MAX_PIXELS = 4096 * 4096  # of one image
 _STILL_QUALITY, _WEBP_VIDEO_QUALITY = 92, 88  # percent
 _MAX_INPUT_PIXELS = 64_000_000  # of an image that is read: a 64-megapixel photo, 200 MB as RGB
@@ -61,7 +63,10 @@ class PictureOptions(BackendOptions):
     camera
         A placed camera, or a viewpoint to be placed.
     environment, ground
-        Names in ``ENVIRONMENTS`` and ``GROUNDS``; the ground is by default that of the environment.
+        Names in ``ENVIRONMENTS``, and in ``GROUNDS`` or ``CLEAR_GROUNDS``; the ground is by default that of the
+        environment.
+    background
+        Flat color behind the scene, which then has no ground but perhaps its shadow: a CSS name or ``#rrggbb``.
     seed
         Images are reproducible for a given seed.
     labels
@@ -72,17 +77,34 @@ class PictureOptions(BackendOptions):
     height: int = 512
     camera: Viewpoint | Camera = field(default_factory=Viewpoint)
     environment: str = setting("studio", "lighting: studio, overcast, sunny, sunset, night, flat", metavar="NAME")
-    ground: str | None = setting(None, "ground: seamless, none, white, dark, meadow, earth, checker", metavar="NAME")
+    ground: str | None = setting(
+        None,
+        "ground: seamless, none, white, dark, meadow, earth, checker; transparent or shadow: an image with alpha",
+        metavar="NAME",
+    )
+    background: str | None = setting(
+        None, "flat color behind the scene, without a ground: a CSS name or #rrggbb", metavar="COLOR"
+    )
     seed: int = 0
     labels: bool = setting(True, "do not label the boxes of semantic primitives", "--no-labels")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Image:
-    """A drawn shot: ``picture`` (H, W, 3) 8-bit sRGB with labels, ``radiance`` (H, W, 3) linear sRGB without labels."""
+    """A drawn shot: ``picture`` (H, W, 3) 8-bit sRGB with labels, ``radiance`` (H, W, 3) linear sRGB without labels.
+
+    ``alpha`` (H, W) is None if all pixels are opaque. The picture's colors are not multiplied by it, the radiance is.
+    """
 
     picture: Picture
     radiance: npt.NDArray[np.float32]
+    alpha: Picture | None = None
+
+    @property
+    def rgba(self) -> Picture:
+        """The picture with alpha, (H, W, 4)."""
+        alpha = np.full(self.picture.shape[:2], 255, np.uint8) if self.alpha is None else self.alpha
+        return np.dstack([self.picture, alpha])
 
 
 class Painter(Protocol):
@@ -97,6 +119,7 @@ class PictureBackend(Backend):
     """A backend that draws pictures; ``painter(staging, options, shots)`` creates a painter for a number of shots."""
 
     painter: Callable[[Staging, PictureOptions, int], Painter] | None = None
+    has_alpha: bool = False  # whether it draws without ground and backdrop
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +197,7 @@ def painters(
 ) -> list[Painter]:
     """Return the painters of several backends for the same ``shots``; raises SceneError."""
     frames = [shot.frame for shot in shots]
-    staging = staging_of(scene, frames, options.limit, options.environment, options.ground, options.warn)
+    staging = staging_of(scene, frames, options.limit, options.environment, ground_of(options), options.warn)
     return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
 
 
@@ -186,8 +209,62 @@ def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | Non
     ]
     if count == 1:
         return images[0]
-    pictures, radiances = [image.picture for image in images], [image.radiance for image in images]
-    return Image(np.concatenate(pictures, axis=1), np.concatenate(radiances, axis=1))
+    rgba = np.concatenate([image.rgba for image in images], axis=1)
+    is_opaque = all(image.alpha is None for image in images)
+    radiance = np.concatenate([image.radiance for image in images], axis=1)
+    return Image(np.ascontiguousarray(rgba[:, :, :3]), radiance, None if is_opaque else rgba[:, :, 3])
+
+
+def ground_of(options: PictureOptions) -> str | None:
+    """Return the ground of images: a clear one before a flat background. Raises SceneError if both are given."""
+    if options.background is None:
+        return options.ground
+    if options.ground in (None, "none", *CLEAR_GROUNDS):
+        return "shadow" if options.ground == "shadow" else "transparent"
+    message = f"a flat background has no ground, but `{options.ground}` is asked for"
+    raise SceneError("value", message, hint="leave out the ground, or use `--ground shadow` for the scene's shadow")
+
+
+def clear_image(
+    linear: npt.NDArray[np.float32],
+    radiance: npt.NDArray[np.float32],
+    alpha: npt.NDArray[np.float32],
+    labels: list[Label],
+    background: str | None,
+) -> Image:
+    """Return an image of a stage without backdrop, with alpha or over a flat background.
+
+    Colors are encoded before they are put over the background, since all viewers blend 8-bit sRGB: so an image with
+    alpha looks over a background as the one that is drawn with it.
+
+    Parameters
+    ----------
+    linear : (H, W, 3)
+        Tone-mapped linear sRGB, multiplied by ``alpha`` (H, W).
+    radiance : (H, W, 3)
+        Linear sRGB, multiplied by ``alpha``.
+    background
+        A CSS name or ``#rrggbb``.
+    """
+    own = encode(linear / np.maximum(alpha, 1e-6)[:, :, None])
+    share = np.asarray(np.rint(np.clip(alpha, 0.0, 1.0) * 255.0), np.uint8)
+    own[share == 0] = 0
+    rgba = np.dstack([own, share])
+    if labels:
+        rgba[share == 0, :3] = _PAPER  # what the edges of letters blend with
+        rgba = write_labels(rgba, labels)
+        rgba[rgba[:, :, 3] == 0] = 0
+    if background is None:
+        return Image(np.ascontiguousarray(rgba[:, :, :3]), radiance, np.ascontiguousarray(rgba[:, :, 3]))
+    color = np.array(color_of(background), np.float32)
+    behind = color * (1.0 - np.clip(alpha, 0.0, 1.0))[:, :, None]
+    return Image(flattened(rgba, encode(color)), (radiance + behind).astype(np.float32))
+
+
+def flattened(rgba: Picture, background: Picture) -> Picture:
+    """Return a picture with alpha (H, W, 4) over a flat background (3,), both 8-bit sRGB."""
+    share = rgba[:, :, 3:].astype(np.float32) / np.float32(255.0)
+    return np.asarray(np.rint(rgba[:, :, :3] * share + background * (1.0 - share)), np.uint8)
 
 
 def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
@@ -202,8 +279,32 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
         )
     _check_name("environment", options.environment, tuple(ENVIRONMENTS))
     if options.ground is not None:
-        _check_name("ground", options.ground, tuple(GROUNDS))
+        _check_name("ground", options.ground, (*GROUNDS, *CLEAR_GROUNDS))
+    if options.background is not None:
+        color_of(options.background)
+    if ground_of(options) in CLEAR_GROUNDS:
+        for backend in backends:
+            if isinstance(backend, PictureBackend) and not backend.has_alpha:
+                message = f"the backend `{backend.name}` draws no image without a ground"
+                raise SceneError("value", message, hint="use `--quality draft` or `--quality final`")
     check_settings(options, backends)
+
+
+def check_alpha(options: PictureOptions, path: Path, is_video: bool) -> None:
+    """Raise SceneError if images have alpha but the file would not."""
+    if options.background is not None or ground_of(options) not in CLEAR_GROUNDS:
+        return
+    if is_video or path.suffix.lower() in _OPAQUE:
+        what = "a video" if is_video else f"a {path.suffix.lower()} file"
+        hint = f"write `-o {path.stem}.png`, or put the scene before a color: `--background white`"
+        raise SceneError("value", f"{what} has no transparency, but `--ground {options.ground}` needs it", hint=hint)
+
+
+def check_opaque(options: PictureOptions) -> None:
+    """Raise SceneError if images would have alpha, which those of labels and datasets have not."""
+    if options.ground in CLEAR_GROUNDS:
+        message = f"labeled images have no transparency, but `{options.ground}` is the ground"
+        raise SceneError("value", message, hint="use `--ground none`; the instance map tells objects from background")
 
 
 def _check_name(what: str, name: str, known: Sequence[str]) -> None:
@@ -240,24 +341,31 @@ def open_image(path: Path | str | BytesIO) -> Any:
 def save_image(image: Image, path: Path | str) -> None:
     """Write ``image`` atomically in the format of ``path``'s extension: PNG, JPEG, WebP, or its radiance as EXR.
 
-    Raises SceneError: "backend" for another extension, "file" if the file cannot be written.
+    Raises SceneError: "backend" for another extension, "value" for a JPEG of an image with alpha, "file" if the file
+    cannot be written.
     """
     target = Path(path)
-    if target.suffix.lower() == ".exr":
+    if target.suffix.lower() != ".exr":
+        save_picture(image.picture if image.alpha is None else image.rgba, target)
+    elif image.alpha is None:
         save_radiance(image.radiance, target)
     else:
-        save_picture(image.picture, target)
+        share = np.asarray(image.alpha, np.float32)[:, :, None] / np.float32(255.0)
+        save_radiance(np.concatenate([image.radiance, share], axis=2), target)
 
 
 def save_picture(picture: Picture, path: Path | str) -> None:
-    """Write ``picture`` (H, W, 3) atomically as PNG, JPEG or WebP, by the extension of ``path``.
+    """Write ``picture`` (H, W, 3), or (H, W, 4) with alpha, atomically as PNG, JPEG or WebP, by the path's extension.
 
-    Raises SceneError: "backend" for another extension, "file" if the file cannot be written.
+    Raises SceneError: "backend" for another extension, "value" for a JPEG with alpha, "file" if the file cannot be
+    written.
     """
     target = Path(path)
     endings = tuple(ending for ending in STILL_ENDINGS if ending != ".exr")
     if target.suffix.lower() not in endings:
         raise SceneError("backend", f"cannot write a picture as `{target.name}`", hint=f"use {' '.join(endings)}")
+    if picture.shape[2] == 4 and target.suffix.lower() in _OPAQUE:
+        raise SceneError("value", f"{target.name}: JPEG has no transparency", hint="write a .png or a .webp")
     image = require("PIL.Image", "pillow").fromarray(picture)
     named = {"pnginfo": png_text({"Software": SOFTWARE})} if target.suffix.lower() == ".png" else {}
     with atomic_write(target) as temporary:
@@ -291,7 +399,7 @@ def png_of(picture: Picture) -> bytes:
 
 
 def save_radiance(radiance: npt.NDArray[np.float32], path: Path | str) -> None:
-    """Write ``radiance`` (H, W, 3), linear sRGB, atomically as OpenEXR; raises SceneError."""
+    """Write linear sRGB ``radiance`` (H, W, 3), or (H, W, 4) multiplied by alpha, as OpenEXR; raises SceneError."""
 
     write_exr({"": radiance}, Path(path))
 
@@ -426,7 +534,9 @@ def write_drawing(
     The extension of ``path`` decides which; a WebP file of a 4D scene is a video. Raises SceneError.
     """
     film_requested = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
-    if is_film(path, film_requested):
+    is_video = is_film(path, film_requested)
+    check_alpha(options, path, is_video)
+    if is_video:
         shots = shots_of(scene, options.camera, options.width, options.height, film.frames, film.orbit)
         fps = FPS if film.fps is None else film.fps
         save_film(painters(scene, options, backends, shots), shots, path, fps, options.progress)
@@ -439,7 +549,10 @@ def _draw_all(painters: Sequence[Painter], shots: Sequence[Shot], progress: Prog
     """Yield the images of shots; the last 2 % of the progress are for writing the file."""
     step = 0.98 / len(shots)
     for i, shot in enumerate(shots):
-        yield paint_shot(painters, shot, sub_progress(progress, step * i, step * (i + 1))).picture
+        image = paint_shot(painters, shot, sub_progress(progress, step * i, step * (i + 1)))
+        if image.alpha is not None:
+            raise SceneError("value", "a video has no transparency", hint="choose a `background`, or another `ground`")
+        yield image.picture
 
 
 def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:
@@ -541,7 +654,7 @@ def labels_of(solids: Solids, ids: npt.NDArray[np.int64]) -> list[Label]:
 
 
 def write_labels(picture: Picture, labels: list[Label]) -> Picture:
-    """Return a copy of ``picture`` (H, W, 3) with ``labels`` written on it, without those that would overlap others."""
+    """Return a copy of ``picture`` (H, W, 3 or 4) with ``labels``, without those that would overlap others."""
     if not labels:
         return picture
     image_module, draw_module = require("PIL.Image", "pillow"), require("PIL.ImageDraw", "pillow")

@@ -10,12 +10,12 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress
+from scenelang.backends.base import Progress, frame_of
 from scenelang.backends.pictures import film as drawing
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, picture_backend
-from scenelang.backends.pictures.stage import Shot, still
+from scenelang.backends.pictures.stage import Shot, stills
 from scenelang.backends.pictures.stage import film as film_shots
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import fits, typed
@@ -25,8 +25,8 @@ Size = tuple[int, int]
 View = Viewpoint | PlacedCamera
 _DEFAULT_SIZE = (512, 512)  # pixels
 _VIEW_NUMBERS = {
-    "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float",
-    "distance": "float | None", "orbit": "float | None", "focus": "float | None",
+    "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float", "roll": "float",
+    "distance": "float | None", "orbit": "float | None", "focus": "float | None", "lens": "float | None",
 }  # fmt: skip
 
 
@@ -53,6 +53,13 @@ class Camera(Viewpoint):
         Vertical field of view in degrees.
     target : (x, y, z), optional
         Point at the center of the image.
+    eye : (x, y, z), optional
+        Position of the camera, instead of ``azimuth``, ``elevation`` and ``distance``. It looks at ``target``, by
+        default the center of the scene.
+    roll : float
+        Turn of the camera around its view direction, clockwise, in degrees.
+    lens : float, optional
+        Focal length in millimeters for an image 36 mm wide, instead of ``fov``.
     orthographic : bool
         Use a parallel projection.
     aperture, focus : float
@@ -69,8 +76,10 @@ class Camera(Viewpoint):
             value = getattr(self, name)
             if not fits(value, annotation):
                 raise SceneError("value", f"`{name}`: expected a finite number, got {value!r}")
-        if self.target is not None and (len(self.target) != 3 or not all(fits(x, "float") for x in self.target)):
-            raise SceneError("value", f"`target`: expected three finite numbers, got {self.target!r}")
+        for name in ("target", "eye"):
+            point = getattr(self, name)
+            if point is not None and (len(point) != 3 or not all(fits(x, "float") for x in point)):
+                raise SceneError("value", f"`{name}`: expected three finite numbers, got {point!r}")
 
     def __repr__(self) -> str:
         default = Viewpoint()
@@ -148,9 +157,9 @@ class Image:
     Attributes
     ----------
     pixels : (H, W, 4) uint8
-        sRGB with an opaque alpha channel.
+        sRGB with alpha, which is below 255 only for the grounds "transparent" and "shadow".
     radiance : (H, W, 3) float32
-        Linear sRGB radiance, without labels.
+        Linear sRGB radiance, without labels, multiplied by alpha.
     camera : PlacedCamera
         Camera of the image: ``intrinsics`` (3, 3), ``world_to_camera`` (4, 4), ``project``.
     """
@@ -167,8 +176,13 @@ class Image:
     @typed
     def save(self, path: str | Path) -> Path:
         """Write a .png, .jpg or .webp, or the radiance as .exr, atomically. Returns the path."""
-        drawing.save_image(drawing.Image(np.ascontiguousarray(self.pixels[:, :, :3]), self.radiance), path)
+        alpha = None if self._is_opaque else self.pixels[:, :, 3]
+        drawing.save_image(drawing.Image(np.ascontiguousarray(self.pixels[:, :, :3]), self.radiance, alpha), path)
         return Path(path)
+
+    @property
+    def _is_opaque(self) -> bool:
+        return bool((self.pixels[:, :, 3] == 255).all())
 
     @typed
     def beside(self, *others: Image) -> Image:
@@ -183,7 +197,7 @@ class Image:
         return np.asarray(self.pixels, dtype) if not copy else np.array(self.pixels, dtype)
 
     def _repr_png_(self) -> bytes:
-        return drawing.png_of(np.ascontiguousarray(self.pixels[:, :, :3]))
+        return drawing.png_of(np.ascontiguousarray(self.pixels[:, :, : 3 if self._is_opaque else 4]))
 
     def __repr__(self) -> str:
         return f"<Image {self.size[0]} x {self.size[1]}>"
@@ -254,11 +268,17 @@ def image_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str]
     return shot_of(graph, options, quality)[0]
 
 
-def shot_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft") -> tuple[Image, Shot]:
-    """Render one image as ``image_of`` does, and return its shot too: the camera and the frame of the scene."""
+def shot_of(
+    graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft", seen: Sequence[int] | None = None
+) -> tuple[Image, Shot]:
+    """Render one image as ``image_of`` does, and return its shot too: the camera and the frame of the scene.
+
+    ``seen`` are the frames that the camera frames, by default the rendered one.
+    """
     backends = _backends(quality)
     drawing.check(options, backends)
-    shot = still(graph, options.camera, options.frame, options.width, options.height)
+    frame = frame_of(graph, options.frame)
+    (shot,) = stills(graph, options.camera, [frame], options.width, options.height, seen)
     painted = drawing.paint_shot(drawing.painters(graph, options, backends, [shot]), shot, options.progress)
     return _image(painted, shot.camera), shot
 
@@ -288,7 +308,5 @@ def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:
 
 
 def _image(painted: drawing.Image, camera: PlacedCamera) -> Image:
-    """Return a drawn shot as an image of the API, with the alpha channel that viewers expect: it is opaque, because
-    every image has a ground and a sky."""
-    opaque = np.full((*painted.picture.shape[:2], 1), 255, np.uint8)
-    return Image(np.concatenate([painted.picture, opaque], axis=2), painted.radiance, camera)
+    """Return a drawn shot as an image of the API, with the alpha channel that viewers expect."""
+    return Image(painted.rgba, painted.radiance, camera)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -31,7 +32,9 @@ from scenelang.backends.pictures.film import (
     Painter,
     PictureBackend,
     PictureOptions,
+    clear_image,
     labelled,
+    labels_of,
     write_still,
 )
 from scenelang.backends.pictures.mitsuba_scene import (
@@ -139,6 +142,8 @@ class MitsubaPainter:
         if self._staging.backdrop is None:
             self._staging = toned(self._staging, shot)
         stage = self._staging.stage(shot)
+        if stage.is_clear:
+            return self._clear(stage, shot, progress)
         unlit = stage.studio.environment.unlit  # without lighting there is nothing to trace
         guide = draw(stage, sub_progress(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
         radiance = (
@@ -156,14 +161,7 @@ class MitsubaPainter:
         mi, report = self.mitsuba, progress or (lambda _: None)
         scene = mi.load_dict(surroundings(mi, stage, self._depth) | self.shapes_of(frame, stage))
         report(0.1)
-        total = np.zeros((stage.height, stage.width, 3), np.float64)
-        passes = max(1, self._samples // (8 if self._samples <= 64 else 16))
-        for k in range(passes):
-            share = self._samples // passes + (k < self._samples % passes)
-            image = mi.render(scene, seed=(self._options.seed * 4096 + k) % 2**32, spp=share)
-            total += share * np.array(image, np.float64).reshape(stage.height, stage.width, -1)[:, :, :3]
-            report(0.1 + 0.85 * (k + 1) / passes)
-        radiance = np.nan_to_num(total / self._samples, nan=0.0, posinf=1e4, neginf=0.0)
+        radiance = self._sampled(scene, stage, report)[:, :, :3]
         # Behind the scene the camera sees the backdrop, not the lights of the studio.
         seen = pixel_directions(stage.camera)
         hidden = backdrop(stage.studio, seen) - stage.studio.dome.radiance(seen)
@@ -172,6 +170,59 @@ class MitsubaPainter:
         clean = np.where(guide.sky[:, :, None] < 1.0, _denoised(noisy, guide), noisy) if self._denoise else noisy
         report(1.0)
         return np.asarray(clean, np.float32)
+
+    def _sampled(self, scene: Any, stage: Stage, report: Progress | None) -> FloatArray:
+        """Return the mean (H, W, C) of the samples of a loaded scene, without the values that are not finite."""
+        total = np.zeros(())
+        passes = max(1, self._samples // (8 if self._samples <= 64 else 16))
+        for k in range(passes):
+            share = self._samples // passes + (k < self._samples % passes)
+            image = self.mitsuba.render(scene, seed=(self._options.seed * 4096 + k) % 2**32, spp=share)
+            total = total + share * np.array(image, np.float64).reshape(stage.height, stage.width, -1)
+            if report is not None:
+                report(0.1 + 0.85 * (k + 1) / passes)
+        return np.nan_to_num(total / self._samples, nan=0.0, posinf=1e4, neginf=0.0)
+
+    def _clear(self, stage: Stage, shot: Shot, progress: Progress | None) -> Image:
+        """Draw a shot without backdrop; the shadow on the ground is the draft's."""
+        environment = stage.studio.environment
+        guide = draw(stage, sub_progress(progress, 0.0, 0.1), cache=self._guides)
+        if environment.unlit:
+            linear, radiance, alpha = guide.linear, guide.radiance, guide.alpha
+        else:
+            bare = replace(stage, ground=None)  # which would hide the background
+            radiance, alpha = self._trace_clear(bare, shot.frame, guide, sub_progress(progress, 0.1, 1.0))
+            share = np.maximum(alpha, 1e-6)[:, :, None]
+            linear = tone_map(radiance / share, environment) * share
+        alpha = alpha + (1.0 - alpha) * guide.shadow / np.maximum(1.0 - guide.alpha, 1e-6)
+        labels = labels_of(stage.solids, guide.ids) if self._options.labels else []
+        return clear_image(linear, radiance, alpha, labels, self._options.background)
+
+    def _trace_clear(
+        self, stage: Stage, frame: int, guide: Draft, progress: Progress | None
+    ) -> tuple[Float32Array, Float32Array]:
+        """Return the radiance (H, W, 3) of the objects alone, multiplied by alpha, and alpha (H, W).
+
+        Alpha is that of the same rays in a scene without lights, since Mitsuba's is 1 before lights all around; its
+        `hide_emitters` would hide emissive objects too, and ends the process where there are instances (3.9.1).
+        """
+        report = progress or (lambda _: None)
+        around, shapes = surroundings(self.mitsuba, stage, self._depth), self.shapes_of(frame, stage)
+        lit = self._sampled(self.mitsuba.load_dict(around | shapes), stage, sub_progress(report, 0.0, 0.7))
+        around["sensor"]["film"]["pixel_format"] = "rgba"
+        dark = {name: around[name] for name in ("type", "integrator", "sensor")}
+        covered = self._sampled(self.mitsuba.load_dict(dark | shapes), stage, sub_progress(report, 0.7, 1.0))
+        alpha = covered[:, :, 3]
+        behind = stage.studio.dome.radiance(pixel_directions(stage.camera)).reshape(*alpha.shape, 3)
+        radiance = np.where(alpha[:, :, None] > 0.0, lit[:, :, :3] - (1.0 - alpha)[:, :, None] * behind, 0.0)
+        noisy = np.maximum(radiance, 0.0).astype(np.float32)
+        cover = np.clip(alpha, 0.0, 1.0).astype(np.float32)
+        if self._denoise:
+            noisy = np.where(cover[:, :, None] > 0.0, _denoised(noisy, guide), noisy)
+            if (stage.solids.opacity < 1.0).any():
+                smooth = _denoised(np.repeat(cover[:, :, None], 3, axis=2), guide)[:, :, 0]
+                cover = np.where((cover > 0.0) & (cover < 1.0), np.clip(smooth, 0.0, 1.0), cover)
+        return noisy, cover
 
 
 def _denoised(radiance: Float32Array, guide: Draft) -> Float32Array:
@@ -314,4 +365,5 @@ MITSUBA = PictureBackend(
     packages=("mitsuba", "PIL"),
     install=FINAL_EXTRA,
     painter=_painter,
+    has_alpha=True,
 )  # fmt: skip

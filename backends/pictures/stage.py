@@ -10,14 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
-from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
-from scenelang.backends.surfaces.appearance import Color, Studio, check_seen, studio_for
+from scenelang.backends.pictures.camera import BoxExtent, Camera, Extent, Viewpoint, checked, framed
+from scenelang.backends.surfaces.appearance import Color, Studio, check_seen, look_of, studio_for
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.supports import Supports
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -25,7 +26,9 @@ FILM_FRAMES = 48  # of a turntable by default
 MOST_FRAMES = 10_000  # of a video
 _MAX_COORDINATE = 1e152  # coordinates beyond this overflow when squared
 MOST_ORBIT = 360_000.0  # degrees, a thousand turns
-_CHECKED_ANGLES = 24  # positions on a full circle from which a turntable must show the whole scene
+# Grounds of images with alpha, with what lights the scene from below; "shadow" shows only the shadow on it.
+CLEAR_GROUNDS = {"transparent": "none", "shadow": "seamless"}
+_MOST_FRAMED = 1_000  # images of an orbit whose union is framed; of more, every second or so
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +58,46 @@ def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
 
 
 def still(scene: Scene, view: Viewpoint | Camera, frame: int | None, width: int, height: int) -> Shot:
-    """Return the shot of one picture; raises SceneError."""
-    number = frame_of(scene, frame)
-    return Shot(number, _camera(scene, view, number, width, height))
+    """Return the shot of one image, which frames that frame; raises SceneError."""
+    return stills(scene, view, [frame_of(scene, frame)], width, height)[0]
+
+
+def stills(
+    scene: Scene,
+    view: Viewpoint | Camera,
+    frames: Sequence[int],
+    width: int,
+    height: int,
+    seen: Sequence[int] | None = None,
+) -> list[Shot]:
+    """Return the shots of frames by one camera, which frames all that is ``seen``; one that follows aims at each frame.
+
+    ``seen`` are frames too, by default the same ones. Raises SceneError.
+    """
+    low, high = box_of(scene)
+    if isinstance(view, Camera):
+        return [Shot(frame, _resized(view, width, height)) for frame in frames]
+    view = checked(view)
+    camera = framed(
+        view, _extent(scene, [(scene.frames[k], np.eye(3, 4)) for k in dict.fromkeys(seen or frames)]), width, height
+    )
+    if not view.follow or view.target is not None:
+        return [Shot(frame, camera) for frame in frames]
+    distance = view.distance or float(np.dot((low + high) / 2.0 - camera.eye, camera.forward))
+    shots = []
+    for frame in frames:
+        box = entity_box(scene.frames[frame])
+        middle = (np.array(box[:3]) + np.array(box[3:])) / 2.0 if box is not None else (low + high) / 2.0
+        aimed = replace(view, target=tuple(middle.tolist()), distance=None if view.eye is not None else distance)
+        shots.append(Shot(frame, framed(aimed, BoxExtent(low, high), width, height)))
+    return shots
+
+
+def _extent(scene: Scene, placed: Sequence[tuple[Entity, FloatArray]]) -> Extent:
+    """Return what is seen of entities under their poses (3, 4), of Minecraft blocks their cells; if that is nothing, as
+    in an empty frame, the box of the scene."""
+    supports = Supports(placed, lambda primitive: look_of(primitive).opacity > 0.0)
+    return supports if not supports.is_empty else BoxExtent(*box_of(scene))
 
 
 def film(
@@ -86,57 +126,59 @@ def film(
         raise SceneError("value", f"the camera's orbit must be at most {MOST_ORBIT:,.0f} degrees, not {angle:,g}")
     numbers = [i * len(scene.frames) // count for i in range(count)]
     if not angle:
-        return [still(scene, view, number, width, height) for number in numbers]
+        return stills(scene, view, numbers, width, height)
     low, high = box_of(scene)
-    start = _orbit_start(view, low, high, angle, width, height)
-    pivot = np.array(view.target) if isinstance(view, Viewpoint) and view.target is not None else (low + high) / 2.0
-    return [Shot(number, turned(start, pivot, angle * i / count)) for i, number in enumerate(numbers)]
+    pivot = (low + high) / 2.0
+    if isinstance(view, Viewpoint) and view.target is not None:
+        pivot = np.array(view.target, np.float64)
+    angles = [angle * i / count for i in range(count)]
+    start = _orbit_start(scene, view, pivot, list(zip(numbers, angles)), (width, height))
+    return [Shot(number, turned(start, pivot, a)) for number, a in zip(numbers, angles)]
 
 
-def _camera(scene: Scene, view: Viewpoint | Camera, frame: int, width: int, height: int) -> Camera:
-    """Return the camera of a frame: placed, or resized; one that follows aims at the center of the frame."""
-    if isinstance(view, Camera):
-        return view if (view.width, view.height) == (width, height) else view.resized(width, height)
-    low, high = box_of(scene)
-    view = checked(view)
-    if view.follow and view.target is None:
-        whole = place(view, low, high, width, height)
-        box = entity_box(scene.frames[frame])
-        middle = (np.array(box[:3]) + np.array(box[3:])) / 2.0 if box is not None else (low + high) / 2.0
-        distance = float(np.dot((low + high) / 2.0 - whole.eye, whole.forward))
-        view = replace(view, target=tuple(middle.tolist()), distance=view.distance or distance)
-    return place(view, low, high, width, height)
+def _resized(camera: Camera, width: int, height: int) -> Camera:
+    """Return the camera at the size of the image."""
+    return camera if (camera.width, camera.height) == (width, height) else camera.resized(width, height)
 
 
 def _orbit_start(
-    view: Viewpoint | Camera, low: FloatArray, high: FloatArray, angle: float, width: int, height: int
+    scene: Scene,
+    view: Viewpoint | Camera,
+    pivot: FloatArray,
+    seen: Sequence[tuple[int, float]],
+    size: tuple[int, int],
 ) -> Camera:
-    """Return the first camera of an orbit, far enough away to see the whole scene from every angle."""
+    """Return the first camera of an orbit, which frames the union of all that its images show.
+
+    A camera that turns around a scene sees what a camera at rest sees of the scene that turns the other way. ``seen``
+    are the images: a frame and the angle of the camera, in degrees; ``size`` is theirs in pixels.
+    """
     if isinstance(view, Camera):
-        return view if (view.width, view.height) == (width, height) else view.resized(width, height)
+        return _resized(view, *size)
     view = checked(view)
-    center = view.target if view.target is not None else tuple(((low + high) / 2.0).tolist())
-    if view.distance is not None:
-        return place(replace(view, target=center), low, high, width, height)
-    steps = max(1, math.ceil(abs(angle) / 360.0 * _CHECKED_ANGLES))
-    around = [replace(view, target=center, azimuth=view.azimuth + angle * i / steps) for i in range(steps + 1)]
-    cameras = [place(position, low, high, width, height) for position in around]
-    if view.orthographic:
-        widest = min(cameras, key=lambda camera: camera.focal[0])
-        return replace(cameras[0], intrinsics=widest.intrinsics)
-    middle = np.array(center)
-    distance = max(float(np.linalg.norm(camera.eye - middle)) for camera in cameras)
-    return place(replace(view, target=center, distance=distance), low, high, width, height)
+    if view.distance is not None and view.target is None:
+        view = replace(view, target=tuple(pivot.tolist()))
+    distinct = list({(id(scene.frames[n]), round(angle % 360.0, 6)): (n, angle) for n, angle in seen}.values())
+    placed = []
+    for number, angle in distinct[:: math.ceil(len(distinct) / _MOST_FRAMED)]:
+        rotation = _around_vertical(-angle)
+        placed.append((scene.frames[number], np.column_stack([rotation, pivot - rotation @ pivot])))
+    return framed(view, _extent(scene, placed), *size)
 
 
 def turned(camera: Camera, pivot: FloatArray, angle: float) -> Camera:
     """Rotate ``camera`` by ``angle`` degrees around the vertical axis through ``pivot`` (3,), from +z towards +x."""
-    a = math.radians(angle)
-    rotation = np.array([[math.cos(a), 0.0, math.sin(a)], [0.0, 1.0, 0.0], [-math.sin(a), 0.0, math.cos(a)]])
+    rotation = _around_vertical(angle)
     pose = np.eye(4)
     pose[:3, :3] = camera.world_to_camera[:3, :3] @ rotation.T
     pose[:3, 3] = -pose[:3, :3] @ (pivot + rotation @ (camera.eye - pivot))
     return replace(camera, world_to_camera=pose)
+
+
+def _around_vertical(angle: float) -> FloatArray:
+    """Return the rotation (3, 3) by degrees around the vertical axis, from +z towards +x."""
+    a = math.radians(angle)
+    return np.array([[math.cos(a), 0.0, math.sin(a)], [0.0, 1.0, 0.0], [-math.sin(a), 0.0, math.cos(a)]])
 
 
 # Stage: a scene prepared for rendering: flattened, scaled to unit size, with a placed camera and a ground.
@@ -155,6 +197,8 @@ class Stage:
         The first ``fixed`` of them are the same in all stages of one video.
     ground
         Height of the ground; None without a ground, or if the camera is below it and would see nothing else.
+    is_clear
+        Whether the image has alpha: neither ground nor backdrop, only the shadow on the ground.
     center : (3,)
         With ``scale``, defines the frame: ``p_stage = scale (p_world - center)``.
     """
@@ -166,6 +210,7 @@ class Stage:
     ground: float | None
     center: FloatArray
     scale: float
+    is_clear: bool = False
 
     @property
     def width(self) -> int:
@@ -197,7 +242,7 @@ class Staging:
     center, scale
         As of ``Stage``.
     environment, ground
-        Names in ``ENVIRONMENTS`` and ``GROUNDS``.
+        Names in ``ENVIRONMENTS``, and in ``GROUNDS`` or ``CLEAR_GROUNDS``.
     backdrop
         Radiance (3) behind the scene; None for that of the environment.
     """
@@ -216,14 +261,17 @@ class Staging:
     def stage(self, shot: Shot) -> Stage:
         """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
-        studio = studio_for(camera.right, self.environment, self.ground, self.backdrop)
+        is_clear = self.ground in CLEAR_GROUNDS
+        under = CLEAR_GROUNDS.get(self.ground or "", self.ground)
+        studio = studio_for(camera.right, self.environment, under, self.backdrop)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
         ground = (self.lowest - self.center[1]) * self.scale - BELOW
         shows_ground = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
-        return Stage(solids, fixed, camera, studio, ground if shows_ground else None, self.center, self.scale)
+        height = ground if shows_ground else None
+        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear)
 
 
 def staging_of(

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
-from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_at
+from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_at, looking
 from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import SceneError
 
-FloatArray = npt.NDArray[np.float64]
 View = Viewpoint | Camera
 _ELEVATIONS = (5.0, 65.0)  # degrees above the horizon of random viewpoints
 MAX_VIEWS = 10_000  # images in one folder; `dataset` makes more, in shards
@@ -53,20 +51,9 @@ def trajectory_views(
     along = np.stack([np.interp(places, lengths, points[:, axis]) for axis in range(3)], axis=1)
     width, height = size
     focal = height / (2.0 * np.tan(np.radians(fov) / 2.0))
-    return tuple(camera_at(eye, _looking(eye, np.array(target)), float(focal), width, height) for eye in along)
-
-
-def _looking(eye: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return right, up and forward of a level camera at ``eye`` that looks at ``target``."""
-    forward = target - eye
-    length = float(np.linalg.norm(forward))
-    if length < 1e-12:
-        raise SceneError("value", "a camera of the trajectory is at the point that it looks at")
-    forward = forward / length
-    above = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 1.0 - 1e-9 else np.array([0.0, 0.0, -1.0])
-    right = np.cross(forward, above)
-    right = right / np.linalg.norm(right)
-    return right, np.cross(right, forward), forward
+    return tuple(
+        camera_at(eye, looking(eye, np.array(target, np.float64))[0], float(focal), width, height) for eye in along
+    )
 
 
 def views_of(given: Sequence[View], count: int | None, seed: int) -> tuple[View, ...]:

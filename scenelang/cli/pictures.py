@@ -93,7 +93,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     add_fields(parser, film.PictureOptions, ("frame",), frame="frame of a 4D scene to render, counted from 0")
     parser.add_argument("--part", metavar="PATH", help="render only these instances, such as `chair/leg[2]`")
     _add_view(parser)
-    add_fields(parser, film.PictureOptions, ("labels",))
+    add_fields(parser, film.PictureOptions, ("background", "labels"))
     add_fields(parser.add_argument_group("video"), film.FilmOptions)
     add_backend_options(parser, base.Work.PICTURE)
 
@@ -110,6 +110,7 @@ def run_render(arguments: argparse.Namespace) -> int:
         options = _picture_options(arguments, arguments.camera)
         film.check(options, backends)
         film.check_output(output, options.frame, shots, len(backends))
+        film.check_alpha(options, output, film.is_film(output, shots.is_wanted))
     check_folder(output)
     scene = scene_of(arguments)
     scene = scene if arguments.part is None else scene.part(arguments.part)
@@ -144,6 +145,7 @@ def run_labels(arguments: argparse.Namespace) -> int:
         backend = film.picture_backend(arguments.quality)
         options = _picture_options(arguments, None)
         film.check(options, [backend])
+        film.check_opaque(options)
         given = [parse_viewpoint(text) for text in arguments.camera or [""]]
         views = views_of(given, arguments.views, arguments.seed)
     settings = fields_of(arguments, MapOptions, pictures=options, views=views, resize=arguments.size is not None)

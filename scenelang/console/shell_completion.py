@@ -17,7 +17,6 @@ from scenelang.grammar.lazy_patterns import lazy_pattern
 
 Completer = Callable[..., Iterable[str]]
 _PROGRAMS = (".scene", ".py", ".txt", ".ipynb", ".json")  # file extensions of programs
-_CAMERAS = ("turntable", "top", "isometric", "follow")
 _BINDING = lazy_pattern(r'\(bind\s+"([^"]*)"')
 
 
@@ -134,9 +133,17 @@ def _environments(**_: Any) -> Iterable[str]:
 
 def _grounds(**_: Any) -> Iterable[str]:
     """Return the names of grounds."""
+    from scenelang.backends.pictures.stage import CLEAR_GROUNDS
     from scenelang.backends.surfaces.appearance import GROUNDS
 
-    return GROUNDS
+    return (*GROUNDS, *CLEAR_GROUNDS)
+
+
+def _cameras(**_: Any) -> Iterable[str]:
+    """Return the names of viewpoints."""
+    from scenelang.backends.pictures.camera import PRESETS
+
+    return PRESETS
 
 
 def _codes(**_: Any) -> Iterable[str]:
@@ -153,6 +160,6 @@ _KNOWN: dict[str, Completer] = {
     "backend": _backends,
     "environment": _environments,
     "ground": _grounds,
-    "camera": lambda **_: _CAMERAS,
+    "camera": _cameras,
     "codes": _codes,
 }

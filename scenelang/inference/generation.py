@@ -425,10 +425,10 @@ def before_and_after(before: SceneGraph, after: SceneGraph) -> Image:
     """
     from scenelang.backends.pictures.camera import Viewpoint
     from scenelang.backends.pictures.images import image_of, picture_options
-    from scenelang.backends.pictures.stage import still
+    from scenelang.backends.pictures.stage import stills
 
     larger = max((before, after), key=_largest_side)
-    camera = still(larger, Viewpoint(), 0, _IMAGE_PX, _IMAGE_PX).camera
+    camera = stills(larger, Viewpoint(), range(len(larger.frames)), _IMAGE_PX, _IMAGE_PX)[0].camera
     middle = min(len(before.frames), len(after.frames)) // 2
     first, second = (
         image_of(scene, picture_options(camera, frame=middle if scene.animated else None)) for scene in (before, after)

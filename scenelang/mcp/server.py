@@ -88,8 +88,9 @@ Declarations = Annotated[
     ),
 ]
 CAMERA = (
-    "viewpoint: preset (turntable, top, isometric, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,"
-    "target=0:1:0), or a JSON file; omitted parameters are chosen to frame the scene"
+    "viewpoint: preset (three-quarter, hero, catalogue, isometric, plan, elevation, front, right, back, left, top, "
+    "bottom, turntable, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0), position "
+    "(eye=1:2:3,target=0:1:0), or a JSON file; omitted parameters are chosen to frame the scene"
 )
 View = Annotated[str, Field(description=CAMERA)]
 

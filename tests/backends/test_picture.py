@@ -23,7 +23,7 @@ from scenelang.backends.pictures.film import (
     write_labels,
 )
 from scenelang.backends.pictures.film import draw as picture_draw
-from scenelang.backends.pictures.stage import Stage, staging_of, still
+from scenelang.backends.pictures.stage import Stage, staging_of, still, stills
 from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene import pose
@@ -162,13 +162,15 @@ def test_opacity_lets_what_is_behind_through(make: Any) -> None:
     assert red(1.0) < -60 < red(0.3) < red(0.0) - 30
 
 
-def test_frames_share_one_camera_and_one_ground(make: Any) -> None:
+def test_frames_of_a_film_share_one_camera_and_single_ones_have_their_own(make: Any) -> None:
     cube = make.primitive("cube", color=(0.8, 0, 0))
     roots = [make.group("film", (cube, pose.translation(x, 0, 0))) for x in (0.0, 4.0)]
     film = Scene("film", [*roots, make.group("film")], True)
-    views = [staged(film, Viewpoint(), 64, 64, k).camera.eye for k in range(3)]
-    assert (views[0] == views[1]).all()
-    assert np.abs(drafted(film, frame=0).astype(int) - drafted(film, frame=1)).max() > 50
+    eyes = [shot.camera.eye for shot in stills(film, Viewpoint(), range(3), 64, 64)]
+    assert (eyes[0] == eyes[1]).all()
+    alone = [still(film, Viewpoint(), k, 64, 64).camera.eye for k in range(3)]
+    assert alone[1] - alone[0] == pytest.approx([4.0, 0.0, 0.0], abs=1e-9)
+    assert np.abs(drafted(film, frame=0).astype(int) - drafted(film, frame=1)).mean() < 1
     assert np.ptp(drafted(film, frame=2)) < 8  # an empty frame of a film is an empty studio
     with pytest.raises(SceneError, match="frame 3 does not exist"):
         drafted(film, frame=3)
