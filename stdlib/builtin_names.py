@@ -17,6 +17,6 @@ NAMES: dict[str, list[str]] = {
     "arrays.registry": 'array vector list->vector zeros ones full eye linspace arange array-shape transpose reshape stack-arrays concatenate expand-dims sum product mean min max argmin argmax cumsum clip array-map interp where x-of y-of z-of @ dot cross norm normalize distance inverse determinant solve identity-pose'.split(),
     "random.registry": 'random-state set-random-state! set-seed! py-set-seed! random-stream default-rng py-random-stream random uniform normal randint rand randn choice shuffle shuffle! permutation py-random py-uniform py-gauss py-randint py-randrange py-choice py-choices py-sample py-shuffle py-shuffle! noise fbm'.split(),
     "control.registry": 'error raise gensym assertion-failed declare-that error? error-message error-code error-place error-is? print void identity'.split(),
-    "colors.registry": 'color rgb hsv'.split(),
+    "colors.registry": 'color rgb hsv texture'.split(),
     "python.registry": 'py-truthy? py-bool-or py-bool-and py-+ py-* py-% py-== py-< py-in py-iter py-ref py-str'.split(),
 }

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError, near_names
 from scenelang.interpreter.runtime.show import show
 from scenelang.interpreter.runtime.types import Registry
-from scenelang.interpreter.scene.primitives.base import linear
-from scenelang.interpreter.values.values import Vector
+from scenelang.interpreter.scene.primitives.base import linear, texture_of
+from scenelang.interpreter.values.values import Vector, make_list
 from scenelang.stdlib.operands import wrong_type
 
 if TYPE_CHECKING:
@@ -127,3 +127,22 @@ def hsv(rt: Runtime, hue: Any, saturation: Any, value: Any) -> Vector:
     if not abs(hue) < 1e15:
         raise wrong_type("hsv", "a finite number for `hue`", hue)
     return Vector(map(float, hsv_to_rgb(hue, saturation, value)))
+
+
+@registry.define(
+    "texture",
+    "name::String [:scale::Number] [:turn::Number] [:colors] [:projection::String] [:text::String]",
+    "List",
+    "Return a texture for `:texture`: the pattern or image `name`, with elements of size `:scale` in scene "
+    "units, turned by `:turn` degrees, in two `:colors`. `:projection` is box, planar, cylindrical or spherical. The "
+    "pattern text shows `:text`.",
+    ('(texture "brick" :scale .3)', '("brick" "scale" 0.3)'),
+    picture='(call "cube" :texture (texture "brick" :scale .4))',
+)
+def texture(rt: Runtime, name: str, **settings: Any) -> Any:
+    given = [name]
+    for key, value in settings.items():
+        given += [key, value]
+    value = make_list(given)
+    texture_of("texture", "texture", value)
+    return value

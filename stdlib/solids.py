@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 registry = Registry("solids")
 define = registry.define
 
-LOOK = "[:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior]"
+LOOK = "[:color] [:opacity] [:metallic] [:roughness] [:emission] [:ior] [:coat] [:sheen] [:material] [:texture]"
 _MATERIAL_NAMES = tuple(attribute.name for attribute in (*MATERIALS, *PHYSICS))
 _MAX_PLACES = 100_000  # of `surface-poses`
 _MAX_SLICES = 10_000  # of an extrusion

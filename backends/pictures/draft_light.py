@@ -19,6 +19,7 @@ from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_ray
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, GROUND_EDGE, Studio, ground_colors
+from scenelang.backends.surfaces.patterns import coordinates, tile_of
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
@@ -652,7 +653,39 @@ def albedo_of(stage: Stage, visible: Surface) -> Float32Array:
     solid = np.flatnonzero(visible.ids >= 0)
     brightest = 1.0 if stage.studio.environment.unlit else BRIGHTEST
     out[solid] = stage.solids.colors[visible.ids[solid]] * brightest
+    if stage.solids.looks.textured.any():
+        _add_textures(stage, visible, out, brightest)
     return out
+
+
+def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightest: float) -> None:
+    """Replace the mean colors in ``albedo`` (N, 3) of surfaces with textures by those at the points that are seen."""
+    solids = stage.solids
+    solid = np.flatnonzero(visible.ids >= 0)
+    look = solids.look[visible.ids[solid]]
+    for number in np.unique(look[solids.looks.textured[look]]).tolist():
+        texture = solids.looks.rows[number].texture
+        if texture is not None:
+            rows = solid[look == number]
+            points, normals, size = _in_primitive(stage, visible, rows)
+            tile = tile_of(texture)
+            period = math.sqrt(tile.size[0] * tile.size[1]) * (texture.scale or 1.0)
+            albedo[rows] = tile.at(coordinates(texture, points, normals), size / period) * np.float32(brightest)
+
+
+def _in_primitive(stage: Stage, visible: Surface, rows: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return points and normals (K, 3) that the samples ``rows`` see, in the frames of their primitives.
+
+    Also returns the sides (K,) of the squares there that pixels cover.
+    """
+    ids, index = np.unique(visible.ids[rows], return_inverse=True)
+    linear, offset = stage.solids.into_primitives(ids)
+    points = np.einsum("nij,nj->ni", linear[index], visible.points[rows]) + offset[index]
+    dual = np.swapaxes(inverses_of(linear), 1, 2)[index]
+    normals = np.einsum("nij,nj->ni", dual, visible.normals[rows])
+    away = np.ones(len(rows)) if stage.camera.is_parallel else visible.depth[rows]
+    growth = np.abs(np.linalg.det(linear)) ** (1.0 / 3.0)
+    return points, normals, away / stage.camera.focal[1] * growth[index]
 
 
 def radiance_of(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:

@@ -303,8 +303,12 @@ class _Shapes:
                 yield f"{name}-mesh{k}", mesh
 
     def _exact(self, solids: Solids) -> npt.NDArray[np.bool_]:
-        """Return which solids are drawn as exact shapes: no emitters or triangles, only the most frequent kinds."""
+        """Return which solids are drawn as exact shapes: plain ones of the most frequent kinds.
+
+        Emitters, triangles and textures need meshes.
+        """
         able = ~solids.emission.any(axis=1) & solids.that_are("is_closed") & ~is_too_flat(solids)
+        able &= ~solids.looks.textured[solids.look]
         _, kind, count = np.unique(_kinds(solids), axis=0, return_inverse=True, return_counts=True)
         if len(count) > _MAX_GROUPS:
             least = np.sort(count)[-_MAX_GROUPS]

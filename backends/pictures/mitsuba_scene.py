@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
-from scenelang.backends.pictures.mitsuba_materials import is_glass, kind_of, rgb, surface
+from scenelang.backends.pictures.mitsuba_materials import Lobe, Paint, is_glass, kind_of, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.surfaces.appearance import (
     BRIGHTEST,
@@ -23,11 +23,13 @@ from scenelang.backends.surfaces.appearance import (
     look_of,
 )
 from scenelang.backends.surfaces.dome import Dome
+from scenelang.backends.surfaces.patterns import corner_coordinates, tile_of
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed
+from scenelang.interpreter.scene.primitives.textures import Texture
 
 # Instancing: a cut through the entity DAG. Mitsuba has one level of instancing and no emitters inside instances, so
 # each path from the root to a primitive is cut once: below the cut are prototypes, shared entities whose solids become
@@ -355,13 +357,22 @@ def _plain_mesh(mi: Any, bsdf: Any, vertices: FloatArray, normals: FloatArray | 
     return mesh
 
 
-def _fill(mi: Any, mesh: Any, vertices: FloatArray, normals: FloatArray | None, faces: IntArray) -> None:
-    """Write vertices and faces into a mesh of Mitsuba."""
+def _fill(
+    mi: Any,
+    mesh: Any,
+    vertices: FloatArray,
+    normals: FloatArray | None,
+    faces: IntArray,
+    places: FloatArray | None = None,
+) -> None:
+    """Write vertices, with their texture coordinates ``places`` (V, 2), and faces into a mesh of Mitsuba."""
     params = mi.traverse(mesh)
     params["vertex_positions"] = vertices.astype(np.float32).ravel()
     params["faces"] = faces.astype(np.uint32).ravel()
     if normals is not None:
         params["vertex_normals"] = normals.astype(np.float32).ravel()
+    if places is not None:
+        params["vertex_texcoords"] = places.astype(np.float32).ravel()
     params.update()
 
 
@@ -404,10 +415,9 @@ class _Part:
 
 
 def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_flat: bool) -> Any:
-    """Return one mesh of solids with the colors and opacities of its faces as attributes."""
+    """Return one mesh of solids with the colors and opacities of its faces as attributes, or with a texture."""
     vertices, normals, faces, owner = _merged(part.solids, part.segments)
     look = part.solids.look[owner]
-    colors = part.solids.looks.color * BRIGHTEST
     attributes: dict[str, FloatArray] = {}
 
     def of_faces(values: FloatArray) -> dict[str, Any]:
@@ -416,17 +426,43 @@ def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_fla
         attributes[name] = values[look]
         return {"type": "mesh_attribute", "name": name}
 
+    texture, colors = part.look.texture, part.solids.looks.color * BRIGHTEST
+    paint = (lambda lobe: of_faces(lobe(colors))) if texture is None else _bitmap_paint(mi, texture)
     opacity = of_faces(part.solids.looks.opacity[:, None]) if part.is_clear else None
     props = mi.Properties()
-    props["bsdf"] = mi.load_dict(surface(part.look, lambda lobe: of_faces(lobe(colors)), opacity))
+    props["bsdf"] = mi.load_dict(surface(part.look, paint, opacity))
     props["face_normals"] = is_flat
     if emitter is not None:
         props["emitter"] = mi.load_dict(emitter)
-    mesh = mi.Mesh("solids", len(vertices), len(faces), has_vertex_normals=not is_flat, props=props)
+    shading = None if is_flat else normals
+    places = None
+    if texture is not None:  # corners of one vertex may have different coordinates
+        linear, offset = part.solids.into_primitives(owner)
+        corners = np.einsum("fij,fcj->fci", linear, vertices[faces]) + offset[:, None]
+        places = corner_coordinates(texture, corners).reshape(-1, 2)
+        vertices, shading = vertices[faces.reshape(-1)], None if shading is None else shading[faces.reshape(-1)]
+        faces = np.arange(len(vertices)).reshape(-1, 3)
+    mesh = mi.Mesh(
+        "solids", len(vertices), len(faces), has_vertex_normals=not is_flat, has_vertex_texcoords=places is not None,
+        props=props,
+    )  # fmt: skip
     for name, values in attributes.items():
         mesh.add_attribute(name, values.shape[1], values.astype(np.float32).ravel())
-    _fill(mi, mesh, vertices, None if is_flat else normals, faces)
+    _fill(mi, mesh, vertices, shading, faces, places)
     return mesh
+
+
+def _bitmap_paint(mi: Any, texture: Texture) -> Paint:
+    """Return the paint of a surface with a texture: the lobes of a BSDF are images."""
+    image = tile_of(texture).image[::-1]  # row 0 of Mitsuba is at v = 0
+    reflectance = image.reshape(-1, 3).astype(np.float64) * BRIGHTEST
+
+    def paint(lobe: Lobe) -> dict[str, Any]:
+        """Return the image of a lobe."""
+        shown = np.ascontiguousarray(lobe(reflectance).reshape(image.shape), np.float32)
+        return {"type": "bitmap", "bitmap": mi.Bitmap(shown), "raw": True, "wrap_mode": "repeat"}
+
+    return paint
 
 
 def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:

@@ -21,11 +21,15 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.surfaces.dome import UNIFORM, Dome, Sky, Softbox, panorama_of
+from scenelang.backends.surfaces.patterns import tile_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.primitives import items_of
+from scenelang.interpreter.scene.primitives.base import WHITE
 from scenelang.interpreter.scene.primitives.substances import SUBSTANCES, Substance
+from scenelang.interpreter.scene.primitives.textures import PATTERNS, Texture
+from scenelang.interpreter.values.values import IDENTITY
 
 FloatArray = npt.NDArray[np.float64]
 AnyFloats = npt.NDArray[np.floating]
@@ -49,6 +53,7 @@ class Look:
 
     ``color`` and ``emission`` (radiance) are linear sRGB; see the module's docstring for the others. ``roughness`` None
     means matte, ``ior`` None means not refractive. ``material`` is the name of a substance, which exports show.
+    With a ``texture``, ``color`` is its mean.
     """
 
     color: Point
@@ -60,6 +65,7 @@ class Look:
     coat: float = 0.0
     sheen: float = 0.0
     material: str | None = None
+    texture: Texture | None = None
 
     @property
     def is_matte(self) -> bool:
@@ -92,6 +98,7 @@ class Looks:
     gloss: FloatArray  # (K,)
     metallic: FloatArray  # (K,)
     ior: FloatArray  # (K,), that of glass where not given
+    textured: npt.NDArray[np.bool_]  # (K,)
     coat: FloatArray  # (K,)
     sheen: FloatArray  # (K,)
 
@@ -110,6 +117,7 @@ def looks_of(rows: Iterable[Look]) -> Looks:
         np.array([look.gloss for look in rows], np.float64),
         np.array([look.metallic for look in rows], np.float64),
         np.array([look.ior or GLASS for look in rows], np.float64),  # renderers need one for every glossy surface
+        np.array([look.texture is not None for look in rows], bool),
         np.array([look.coat for look in rows], np.float64),
         np.array([look.sheen for look in rows], np.float64),
     )
@@ -129,6 +137,9 @@ def look_of(entity: Entity) -> Look:
     values = {name: value for name in READ if (value := attributes.get(name)) is not None}
     if not values:
         return Look(color)
+    texture = None if values.get("texture") is None else _texture(entity, values["texture"])
+    if texture is not None:
+        color = tile_of(texture).mean
     if substance is not None:
         values = {name: getattr(substance, name) for name in _OF_SUBSTANCES} | values
     emission = _numbers_in(entity.word, "emission", values.get("emission"), (1, 3), (0.0, 0.0, 0.0))
@@ -147,7 +158,27 @@ def look_of(entity: Entity) -> Look:
         _share(entity.word, "coat", values.get("coat")) or 0.0,
         _share(entity.word, "sheen", values.get("sheen")) or 0.0,
         None if substance is None else attributes["material"],
+        texture,
     )
+
+
+def _texture(entity: Entity, value: Any) -> Texture | None:
+    """Return the texture of a primitive with its colors and its scale; None for an entity without a surface."""
+    shape = entity.shape
+    if shape is None:
+        return None
+    texture = primitives.texture_of(entity.word, "texture", value)
+    box = shape.box_under(IDENTITY)
+    size = 1.0 if box is None else max(high - low for low, high in zip(box[:3], box[3:], strict=True)) or 1.0
+    is_colored = shape.color != WHITE
+    if texture.is_image:
+        colors: tuple[Point, ...] = (shape.color,) if is_colored else ()
+        name, scale = shape.image or texture.name, size
+    else:
+        pattern = PATTERNS[texture.name]
+        own = pattern.colors_on(shape.color) if is_colored else pattern.colors
+        colors, name, scale = texture.colors or own, texture.name, size * pattern.share
+    return replace(texture, name=name, scale=texture.scale or scale, colors=colors)
 
 
 def _substance(word: str, name: Any) -> Substance | None:

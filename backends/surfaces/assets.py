@@ -125,6 +125,32 @@ class AssetFiles:
         charge(_CLOCK_STEPS + (len(asset.support) >> 3))
         return asset
 
+    def image(self, file: str, charge: Callable[[int], None] = _uncharged) -> str:
+        """Return the path of an image of a texture; raises SceneError if it cannot be one.
+
+        Only its header is read, by Pillow: its size must be within ``MAX_PIXELS``.
+        """
+        target = located(file, "image", self._folder, self._project, self._allow_outside)
+        charge(_CLOCK_STEPS)
+        if target.stat().st_size > MAX_FILE_BYTES:
+            raise SceneError("file", f"the image `{file[:80]}` is larger than {MAX_FILE_BYTES:,} bytes")
+        checked_image(target, file)
+        return str(target)
+
+
+def checked_image(path: Path, name: str) -> Any:
+    """Return an image of Pillow, not yet decoded; raises SceneError("file") if it is none or too large."""
+    pillow = require("PIL.Image", "pillow")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            image = pillow.open(path, formats=_IMAGE_FORMATS)
+    except (OSError, ValueError, SyntaxError, pillow.DecompressionBombError):
+        raise SceneError("file", f"`{name[:80]}` is not an image that can be read") from None
+    if image.width * image.height > MAX_PIXELS:
+        raise SceneError("file", f"the image `{name[:80]}` has more than {MAX_PIXELS:,} pixels")
+    return image
+
 
 _CLOCK_STEPS = 4096  # steps after which a meter checks the clock
 

@@ -21,7 +21,7 @@ from scenelang.interpreter.scene.flatten import FlatFrame
 from scenelang.interpreter.scene.primitives import Placed, standard_forms
 from scenelang.interpreter.scene.primitives.base import Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.forms import FACE, SMOOTH_FACE, TRIANGLE, CanonicalForm, Ratios
-from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of
+from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of, inverses_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -125,6 +125,9 @@ class Solids(PosedForms):
         Whether it (N,) is the placeholder of a semantic primitive.
     instance
         Index (N,) in the flattened frame.
+    local
+        Poses (N, 12) from the frames of the forms to those of the primitives, row by row, if a look has a texture; else
+        (N, 0).
     part, part_words
         Index (N,) of the word of the operand that a face of a computed solid comes from, -1 for none, and these words.
     """
@@ -134,6 +137,7 @@ class Solids(PosedForms):
     semantic: npt.NDArray[np.bool_]  # (N,)
     instance: IntArray  # (N,)
     part: IntArray  # (N,)
+    local: FloatArray  # (N, 12) or (N, 0)
     looks: Looks
     words: tuple[str, ...]
     part_words: tuple[str, ...]
@@ -153,6 +157,16 @@ class Solids(PosedForms):
         """Opacity (N,) in (0, 1]."""
         return np.asarray(self.looks.opacity[self.look], np.float64)
 
+    def into_primitives(self, rows: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return the maps, linear parts (K, 3, 3) and offsets (K, 3), from the frame of reference to the primitives'.
+
+        Only for solids with a texture.
+        """
+        local, matrices = self.local[rows].reshape(-1, 3, 4), self.matrices[rows]
+        with np.errstate(all="ignore"):
+            linear = local[:, :, :3] @ inverses_of(matrices[:, :, :3])
+        return linear, local[:, :, 3] - np.einsum("kij,kj->ki", linear, matrices[:, :, 3])
+
     def take(self, which: npt.NDArray[Any]) -> Solids:
         """Return the solids selected by the mask or indices ``which``."""
         columns: dict[str, Any] = {name: getattr(self, name)[which] for name in _COLUMNS}
@@ -167,7 +181,7 @@ class Solids(PosedForms):
 
 
 # The fields of ``Solids`` with a row for each solid.
-_COLUMNS = ("forms", "ratios", "matrices", "look", "word", "semantic", "instance", "part")
+_COLUMNS = ("forms", "ratios", "matrices", "look", "word", "semantic", "instance", "part", "local")
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,8 +275,12 @@ def solids_of(frame: FlatFrame) -> Solids:
     for i, piece in enumerate(pieces):
         if isinstance(piece, _Triangles):
             columns.append(_triangle_columns(frame, i, piece, int(word[i]), forms, parts))
+    looks = table.looks()
+    if not looks.textured.any():
+        for part in columns:
+            part["local"] = np.zeros((len(part["forms"]), 0))
     joined: dict[str, Any] = {name: np.concatenate([part[name] for part in columns]) for name in _COLUMNS}
-    return Solids(kinds=forms.kinds, **joined, looks=table.looks(), words=words, part_words=tuple(parts))
+    return Solids(kinds=forms.kinds, **joined, looks=looks, words=words, part_words=tuple(parts))
 
 
 def _with_faces(forms: PosedForms) -> PosedForms:
@@ -298,6 +316,7 @@ def _form_columns(
         "semantic": semantic[which],
         "instance": instance,
         "part": np.full(len(which), -1, np.int64),
+        "local": forms.matrices[which].reshape(len(which), 12),
     }
 
 
@@ -328,6 +347,7 @@ def _triangle_columns(
         "semantic": np.zeros(total, bool),
         "instance": np.repeat(instance, count),
         "part": np.tile(_part_numbers(mesh, parts), len(instance)),
+        "local": np.tile(mesh.local.reshape(count, 12), (len(instance), 1)),
     }
 
 
@@ -460,13 +480,14 @@ def parted(frames: Sequence[Solids]) -> tuple[Solids, list[Solids]]:
     numbers = [np.array([table.number(look) for look in solids.looks.rows], np.int64) for solids in frames]
     looks = table.looks()
     forms = FormTable([form for solids in frames for form in solids.kinds])
-    widest = max(solids.ratios.shape[1] for solids in frames)
+    widest, mapped = (max(getattr(solids, name).shape[1] for solids in frames) for name in ("ratios", "local"))
     common = [
         replace(
             solids,
             kinds=forms.kinds(),
             forms=np.array([forms.number(form) for form in solids.kinds], np.int16)[solids.forms],
             ratios=np.pad(solids.ratios, ((0, 0), (0, widest - solids.ratios.shape[1]))),
+            local=np.pad(solids.local, ((0, 0), (0, mapped - solids.local.shape[1]))),
             look=number[solids.look],
             word=np.array([words[word] for word in solids.words], np.int64)[solids.word],
             looks=looks,

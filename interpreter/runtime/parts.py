@@ -14,7 +14,9 @@ from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import matrix_or_none, type_name
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.primitives.base import items_of
 from scenelang.interpreter.scene.primitives.mesh_file import Asset
+from scenelang.interpreter.scene.primitives.textures import is_image
 from scenelang.interpreter.values.values import (
     ANONYMOUS,
     IDENTITY,
@@ -260,7 +262,22 @@ def geometric_attributes(runtime: Runtime, z: Embedding) -> dict[str, Any]:
             runtime.read(value)
             if isinstance(value, MutableArray):
                 runtime.charge(value.data.size >> 6)
+    if attributes.get("texture") is not None:
+        attributes["texture"] = _with_image(runtime, attributes["texture"])
     return attributes
+
+
+def _with_image(runtime: Runtime, texture: Any) -> Any:
+    """Return the value of ``:texture`` with the resolved path of its image, if it has one."""
+    items = items_of(texture)
+    name = texture if type(texture) is str else items[0] if items else None
+    if type(name) is not str or not is_image(name):
+        return texture
+    if runtime.image is None:
+        raise SceneError("file", f"cannot read the image {name[:80]}: loading of images is disabled here")
+    runtime.output += 1  # the file may change
+    path = runtime.image(name, runtime.charge)
+    return path if items is None else make_list([path, *items[1:]])
 
 
 def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Asset, dict[str, Any]]:

@@ -223,6 +223,8 @@ class Runtime:
         Function ``asset(file, charge)`` that measures a mesh file.
     font
         Function ``font(file, charge)`` that loads a font file.
+    image
+        Function ``image(file, charge)`` that returns the path of an image of a texture.
     hot
         Number of calls of a procedure, or of turns of a loop, after which it is compiled to a Python function; None to
         run all code as closures.
@@ -239,6 +241,7 @@ class Runtime:
         asset: Callable[[str, Callable[[int], None]], Asset] | None = None,
         hot: int | None = HOT,
         font: Callable[[str, Callable[[int], None]], Typeface] | None = None,
+        image: Callable[[str, Callable[[int], None]], str] | None = None,
     ) -> None:
         """Start a run in which nothing is bound or memoized; see the class for the arguments."""
         self.hot = hot
@@ -249,6 +252,7 @@ class Runtime:
         self.library = library
         self.asset = asset
         self.font = font
+        self.image = image
         self.limits = limits or Limits()
         self.meter = Meter(self.limits)
         self.tick = self.meter.tick

@@ -320,6 +320,10 @@ class Session:
         files = cache(lambda: self._assets(main))
         return lambda file, charge: files().measure(file, charge)
 
+    def _locate_image(self, main: Source) -> Callable[[str, Callable[[int], None]], str]:
+        """Return the function that checks an image of a texture and returns its path."""
+        return lambda file, charge: self._assets(main).image(file, charge)
+
     def _load_font(self, main: Source) -> Callable[[str, Callable[[int], None]], Typeface]:
         """Return the function that loads a font file within the project.
 
@@ -746,7 +750,13 @@ class Session:
         overrides = {name: value_datum(name, text) for name, text in options.defines.items()}
         asset = self._measure_asset(main)
         runtime = JournaledRuntime(
-            library, options.limits, options.seed, options.z_entries, asset=asset, font=self._load_font(main)
+            library,
+            options.limits,
+            options.seed,
+            options.z_entries,
+            asset=asset,
+            font=self._load_font(main),
+            image=self._locate_image(main),
         )
         new_macros = partial(macro_runner, library, self._macro_limits, started)
         return TopLevel(library, runtime, main, self.importer(main), new_macros, overrides)
@@ -802,7 +812,7 @@ class Session:
         options = self.options
         return Runtime(
             self.library, options.limits, options.seed, options.z_entries, snapshots=snapshots,
-            asset=self._measure_asset(main), font=self._load_font(main),
+            asset=self._measure_asset(main), font=self._load_font(main), image=self._locate_image(main),
         )  # fmt: skip
 
     def _run_once(self, program: Program, runtime: Runtime, word: str) -> Scene:

@@ -34,7 +34,8 @@ class SolidShape(Primitive):
         """Return the solid of an expression; raises SceneError("attribute") for invalid attributes."""
         checked = cls.from_attributes(expression.operation, attributes)  # raises for an invalid material
         color = attributes.get("color")
-        return cls(expression=expression, color=checked.color if color is None else color_of("solid", color))
+        shown = checked.color if color is None else color_of("solid", color)
+        return cls(expression=expression, color=shown, image=checked.image)
 
     def defining_attributes(self) -> dict[str, Any]:
         return {"solid": self.expression.digest, "color": list(self.color)}

@@ -31,6 +31,7 @@ from scenelang.interpreter.scene.primitives.base import (
     Support,
     items_of,
     material_of,
+    texture_of,
 )
 
 if TYPE_CHECKING:
@@ -286,5 +287,6 @@ __all__ = [
     "shape_of",
     "solid_words",
     "standard_forms",
+    "texture_of",
     "words",
 ]  # fmt: skip

@@ -17,6 +17,7 @@ from scenelang.grammar.datum import dataclass, fields, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.primitives.substances import DENSITIES, SUBSTANCES
+from scenelang.interpreter.scene.primitives.textures import Texture, texture
 from scenelang.interpreter.values.values import Array, MutableArray, MutableList, Pair, Vector, list_items
 
 if TYPE_CHECKING:
@@ -211,6 +212,27 @@ def _substance(word: str, name: str, value: str, known: Mapping[str, Any]) -> st
     return value
 
 
+def texture_of(word: str, name: str, value: Any) -> Texture:
+    """Return the texture that the value of an attribute describes.
+
+    ``word`` and ``name`` are the word of the call and the attribute, for the message of SceneError("attribute"), which
+    is raised for an unknown pattern and an invalid setting.
+    """
+    where = f'the attribute `:{name}` of "{word}"'
+    if type(value) is str:
+        return texture(value, {}, where)
+    parts = list(items_of(value) or ())
+    if not parts or type(parts[0]) is not str or len(parts) % 2 == 0:
+        raise _invalid(word, name, 'the name of a pattern, as "brick", of an image, or `(texture "brick" :scale 0.3)`')
+    settings = dict(zip(map(str, parts[1::2]), parts[2::2], strict=True))
+    if settings.get("colors") is not None:
+        colors = items_of(settings["colors"]) or ()
+        if len(colors) != 2:
+            raise SceneError("attribute", f"`:colors` of {where} must be two colors")
+        settings["colors"] = tuple(color_of(word, color) for color in colors)
+    return texture(parts[0], settings, where)
+
+
 SCALE = Attribute(
     "scale", "side lengths along x, y and z in scene units, or one number for all three; default [1 1 1]",
     "a number or three", WHITE, size_of, "size", ("Number", "Triple"), 0.0,
@@ -254,6 +276,9 @@ MATERIALS = (
               accepts=("Number",), low=0.0, high=1.0, aliases=("fuzz", "velvet")),
     Attribute("material", 'a substance, as "oak", "glass" or "brushed steel", which sets what no other attribute sets; '
               "default none", "a string", None, material_of, accepts=("String",), aliases=("substance", "made-of")),
+    Attribute("texture", 'a pattern, as "brick" or "wood", an image of the project, or `(texture "brick" :scale 0.3)`; '
+              "default none", "a string or a list", None, texture_of, accepts=("String", "List"),
+              aliases=("pattern", "map", "image")),
 )  # fmt: skip
 
 
@@ -385,6 +410,7 @@ class Primitive:
     symmetry: ClassVar[Symmetry] = Symmetry(unknown=True)
 
     color: Point = WHITE
+    image: str | None = None  # path of the image of the texture
 
     @classmethod
     def from_attributes(cls, word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
@@ -412,6 +438,9 @@ class Primitive:
             values["color"] = color_of(word, value)
         elif (value := attributes.get("material")) is not None and cls.has_color:
             values["color"] = SUBSTANCES[material_of(word, "material", value)].color
+        if (value := attributes.get("texture")) is not None and cls.has_color:
+            chosen = texture_of(word, "texture", value)
+            values["image"] = chosen.name if chosen.is_image else None
         for attribute in MATERIALS if cls.is_semantic else (*MATERIALS, *PHYSICS):
             if attribute.read is not None and (value := attributes.get(attribute.name)) is not None:
                 attribute.read(word, attribute.name, value)
@@ -437,8 +466,8 @@ class Primitive:
 
     @property
     def key(self) -> Primitive:
-        """Primitive without its color, a cache key for its geometry."""
-        return self if self.color == WHITE else replace(self, color=WHITE)
+        """Primitive without its color and image, a cache key for its geometry."""
+        return self if self.color == WHITE and self.image is None else replace(self, color=WHITE, image=None)
 
     def color_seed(self, word: str, attributes: Mapping[str, Any]) -> tuple[str, float, float] | None:
         """Return the seed of the default color: a text that determines the hue, HSV saturation and value.

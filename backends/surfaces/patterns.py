@@ -1,0 +1,331 @@
+"""Textures as images of one period, and the coordinates at which surfaces show them.
+
+A pattern is drawn once as an image that repeats without seams; every backend shows this image, so that a texture is the
+same in drafts, final images, the viewer and files. Texture coordinates are those of glTF turned upside down: u to the
+right and v upwards, one unit a period, row 0 of the image at v = 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.interpreter.scene.primitives.textures import PATTERNS, Color, Texture
+
+FloatArray = npt.NDArray[np.float64]
+Float32Array = npt.NDArray[np.float32]
+IntArray = npt.NDArray[np.int64]
+
+_SIZE = 512  # pixels per side of a pattern's image
+_LARGEST = 2048  # pixels per side of an image from a file, which is reduced to it
+_JOINT = 0.055  # width of mortar and joints, relative to `:scale`
+_KEPT = 16  # images that are kept
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tile:
+    """One period of a texture.
+
+    Attributes
+    ----------
+    levels
+        Linear sRGB images (H, W, 3), each half as large as the one before, down to one pixel.
+    size
+        Width and height of the period in units of ``Texture.scale``.
+    """
+
+    levels: tuple[Float32Array, ...]
+    size: tuple[float, float]
+
+    @property
+    def image(self) -> Float32Array:
+        """The image at full resolution."""
+        return self.levels[0]
+
+    @property
+    def mean(self) -> Color:
+        """Mean color."""
+        red, green, blue = self.levels[-1].reshape(-1, 3).mean(axis=0).tolist()
+        return (red, green, blue)
+
+    def at(self, uv: FloatArray, footprint: FloatArray) -> Float32Array:
+        """Return the colors (N, 3) at coordinates ``uv`` (N, 2), averaged over squares of side ``footprint`` (N,).
+
+        Both are in periods. Between the two nearest levels and their four nearest pixels the colors are interpolated.
+        """
+        height, width = self.image.shape[:2]
+        pixels = np.maximum(footprint * math.sqrt(width * height), 1.0)
+        level = np.clip(np.log2(pixels), 0.0, len(self.levels) - 1.0)
+        below = np.minimum(level.astype(np.int64), max(0, len(self.levels) - 2))
+        out = np.empty((len(uv), 3), np.float32)
+        for number in np.unique(below).tolist():
+            rows = np.flatnonzero(below == number)
+            share = (level[rows] - number).astype(np.float32)[:, None]
+            fine = _bilinear(self.levels[number], uv[rows])
+            coarse = _bilinear(self.levels[min(number + 1, len(self.levels) - 1)], uv[rows])
+            out[rows] = fine + (coarse - fine) * share
+        return out
+
+
+def _bilinear(image: Float32Array, uv: FloatArray) -> Float32Array:
+    """Return the colors (N, 3) of a repeating image at ``uv`` (N, 2)."""
+    height, width = image.shape[:2]
+    x, y = (uv[:, 0] % 1.0) * width - 0.5, (1.0 - uv[:, 1] % 1.0) * height - 0.5
+    left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+    fx, fy = (x - left).astype(np.float32)[:, None], (y - top).astype(np.float32)[:, None]
+    flat = image.reshape(-1, 3)
+    first, second, upper, lower = left % width, (left + 1) % width, top % height * width, (top + 1) % height * width
+    one = flat[upper + first] * (1 - fx) + flat[upper + second] * fx
+    other = flat[lower + first] * (1 - fx) + flat[lower + second] * fx
+    return np.asarray(one + (other - one) * fy, np.float32)
+
+
+@lru_cache(maxsize=_KEPT)
+def tile_of(texture: Texture) -> Tile:
+    """Return one period of a texture whose colors are given; raises SceneError("file") for an image that is lost."""
+    if texture.is_image:
+        image = _image_of(texture.name)
+        if texture.colors:
+            image = image * np.array(texture.colors[0], np.float32)
+        return Tile(_levels(image), (1.0, len(image) / image.shape[1]))
+    draw, size = _PATTERNS[texture.name]
+    colors = np.array(texture.colors or PATTERNS[texture.name].colors, np.float32)
+    height = _SIZE
+    v, u = (np.mgrid[0:height, 0:_SIZE] + 0.5) / _SIZE
+    return Tile(_levels(draw(texture, u, 1.0 - v, colors)), size)
+
+
+def _image_of(path: str) -> Float32Array:
+    """Return the linear sRGB of an image file (H, W, 3); transparent pixels are mixed with white."""
+    from PIL import Image
+
+    from scenelang.backends.surfaces.appearance import from_srgb
+    from scenelang.backends.surfaces.assets import checked_image
+
+    opened = checked_image(Path(path), path)
+    opened.thumbnail((_LARGEST, _LARGEST))
+    rgba = opened.convert("RGBA")
+    flat = Image.alpha_composite(Image.new("RGBA", rgba.size, "white"), rgba).convert("RGB")
+    return from_srgb(np.asarray(flat, np.float32) / np.float32(255.0)).astype(np.float32)
+
+
+def _levels(image: npt.NDArray[np.floating]) -> tuple[Float32Array, ...]:
+    """Return an image and its reductions by halves."""
+    levels = [np.asarray(image, np.float32)]
+    while max(levels[-1].shape[:2]) > 1:
+        last = levels[-1]
+        rows, columns = (max(1, side // 2) for side in last.shape[:2])
+        down = [np.arange(count) * side // count for side, count in zip(last.shape, (rows, columns), strict=False)]
+        counts = [np.diff(np.append(starts, side)) for starts, side in zip(down, last.shape, strict=False)]
+        summed = np.add.reduceat(np.add.reduceat(last, down[0], 0), down[1], 1)
+        levels.append((summed / (counts[0][:, None, None] * counts[1][None, :, None])).astype(np.float32))
+    return tuple(levels)
+
+
+# --- patterns: images (H, W, 3) of one period, u and v (H, W) from 0 to 1 ------------------------------------------
+
+Draw = Callable[[Texture, FloatArray, FloatArray, Float32Array], FloatArray]
+
+
+def _mixed(colors: Float32Array, share: FloatArray) -> FloatArray:
+    """Return the mixture (H, W, 3) of two colors by the ``share`` (H, W) of the second."""
+    return np.asarray(colors[0] + (colors[1] - colors[0]) * share[:, :, None], np.float64)
+
+
+def _checker(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    return _mixed(colors, ((u < 0.5) != (v < 0.5)).astype(float))
+
+
+def _stripes(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    return _mixed(colors, (v >= 0.5).astype(float))
+
+
+def _joints(x: FloatArray, width: float) -> FloatArray:
+    """Return 1 within ``width`` of the whole numbers of ``x``, 0 elsewhere, with soft edges."""
+    away = np.abs(x - np.round(x))
+    return np.clip((0.5 * width - away) / (0.15 * width) + 0.5, 0.0, 1.0)
+
+
+def _tones(column: FloatArray, row: FloatArray, strength: float) -> FloatArray:
+    """Return factors around 1 (H, W) that are constant in a cell of integer ``column`` and ``row`` and vary by cell."""
+    mixed = np.sin(column * 127.1 + row * 311.7 + 3.1) * 43758.5453
+    return np.asarray(1.0 + strength * (2.0 * (mixed - np.floor(mixed)) - 1.0), np.float64)
+
+
+def _brick(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    """Eight courses of four bricks, each course shifted by half a brick."""
+    course = np.floor(v * 8.0)
+    along = u * 4.0 + 0.5 * (course % 2.0)
+    mortar = np.maximum(_joints(along, _JOINT), _joints(v * 8.0, 3.0 * _JOINT))
+    grain = 1.0 + 0.10 * (_clouds(u, v, 64, 3) - 0.5)
+    base = colors[0] * (_tones(np.floor(along) % 4.0, course, 0.22) * grain)[:, :, None]
+    return np.asarray(base + (colors[1] - base) * mortar[:, :, None], np.float64)
+
+
+def _tiles(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    joint = np.maximum(_joints(u * 4.0, _JOINT), _joints(v * 4.0, _JOINT))
+    base = colors[0] * _tones(np.floor(u * 4.0), np.floor(v * 4.0), 0.05)[:, :, None]
+    return np.asarray(base + (colors[1] - base) * joint[:, :, None], np.float64)
+
+
+def _planks(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    """Four boards, each shifted along and of its own tone, with grain."""
+    board = np.floor(v * 4.0)
+    along = u * 2.0 + board * 0.37 + 0.2 * (board % 2.0)
+    joint = np.maximum(_joints(v * 4.0, 0.5 * _JOINT), _joints(along, 0.1 * _JOINT))
+    grain = 1.0 + 0.5 * (_clouds(u, v, 4, 4, stretch=16) - 0.5)
+    base = colors[0] * (_tones(np.floor(along) % 2.0, board, 0.18) * grain)[:, :, None]
+    return np.asarray(base + (colors[1] - base) * joint[:, :, None], np.float64)
+
+
+def _wood(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    bend = _clouds(u, v, 2, 2, stretch=2)
+    rings = 0.5 + 0.5 * np.sin(2.0 * math.pi * (v * 6.0 + 2.2 * bend))
+    fibers = _clouds(u, v, 4, 4, stretch=32)
+    return _mixed(colors, np.clip(0.55 * rings**2 + 0.7 * (fibers - 0.35), 0.0, 1.0))
+
+
+def _marble(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    bend = _clouds(u, v, 3, 6)
+    veins = np.abs(np.sin(math.pi * (2.0 * (u + v) + 3.0 * bend)))
+    return _mixed(colors, np.clip((1.0 - veins) ** 5 * 0.9 + 0.25 * (_clouds(v, u, 4, 4) - 0.4), 0.0, 1.0))
+
+
+def _noise(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    return _mixed(colors, np.clip(1.6 * _clouds(u, v, 4, 5) - 0.3, 0.0, 1.0))
+
+
+def _dots(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    away = np.hypot(u - 0.5, v - 0.5)
+    return _mixed(colors, np.clip((0.28 - away) * _SIZE + 0.5, 0.0, 1.0))
+
+
+def _gradient(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    return _mixed(colors, 1.0 - np.abs(2.0 * v - 1.0))
+
+
+def _text(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    from PIL import Image, ImageDraw, ImageFont
+
+    page = Image.new("L", (_SIZE, _SIZE), 0)
+    pen = ImageDraw.Draw(page)
+    box = pen.multiline_textbbox((0, 0), texture.text, font=ImageFont.load_default(100), align="center")
+    size = 100.0 * 0.86 * _SIZE / max(box[2] - box[0], box[3] - box[1], 1)
+    font = ImageFont.load_default(max(4.0, size))
+    pen.multiline_text((_SIZE / 2, _SIZE / 2), texture.text, fill=255, font=font, anchor="mm", align="center")
+    return _mixed(colors, np.asarray(page, np.float64) / 255.0)
+
+
+def _clouds(u: FloatArray, v: FloatArray, cells: int, octaves: int, stretch: int = 1) -> FloatArray:
+    """Return periodic fractal noise (H, W) in [0, 1]: smoothly interpolated values on lattices, the first of ``cells``.
+
+    ``stretch`` is how many times more cells there are along v.
+    """
+    total, weight, share = np.zeros_like(u), 0.0, 1.0
+    random = np.random.default_rng(cells * 1009 + stretch)
+    for octave in range(octaves):
+        columns, rows = cells << octave, (cells * stretch) << octave
+        if max(columns, rows) > _SIZE // 2:
+            break
+        lattice = random.random((rows, columns))
+        x, y = u * columns, v * rows
+        left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
+        fx, fy = x - left, y - top
+        fx, fy = fx * fx * (3.0 - 2.0 * fx), fy * fy * (3.0 - 2.0 * fy)
+        first, second, upper, lower = left % columns, (left + 1) % columns, top % rows, (top + 1) % rows
+        one = lattice[upper, first] * (1.0 - fx) + lattice[upper, second] * fx
+        other = lattice[lower, first] * (1.0 - fx) + lattice[lower, second] * fx
+        total += share * (one + (other - one) * fy)
+        weight, share = weight + share, share * 0.5
+    return np.asarray(total / max(weight, 1.0), np.float64)
+
+
+# The functions that draw one period, and its size in units of `:scale`.
+_PATTERNS: Mapping[str, tuple[Draw, tuple[float, float]]] = MappingProxyType({
+    "checker": (_checker, (2.0, 2.0)),
+    "stripes": (_stripes, (2.0, 2.0)),
+    "brick": (_brick, (4.0, 8.0 / 3.0)),
+    "tiles": (_tiles, (4.0, 4.0)),
+    "planks": (_planks, (16.0, 4.0)),
+    "wood": (_wood, (1.0, 1.0)),
+    "marble": (_marble, (2.0, 2.0)),
+    "noise": (_noise, (4.0, 4.0)),
+    "dots": (_dots, (1.0, 1.0)),
+    "gradient": (_gradient, (1.0, 1.0)),
+    "text": (_text, (1.0, 1.0)),
+})  # fmt: skip
+
+
+# --- coordinates --------------------------------------------------------------------------------------------------
+
+
+def coordinates(
+    texture: Texture, points: FloatArray, normals: FloatArray, around: FloatArray | None = None
+) -> FloatArray:
+    """Return the texture coordinates (N, 2) of points of a surface, in periods.
+
+    Parameters
+    ----------
+    points, normals : (N, 3)
+        In the frame of the primitive.
+    around : (N,), optional
+        Angles near which those of cylindrical and spherical projections are, so that the corners of a triangle are on
+        one side of the seam.
+    """
+    x, y, z = points.T
+    if texture.projection == "box":
+        flat = _box(points, normals)
+    elif texture.projection == "planar":
+        flat = np.stack([x, y], axis=1)
+    else:
+        angle = angles(points)
+        if around is not None:
+            angle = angle + 2.0 * math.pi * np.round((around - angle) / (2.0 * math.pi))
+        radius = np.hypot(x, z)
+        if texture.projection == "cylindrical":
+            flat = np.stack([angle * _girth(texture), y], axis=1)
+        else:
+            flat = np.stack([angle * _girth(texture), np.arctan2(y, radius) * _girth(texture)], axis=1)
+    turn = math.radians(texture.turn)
+    cosine, sine = math.cos(turn), math.sin(turn)
+    turned = flat @ np.array([[cosine, -sine], [sine, cosine]])
+    scale = texture.scale or 1.0
+    period = np.array(tile_of(texture).size) * scale
+    middle = 0.5 if texture.is_image or texture.name == "text" else 0.0  # these are centered on the primitive
+    return np.asarray(turned / period + middle, np.float64)
+
+
+def _girth(texture: Texture) -> float:
+    """Return the length of a radian around an axis: a turn has a whole number of periods, so that there is no seam."""
+    period = tile_of(texture).size[0] * (texture.scale or 1.0)
+    return period * max(1.0, round(2.0 * math.pi / (2.0 * period))) / (2.0 * math.pi)
+
+
+def angles(points: FloatArray) -> FloatArray:
+    """Return the angles (N,) of points (N, 3) around the y axis, 0 at +z and growing towards +x."""
+    return np.asarray(np.arctan2(points[:, 0], points[:, 2]), np.float64)
+
+
+def _box(points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return coordinates (N, 2) on the side that each point faces, upright on the four vertical ones."""
+    x, y, z = points.T
+    axis = np.argmax(np.abs(normals), axis=1)
+    sign = np.where(np.take_along_axis(normals, axis[:, None], 1)[:, 0] < 0.0, -1.0, 1.0)
+    across = np.choose(axis, [-z * sign, x, x * sign])
+    upward = np.choose(axis, [y, -z * sign, y])
+    return np.stack([across, upward], axis=1)
+
+
+def corner_coordinates(texture: Texture, corners: FloatArray) -> FloatArray:
+    """Return the texture coordinates (F, 3, 2) at the corners (F, 3, 3) of triangles, in their primitive's frame."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    around = np.repeat(angles(corners.mean(axis=1)), 3)
+    flat = coordinates(texture, corners.reshape(-1, 3), np.repeat(normals, 3, axis=0), around)
+    return flat.reshape(-1, 3, 2)

@@ -1,0 +1,138 @@
+"""Textures: patterns and images on surfaces, as plain data. ``backends/surfaces/patterns`` draws them.
+
+The value of ``:texture`` is the name of a pattern, the name of an image file, or the list that ``(texture ...)``
+returns: the name, then settings by name and value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from scenelang.grammar.datum import dataclass
+from scenelang.grammar.diagnostics import SceneError, suggest
+
+Color = tuple[float, float, float]
+
+IMAGE_ENDINGS = (".png", ".jpg", ".jpeg", ".webp")
+PROJECTIONS: Mapping[str, str] = MappingProxyType({
+    "box": "on each side along the axis that it faces",
+    "planar": "along z, onto the front and through to the back",
+    "cylindrical": "around the y axis",
+    "spherical": "around the y axis and from pole to pole",
+})  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A pattern: what it shows, its two colors, and the share of an object's size that ``:scale`` is by default.
+
+    ``shades`` says that the second color is a shade of the first, which it follows when a surface has another color.
+    """
+
+    doc: str
+    colors: tuple[Color, Color]
+    share: float = 0.25
+    projection: str = "box"
+    shades: bool = False
+
+    def colors_on(self, color: Color) -> tuple[Color, Color]:
+        """Return the two colors of the pattern on a surface of ``color``."""
+        first, second = self.colors
+        if not self.shades:
+            return color, second
+        red, green, blue = (own * there / here for own, here, there in zip(color, first, second, strict=True))
+        return color, (red, green, blue)
+
+
+_WHITE, _BLACK, _GRAY = (0.75, 0.75, 0.75), (0.06, 0.06, 0.06), (0.25, 0.25, 0.25)
+
+PATTERNS: Mapping[str, Pattern] = MappingProxyType({
+    "checker": Pattern("squares of side `:scale`", (_WHITE, _BLACK), 0.125),
+    "stripes": Pattern("stripes of width `:scale` along x", (_WHITE, _BLACK), 0.0625),
+    "brick": Pattern("courses of bricks of length `:scale`", ((0.262, 0.095, 0.061), (0.45, 0.43, 0.40)), 0.2),
+    "tiles": Pattern("square tiles of side `:scale` with joints", ((0.62, 0.64, 0.66), _GRAY), 0.2),
+    "planks": Pattern("boards of width `:scale` along x", ((0.33, 0.19, 0.09), (0.05, 0.03, 0.015)), 0.125,
+                      shades=True),
+    "wood": Pattern("grain along x of a board of width `:scale`", ((0.42, 0.26, 0.13), (0.24, 0.13, 0.055)), 1.0,
+                    shades=True),
+    "marble": Pattern("veins, `:scale` apart", ((0.83, 0.79, 0.75), (0.30, 0.30, 0.32)), 0.5, shades=True),
+    "noise": Pattern("clouds of size `:scale`", ((0.60, 0.60, 0.60), (0.20, 0.20, 0.20)), 0.25, shades=True),
+    "dots": Pattern("dots, `:scale` apart", (_WHITE, (0.60, 0.03, 0.03)), 0.2),
+    "gradient": Pattern("from the first color to the second and back, over `:scale` along y",
+                        (_WHITE, (0.05, 0.10, 0.35)), 2.0),
+    "text": Pattern("the string `:text`, in squares of side `:scale`", (_WHITE, _BLACK), 1.0, "planar"),
+})  # fmt: skip
+
+_SETTINGS = ("scale", "turn", "colors", "projection", "text")
+_MAX_TEXT = 200  # characters
+
+
+@dataclass(frozen=True, slots=True)
+class Texture:
+    """A texture of a surface.
+
+    Attributes
+    ----------
+    name
+        Name of a pattern, or path of an image.
+    scale
+        Size of one element of the pattern, or width of an image, in scene units in the frame of the primitive; None
+        for a share of the primitive's size.
+    turn
+        Degrees by which the pattern is turned in its plane.
+    colors
+        Two colors of the pattern, linear sRGB; none for its own, or those of the surface.
+    projection
+        Name in ``PROJECTIONS``.
+    """
+
+    name: str
+    scale: float | None = None
+    turn: float = 0.0
+    colors: tuple[Color, ...] = ()
+    projection: str = "box"
+    text: str = ""
+
+    @property
+    def is_image(self) -> bool:
+        """Whether the name is that of an image file."""
+        return is_image(self.name)
+
+
+def is_image(name: str) -> bool:
+    """Return whether the name of a texture is that of an image file, by its extension."""
+    return name.lower().endswith(IMAGE_ENDINGS)
+
+
+def texture(name: str, settings: Mapping[str, Any], where: str) -> Texture:
+    """Return a texture of checked settings; raises SceneError("attribute"), whose message names ``where``.
+
+    ``colors`` among the settings is a tuple of two colors.
+    """
+    if not is_image(name) and name not in PATTERNS:
+        hint = suggest(name, PATTERNS) or f"patterns: {', '.join(PATTERNS)}; images end with {', '.join(IMAGE_ENDINGS)}"
+        raise SceneError("attribute", f'{where} names no pattern or image: "{name[:60]}"', hint)
+    unknown = [key for key in settings if key not in _SETTINGS]
+    if unknown:
+        hint = suggest(unknown[0], _SETTINGS) or f"settings: {', '.join(f':{key}' for key in _SETTINGS)}"
+        raise SceneError("attribute", f"{where} has no setting `:{unknown[0][:40]}`", hint)
+    pattern = PATTERNS.get(name)
+    scale = settings.get("scale")
+    if scale is not None and not (type(scale) in (int, float) and 0.0 < scale < math.inf):
+        raise SceneError("attribute", f"`:scale` of {where} must be a finite number above 0")
+    turn = settings.get("turn", 0.0)
+    if type(turn) not in (int, float) or not math.isfinite(turn):
+        raise SceneError("attribute", f"`:turn` of {where} must be a finite number of degrees")
+    projection = settings.get("projection") or (pattern.projection if pattern else "box")
+    if projection not in PROJECTIONS:
+        hint = suggest(str(projection), PROJECTIONS) or f"projections: {', '.join(PROJECTIONS)}"
+        raise SceneError("attribute", f"`:projection` of {where} must be one of {', '.join(PROJECTIONS)}", hint)
+    text = settings.get("text") or ""
+    if type(text) is not str or len(text) > _MAX_TEXT or (name == "text" and not text.strip()):
+        raise SceneError("attribute", f"`:text` of {where} must be a string of 1 to {_MAX_TEXT} characters")
+    return Texture(
+        name, None if scale is None else float(scale), float(turn), settings.get("colors") or (), projection, text
+    )
