@@ -212,7 +212,7 @@ def variants(moving: Moving) -> list[tuple[ExportItem, tuple[bool, ...]]]:
 def leaf_key(item: ExportItem) -> Hashable:
     """Return the cache key of a leaf's mesh."""
     solid = None if item.merged else solid_of(item.entity)
-    return ("merged", id(item.entity)) if solid is None else (solid.key, look_of(item.entity))
+    return ("merged", id(item.entity)) if solid is None else solid.key_with(look_of(item.entity))
 
 
 DEPTH = Option(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -43,13 +44,15 @@ from scenelang.backends.exports.plan import (
     shared,
     solid_of,
 )
-from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.appearance import Look, encode, look_of
+from scenelang.backends.surfaces.patterns import tile_of
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.backends.surfaces.solids import composed
 from scenelang.backends.surfaces.trs import Decomposition, decompose, decompose_track
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 # A glTF 2.0 document under construction; arrays, meshes and materials are deduplicated.
@@ -81,13 +84,16 @@ class GltfDocument:
     _surfaces: dict[Hashable, dict[str, Any] | None] = field(default_factory=dict)
     _mesh_numbers: dict[Hashable, int | None] = field(default_factory=dict)
     _merged: dict[tuple[int, float | None], list[PlacedMesh]] = field(default_factory=dict)
+    images: list[dict[str, Any]] = field(default_factory=list)
     _material_numbers: dict[Look, int] = field(default_factory=dict)
+    _material_names: Counter[str] = field(default_factory=Counter)
+    _texture_numbers: dict[Texture, int] = field(default_factory=dict)
 
     # --- meshes ---
 
     def solid_mesh(self, word: str, solid: Solid, look: Look, segments: int = SEGMENTS) -> int | None:
         """Return the index of a primitive's shared mesh, None if it is invisible."""
-        key = (solid.key, look, segments)
+        key = (solid.key_with(look), segments)
         if key not in self._mesh_numbers:
             self._mesh_numbers[key] = self._add_solid(word, solid, look, segments)
         return self._mesh_numbers[key]
@@ -96,9 +102,11 @@ class GltfDocument:
         """Add the shared mesh of a primitive with its look; return its index, None if it is invisible."""
         if look.opacity == 0.0:
             return None
-        key = solid.key, segments
+        key = (solid.key, segments) if look.texture is None else (solid.key_with(look), segments)
         if key not in self._surfaces:
             surface = solid.surface(segments)
+            if surface is not None and look.texture is not None:
+                surface = surface.textured(look.texture, solid.pose)
             if surface is not None and self.shares:
                 surface = shared(surface)
             self._surfaces[key] = None if surface is None else self._add_surface(surface)
@@ -139,6 +147,9 @@ class GltfDocument:
             shades = np.full((len(surface.colors), 4), 65535, np.uint16)
             shades[:, :3] = np.rint(np.clip(surface.colors, 0.0, 1.0) * 65535.0)
             attributes["COLOR_0"] = self.add_array(shades, "VEC4", _ARRAY_BUFFER, normalized=True)
+        if surface.uv is not None:
+            downward = surface.uv * [1.0, -1.0] + [0.0, 1.0]  # v grows downwards in glTF
+            attributes["TEXCOORD_0"] = self.add_array(downward.astype(np.float32), "VEC2", _ARRAY_BUFFER)
         small = len(surface.vertices) < 65535
         indices = surface.faces.astype(np.uint16 if small else np.uint32).reshape(-1)
         return {"attributes": attributes, "indices": self.add_array(indices, "SCALAR", _ELEMENT_BUFFER)}
@@ -174,8 +185,29 @@ class GltfDocument:
         """Return the index of the material of a look, added on first use."""
         if look not in self._material_numbers:
             self._material_numbers[look] = len(self.materials)
-            self.materials.append(material(look))
+            fields = material(look)
+            if look.texture is not None:
+                fields["pbrMetallicRoughness"]["baseColorTexture"] = {"index": self._texture(look.texture)}
+            same = self._material_names[fields["name"]]
+            self._material_names[fields["name"]] += 1
+            if same:
+                fields["name"] += f".{same:03d}"  # as Blender numbers equal names
+            self.materials.append(fields)
         return self._material_numbers[look]
+
+    def _texture(self, texture: Texture) -> int:
+        """Return the index of a texture, whose image is added on first use; it repeats by default."""
+        if texture not in self._texture_numbers:
+            data = tile_of(texture).png()
+            view = {"buffer": 0, "byteOffset": self.size, "byteLength": len(data)}
+            padded = data + b"\0" * (-len(data) % 4)
+            name = Path(texture.name).stem
+            self.images.append({"name": name, "mimeType": "image/png", "bufferView": len(self.views)})
+            self.views.append(view)
+            self.chunks.append(padded)
+            self.size += len(padded)
+            self._texture_numbers[texture] = len(self.images) - 1
+        return self._texture_numbers[texture]
 
     # --- names ---
 
@@ -212,6 +244,8 @@ class GltfDocument:
             "nodes": self.nodes,
             "meshes": self.meshes,
             "materials": self.materials,
+            "textures": [{"source": number} for number in range(len(self.images))],
+            "images": self.images,
             "animations": self.animations,
             "accessors": self.accessors,
             "bufferViews": self.views,
@@ -279,26 +313,60 @@ class _UniqueNames:
 
 def material(look: Look) -> dict[str, Any]:
     """Return the glTF material of a look; its factors are linear, like colors."""
+    is_refractive = look.ior is not None and look.opacity < 1.0
+    color = (1.0, 1.0, 1.0) if look.texture is not None else look.color
     fields: dict[str, Any] = {
+        "name": material_name(look),
         "pbrMetallicRoughness": {
-            "baseColorFactor": [*look.color, look.opacity],
+            "baseColorFactor": [*color, 1.0 if is_refractive else look.opacity],
             "metallicFactor": look.metallic,
             "roughnessFactor": look.gloss,
         },
         "doubleSided": True,
     }
-    if look.opacity < 1.0:
+    if look.opacity < 1.0 and not is_refractive:
         fields["alphaMode"] = "BLEND"
-    extensions: dict[str, Any] = {}
+    extensions = _extensions(look)
     brightest = max(look.emission)
     if brightest > 0.0:
         strength = max(1.0, brightest)
         fields["emissiveFactor"] = [channel / strength for channel in look.emission]
         if strength > 1.0:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
+    return fields | ({"extensions": extensions} if extensions else {})
+
+
+def material_name(look: Look) -> str:
+    """Return a name for a look: its substance or texture, else its color as ``#rrggbb``."""
+    if look.material is not None:
+        return look.material
+    if look.texture is not None:
+        return Path(look.texture.name).stem
+    return "#" + bytes(encode(np.array(look.color)).tolist()).hex()
+
+
+_COAT_ROUGHNESS = 0.05  # of varnish, as the renderers have it
+_SHEEN_ROUGHNESS = 0.5
+_THICKNESS = 1.0  # of refracting volumes, in the frames of meshes: half the size of unit solids
+
+
+def _extensions(look: Look) -> dict[str, Any]:
+    """Return the extensions of a material, except that of bright emission."""
+    extensions: dict[str, Any] = {}
     if look.ior is not None:
         extensions["KHR_materials_ior"] = {"ior": look.ior}
-    return fields | ({"extensions": extensions} if extensions else {})
+        if look.opacity < 1.0:
+            extensions["KHR_materials_transmission"] = {"transmissionFactor": 1.0 - look.opacity}
+            extensions["KHR_materials_volume"] = {"thicknessFactor": _THICKNESS}
+    if look.coat > 0.0:
+        extensions["KHR_materials_clearcoat"] = {
+            "clearcoatFactor": look.coat, "clearcoatRoughnessFactor": _COAT_ROUGHNESS
+        }  # fmt: skip
+    if look.sheen > 0.0:
+        extensions["KHR_materials_sheen"] = {
+            "sheenColorFactor": [look.sheen] * 3, "sheenRoughnessFactor": _SHEEN_ROUGHNESS
+        }  # fmt: skip
+    return extensions
 
 
 def wrote_glb(path: Path) -> bool:

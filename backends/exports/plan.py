@@ -17,6 +17,7 @@ import numpy.typing as npt
 from scenelang.backends.base import frame_of
 from scenelang.backends.surfaces.appearance import Look, check_seen, look_of
 from scenelang.backends.surfaces.contraction import contracted, crowded_edges
+from scenelang.backends.surfaces.patterns import corner_coordinates
 from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
@@ -28,6 +29,7 @@ from scenelang.interpreter.scene.modelling.computing import welded
 from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed_points
+from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 MAX_NODES = 1_000_000  # of a strict tree
@@ -278,6 +280,8 @@ class ExportSurface:
         Points of the closed surface at each corner; None if equal positions are equal points.
     face_colors : (F, 3), optional
         Colors of the faces of a surface whose faces share points (``shared``), whose ``colors`` are means.
+    uv : (V, 2), optional
+        Coordinates in a texture, in periods: u to the right, v upwards.
     """
 
     vertices: FloatArray
@@ -286,14 +290,29 @@ class ExportSurface:
     colors: FloatArray | None = None
     joints: IntArray | None = None
     face_colors: FloatArray | None = None
+    uv: FloatArray | None = None
 
     def under(self, matrices: FloatArray) -> ExportSurface:
         """Return copies of the surface under the poses (K, 3, 4), concatenated."""
         vertices, normals, mirrored = self.copies(matrices)
         faces = np.where(mirrored[:, None, None], self.faces[:, ::-1], self.faces)
         faces = faces + (np.arange(len(matrices)) * len(self.vertices))[:, None, None]
-        colors = None if self.colors is None else np.tile(self.colors, (len(matrices), 1))
-        return ExportSurface(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3), colors)
+        colors, uv = (
+            None if values is None else np.tile(values, (len(matrices), 1)) for values in (self.colors, self.uv)
+        )
+        return ExportSurface(vertices.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 3), colors, uv=uv)
+
+    def textured(self, texture: Texture, place: Matrix) -> ExportSurface:
+        """Return the surface with coordinates in a texture; ``place`` brings it into the frame of its primitive.
+
+        Every face has its own corners, because faces with one vertex may have different coordinates there.
+        """
+        corners = self.vertices[self.faces]
+        pose = np.array(place, np.float64).reshape(3, 4)
+        uv = corner_coordinates(texture, corners @ pose[:, :3].T + pose[:, 3]).reshape(-1, 2)
+        flat = self.faces.reshape(-1)
+        faces = np.arange(len(flat)).reshape(-1, 3)
+        return ExportSurface(self.vertices[flat], self.normals[flat], faces, uv=uv)
 
     def moved(self, offset: FloatArray) -> ExportSurface:
         """Return the surface translated by an offset (3,)."""
@@ -434,6 +453,10 @@ class Solid:
         """Cache key of the shared mesh."""
         return (self.form, self.ratios) if self.form is not None else (self.shape.key, self.own_colors)
 
+    def key_with(self, look: Look) -> Hashable:
+        """Return the cache key of the shared mesh with a look: where a texture is depends on the pose."""
+        return (self.key, look) if look.texture is None else (self.key, look, self.pose)
+
     def surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """Return the triangles of the shared mesh, without the pose."""
         if self.form is not None:
@@ -524,6 +547,8 @@ def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = N
             surface = surface_of(primitive, count)
             if surface is None:
                 continue
+            if look.texture is not None:
+                surface = surface.textured(look.texture, IDENTITY)
             copies_of_count = matrices[sides == count]
             remaining -= len(copies_of_count) * len(surface.vertices)
             if remaining < 0:
@@ -564,13 +589,16 @@ def too_fine(word: str) -> LimitError:
 
 
 def _painted(surface: ExportSurface, look: Look) -> ExportSurface:
-    """Return the surface with the look's color on every vertex."""
+    """Return the surface with the look's color on every vertex, unless a texture has it."""
+    if look.texture is not None:
+        return surface
     surface_colors = np.ones((len(surface.vertices), 3)) if surface.colors is None else surface.colors
     return replace(surface, colors=surface_colors * np.array(look.color))
 
 
 def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
-    """Concatenate colored surfaces."""
+    """Concatenate surfaces, all of which have colors or all of which have coordinates in one texture."""
+    uv = [surface.uv for surface in surfaces if surface.uv is not None]
     if len(surfaces) == 1:
         return surfaces[0]
     starts = np.cumsum([0, *(len(surface.vertices) for surface in surfaces)])
@@ -579,7 +607,8 @@ def joined(surfaces: Sequence[ExportSurface]) -> ExportSurface:
         np.concatenate([surface.vertices for surface in surfaces]),
         np.concatenate([surface.normals for surface in surfaces]),
         np.concatenate([surface.faces + start for surface, start in zip(surfaces, starts, strict=False)]),
-        np.concatenate(colors),
+        None if uv else np.concatenate(colors),
+        uv=np.concatenate(uv) if uv else None,
     )
 
 

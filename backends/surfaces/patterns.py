@@ -7,6 +7,7 @@ right and v upwards, one unit a period, row 0 of the image at v = 1.
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.base import require
 from scenelang.interpreter.scene.primitives.textures import PATTERNS, Color, Texture
 
 FloatArray = npt.NDArray[np.float64]
@@ -54,6 +56,14 @@ class Tile:
         """Mean color."""
         red, green, blue = self.levels[-1].reshape(-1, 3).mean(axis=0).tolist()
         return (red, green, blue)
+
+    def png(self) -> bytes:
+        """Return the image at full resolution as a PNG file."""
+        from scenelang.backends.surfaces.appearance import encode
+
+        data = io.BytesIO()
+        require("PIL.Image", "pillow").fromarray(encode(self.image)).save(data, "PNG")
+        return data.getvalue()
 
     def at(self, uv: FloatArray, footprint: FloatArray) -> Float32Array:
         """Return the colors (N, 3) at coordinates ``uv`` (N, 2), averaged over squares of side ``footprint`` (N,).
