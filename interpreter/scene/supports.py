@@ -102,8 +102,8 @@ class _Parts:
 
     def bounds(self, direction: FloatArray) -> FloatArray:
         """Return upper bounds (N,) of ``direction`` . p over each part."""
-        reach: FloatArray = np.abs(direction @ self._sides).reshape(-1, 3).sum(axis=1)
-        return self._centers @ direction + reach
+        reach = np.abs(direction @ self._sides).reshape(-1, 3).sum(axis=1)
+        return np.asarray(self._centers @ direction + reach, np.float64)
 
 
 class _Search:

@@ -17,6 +17,12 @@ from scenelang.grammar.lazy_patterns import lazy_pattern
 
 Completer = Callable[..., Iterable[str]]
 _PROGRAMS = (".scene", ".py", ".txt", ".ipynb", ".json")  # file extensions of programs
+# Pictures are a domain that the kernel does not import.
+_CAMERAS = (
+    "three-quarter", "hero", "catalogue", "isometric", "plan", "elevation",
+    "front", "right", "back", "left", "top", "bottom", "turntable", "follow",
+)  # fmt: skip
+_CLEAR_GROUNDS = ("transparent", "shadow")
 _BINDING = lazy_pattern(r'\(bind\s+"([^"]*)"')
 
 
@@ -133,17 +139,9 @@ def _environments(**_: Any) -> Iterable[str]:
 
 def _grounds(**_: Any) -> Iterable[str]:
     """Return the names of grounds."""
-    from scenelang.backends.pictures.stage import CLEAR_GROUNDS
     from scenelang.backends.surfaces.appearance import GROUNDS
 
-    return (*GROUNDS, *CLEAR_GROUNDS)
-
-
-def _cameras(**_: Any) -> Iterable[str]:
-    """Return the names of viewpoints."""
-    from scenelang.backends.pictures.camera import PRESETS
-
-    return PRESETS
+    return (*GROUNDS, *_CLEAR_GROUNDS)
 
 
 def _codes(**_: Any) -> Iterable[str]:
@@ -160,6 +158,6 @@ _KNOWN: dict[str, Completer] = {
     "backend": _backends,
     "environment": _environments,
     "ground": _grounds,
-    "camera": _cameras,
+    "camera": lambda **_: _CAMERAS,
     "codes": _codes,
 }

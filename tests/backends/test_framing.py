@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,9 @@ from support import evaluate
 
 import scenelang as sl
 from scenelang.backends.pictures.camera import FILL, PRESETS, Camera, Viewpoint, framed, parse_viewpoint
-from scenelang.backends.pictures.stage import film, still
+from scenelang.backends.pictures.stage import CLEAR_GROUNDS, film, still
+from scenelang.cli.main import main
+from scenelang.console import shell_completion
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.bounds import parts_box
 from scenelang.interpreter.scene.entity import Scene
@@ -213,3 +216,17 @@ def test_the_python_api_takes_an_eye() -> None:
     assert np.isfinite(
         framed(Viewpoint(), Supports([(scene.graph.root, np.eye(3, 4))], lambda _: True), 9, 9).eye
     ).all()
+
+
+def test_every_preset_is_named_where_it_is_offered(capsys: pytest.CaptureFixture[str]) -> None:
+    assert set(shell_completion._CAMERAS) == set(PRESETS)
+    assert set(shell_completion._CLEAR_GROUNDS) == set(CLEAR_GROUNDS)
+    with pytest.raises(SystemExit):
+        main(["render", "--help"])
+    shown = " ".join(capsys.readouterr().out.split())
+    listed = f"({', '.join(PRESETS)})"
+    assert listed in shown
+    assert "eye=1:2:3" in shown
+    assert all(ground in shown for ground in CLEAR_GROUNDS)
+    page = (Path(__file__).parents[2] / "docs" / "pictures.md").read_text("utf-8")
+    assert all(f"`{preset}`" in page for preset in PRESETS)
