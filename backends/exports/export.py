@@ -35,9 +35,10 @@ from scenelang.backends.exports.plan import (
     vertex_count,
 )
 from scenelang.backends.files import atomic_write_all
-from scenelang.backends.surfaces.appearance import Look, look_of, to_srgb
+from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.convex import clusters
 from scenelang.backends.surfaces.distance import neighbours
+from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.precision import (
     SINGLE,
     ChangedBody,

@@ -44,10 +44,11 @@ from scenelang.backends.exports.plan import (
     shared,
     solid_of,
 )
-from scenelang.backends.surfaces.appearance import Look, encode, look_of
-from scenelang.backends.surfaces.patterns import tile_of
+from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.backends.surfaces.solids import composed
+from scenelang.backends.surfaces.tiles import tile_of
 from scenelang.backends.surfaces.trs import Decomposition, decompose, decompose_track
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene import pose

@@ -17,10 +17,10 @@ import numpy.typing as npt
 from scenelang.backends.base import frame_of
 from scenelang.backends.surfaces.appearance import Look, check_seen, look_of
 from scenelang.backends.surfaces.contraction import contracted, crowded_edges
-from scenelang.backends.surfaces.patterns import corner_coordinates
 from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
+from scenelang.backends.surfaces.tiles import corner_coordinates
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count

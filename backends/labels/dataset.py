@@ -34,7 +34,8 @@ from scenelang.backends.labels.views import LabelledView, SceneFacts, labelled_v
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
 from scenelang.backends.pictures.film import PictureBackend, PictureOptions, save_picture, write_exr
 from scenelang.backends.pictures.stage import box_of
-from scenelang.backends.surfaces.appearance import encode, word_color
+from scenelang.backends.surfaces.appearance import word_color
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import is_object
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import dataclass, replace

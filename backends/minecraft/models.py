@@ -40,7 +40,8 @@ from scenelang.backends.minecraft.voxels import (
     place_of,
     whole_sizes,
 )
-from scenelang.backends.surfaces.appearance import Look, from_srgb, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError
 from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of

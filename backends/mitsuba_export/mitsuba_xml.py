@@ -33,18 +33,19 @@ from scenelang.backends.exports.plan import (
     unit_surface,
 )
 from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.film import FINAL_EXTRA
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
 from scenelang.backends.pictures.mitsuba_materials import Lobe
 from scenelang.backends.pictures.mitsuba_materials import surface as bsdf_of
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
-from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
+from scenelang.backends.pictures.stage import Staging, box_of, staging_of, still, unit_size
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
 from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix
@@ -300,6 +301,7 @@ MITSUBA_XML = mesh_backend(
 FloatArray = npt.NDArray[np.float64]
 
 _WIDTH, _HEIGHT = 800, 600
+_MAX_PROBED = 200_000  # primitives of a scene for which the tone of the backdrop is chosen, as in images
 
 
 def stage_elements(plan: ExportPlan, path: Path) -> list[str]:
@@ -312,8 +314,12 @@ def stage_elements(plan: ExportPlan, path: Path) -> list[str]:
     center, scale = unit_size(scene)
     nothing = solids_of(flatten_entity(Entity(plan.word, ANONYMOUS, ())))
     roots, lowest = {0: scene.root}, float(box_of(scene)[0][1])
-    staging = Staging(roots, roots, None, {0: nothing}, lowest, center, scale, "studio", None)
-    stage = staging.stage(still(scene, Viewpoint(), None, _WIDTH, _HEIGHT))
+    shot = still(scene, Viewpoint(), None, _WIDTH, _HEIGHT)
+    backdrop = None
+    if primitive_count(scene.root) <= _MAX_PROBED:
+        backdrop = toned(staging_of(scene, [0], _MAX_PROBED), shot).backdrop
+    staging = Staging(roots, roots, None, {0: nothing}, lowest, center, scale, "studio", None, backdrop)
+    stage = staging.stage(shot)
     outward = np.diag([1.0 / scale] * 3 + [1.0])
     outward[:3, 3] = center
     lines: list[str] = []

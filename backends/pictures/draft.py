@@ -58,7 +58,8 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, to_srgb, tone_map
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, tone_map
+from scenelang.backends.surfaces.image_files import encode, to_srgb
 from scenelang.backends.surfaces.solids import Solids
 
 FloatArray = npt.NDArray[np.float64]

@@ -19,8 +19,8 @@ from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_ray
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, GROUND_EDGE, Studio, ground_colors
-from scenelang.backends.surfaces.patterns import coordinates, tile_of
 from scenelang.backends.surfaces.solids import Solids
+from scenelang.backends.surfaces.tiles import coordinates, tile_of
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
@@ -820,7 +820,7 @@ def _add_gloss(
     coat, sheen = looks.coat[look][:, None], looks.sheen[look][:, None]
     if sheen.any():
         rim = _SHEEN_RIM * (1.0 - gloss.toward[:, None]) ** _SHEEN_POWER
-        out += sheen * (rim * gloss.white - _SHEEN_ALBEDO * out)
+        out += sheen * (rim * gloss.around - _SHEEN_ALBEDO * out)  # the key light is beside the viewer
     if coat.any():
         varnish, smooth = (
             np.broadcast_to(microfacets.normal_reflectance(GLASS), coat.shape),
@@ -841,13 +841,10 @@ class _Gloss:
         self.toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
 
     @property
-    def white(self) -> FloatArray:
-        """Radiance (N, 3) of a white matte surface."""
-        facing = np.maximum(self.part.normals @ self.stage.studio.key_direction, 0.0)[:, None]
-        return np.asarray(
-            _surroundings(self.stage, self.part, self.part.ids >= 0) * self._ambient
-            + np.array(self.stage.studio.environment.key) * facing * self._key, np.float64
-        )  # fmt: skip
+    def around(self) -> FloatArray:
+        """Radiance (N, 3) of a white matte surface by the surroundings alone."""
+        light = _surroundings(self.stage, self.part, self.part.ids >= 0) * self._ambient
+        return np.asarray(light, np.float64)
 
     def reflected(self, normal_reflectance: FloatArray, rough: FloatArray, bounces: FloatArray | float) -> FloatArray:
         """Return the radiance (N, 3) that facets reflect.

@@ -32,7 +32,8 @@ from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, encode
+from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError, suggest

@@ -23,8 +23,8 @@ from scenelang.backends.surfaces.appearance import (
     look_of,
 )
 from scenelang.backends.surfaces.dome import Dome
-from scenelang.backends.surfaces.patterns import corner_coordinates, tile_of
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
+from scenelang.backends.surfaces.tiles import corner_coordinates, tile_of
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm

@@ -21,7 +21,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.surfaces.dome import UNIFORM, Dome, Sky, Softbox, panorama_of
-from scenelang.backends.surfaces.patterns import tile_of
+from scenelang.backends.surfaces.image_files import encode, from_srgb
+from scenelang.backends.surfaces.tiles import tile_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene import primitives
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
@@ -421,23 +422,6 @@ def tone(linear: AnyFloats) -> AnyFloats:
     room = 1.0 - SHOULDER
     over = np.maximum(linear - SHOULDER, 0.0)
     return np.where(linear <= SHOULDER, np.maximum(linear, 0.0), 1.0 - room * np.exp(-over / room))
-
-
-def encode(linear: AnyFloats) -> npt.NDArray[np.uint8]:
-    """Convert linear sRGB in [0, 1] to 8-bit sRGB of the same shape."""
-    return np.asarray(np.rint(to_srgb(linear) * 255.0), np.uint8)
-
-
-def to_srgb(linear: AnyFloats) -> AnyFloats:
-    """Convert linear sRGB to sRGB, both in [0, 1] (IEC 61966-2-1)."""
-    x = np.clip(linear, 0.0, 1.0)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(np.maximum(x, 0.0031308), 1.0 / 2.4) - 0.055)
-
-
-def from_srgb(encoded: AnyFloats) -> AnyFloats:
-    """Convert sRGB to linear sRGB, both in [0, 1] and of the same shape (IEC 61966-2-1)."""
-    x = np.clip(encoded, 0.0, 1.0)
-    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
 
 
 # Oklab (Ottosson 2020): linear sRGB to cone responses, and their cube roots to lightness and two opponent axes.
