@@ -102,7 +102,7 @@ def chosen(scene: Scene, frame: int | None) -> Scene:
     if not all(abs(number) < _MAX_COORDINATE for box in boxes for number in box):
         raise SceneError("pose", "pose overflow: coordinates exceed the range of single precision")
     check_seen(scene)
-    return Scene(scene.word, roots, scene.animated and frame is None)
+    return scene.with_frames(roots, scene.animated and frame is None)
 
 
 class _Items:

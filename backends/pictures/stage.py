@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
 from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
+from scenelang.backends.pictures.declared import Light, Lighting, ProgramCamera, View, resolved, share_of
 from scenelang.backends.surfaces.appearance import Studio, check_seen, studio_for
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
@@ -54,15 +55,13 @@ def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def still(scene: Scene, view: Viewpoint | Camera, frame: int | None, width: int, height: int) -> Shot:
+def still(scene: Scene, view: View, frame: int | None, width: int, height: int) -> Shot:
     """Return the shot of one picture; raises SceneError."""
     number = frame_of(scene, frame)
-    return Shot(number, _camera(scene, view, number, width, height))
+    return Shot(number, _camera(scene, resolved(scene, view), number, width, height))
 
 
-def film(
-    scene: Scene, view: Viewpoint | Camera, width: int, height: int, frames: int | None, orbit: float | None
-) -> list[Shot]:
+def film(scene: Scene, view: View, width: int, height: int, frames: int | None, orbit: float | None) -> list[Shot]:
     """Return the shots of a film; raises SceneError.
 
     Parameters
@@ -78,23 +77,43 @@ def film(
     if not 1 <= count <= MOST_FRAMES:
         hint = "leave out --frames for all frames of the scene" if frames is not None else "use --frames"
         raise SceneError("value", f"a film must have 1 to {MOST_FRAMES:,} frames (--frames), got {count}", hint)
-    orbit_of_view = view.orbit if isinstance(view, Viewpoint) else None
+    view = resolved(scene, view)
+    orbit_of_view = None if isinstance(view, Camera) else view.orbit
     angle = orbit if orbit is not None else orbit_of_view
     if angle is None:
-        angle = 0.0 if scene.animated else 360.0
+        is_moving = scene.animated or (isinstance(view, ProgramCamera) and view.varies)
+        angle = 0.0 if is_moving else 360.0
     if not -MOST_ORBIT <= angle <= MOST_ORBIT:
         raise SceneError("value", f"the camera's orbit must be at most {MOST_ORBIT:,.0f} degrees, not {angle:,g}")
     numbers = [i * len(scene.frames) // count for i in range(count)]
     if not angle:
-        return [still(scene, view, number, width, height) for number in numbers]
+        last = max(1, count - 1)
+        return [Shot(number, _camera(scene, view, number, width, height, i / last)) for i, number in enumerate(numbers)]
     low, high = box_of(scene)
+    target = None if isinstance(view, Camera) else view.target if isinstance(view, Viewpoint) else view.target(scene)
+    if isinstance(view, ProgramCamera):
+        view = _camera(scene, view, numbers[0], width, height, 0.0)
     start = _orbit_start(view, low, high, angle, width, height)
-    pivot = np.array(view.target) if isinstance(view, Viewpoint) and view.target is not None else (low + high) / 2.0
+    pivot = np.array(target) if target is not None else (low + high) / 2.0
     return [Shot(number, turned(start, pivot, angle * i / count)) for i, number in enumerate(numbers)]
 
 
-def _camera(scene: Scene, view: Viewpoint | Camera, frame: int, width: int, height: int) -> Camera:
-    """Return the camera of a frame: placed, or resized; one that follows aims at the center of the frame."""
+def _camera(
+    scene: Scene,
+    view: Viewpoint | Camera | ProgramCamera,
+    frame: int,
+    width: int,
+    height: int,
+    share: float | None = None,
+) -> Camera:
+    """Return the camera of a frame: placed, or resized; one that follows aims at the center of the frame.
+
+    ``share`` is how far the image is on the way from the first of a video to the last, by default that of the frame.
+    """
+    if isinstance(view, ProgramCamera):
+        share = share_of(scene, frame) if share is None else share
+        size = width, height
+        return view.at(scene, frame, share, size, lambda viewpoint: _camera(scene, viewpoint, frame, *size))
     if isinstance(view, Camera):
         return view if (view.width, view.height) == (width, height) else view.resized(width, height)
     low, high = box_of(scene)
@@ -157,6 +176,8 @@ class Stage:
         Height of the ground; None without a ground, or if the camera is below it and would see nothing else.
     center : (3,)
         With ``scale``, defines the frame: ``p_stage = scale (p_world - center)``.
+    lights
+        Lights of the program, in that frame.
     """
 
     solids: Solids
@@ -166,6 +187,7 @@ class Stage:
     ground: float | None
     center: FloatArray
     scale: float
+    lights: tuple[Light, ...] = ()
 
     @property
     def width(self) -> int:
@@ -198,6 +220,8 @@ class Staging:
         As of ``Stage``.
     environment, ground
         Names in ``ENVIRONMENTS`` and ``GROUNDS``.
+    lighting
+        What the program declares of its light.
     """
 
     asked: dict[int, Entity]
@@ -209,18 +233,20 @@ class Staging:
     scale: float
     environment: str
     ground: str | None
+    lighting: Lighting = Lighting()
 
     def stage(self, shot: Shot) -> Stage:
         """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
-        studio = studio_for(camera.right, self.environment, self.ground)
+        studio = self.lighting.studio(studio_for(camera.right, self.environment, self.ground))
+        lights = tuple(light.scaled(self.center, self.scale) for light in self.lighting.lights)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
         ground = (self.lowest - self.center[1]) * self.scale - BELOW
         shows_ground = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
-        return Stage(solids, fixed, camera, studio, ground if shows_ground else None, self.center, self.scale)
+        return Stage(solids, fixed, camera, studio, ground if shows_ground else None, self.center, self.scale, lights)
 
 
 def staging_of(
@@ -230,6 +256,7 @@ def staging_of(
     environment: str = "studio",
     ground: str | None = None,
     warn: Callable[[Diagnostic], None] | None = None,
+    lighting: Lighting | None = None,
 ) -> Staging:
     """Prepare frames of a scene for rendering.
 
@@ -245,6 +272,8 @@ def staging_of(
         Names in ``ENVIRONMENTS`` and ``GROUNDS``.
     warn
         Receives diagnostics for content that cannot be drawn faithfully.
+    lighting
+        What the program declares of its light.
 
     Raises
     ------
@@ -262,7 +291,9 @@ def staging_of(
     fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
     roots = dict(zip(shown, drawn, strict=True))
     moved = dict(zip(shown, moving, strict=True))
-    return Staging(asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground)
+    return Staging(
+        asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground, lighting or Lighting()
+    )
 
 
 def unit_size(scene: Scene) -> tuple[FloatArray, float]:

@@ -216,6 +216,7 @@ class Environment:
     toned: bool = True
     unlit: bool = False
     ground: str = "seamless"
+    gain: float = 1.0  # exposure, a factor of radiance before the tone curve
 
 
 ENVIRONMENTS = {
@@ -328,6 +329,7 @@ def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
 
 def tone_map(radiance: AnyFloats, environment: Environment) -> AnyFloats:
     """Map linear radiance to [0, 1] with the tone curve of ``environment``."""
+    radiance = radiance if environment.gain == 1.0 else radiance * environment.gain
     return tone(radiance) if environment.toned else np.clip(radiance, 0.0, 1.0)
 
 
