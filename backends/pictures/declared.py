@@ -354,6 +354,13 @@ class Light:
         """Power of each channel (3,)."""
         return np.array(self.color) * self.power
 
+    @property
+    def radiance(self) -> FloatArray:
+        """Radiance (3,) of the surface of a sphere or of an area."""
+        width, height = self.size
+        surface = width * height if self.kind == "area" else 4.0 * math.pi * self.radius**2
+        return self.flux / (math.pi * surface)
+
 
 def lights_of(scene: Scene) -> tuple[Light, ...]:
     """Return the lights that a program declares; raises SceneError for one that looks at nothing."""
@@ -394,6 +401,59 @@ def _unit(vector: Any) -> Point:
     x, y, z = (component / largest for component in vector)
     length = math.hypot(x, y, z)
     return x / length, y / length, z / length
+
+
+_SUN_DISTANCE = 1e6  # of the disk that a sun is, in units of the scene's half diagonal
+_MIN_BLEND = 1e-3  # Mitsuba divides by the width over which a spot fades
+
+
+def emitters(mi: Any, lights: tuple[Light, ...]) -> dict[str, Any]:
+    """Return the lights of a stage as Mitsuba's emitters by name; ``mi`` is its module."""
+    return {f"light{number}": _emitter(mi, light) for number, light in enumerate(lights)}
+
+
+def _emitter(mi: Any, light: Light) -> dict[str, Any]:
+    """Return the emitter of a light: shapes for those with an extent, which cameras and mirrors see."""
+    position, flux = list(light.position), light.flux
+    if light.kind == "sun":
+        angle = math.radians(light.radius)
+        if angle == 0.0:
+            return {"type": "directional", "direction": list(light.direction), "irradiance": _rgb(flux)}
+        away = [-_SUN_DISTANCE * x for x in light.direction]
+        frame = _facing(mi, away, light.direction).scale(_SUN_DISTANCE * math.tan(angle))
+        return _shining("disk", frame, flux / (math.pi * math.sin(angle) ** 2))
+    if light.kind == "spot":
+        half, blend = light.angle / 2.0, max(light.blend, _MIN_BLEND)
+        return {
+            "type": "spot", "to_world": _facing(mi, position, light.direction), "cutoff_angle": half,
+            "beam_width": half * (1.0 - blend), "intensity": _rgb(flux / (4.0 * math.pi)),
+        }  # fmt: skip
+    if light.kind == "area":
+        width, height = light.size
+        frame = _facing(mi, position, light.direction).scale([width / 2.0, height / 2.0, 1.0])
+        return _shining("rectangle", frame, light.radiance)
+    if light.radius == 0.0:
+        return {"type": "point", "position": position, "intensity": _rgb(flux / (4.0 * math.pi))}
+    return _shining("sphere", mi.ScalarTransform4f().translate(position).scale(light.radius), light.radiance)
+
+
+def _facing(mi: Any, position: list[float], direction: Point) -> Any:
+    """Return the transform that moves the origin to a position and turns +z to a direction."""
+    up = [0.0, 1.0, 0.0] if abs(direction[1]) < 0.999 else [0.0, 0.0, 1.0]
+    target = [a + b * max(1.0, *map(abs, position)) for a, b in zip(position, direction, strict=True)]
+    return mi.ScalarTransform4f().look_at(origin=position, target=target, up=up)
+
+
+def _shining(shape: str, to_world: Any, radiance: FloatArray) -> dict[str, Any]:
+    """Return a black shape that emits ``radiance`` (3,)."""
+    emitter = {"type": "area", "radiance": _rgb(radiance)}
+    bsdf = {"type": "diffuse", "reflectance": _rgb(np.zeros(3))}
+    return {"type": shape, "to_world": to_world, "emitter": emitter, "bsdf": bsdf}
+
+
+def _rgb(color: FloatArray) -> dict[str, Any]:
+    """Return a color for Mitsuba, linear sRGB."""
+    return {"type": "rgb", "value": [float(channel) for channel in color]}
 
 
 # --- environment and settings ----------------------------------------------------------------------------------------

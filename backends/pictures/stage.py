@@ -221,7 +221,7 @@ class Staging:
     environment, ground
         Names in ``ENVIRONMENTS`` and ``GROUNDS``.
     lighting
-        What the program declares of its light.
+        What the program declares of its light, None if it declares nothing.
     """
 
     asked: dict[int, Entity]
@@ -233,13 +233,14 @@ class Staging:
     scale: float
     environment: str
     ground: str | None
-    lighting: Lighting = Lighting()
+    lighting: Lighting | None = None
 
     def stage(self, shot: Shot) -> Stage:
         """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
-        studio = self.lighting.studio(studio_for(camera.right, self.environment, self.ground))
-        lights = tuple(light.scaled(self.center, self.scale) for light in self.lighting.lights)
+        lighting = self.lighting or Lighting()
+        studio = lighting.studio(studio_for(camera.right, self.environment, self.ground))
+        lights = tuple(light.scaled(self.center, self.scale) for light in lighting.lights)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
@@ -291,9 +292,7 @@ def staging_of(
     fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
     roots = dict(zip(shown, drawn, strict=True))
     moved = dict(zip(shown, moving, strict=True))
-    return Staging(
-        asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground, lighting or Lighting()
-    )
+    return Staging(asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground, lighting)
 
 
 def unit_size(scene: Scene) -> tuple[FloatArray, float]:
