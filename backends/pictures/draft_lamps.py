@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import camera_at
 from scenelang.backends.pictures.declared import Light, level_axes
-from scenelang.backends.pictures.draft_light import SKY, Surface, key_light, rows_of, samples_at, shadow_map
+from scenelang.backends.pictures.draft_light import SKY, Surface, batches, key_light, rows_of, samples_at, shadow_map
 from scenelang.backends.pictures.rays import Rays, camera_rays, caster_for, depths_of
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces.solids import Solids
@@ -27,9 +28,10 @@ IntArray = npt.NDArray[np.int64]
 
 _FACE = 1.04  # half width of a face of the cube at distance 1: neighbors overlap, so that taps find what is beside
 _LIFT_TEXELS = 0.7  # offset of points along their normals, against self-shadowing
-_SEARCH_TAPS, _SHADOW_TAPS = 12, 16
+_SEARCH_TAPS, _SHADOW_TAPS = 32, 48  # with fewer, penumbras show the rotation of the taps
 _MIN_TEXELS, _MAX_SHARE = 1.0, 0.12  # radius of the taps, in texels, and relative to the map's size
 _NEARER = 1e-3  # a blocker is so much nearer to the lamp than the tangent plane of a point, relative to the distance
+_BATCH = 1 << 15  # points in penumbras at once, which bounds the memory
 _AREA_PLACES = 4  # per side of an area, for its irradiance
 _MIN_ROUGHNESS = 0.06  # as of the key light's highlights
 
@@ -217,28 +219,37 @@ def _lit_share(
     extent = light.radius if light.kind == "point" else 0.5 * math.sqrt(light.size[0] * light.size[1])
     most = _MAX_SHARE * size
 
-    def heights(radius: FloatArray, taps: Sequence[tuple[float, float]]) -> FloatArray:
+    def heights(
+        radius: FloatArray, taps: Sequence[tuple[float, float]], at: Any = slice(None), turned: FloatArray = angle
+    ) -> FloatArray:
         """Return how much nearer than the points' planes the blockers at the taps are (T, N), negative for none."""
-        cosine, sine = np.cos(angle) * radius / focal, np.sin(angle) * radius / focal
-        found = []
+        cosine, sine = np.cos(turned[at]) * radius / focal, np.sin(turned[at]) * radius / focal
+        (nx, ny, nz), far, found = normals[at].T, z[at], []
         for dx, dy in taps:
-            x, y = u + dx * cosine - dy * sine, v + dx * sine + dy * cosine
-            slope = normals[:, 0] * x + normals[:, 1] * y + normals[:, 2]
-            reach = np.where(slope < -1e-6, plane / np.where(slope < -1e-6, slope, -1.0), 2.0 * z)
+            x, y = u[at] + dx * cosine - dy * sine, v[at] + dx * sine + dy * cosine
+            slope = nx * x + ny * y + nz
+            reach = np.where(slope < -1e-6, plane[at] / np.where(slope < -1e-6, slope, -1.0), 2.0 * far)
             column = np.clip(np.floor(x * focal + size / 2.0), 0, size - 1).astype(np.int64)
             row = np.clip(np.floor(size / 2.0 - y * focal), 0, size - 1).astype(np.int64)
             nearest = depth[row, column].astype(np.float64)
-            found.append(np.clip(reach, 0.25 * z, 2.0 * z) * (1.0 - _NEARER) - nearest)
+            found.append(np.clip(reach, 0.25 * far, 2.0 * far) * (1.0 - _NEARER) - nearest)
         return np.stack(found)
 
     radius = np.full(len(z), _MIN_TEXELS)
-    if extent > 0.0:
-        above = heights(np.clip(extent * focal / z, _MIN_TEXELS, most), _disk(_SEARCH_TAPS))
-        count = (above > 0.0).sum(axis=0)
-        blocker = z - np.where(above > 0.0, above, 0.0).sum(axis=0) / np.maximum(count, 1)
-        penumbra = extent * np.maximum(z - blocker, 0.0) / np.maximum(blocker, 1e-9)  # by similar triangles
-        radius = np.clip(np.where(count > 0, penumbra, 0.0) * focal / z, _MIN_TEXELS, most)
-    return np.asarray((heights(radius, _disk(_SHADOW_TAPS)) <= 0.0).mean(axis=0), np.float64)
+    if extent == 0.0:
+        return np.asarray((heights(radius, _disk(_SEARCH_TAPS)) <= 0.0).mean(axis=0), np.float64)
+    # The search is not rotated: another radius at each pixel would be noise that the taps cannot average.
+    still = angle * 0.0
+    above = heights(np.clip(extent * focal / z, _MIN_TEXELS, most), _disk(_SEARCH_TAPS), turned=still)
+    count = (above > 0.0).sum(axis=0)
+    blocker = z - np.where(above > 0.0, above, 0.0).sum(axis=0) / np.maximum(count, 1)
+    penumbra = extent * np.maximum(z - blocker, 0.0) / np.maximum(blocker, 1e-9)  # by similar triangles
+    radius = np.clip(np.where(count > 0, penumbra, 0.0) * focal / z, _MIN_TEXELS, most)
+    share = np.ones(len(z))
+    some = np.flatnonzero(count)
+    for part in batches(some, _BATCH):
+        share[part] = (heights(radius[part], _disk(_SHADOW_TAPS), part) <= 0.0).mean(axis=0)
+    return share
 
 
 def _disk(count: int) -> list[tuple[float, float]]:

@@ -247,7 +247,7 @@ def check_together(form: str, keys: frozenset[str]) -> None:
 
 
 _EXCLUSIVE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
-    CAMERA: (("eye", ("azimuth", "elevation", "distance", "preset", "orbit")), ("fov", ("lens",))),
+    CAMERA: (("eye", ("azimuth", "elevation", "distance", "preset")), ("fov", ("lens",))),
     LIGHT: (("direction", ("look-at",)), ("strength", ("position",)), ("size", ("angle", "radius")),
             ("radius", ("angle",))),
 }  # fmt: skip
