@@ -418,7 +418,8 @@ def _emitter(mi: Any, light: Light) -> dict[str, Any]:
     if light.kind == "sun":
         angle = math.radians(light.radius)
         if angle == 0.0:
-            return {"type": "directional", "direction": list(light.direction), "irradiance": _rgb(flux)}
+            frame = _facing(mi, [0.0, 0.0, 0.0], light.direction)
+            return {"type": "directional", "to_world": frame, "irradiance": _rgb(flux)}
         away = [-_SUN_DISTANCE * x for x in light.direction]
         frame = _facing(mi, away, light.direction).scale(_SUN_DISTANCE * math.tan(angle))
         return _shining("disk", frame, flux / (math.pi * math.sin(angle) ** 2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -159,3 +160,22 @@ def test_words_that_a_light_shines_at() -> None:
 def test_many_lights_and_odd_places_are_drawn() -> None:
     lights = "".join(f"(light :position [{x} {y} 0] :power 1)" for x in (-1, 0, 1) for y in (-9, 0, 0.001, 1e6))
     assert np.isfinite(radiance(lights + "(light :direction [0 1 0] :angle 179)", side=8, word=PLAIN)).all()
+
+
+def test_exported_scenes_of_mitsuba_have_the_camera_and_lights(tmp_path: Path) -> None:
+    mi = pytest.importorskip("mitsuba")
+    text = f"""{PLANE}(bind "all" (lambda () (union (call "plane") (call "block"))))(scene "all"){DARK}
+    (camera "main" :eye [3 5 6] :look-at "block" :fov 50)
+    (light :position [2 2 0] :power 100)(light :position [-2 3 0] :angle 60 :power 90 :blend .2)
+    (light :position [0 3 2] :size [1 2] :look-at [0 0 0] :power 80)(light :position [1 2 2] :radius .2 :power 30)
+    (light :direction [0 -1 -1] :strength .3)(light :direction [1 -1 0] :angle 0 :strength .2)
+    (render-settings :size [32 24])"""
+    text = text.replace('(render-settings :ground "none")', "").replace(":size [32 24]", ':size [32 24] :ground "none"')
+    scene = sl.evaluate(text)
+    scene.export(tmp_path / "a.xml")
+    mi.set_variant("scalar_rgb")
+    exported = np.array(mi.render(mi.load_file(str(tmp_path / "a.xml")), spp=128))
+    drawn = scene.render(quality="final", settings={"samples": 128, "denoise": "off"}).radiance
+    assert exported.shape == drawn.shape == (24, 32, 3)
+    assert exported.mean() == pytest.approx(float(np.mean(drawn)), rel=0.03)
+    assert np.median(np.abs(exported - drawn)) < 0.03 * float(np.mean(drawn))
