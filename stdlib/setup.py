@@ -29,6 +29,11 @@ def _keywords(form: str) -> str:
     return " ".join(f"[:{key}]" for key in PROPERTIES[form])
 
 
+def _doc(form: str, summary: str) -> str:
+    """Return the documentation of a declaration: what it does, and what each keyword means."""
+    return f"{summary} {'; '.join(f'`:{key}`: {prop.doc}' for key, prop in PROPERTIES[form].items())}."
+
+
 def _declare(rt: Runtime, form: str, name: Any, options: dict[str, Any]) -> None:
     """Record a declaration with the values of a program."""
     values = {key.replace("_", "-"): value for key, value in options.items() if value is not None}
@@ -50,9 +55,8 @@ def plain_property(form: str, key: str, value: Any) -> Any:
 
 @registry.define(
     CAMERA, f"[name] {_keywords(CAMERA)}", "None",
-    "At top level, declare a camera of the scene in world coordinates; the first one is the default. Without `:eye`,"
-    " `:azimuth`, `:elevation` and `:distance` place it around what it looks at; a list of values is spread over the"
-    " frames.",
+    _doc(CAMERA, "At top level, declare a camera of the scene in world coordinates; the first one is the default, and a"
+                 " list in place of one value is spread over the frames of a video."),
     ('(camera "main" :eye [3 2 5] :look-at [0 1 0] :fov 35)', "none"),
 )  # fmt: skip
 def camera(rt: Runtime, name: Any = None, **options: Any) -> None:
@@ -61,8 +65,9 @@ def camera(rt: Runtime, name: Any = None, **options: Any) -> None:
 
 @registry.define(
     LIGHT, f"[name] {_keywords(LIGHT)}", "None",
-    "At top level, declare a light of the scene in world coordinates: a point, a sphere with `:radius`, a spot with"
-    " `:angle`, a rectangle with `:size`, or with `:direction` alone a sun. `:power` is in watts as in Blender.",
+    _doc(LIGHT, "At top level, declare a light of the scene in world coordinates: a point, a sphere with `:radius`, a"
+                " spot with `:angle`, a rectangle with `:size`, or with `:direction` alone a sun, in the"
+                " units of Blender."),
     ("(light :position [2 3 2] :power 100)", "none"),
 )  # fmt: skip
 def light(rt: Runtime, name: Any = None, **options: Any) -> None:
@@ -71,7 +76,7 @@ def light(rt: Runtime, name: Any = None, **options: Any) -> None:
 
 @registry.define(
     ENVIRONMENT, f"name {_keywords(ENVIRONMENT)}", "None",
-    "At top level, declare the environment that lights the scene, as `--environment` names it.",
+    _doc(ENVIRONMENT, "At top level, declare the environment that lights the scene, as `--environment` names it."),
     ('(environment "sunset" :strength 1 :turn 30)', "none"),
 )  # fmt: skip
 def environment(rt: Runtime, name: Any, **options: Any) -> None:
@@ -80,7 +85,7 @@ def environment(rt: Runtime, name: Any, **options: Any) -> None:
 
 @registry.define(
     SETTINGS, _keywords(SETTINGS), "None",
-    "At top level, declare the defaults of the options of `render`.",
+    _doc(SETTINGS, "At top level, declare the defaults of options of `render`."),
     ('(render-settings :size [1280 720] :quality "draft" :ground "none")', "none"),
 )  # fmt: skip
 def render_settings(rt: Runtime, **options: Any) -> None:

@@ -43,7 +43,7 @@ from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import class_of, former_word, word_of_today
 from scenelang.interpreter.scene.primitives.mesh_file import Asset
-from scenelang.interpreter.scene.setup import Declared, Setup, misplaced_setup, with_declared
+from scenelang.interpreter.scene.setup import CAMERA, LIGHT, Declared, Setup, misplaced_setup, with_declared
 from scenelang.interpreter.values.limits import Limits, Meter
 from scenelang.interpreter.values.values import (
     NIL,
@@ -947,6 +947,17 @@ class JournaledRuntime(Runtime):
         if self._journal:
             self.invalidate_calls()
         self._journal = {}
+
+    def setup_of(self, forms: Iterable[Any]) -> Setup:
+        """Return what the top-level forms declare; later ones replace those of their name, as definitions do."""
+        latest: dict[Any, Declared] = {}
+        for form in forms:
+            for item in self.setups.get(id(form), (None, ()))[1]:
+                is_single = item.name or item.form != LIGHT
+                key = (item.form, item.name if item.form in (CAMERA, LIGHT) else "") if is_single else len(latest)
+                latest.pop(key, None)
+                latest[key] = item
+        return tuple(latest.values())
 
     def write(self, value: Mutable) -> None:
         """Save the state of an older object before its first change."""
