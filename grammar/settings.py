@@ -371,7 +371,7 @@ _KINDS: Mapping[str, Callable[[Any], bool]] = {
     "Progress": callable,
     "Warn": callable,
     "Describe": callable,
-    "View": lambda value: isinstance(value, str) or bool({"Viewpoint", "Camera", "PlacedCamera"} & _classes(value)),
+    "View": lambda value: bool({"Viewpoint", "Camera", "PlacedCamera", "ProgramView", "str"} & _classes(value)),
     "TextIO": lambda value: hasattr(value, "write"),
     "PictureSource": lambda value: True,
     "npt.ArrayLike": lambda value: _is_several(value) or _is_real(value),

@@ -83,7 +83,8 @@ class ProgramCamera:
         keys = value if _is_keyed("look-at", value) else (value,)
         first, last, between = _around(len(keys), share)
         one, other = (self._point(scene, frame, keys[k]) for k in (first, last))
-        return _mixed(one, other, between)
+        point: Point = _mixed(one, other, between)
+        return point
 
     def _point(self, scene: Scene, frame: int, target: str | Point) -> Point:
         return center_of(scene, target, self.item, frame) if isinstance(target, str) else target
@@ -91,7 +92,7 @@ class ProgramCamera:
     def _value(self, key: str, share: float) -> Any:
         """Return a value at a share of the way from the first frame to the last, linear between those given."""
         value = self.item.values.get(key)
-        if not _is_keyed(key, value):
+        if value is None or not _is_keyed(key, value):
             return value
         first, last, between = _around(len(value), share)
         return _mixed(value[first], value[last], between)

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Option, Progress, Work
-from scenelang.backends.pictures.draft_lamps import Lamps, lamps_of
+from scenelang.backends.pictures.draft_lamps import Lamps
 from scenelang.backends.pictures.draft_light import (
     GROUND,
     SKY,
@@ -150,7 +150,11 @@ def draw(
     depth = pixels.depth.reshape(size).astype(np.float32)
     step = 2 if by_pixel else 1
     ambient = _ambient(stage, pixels, depth, cache, step) if shaded else np.ones_like(depth[::step, ::step])
-    lamps = lamps_of(stage, stage.solids.take(opaque)) if shaded else None
+    lamps = None
+    if shaded and stage.lights:
+        is_still = stage.fixed == len(stage.solids)
+        maps = cache.get("lamps", (stage.lights, size), dict) if is_still else {}
+        lamps = Lamps(stage, stage.solids.take(opaque), maps)
     light = _Light(shadows, ambient, depth[::step, ::step], _SAMPLES * step, lamps)
     report(0.7)
     scene = _Shading(stage, caster, rays, keys, layers, light, by_pixel)

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,16 +43,20 @@ class Lamps:
 
     Attributes
     ----------
-    size
-        Texels per side of a map.
+    solids
+        Those that throw shadows.
     maps
         Maps by the number of the light and, for all but suns, of the face.
     """
 
     stage: Stage
     solids: Solids
-    size: int
-    maps: dict[tuple[int, int], object] = field(default_factory=dict)
+    maps: dict[tuple[int, int], Any]
+
+    @property
+    def size(self) -> int:
+        """Texels per side of a map."""
+        return min(1024, max(256, self.stage.width, self.stage.height))
 
     def radiance(self, visible: Surface, albedo: Float32Array, row: IntArray, column: IntArray) -> Float32Array:
         """Return the radiance (N, 3) that visible surfaces reflect of the lamps.
@@ -97,7 +102,7 @@ class Lamps:
         for face in np.unique(faces):
             at = np.flatnonzero(faces == face)
             turn = _FACES[face]
-            depth = self._kept(number, int(face), lambda turn=turn: self._cast(light, turn @ axes))
+            depth = self._kept(number, int(face), partial(self._cast, light, turn @ axes))
             share[at] = _lit_share(depth, light, local[at] @ turn.T, turned[at] @ turn.T, angle[at])
         return share
 
@@ -107,7 +112,7 @@ class Lamps:
         camera = camera_at(np.array(light.position), (axes[0], axes[1], axes[2]), focal, self.size, self.size)
         return depths_of(caster_for(self.solids, camera_rays(camera)).cast())
 
-    def _kept(self, number: int, face: int, cast: Callable[[], object]) -> object:
+    def _kept(self, number: int, face: int, cast: Callable[[], Any]) -> Any:
         """Return a map, cast at the first call."""
         if (number, face) not in self.maps:
             self.maps[number, face] = cast()
@@ -132,12 +137,6 @@ class Lamps:
         share = is_seen.reshape(shape).mean(axis=(1, 3))[:, :, None]
         mean = radiance.reshape(*shape, 3).mean(axis=(1, 3)) / np.maximum(share, 1e-9)
         return mean.astype(np.float32), share.astype(np.float32)
-
-
-def lamps_of(stage: Stage, solids: Solids) -> Lamps | None:
-    """Return the lights of a stage, shadowed by ``solids``; None without lights."""
-    side = max(stage.width, stage.height)
-    return Lamps(stage, solids, min(1024, max(256, side))) if stage.lights else None
 
 
 # The faces of a cube: rows right, up and forward of each, in the axes of the lamp.

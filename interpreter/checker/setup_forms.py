@@ -78,7 +78,7 @@ def _name(node: Any) -> Any:
 
 def _of_call(node: Any) -> Iterator[Diagnostic]:
     """Report literal values that a declaration does not take, and keywords that exclude or need each other."""
-    form = called_builtin(node)
+    form = called_builtin(node) or ""
     known = {key: value for key, value in _keywords(node).items() if key in PROPERTIES[form]}
     for key, value in known.items():
         found = _literal(value)
@@ -106,7 +106,7 @@ def _declared(node: Any) -> Declared:
 
 def _unknown_words(program: Program, node: Any) -> Iterator[Diagnostic]:
     """Report words that a camera or light looks at, which the program does not mention anywhere else."""
-    form = called_builtin(node)
+    form = called_builtin(node) or ""
     for key, value in _keywords(node).items():
         prop = PROPERTIES[form].get(key)
         found = _literal(value)
