@@ -67,7 +67,7 @@ class Scene(LoadedScene):
         size: Size | None = None,
         quality: str | Sequence[str] = "draft",
         frame: int | None = None,
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
         labels: bool = True,
@@ -81,8 +81,9 @@ class Scene(LoadedScene):
 
         Parameters
         ----------
-        camera : Camera, optional
-            Camera of the image; the default frames the whole scene.
+        camera : Camera or str, optional
+            Camera of the image, or the name of one that the program declares; by default the program's first, else
+            one that frames the whole scene.
         size : (width, height), optional
             Image size in pixels; default: 512 x 512, or the size of a placed camera.
         quality : str or sequence of str
@@ -91,8 +92,9 @@ class Scene(LoadedScene):
             Frame of a 4D scene, counted from 0.
         environment, ground : str
             Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat") and ground ("seamless",
-            "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment). The grounds
-            "transparent" and "shadow" give an image with alpha: of the objects alone, or with their shadow in black.
+            "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment). By default those
+            that the program declares, else "studio". The grounds "transparent" and "shadow" give an image with alpha:
+            of the objects alone, or with their shadow in black.
         background : str, optional
             Flat color behind the objects, without a ground: a CSS name or ``#rrggbb``.
         labels : bool
@@ -124,10 +126,10 @@ class Scene(LoadedScene):
     @typed
     def placed(self, camera: View | None = None, size: Size = (512, 512), frame: int = 0) -> PlacedCamera:
         """Return the camera that ``render`` would use, with its pose, intrinsics and projection."""
-        from scenelang.backends.pictures.camera import Viewpoint
+        from scenelang.backends.pictures.images import picture_options
         from scenelang.backends.pictures.stage import still
 
-        return still(self.graph, Viewpoint() if camera is None else camera, frame, *size).camera
+        return still(self.graph, picture_options(camera).camera, frame, *size).camera
 
     @typed
     def film(
@@ -138,7 +140,7 @@ class Scene(LoadedScene):
         orbit: float | None = None,
         size: Size | None = None,
         quality: str | Sequence[str] = "draft",
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
         labels: bool = True,
@@ -168,7 +170,7 @@ class Scene(LoadedScene):
         size: Size | None = None,
         quality: str | Sequence[str] = "draft",
         frame: int | None = None,
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,

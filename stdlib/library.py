@@ -31,6 +31,7 @@ TOPICS = (
     "random.registry",
     "control.registry",
     "colors.registry",
+    "setup.registry",
 )
 
 # Registries whose names must be imported: `(import "std/python.scene")`.
@@ -101,6 +102,10 @@ def _module(name: str) -> Any:
             from scenelang.stdlib import sequences
 
             return sequences
+        case "setup":
+            from scenelang.stdlib import setup
+
+            return setup
         case "solids":
             from scenelang.stdlib import solids
 

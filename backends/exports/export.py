@@ -426,7 +426,7 @@ def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
 def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> Scene:
     """Return the scene with each frame as one computed solid."""
     roots = [_as_solid(scene.word, root, segments or SEGMENTS, tolerance) for root in scene.frames]
-    return Scene(scene.word, roots, scene.animated)
+    return scene.with_frames(roots)
 
 
 def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> Entity:

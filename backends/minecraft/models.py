@@ -430,7 +430,7 @@ def as_cubes(scene: Scene, limit: int, warn: Callable[[Diagnostic], None] | None
     for warning in warnings_by_message.values():
         if warn is not None:
             warn(warning)
-    return Scene(scene.word, [drawn_roots[id(root)] for root in scene.frames], scene.animated)
+    return scene.with_frames([drawn_roots[id(root)] for root in scene.frames])
 
 
 def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]:

@@ -26,6 +26,7 @@ from scenelang.interpreter.scene.primitives.mesh import inverses_of
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
+Vectors = npt.NDArray[np.floating]
 T = TypeVar("T", bound=np.generic)
 Rotation = tuple[Float32Array, Float32Array]  # cosine and sine of the per-point rotation of the taps
 
@@ -823,12 +824,11 @@ def _add_gloss(
         out += sheen * (rim * gloss.around - _SHEEN_ALBEDO * out)  # the key light is beside the viewer
     if coat.any():
         varnish, smooth = (
-            np.broadcast_to(microfacets.normal_reflectance(GLASS), coat.shape),
+            np.full(coat.shape, microfacets.normal_reflectance(GLASS)),
             np.full(len(coat), _COAT_ROUGHNESS),
         )
-        out += coat * (
-            gloss.reflected(varnish, smooth, 0.0) - microfacets.dielectric_albedo(_COAT_ROUGHNESS, GLASS) * out
-        )
+        kept = 1.0 - coat * microfacets.dielectric_albedo(_COAT_ROUGHNESS, GLASS)
+        out = out * kept + coat * gloss.reflected(varnish, smooth, 1.0)
     color[rows] = out
 
 
@@ -846,7 +846,7 @@ class _Gloss:
         light = _surroundings(self.stage, self.part, self.part.ids >= 0) * self._ambient
         return np.asarray(light, np.float64)
 
-    def reflected(self, normal_reflectance: FloatArray, rough: FloatArray, bounces: FloatArray | float) -> FloatArray:
+    def reflected(self, normal_reflectance: Vectors, rough: FloatArray, bounces: Vectors | float) -> FloatArray:
         """Return the radiance (N, 3) that facets reflect.
 
         ``normal_reflectance`` (N, 1 or 3) is theirs at normal incidence, ``bounces`` (N, 3) how many times brighter
@@ -858,7 +858,7 @@ class _Gloss:
         return np.asarray((room + highlight) * bounces, np.float64)
 
 
-def _schlick(reflectance: FloatArray, cosine: FloatArray, rough: FloatArray) -> FloatArray:
+def _schlick(reflectance: Vectors, cosine: FloatArray, rough: FloatArray) -> FloatArray:
     """Return the Fresnel reflectance (N, 3) by Schlick's approximation (1994), weaker at grazing angles if rough."""
     limit = np.where(reflectance > 0.0, np.maximum((1.0 - rough)[:, None], reflectance), 0.0)
     return np.asarray(reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None], np.float64)
@@ -874,9 +874,7 @@ def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) ->
     return np.asarray(sky * share + ground_radiance(stage) * (1.0 - share), np.float64)
 
 
-def _highlight(
-    stage: Stage, part: Surface, reflectance: FloatArray, toward: FloatArray, rough: FloatArray
-) -> FloatArray:
+def _highlight(stage: Stage, part: Surface, reflectance: Vectors, toward: FloatArray, rough: FloatArray) -> FloatArray:
     """Return the radiance (N, 3) of the key light's highlight (GGX distribution, Smith masking)."""
     light = stage.studio.key_direction
     half = light - part.view

@@ -29,7 +29,8 @@ from scenelang.backends.base import (
     sub_progress,
 )
 from scenelang.backends.files import atomic_write, reason_of
-from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
+from scenelang.backends.pictures.camera import LARGEST
+from scenelang.backends.pictures.declared import Lighting, ProgramView, View, settled
 from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
@@ -62,7 +63,7 @@ class PictureOptions(BackendOptions):
     width, height
         In pixels.
     camera
-        A placed camera, or a viewpoint to be placed.
+        A placed camera, a viewpoint to be placed, or a camera of the program, by default its first one.
     environment, ground
         Names in ``ENVIRONMENTS``, and in ``GROUNDS`` or ``CLEAR_GROUNDS``; the ground is by default that of the
         environment.
@@ -72,11 +73,16 @@ class PictureOptions(BackendOptions):
         Images are reproducible for a given seed.
     labels
         Write the words of semantic primitives on the image.
+    stated
+        Fields that what a program declares does not replace: "size", "environment" and "ground"; None if it replaces
+        nothing.
+    lighting
+        What the program declares of its light, once ``settled`` knows the scene.
     """
 
     width: int = 512
     height: int = 512
-    camera: Viewpoint | Camera = field(default_factory=Viewpoint)
+    camera: View = field(default_factory=ProgramView)
     environment: str = setting("studio", "lighting: studio, overcast, sunny, sunset, night, flat", metavar="NAME")
     ground: str | None = setting(
         None,
@@ -88,6 +94,8 @@ class PictureOptions(BackendOptions):
     )
     seed: int = 0
     labels: bool = setting(True, "do not label the boxes of semantic primitives", "--no-labels")
+    stated: tuple[str, ...] | None = ("size",)
+    lighting: Lighting | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,6 +196,7 @@ def render(scene: Scene, options: PictureOptions | None = None, backend: str = "
 
 def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Image:
     """Draw one frame of ``scene`` with ``backend``; raises SceneError as ``render`` does."""
+    options = settled(scene, options)
     check(options, [backend])
     shot = still(scene, options.camera, options.frame, options.width, options.height)
     return paint_shot(painters(scene, options, [backend], [shot]), shot, options.progress)
@@ -198,7 +207,9 @@ def painters(
 ) -> list[Painter]:
     """Return the painters of several backends for the same ``shots``; raises SceneError."""
     frames = [shot.frame for shot in shots]
-    staging = staging_of(scene, frames, options.limit, options.environment, ground_of(options), options.warn)
+    staging = staging_of(
+        scene, frames, options.limit, options.environment, ground_of(options), options.warn, options.lighting
+    )
     return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
 
 
@@ -534,6 +545,7 @@ def write_drawing(
 
     The extension of ``path`` decides which; a WebP file of a 4D scene is a video. Raises SceneError.
     """
+    options = settled(scene, options)
     film_requested = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
     is_video = is_film(path, film_requested)
     check_alpha(options, path, is_video)

@@ -14,6 +14,7 @@ from scenelang.backends.base import Progress, frame_of
 from scenelang.backends.pictures import film as drawing
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
+from scenelang.backends.pictures.declared import settled, view_of
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, picture_backend
 from scenelang.backends.pictures.stage import Shot, stills
 from scenelang.backends.pictures.stage import film as film_shots
@@ -22,7 +23,7 @@ from scenelang.grammar.settings import fits, typed
 from scenelang.interpreter.scene.entity import Scene
 
 Size = tuple[int, int]
-View = Viewpoint | PlacedCamera
+View = Viewpoint | PlacedCamera | str  # the name of a camera of the program, or a text as of `--camera`
 _DEFAULT_SIZE = (512, 512)  # pixels
 _VIEW_NUMBERS = {
     "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float", "roll": "float",
@@ -252,15 +253,21 @@ def picture_options(camera: View | None = None, size: Size | None = None, **fiel
     Parameters
     ----------
     camera : Camera, optional
-        Default: a camera that frames the whole scene.
+        A camera, or the name of one of the program. Default: the program's first, else one that frames the scene.
     size : (width, height), optional
         In pixels; default: that of a placed camera, else 512 x 512.
     fields
         Other fields of ``PictureOptions``.
     """
-    view = camera if camera is not None else Viewpoint()
-    width, height = size or ((view.width, view.height) if isinstance(view, PlacedCamera) else _DEFAULT_SIZE)
-    return PictureOptions(camera=view, width=width, height=height, **fields)
+    view = view_of(camera) if camera is None or isinstance(camera, str) else camera
+    if isinstance(view, PlacedCamera):
+        size = size or (view.width, view.height)
+    width, height = size or _DEFAULT_SIZE
+    given = {
+        name: value for name, value in fields.items() if name not in ("environment", "ground") or value is not None
+    }
+    stated = (*given, *(("size",) if size else ()))
+    return PictureOptions(camera=view, width=width, height=height, stated=stated, **given)
 
 
 def image_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft") -> Image:
@@ -276,6 +283,7 @@ def shot_of(
     ``seen`` are the frames that the camera frames, by default the rendered one.
     """
     backends = _backends(quality)
+    options = settled(graph, options)
     drawing.check(options, backends)
     frame = frame_of(graph, options.frame)
     (shot,) = stills(graph, options.camera, [frame], options.width, options.height, seen)
@@ -294,6 +302,7 @@ def video_of(
 
     ``orbit`` is the total rotation of the camera in degrees.
     """
+    options = settled(scene.graph, options)
     drawing.check(options, _backends(quality))
     shots = film_shots(scene.graph, options.camera, options.width, options.height, frames, orbit)
     return Film(scene, options, quality, tuple(shots))

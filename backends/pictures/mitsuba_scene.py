@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.pictures.declared import emitters
 from scenelang.backends.pictures.mitsuba_materials import Lobe, Paint, is_glass, kind_of, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.surfaces.appearance import (
@@ -211,7 +212,7 @@ def surroundings(mi: Any, stage: Stage, depth: int) -> dict[str, Any]:
         scene["key"] = _key_light(mi, stage.studio)
     if stage.ground is not None and stage.studio.ground is not None:
         scene |= _ground(mi, stage.ground, stage.studio.ground)
-    return scene
+    return scene | emitters(mi, stage.lights)
 
 
 def sensor(mi: Any, camera: Camera) -> dict[str, Any]:

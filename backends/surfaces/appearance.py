@@ -280,6 +280,7 @@ class Environment:
     toned: bool = True
     unlit: bool = False
     ground: str = "seamless"
+    gain: float = 1.0  # exposure, a factor of radiance before the tone curve
 
 
 # Lights that polished surfaces reflect: over the scene, around the key light, to the right, and two behind it that draw
@@ -414,6 +415,7 @@ def ground_colors(ground: FloatArray, x: AnyFloats, z: AnyFloats) -> FloatArray:
 
 def tone_map(radiance: AnyFloats, environment: Environment) -> AnyFloats:
     """Map linear radiance to [0, 1] with the tone curve of ``environment``."""
+    radiance = radiance if environment.gain == 1.0 else radiance * environment.gain
     return tone(radiance) if environment.toned else np.clip(radiance, 0.0, 1.0)
 
 

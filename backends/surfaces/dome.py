@@ -90,10 +90,14 @@ class Panorama:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dome:
-    """Radiance by direction: a panorama, turned by ``turn`` degrees about the vertical axis, from +z towards +x."""
+    """Radiance by direction: a panorama, turned by ``turn`` degrees about the vertical axis, from +z towards +x.
+
+    ``strength`` is a factor of its radiance.
+    """
 
     panorama: Panorama
     turn: float = 0.0
+    strength: float = 1.0
 
     def radiance(self, directions: Floats, roughness: Floats | None = None) -> FloatArray:
         """Return the radiance (N, 3) in unit ``directions`` (N, 3).
@@ -103,13 +107,13 @@ class Dome:
         across, down = self._places(directions)
         sharp = _sampled(self.panorama.image, across, down)
         if roughness is None:
-            return sharp
+            return sharp * self.strength
         level = np.clip(np.asarray(roughness) / _BLURS[0], 0.0, float(len(_BLURS)))
         below = np.minimum(level.astype(np.int64), len(_BLURS) - 1)
         share = (level - below)[:, None]
         images = [sharp, *(_sampled(image, across, down) for image in _blurred(self.panorama))]
         first, second = (_chosen(images, below + step) for step in (0, 1))
-        return np.asarray(first + (second - first) * share, np.float64)
+        return np.asarray((first + (second - first) * share) * self.strength, np.float64)
 
     def irradiance(self, normals: Floats, *, above: bool) -> npt.NDArray[np.float32]:
         """Return the irradiance (N, 3) on surfaces with ``normals`` (N, 3), divided by pi.
@@ -120,7 +124,7 @@ class Dome:
         across, down = self._places(normals)
         row = (down * (len(image) - 1) + 0.5).astype(np.int32)
         column = (across * len(image) * 2).astype(np.int32)
-        return image.reshape(-1, 3).take(row * np.int32(2 * len(image)) + column, 0)
+        return image.reshape(-1, 3).take(row * np.int32(2 * len(image)) + column, 0) * np.float32(self.strength)
 
     def _places(self, directions: Floats) -> tuple[Floats, Floats]:
         """Return the shares across and down the image (N,) at which directions (N, 3) lie."""

@@ -605,7 +605,7 @@ def studio_constants() -> dict[str, Any]:
     """Return the lighting constants of ``studio`` for the page; angles in radians."""
     light = ENVIRONMENTS["studio"]
     return {
-        "backdrop": list(light.backdrop),
+        "backdrop": list(light.backdrop or light.ambient),
         "ambient": list(light.ambient),
         "key": list(light.key),
         "keyRadius": math.radians(light.radius),
