@@ -70,6 +70,8 @@ class Scene(LoadedScene):
         environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
+        exposure: float | None = None,
+        tone: str | None = None,
         labels: bool = True,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
@@ -91,12 +93,17 @@ class Scene(LoadedScene):
         frame : int, optional
             Frame of a 4D scene, counted from 0.
         environment, ground : str
-            Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat") and ground ("seamless",
+            Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat", "sky,hour=15", or the path of a
+            panorama, .hdr or .exr; with ",turn=30,strength=1.5") and ground ("seamless",
             "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment). By default those
             that the program declares, else "studio". The grounds "transparent" and "shadow" give an image with alpha:
             of the objects alone, or with their shadow in black.
         background : str, optional
             Flat color behind the objects, without a ground: a CSS name or ``#rrggbb``.
+        exposure : float, optional
+            Stops by which the image is brighter; default: what the program declares, else 0.
+        tone : str, optional
+            Tone curve: "soft" (colors of matte surfaces stay as they are) or "agx" (bright colors fade to white).
         labels : bool
             Draw the words of semantic primitives onto their boxes.
         seed : int
@@ -118,8 +125,9 @@ class Scene(LoadedScene):
         from scenelang.backends.pictures.images import image_of, picture_options
 
         options = picture_options(
-            camera, size, frame=frame, environment=environment, ground=ground, background=background, labels=labels,
-            seed=seed, settings=dict(settings or {}), limit=limit, progress=progress, warn=warn,
+            camera, size, frame=frame, environment=environment, ground=ground, background=background,
+            exposure=exposure, tone=tone, labels=labels, seed=seed, settings=dict(settings or {}), limit=limit,
+            progress=progress, warn=warn,
         )  # fmt: skip
         return image_of(self.graph, options, quality)
 
@@ -143,6 +151,8 @@ class Scene(LoadedScene):
         environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
+        exposure: float | None = None,
+        tone: str | None = None,
         labels: bool = True,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
@@ -157,8 +167,8 @@ class Scene(LoadedScene):
         from scenelang.backends.pictures.images import picture_options, video_of
 
         options = picture_options(
-            camera, size, environment=environment, ground=ground, background=background, labels=labels, seed=seed,
-            settings=dict(settings or {}), limit=limit, warn=warn,
+            camera, size, environment=environment, ground=ground, background=background, exposure=exposure,
+            tone=tone, labels=labels, seed=seed, settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
         return video_of(self, options, quality, frames, orbit)
 

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
-from scenelang.backends.surfaces.appearance import Color, tone
+from scenelang.backends.surfaces.appearance import Color
+from scenelang.backends.surfaces.environments import tone
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

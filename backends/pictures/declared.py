@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, Studio
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, SKY, Studio
 from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
 from scenelang.interpreter.inspection.instance_paths import box_of
 from scenelang.interpreter.scene.entity import Scene, count_words
@@ -477,6 +477,8 @@ class Lighting:
         Stops.
     has_key
         Whether the environment's key light shines.
+    tone
+        Name of the tone curve; None for that of the environment.
     """
 
     lights: tuple[Light, ...] = ()
@@ -484,6 +486,7 @@ class Lighting:
     turn: float | None = None
     exposure: float = 0.0
     has_key: bool = True
+    tone: str | None = None
 
     def studio(self, studio: Studio) -> Studio:
         """Return the lighting of an image as the program declares it."""
@@ -497,6 +500,7 @@ class Lighting:
         changed = replace(
             environment, backdrop=behind, key=key, ambient=_times(environment.ambient, self.strength),
             gain=environment.gain * 2.0**self.exposure,
+            curve=environment.curve if self.tone is None or environment.unlit else self.tone,
         )  # fmt: skip
         turn = studio.dome.turn if self.turn is None else self.turn
         dome = replace(studio.dome, turn=turn, strength=studio.dome.strength * self.strength)
@@ -512,6 +516,17 @@ def _times(color: Point, factor: float) -> Point:
 def setting_of(scene: Scene, key: str) -> Any:
     """Return a value of ``render-settings``, None without one."""
     return next((item.values.get(key) for item in named(scene.setup, SETTINGS)), None)
+
+
+def _environment(item: Declared) -> str:
+    """Return the environment that a program declares, as options name it; raises SceneError for an unknown one."""
+    name = _known(item, "environment", item.name, (*ENVIRONMENTS, SKY))
+    given = [f"{key}={item.values[key]:.17g}" for key in ("hour", "haze") if key in item.values]
+    if given and name != SKY:
+        raise SceneError(
+            "value", f'the environment "{name}" has no hour and no haze', 'they are those of "sky"', item.span
+        )
+    return ",".join([name, *given])
 
 
 def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
@@ -531,7 +546,7 @@ def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
         changes["settings"] = {**options.settings, "samples": samples}
     environment = next(iter(named(scene.setup, ENVIRONMENT)), None) if "environment" not in options.stated else None
     if environment is not None:
-        changes["environment"] = _known(environment, "environment", environment.name, ENVIRONMENTS)
+        changes["environment"] = _environment(environment)
     lights = lights_of(scene)
     is_lit_alone = bool(lights) and environment is None and "environment" not in options.stated
     values = environment.values if environment is not None else {}

@@ -59,7 +59,7 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, tone_map
+from scenelang.backends.surfaces.environments import environment_of, tone_map
 from scenelang.backends.surfaces.image_files import encode, to_srgb
 from scenelang.backends.surfaces.solids import Solids
 
@@ -185,7 +185,7 @@ def draw(
 
 def toned(staging: Staging, shot: Shot) -> Staging:
     """Return a staging whose backdrop shows the outline of the scene in ``shot``, unless a ground is asked for."""
-    environment = ENVIRONMENTS[staging.environment]
+    environment = environment_of(staging.environment)
     has_lights = staging.lighting is not None and bool(staging.lighting.lights)
     if staging.ground is not None or environment.ground != "seamless" or environment.backdrop is None or has_lights:
         return staging

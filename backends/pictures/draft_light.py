@@ -18,7 +18,8 @@ import numpy.typing as npt
 from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, GROUND_EDGE, Studio, ground_colors
+from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS
+from scenelang.backends.surfaces.environments import GROUND_EDGE, Studio, ground_colors
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.backends.surfaces.tiles import coordinates, tile_of
 from scenelang.interpreter.scene.primitives.mesh import inverses_of

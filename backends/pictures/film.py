@@ -33,7 +33,7 @@ from scenelang.backends.pictures.camera import LARGEST
 from scenelang.backends.pictures.declared import Lighting, ProgramView, View, settled
 from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, still
 from scenelang.backends.pictures.stage import film as shots_of
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
+from scenelang.backends.surfaces.environments import GROUNDS, TONES, environment_of
 from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.datum import dataclass, field, replace
@@ -65,8 +65,12 @@ class PictureOptions(BackendOptions):
     camera
         A placed camera, a viewpoint to be placed, or a camera of the program, by default its first one.
     environment, ground
-        Names in ``ENVIRONMENTS``, and in ``GROUNDS`` or ``CLEAR_GROUNDS``; the ground is by default that of the
-        environment.
+        As ``environment_of`` reads it, and a name in ``GROUNDS`` or ``CLEAR_GROUNDS``; the ground is by default that of
+        the environment.
+    exposure
+        Stops by which images are brighter; by default what the program declares.
+    tone
+        Name of the tone curve, in ``TONES``.
     background
         Flat color behind the scene, which then has no ground but perhaps its shadow: a CSS name or ``#rrggbb``.
     seed
@@ -83,7 +87,16 @@ class PictureOptions(BackendOptions):
     width: int = 512
     height: int = 512
     camera: View = field(default_factory=ProgramView)
-    environment: str = setting("studio", "lighting: studio, overcast, sunny, sunset, night, flat", metavar="NAME")
+    environment: str = setting(
+        "studio",
+        "lighting: studio, overcast, sunny, sunset, night, flat, sky,hour=15, or FILE.hdr or FILE.exr; then "
+        "turn=DEGREES,strength=X",
+        metavar="NAME",
+    )
+    exposure: float | None = setting(
+        None, "stops by which images are brighter", metavar="STOPS", read=within(-30.0, 30.0)
+    )
+    tone: str | None = setting(None, "tone curve: soft (default) or agx", metavar="NAME")
     ground: str | None = setting(
         None,
         "ground: seamless, none, white, dark, meadow, earth, checker; transparent or shadow: an image with alpha",
@@ -208,7 +221,7 @@ def painters(
     """Return the painters of several backends for the same ``shots``; raises SceneError."""
     frames = [shot.frame for shot in shots]
     staging = staging_of(
-        scene, frames, options.limit, options.environment, ground_of(options), options.warn, options.lighting
+        scene, frames, options.limit, options.environment, ground_of(options), options.warn, lighting_of(options)
     )
     return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
 
@@ -225,6 +238,15 @@ def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | Non
     is_opaque = all(image.alpha is None for image in images)
     radiance = np.concatenate([image.radiance for image in images], axis=1)
     return Image(np.ascontiguousarray(rgba[:, :, :3]), radiance, None if is_opaque else rgba[:, :, 3])
+
+
+def lighting_of(options: PictureOptions) -> Lighting | None:
+    """Return what the program declares of its light, with the exposure and the tone curve that the user states."""
+    if options.exposure is None and options.tone is None:
+        return options.lighting
+    lighting = options.lighting or Lighting()
+    exposure = lighting.exposure if options.exposure is None else options.exposure
+    return replace(lighting, exposure=exposure, tone=options.tone)
 
 
 def ground_of(options: PictureOptions) -> str | None:
@@ -289,7 +311,9 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
         raise SceneError(
             "value", f"a picture may have at most {_MAX_PIXELS:,} pixels, not {options.width} x {options.height}"
         )
-    _check_name("environment", options.environment, tuple(ENVIRONMENTS))
+    environment_of(options.environment)
+    if options.tone is not None:
+        _check_name("tone", options.tone, TONES)
     if options.ground is not None:
         _check_name("ground", options.ground, (*GROUNDS, *CLEAR_GROUNDS))
     if options.background is not None:

@@ -14,16 +14,9 @@ from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.declared import emitters
 from scenelang.backends.pictures.mitsuba_materials import Lobe, Paint, is_glass, kind_of, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
-from scenelang.backends.surfaces.appearance import (
-    BRIGHTEST,
-    CHECKER,
-    CHECKER_EDGE,
-    GROUND_EDGE,
-    Look,
-    Studio,
-    look_of,
-)
+from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.dome import Dome
+from scenelang.backends.surfaces.environments import CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
 from scenelang.backends.surfaces.tiles import corner_coordinates, tile_of
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts

@@ -142,7 +142,7 @@ def panorama_of(sky: Sky, ambient: Color) -> Panorama:
     upper = np.array(sky.horizon) + (np.array(sky.zenith) - np.array(sky.horizon)) * np.maximum(height, 0.0)
     lower = (np.array(sky.nadir) - np.array(sky.horizon)) * np.sqrt(np.maximum(-height, 0.0))
     radiance = upper + lower + sum((box.seen(directions) for box in sky.softboxes), np.zeros(3))
-    weight = np.maximum(height, 0.0) * _solid_angles(_HEIGHT).reshape(-1, 1)
+    weight = np.maximum(height, 0.0) * solid_angles(_HEIGHT).reshape(-1, 1)
     mean = (radiance * weight).sum(axis=0) / weight.sum()
     return Panorama((radiance / mean * np.array(ambient)).reshape(_HEIGHT, 2 * _HEIGHT, 3))
 
@@ -160,18 +160,18 @@ def directions_of(height: int) -> FloatArray:
     return np.stack(parts, axis=2)
 
 
-def _solid_angles(height: int) -> FloatArray:
+def solid_angles(height: int) -> FloatArray:
     """Return the solid angles (H, 2 H) of the pixels of a dome's image."""
     edges = np.cos(np.arange(height + 1) / height * math.pi)
     return np.repeat((edges[:-1] - edges[1:])[:, None], 2 * height, axis=1) * (math.pi / height)
 
 
-def _smaller(image: FloatArray, height: int) -> FloatArray:
+def smaller(image: FloatArray, height: int) -> FloatArray:
     """Return a dome's image with ``height`` rows, by averaging over solid angles; as it is if it has no more."""
     rows = len(image)
     if rows <= height:
         return image
-    weights = _solid_angles(rows)[:, :, None]
+    weights = solid_angles(rows)[:, :, None]
     down, across = np.arange(rows) * height // rows, np.arange(2 * rows) * height // rows
     target = (down[:, None] * 2 * height + across).reshape(-1)
     total = np.stack(
@@ -187,9 +187,9 @@ def _irradiance(panorama: Panorama) -> tuple[npt.NDArray[np.float32], npt.NDArra
 
     They are so large that the nearest pixel is precise to a level of 255.
     """
-    source = _smaller(panorama.image, _SOURCE_HEIGHT)
+    source = smaller(panorama.image, _SOURCE_HEIGHT)
     toward = directions_of(len(source)).reshape(-1, 3)
-    light = source.reshape(-1, 3) * _solid_angles(len(source)).reshape(-1, 1) / math.pi
+    light = source.reshape(-1, 3) * solid_angles(len(source)).reshape(-1, 1) / math.pi
     cosine = np.maximum(directions_of(_TABLE_HEIGHT).reshape(-1, 3) @ toward.T, 0.0)
     directions = directions_of(_HEIGHT).reshape(-1, 3)
     both = []
@@ -205,7 +205,7 @@ def _blurred(panorama: Panorama) -> tuple[FloatArray, ...]:
 
     The lobe is that of GGX facets for a viewer along the normal (Karis, 2013).
     """
-    source = _smaller(panorama.image, _SOURCE_HEIGHT)
+    source = smaller(panorama.image, _SOURCE_HEIGHT)
     toward = directions_of(len(source)).reshape(-1, 3)
     cosine = directions_of(_TABLE_HEIGHT).reshape(-1, 3) @ toward.T
     half = np.sqrt(np.clip(0.5 + 0.5 * cosine, 0.0, 1.0))  # cosine between the normal and the facet that reflects
@@ -213,7 +213,7 @@ def _blurred(panorama: Panorama) -> tuple[FloatArray, ...]:
     for roughness in _BLURS:
         alpha2 = roughness**4
         lobe = alpha2 / (half * half * (alpha2 - 1.0) + 1.0) ** 2 * np.maximum(cosine, 0.0)
-        lobe *= _solid_angles(len(source)).reshape(-1)
+        lobe *= solid_angles(len(source)).reshape(-1)
         images.append((lobe / lobe.sum(axis=1, keepdims=True)) @ source.reshape(-1, 3))
     return tuple(image.reshape(_TABLE_HEIGHT, 2 * _TABLE_HEIGHT, 3) for image in images)
 

@@ -32,7 +32,8 @@ import numpy.typing as npt
 
 from scenelang.backends.files import check_folder, write_text
 from scenelang.backends.pictures.stage import box_of, unit_size
-from scenelang.backends.surfaces.appearance import BRIGHTEST, ENVIRONMENTS, GLASS, SHOULDER, look_of
+from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, look_of
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, SHOULDER
 from scenelang.backends.surfaces.precision import own_offset
 from scenelang.backends.surfaces.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene

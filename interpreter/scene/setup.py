@@ -84,6 +84,8 @@ _LIGHT = {
 _ENVIRONMENT = {
     "strength": Property(NUMBER, "factor of its light", 0.0, 1e6),
     "turn": Property(NUMBER, "degrees that it is turned about the vertical", -1e6, 1e6),
+    "hour": Property(NUMBER, 'of the day, from 6 to 18, of the environment "sky"', 6.0, 18.0),
+    "haze": Property(NUMBER, 'of the environment "sky", from 2, very clear, to 10', 2.0, 10.0),
 }
 _SETTINGS = {
     "size": Property(PIXELS, "width and height of images in pixels", 1.0, 8192.0),

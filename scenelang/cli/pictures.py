@@ -62,7 +62,7 @@ def _add_view(parser: argparse.ArgumentParser, *, several: bool = False) -> None
     """Add the options for cameras (``several`` allows repeats) and lighting."""
     group = parser.add_argument_group("view")
     add_camera(group, "pixels (default 512x512)", several)
-    add_fields(group, film.PictureOptions, ("environment", "ground"))
+    add_fields(group, film.PictureOptions, ("environment", "ground", "exposure", "tone"))
 
 
 def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
