@@ -234,9 +234,9 @@ def clipped(linear: AnyFloats) -> AnyFloats:
     return np.clip(linear, 0.0, 1.0)
 
 
-# AgX (T. Sobotka), near to Blender's: between two changes of primaries (B. Wrensch's inset and outset), light goes through
-# an S-shaped curve of its logarithm. The published polynomial of the curve differs from Blender 5.0.1's by up to 13
-# levels of 255 on grays, this table of Blender's grays by 1.2. Of 300 colors the mean ones of Blender differ by 1 to 5
+# AgX (T. Sobotka), near to Blender's: between two changes of primaries (B. Wrensch's inset and outset), light goes
+# through an S-shaped curve of its logarithm. The published polynomial of the curve differs from Blender 5.0.1's by up
+# to 13 levels of 255 on grays, this table of Blender's grays by 1.2. Of 300 colors half differ by less than 1 to 5
 # levels, the most saturated ones, whose hues Blender mixes, by up to 16.
 _REC2020 = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]])
 _INSET = np.array([
@@ -251,7 +251,8 @@ _OUTSET = np.array([
 ])  # fmt: skip
 _STOPS = np.arange(-12.0, 7.0)
 _GRAYS = np.array([
-    0.0, 0.2, 0.8, 2.5, 6.5, 14.7, 26.6, 43.1, 66.2, 97.8, 135.7, 169.6, 196.6, 217.2, 233.0, 245.2, 254.5, 255.0, 255.0,
+    0.0, 0.2, 0.8, 2.5, 6.5, 14.7, 26.6, 43.1, 66.2, 97.8,
+    135.7, 169.6, 196.6, 217.2, 233.0, 245.2, 254.5, 255.0, 255.0,
 ]) / 255.0  # fmt: skip
 
 

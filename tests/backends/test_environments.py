@@ -13,6 +13,7 @@ from scenelang.backends.pictures.film import PictureOptions, draw, picture_backe
 from scenelang.backends.surfaces.daylight import daylight
 from scenelang.backends.surfaces.dome import Dome, Panorama, directions_of, solid_angles
 from scenelang.backends.surfaces.environments import agx, clipped, environment_of, studio_for, tone
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.panoramas import LUMINANCE, panorama_from, radiance_image, without_sun
 from scenelang.grammar.diagnostics import SceneError
 
@@ -192,6 +193,29 @@ def test_agx_is_a_curve_of_grays_that_keeps_hues_and_fades_to_white() -> None:
     red = agx(np.array([[0.2, 0.02, 0.02], [20.0, 0.4, 0.4]]))
     assert red[0, 0] > 2.5 * red[0, 1]
     assert red[1, 1] > 0.3  # a bright red fades
+
+
+# Linear colors, and the sRGB that Blender 5.0.1 shows of them with the view transform AgX.
+BLENDER = [
+    ((0.1168999969959259, 0.1168999969959259, 0.1168999969959259), (94, 94, 94)),
+    ((1.0204999446868896, 1.0204999446868896, 1.0204999446868896), (197, 197, 197)),
+    ((8.907500267028809, 8.907500267028809, 8.907500267028809), (247, 247, 247)),
+    ((0.02759999968111515, 0.7534999847412109, 0.538100004196167), (118, 187, 172)),
+    ((0.9617000222206116, 0.7247999906539917, 0.5411999821662903), (195, 184, 174)),
+    ((0.19130000472068787, 0.08160000294446945, 0.8551999926567078), (119, 113, 199)),
+    ((0.8313000202178955, 0.06270000338554382, 0.8255000114440918), (193, 121, 194)),
+    ((0.6978999972343445, 0.12870000302791595, 0.37619999051094055), (190, 119, 155)),
+    ((0.5060999989509583, 0.785099983215332, 0.29499998688697815), (172, 186, 150)),
+    ((0.19589999318122864, 0.0007999999797903001, 1.0485999584197998), (117, 96, 209)),
+    ((0.030799999833106995, 0.43459999561309814, 0.2298000007867813), (81, 162, 131)),
+]
+
+
+@pytest.mark.parametrize(("linear", "shown"), BLENDER)
+def test_agx_is_near_to_that_of_blender(linear: tuple[float, ...], shown: tuple[int, ...]) -> None:
+    ours = encode(agx(np.array(linear))).astype(int)
+    is_gray = max(linear) - min(linear) < 1e-3
+    assert np.abs(ours - shown).max() <= (2 if is_gray else 9)
 
 
 def test_all_curves_are_for_single_colors_and_images() -> None:
