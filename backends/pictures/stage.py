@@ -11,8 +11,9 @@ import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
 from scenelang.backends.pictures.camera import Camera, Viewpoint, checked, place
-from scenelang.backends.pictures.declared import Light, Lighting, ProgramCamera, View, resolved, share_of
+from scenelang.backends.pictures.declared import Lighting, ProgramCamera, View, resolved, share_of
 from scenelang.backends.surfaces.appearance import Studio, check_seen, studio_for
+from scenelang.backends.surfaces.lights import Light
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError

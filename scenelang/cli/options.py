@@ -123,8 +123,8 @@ def add_camera(group: Any, size_help: str, several: bool = False) -> None:
         "--camera",
         metavar="VIEW",
         action="append" if several else "store",
-        help="a camera of the program (default: its first), preset (turntable, top, isometric, follow), parameters "
-        "(azimuth=40,elevation=20,distance=5,fov=35,"
+        help="preset (turntable, top, isometric, follow), the name of a camera of the program (default: its first), "
+        "parameters (azimuth=40,elevation=20,distance=5,fov=35,"
         "target=0:1:0,aperture=.1,focus=4), or a JSON file; omitted parameters are chosen to frame the scene",
     )
 
