@@ -31,7 +31,7 @@ TOPICS = (
     "random.registry",
     "control.registry",
     "colors.registry",
-    "setup.registry",
+    "cameras.registry",
 )
 
 # Registries whose names must be imported: `(import "std/python.scene")`.
@@ -54,6 +54,10 @@ def _module(name: str) -> Any:
             from scenelang.stdlib import arrays
 
             return arrays
+        case "cameras":
+            from scenelang.stdlib import cameras
+
+            return cameras
         case "colors":
             from scenelang.stdlib import colors
 
@@ -102,10 +106,6 @@ def _module(name: str) -> Any:
             from scenelang.stdlib import sequences
 
             return sequences
-        case "setup":
-            from scenelang.stdlib import setup
-
-            return setup
         case "solids":
             from scenelang.stdlib import solids
 

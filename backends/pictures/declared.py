@@ -2,11 +2,6 @@
 
 The program stores names and checked numbers (``interpreter.scene.setup``). Here cameras are placed, what they look at
 is looked up in the scene, and lights become frozen data that both qualities draw.
-
-Units. Radiance 1 is white at exposure 0, and lengths are scene units. A lamp of ``:power`` P emits the radiant flux P:
-a point has the radiant intensity P / 4 pi, so that a white surface that faces it at the distance d has the irradiance
-E = P / (4 pi d^2) and the radiance E / pi. A spot is a point whose cone cuts the light off, and a rectangle of area A
-has the radiance P / (pi A) on one side. A sun has the irradiance E = ``:strength``. These are the units of Blender.
 """
 
 from __future__ import annotations
@@ -21,13 +16,12 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
 from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, SKY, Studio
+from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
 from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
-from scenelang.interpreter.inspection.instance_paths import box_of
-from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.setup import (
     CAMERA,
     ENVIRONMENT,
-    LIGHT,
     POINT,
     PROPERTIES,
     SETTINGS,
@@ -40,7 +34,6 @@ if TYPE_CHECKING:
     from scenelang.backends.pictures.film import PictureOptions
 
 FloatArray = npt.NDArray[np.float64]
-Point = tuple[float, float, float]
 
 _FRAME_HEIGHT = 24.0  # mm of the frame of 36 x 24 mm that `:lens` is about
 # Share of the environment's light in a program with lights and no environment: the shadows of its lights stay readable,
@@ -150,7 +143,7 @@ class ProgramCamera:
     ) -> Camera:
         """Return the camera at ``eye`` (3,) that looks at a target, by default the center of the scene."""
         width, height = size
-        point = np.array(_center(scene, None) if target is None else target)
+        point = np.array(center_in(scene, None) if target is None else target)
         forward = point - eye
         distance = float(np.linalg.norm(forward))
         if distance < 1e-9:
@@ -228,14 +221,6 @@ def share_of(scene: Scene, frame: int) -> float:
     return frame / max(1, len(scene.frames) - 1)
 
 
-def level_axes(forward: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return right, up and forward of a level camera with the unit view direction ``forward`` (3,)."""
-    above = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 1.0 - 1e-9 else np.array([0.0, 0.0, -forward[1]])
-    right = np.cross(forward, above)
-    right = right / np.linalg.norm(right)
-    return right, np.cross(right, forward), forward
-
-
 def rolled(camera: Camera, degrees: float) -> Camera:
     """Return a camera that is turned clockwise about its view, so that its image turns counterclockwise."""
     turn = math.radians(degrees)
@@ -269,139 +254,7 @@ def _mixed(one: Any, other: Any, between: float) -> Any:
     return one + (other - one) * between
 
 
-def center_of(scene: Scene, words: str, item: Declared, frame: int | None = None) -> Point:
-    """Return the center (3,) of the box of the instances of a word or path: in a frame, or in all frames.
-
-    Where a frame has none of them, it is that of all frames. Raises SceneError("declaration-subject").
-    """
-    if frame is not None and len(scene.frames) > 1:
-        try:
-            center = _center(scene.with_frames([scene.frames[frame]], False), words)
-        except SceneError:  # not in this frame
-            center = None
-        if center is not None:
-            return center
-    message = f'`{item.form}` looks at "{words}", which names nothing that is drawn'
-    try:
-        center = _center(scene, words)
-    except SceneError as error:
-        raise SceneError("declaration-subject", message, error.hint, item.span) from None
-    if center is None:
-        hint = suggest(words, count_words(scene.root))
-        raise SceneError("declaration-subject", message, hint, item.span)
-    return center
-
-
-def _center(scene: Scene, words: str | None) -> Point | None:
-    """Return the center (3,) of a scene or of what words name in it, None without geometry."""
-    box = box_of(scene, words)
-    if box is None:
-        return None
-    x, y, z = ((low + high) / 2.0 for low, high in zip(box[:3], box[3:], strict=True))
-    return x, y, z
-
-
-# --- lights ----------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Light:
-    """A light of a program.
-
-    Attributes
-    ----------
-    kind
-        "point" (a sphere if it has a radius), "spot", "area" or "sun".
-    position : (3,)
-        Of a lamp; the origin of a sun.
-    direction : (3,)
-        Unit vector in which it shines; down for a point.
-    color : (3,)
-        Linear sRGB, a factor of its light.
-    power
-        Radiant flux of a lamp, and irradiance of a sun.
-    radius
-        Of a sphere; of a sun its angular radius in degrees.
-    angle, blend
-        Full angle of the cone of a spot in degrees, and the share of its radius over which it fades.
-    size : (2,)
-        Width and height of an area.
-    """
-
-    kind: str
-    position: Point
-    direction: Point
-    color: Point
-    power: float
-    radius: float = 0.0
-    angle: float = 180.0
-    blend: float = 0.0
-    size: tuple[float, float] = (0.0, 0.0)
-    name: str = ""
-
-    def scaled(self, center: FloatArray, scale: float) -> Light:
-        """Return the light after the world is transformed by ``p -> scale (p - center)``, which looks the same."""
-        if self.kind == "sun":
-            return self
-        x, y, z = ((np.array(self.position) - center) * scale).tolist()
-        width, height = self.size
-        return replace(
-            self, position=(x, y, z), power=self.power * scale * scale, radius=self.radius * scale,
-            size=(width * scale, height * scale),
-        )  # fmt: skip
-
-    @property
-    def flux(self) -> FloatArray:
-        """Power of each channel (3,)."""
-        return np.array(self.color) * self.power
-
-    @property
-    def radiance(self) -> FloatArray:
-        """Radiance (3,) of the surface of a sphere or of an area."""
-        width, height = self.size
-        surface = width * height if self.kind == "area" else 4.0 * math.pi * self.radius**2
-        return self.flux / (math.pi * surface)
-
-
-def lights_of(scene: Scene) -> tuple[Light, ...]:
-    """Return the lights that a program declares; raises SceneError for one that looks at nothing."""
-    return tuple(_light(scene, item) for item in named(scene.setup, LIGHT))
-
-
-def _light(scene: Scene, item: Declared) -> Light:
-    values = item.values
-    color, direction = values.get("color", (1.0, 1.0, 1.0)), values.get("direction")
-    if "position" not in values:
-        shape = {"radius": values.get("angle", 0.5) / 2.0}  # the sun is seen under half a degree
-        return Light("sun", (0.0, 0.0, 0.0), _unit(direction), color, values.get("strength", math.pi), **shape,
-                     name=item.name)  # fmt: skip
-    position = values["position"]
-    target = values.get("look-at")
-    if target is not None:
-        point = center_of(scene, target, item) if isinstance(target, str) else target
-        direction = tuple(b - a for a, b in zip(position, point, strict=True))
-        if not any(direction):
-            raise SceneError("value", "the light is at the point that it looks at", None, item.span)
-    kind = "spot" if "angle" in values else "area" if "size" in values else "point"
-    more = {key: values[key] for key in ("radius", "angle", "blend", "size") if key in values}
-    power = values.get("power")
-    if power is None:
-        power = _power_for(scene, position)
-    return Light(kind, position, _unit(direction or (0.0, -1.0, 0.0)), color, power, **more, name=item.name)
-
-
-def _power_for(scene: Scene, position: Point) -> float:
-    """Return the power with which a point makes a white surface that faces it white, at the center of the scene."""
-    center = _center(scene, None) or (0.0, 0.0, 0.0)
-    return 4.0 * math.pi**2 * max(math.dist(position, center) ** 2, 1e-12)
-
-
-def _unit(vector: Any) -> Point:
-    """Return a vector (3,) with length 1."""
-    largest = max(map(abs, vector))
-    x, y, z = (component / largest for component in vector)
-    length = math.hypot(x, y, z)
-    return x / length, y / length, z / length
+# --- lights in final images ----------------------------------------------------------------------------------------
 
 
 _SUN_DISTANCE = 1e6  # of the disk that a sun is, in units of the scene's half diagonal

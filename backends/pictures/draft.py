@@ -166,7 +166,7 @@ def draw(
     lamps = None
     if shaded and stage.lights:
         is_still = stage.fixed == len(stage.solids)
-        maps: dict[Any, Any] = cache.get("lamps", (stage.lights, size), dict) if is_still else {}
+        maps: dict[tuple[int, int], Any] = cache.get("lamps", (stage.lights, size), dict) if is_still else {}
         lamps = Lamps(stage, stage.solids.take(opaque), maps)
     light = _Light(shadows, ambient, depth[::step, ::step], _SAMPLES * step, lamps)
     report(0.7)

@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import camera_at
-from scenelang.backends.pictures.declared import Light, level_axes
 from scenelang.backends.pictures.draft_light import SKY, Surface, batches, key_light, rows_of, samples_at, shadow_map
 from scenelang.backends.pictures.rays import Rays, camera_rays, caster_for, depths_of
 from scenelang.backends.pictures.stage import Stage
+from scenelang.backends.surfaces.lights import Light, level_axes
 from scenelang.backends.surfaces.solids import Solids
 
 FloatArray = npt.NDArray[np.float64]

@@ -14,7 +14,7 @@ from scenelang.backends.base import Progress, frame_of
 from scenelang.backends.pictures import film as drawing
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
-from scenelang.backends.pictures.declared import settled, view_of
+from scenelang.backends.pictures.declared import ProgramView, settled, view_of
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, picture_backend
 from scenelang.backends.pictures.stage import Shot, stills
 from scenelang.backends.pictures.stage import film as film_shots
@@ -23,7 +23,7 @@ from scenelang.grammar.settings import fits, typed
 from scenelang.interpreter.scene.entity import Scene
 
 Size = tuple[int, int]
-View = Viewpoint | PlacedCamera | str  # the name of a camera of the program, or a text as of `--camera`
+View = Viewpoint | PlacedCamera | ProgramView | str  # a text names a camera of the program, or is as of `--camera`
 _DEFAULT_SIZE = (512, 512)  # pixels
 _VIEW_NUMBERS = {
     "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float", "roll": "float",

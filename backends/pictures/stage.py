@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
 from scenelang.backends.pictures.camera import BoxExtent, Camera, Extent, Viewpoint, checked, framed
-from scenelang.backends.pictures.declared import Light, Lighting, ProgramCamera, View, resolved, share_of
+from scenelang.backends.pictures.declared import Lighting, ProgramCamera, View, resolved, share_of
 from scenelang.backends.surfaces.appearance import Color, check_seen, look_of
 from scenelang.backends.surfaces.environments import Studio, studio_for
+from scenelang.backends.surfaces.lights import Light
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError

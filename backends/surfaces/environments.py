@@ -260,7 +260,7 @@ def agx(linear: AnyFloats) -> AnyFloats:
     """Map linear radiance (..., 3) to linear sRGB in [0, 1]: bright colors fade to white, as on photographic film."""
     inset = np.maximum(np.asarray(linear) @ (_INSET @ _REC2020).T, 1e-10)
     curve = from_srgb(np.interp(np.log2(inset), _STOPS, _GRAYS))
-    return np.clip(curve @ (np.linalg.inv(_REC2020) @ _OUTSET).T, 0.0, 1.0)
+    return np.asarray(np.clip(curve @ (np.linalg.inv(_REC2020) @ _OUTSET).T, 0.0, 1.0), np.float64)
 
 
 CURVES: Mapping[str, Callable[[AnyFloats], AnyFloats]] = MappingProxyType({"soft": tone, "agx": agx, "clip": clipped})

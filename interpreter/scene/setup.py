@@ -26,7 +26,7 @@ _LARGEST = 1e12  # coordinates and other numbers, whose squares and cubes are fl
 
 
 @dataclass(frozen=True, slots=True)
-class Property:
+class SetupProperty:
     """Keyword argument of a declaration.
 
     Attributes
@@ -49,53 +49,55 @@ class Property:
     may_vary: bool = False
 
 
-def _positive(kind: str, doc: str, high: float = _LARGEST, *, may_vary: bool = False) -> Property:
-    return Property(kind, doc, 0.0, high, is_above=True, may_vary=may_vary)
+def _positive(kind: str, doc: str, high: float = _LARGEST, *, may_vary: bool = False) -> SetupProperty:
+    return SetupProperty(kind, doc, 0.0, high, is_above=True, may_vary=may_vary)
 
 
 _CAMERA = {
-    "eye": Property(POINT, "position, in place of `:azimuth`, `:elevation` and `:distance`", may_vary=True),
-    "look-at": Property(TARGET, "what is in the middle: a point, or words such as \"vase\"", may_vary=True),
-    "preset": Property(NAME, "view of `--camera` that the other values change, such as \"isometric\""),
-    "azimuth": Property(NUMBER, "degrees to the right, from +z towards +x", -1e6, 1e6, may_vary=True),
-    "elevation": Property(NUMBER, "degrees above the horizon", -90.0, 90.0, may_vary=True),
+    "eye": SetupProperty(POINT, "position, in place of `:azimuth`, `:elevation` and `:distance`", may_vary=True),
+    "look-at": SetupProperty(TARGET, "what is in the middle: a point, or words such as \"vase\"", may_vary=True),
+    "preset": SetupProperty(NAME, "view of `--camera` that the other values change, such as \"isometric\""),
+    "azimuth": SetupProperty(NUMBER, "degrees to the right, from +z towards +x", -1e6, 1e6, may_vary=True),
+    "elevation": SetupProperty(NUMBER, "degrees above the horizon", -90.0, 90.0, may_vary=True),
     "distance": _positive(NUMBER, "from what it looks at, in scene units", may_vary=True),
-    "fov": Property(NUMBER, "vertical field of view in degrees", 1.0, 150.0, may_vary=True),
-    "lens": Property(NUMBER, "focal length in mm on a frame of 36 x 24 mm, in place of `:fov`", 4.0, 1200.0,
-                     may_vary=True),
-    "roll": Property(NUMBER, "degrees that the camera is turned clockwise about its view", -1e6, 1e6, may_vary=True),
-    "orthographic": Property(FLAG, "parallel projection"),
-    "aperture": Property(NUMBER, "radius of the lens in scene units; 0 is a pinhole", 0.0, may_vary=True),
+    "fov": SetupProperty(NUMBER, "vertical field of view in degrees", 1.0, 150.0, may_vary=True),
+    "lens": SetupProperty(NUMBER, "focal length in mm on a frame of 36 x 24 mm, in place of `:fov`", 4.0, 1200.0,
+                          may_vary=True),
+    "roll": SetupProperty(NUMBER, "degrees that it is turned clockwise about its view", -1e6, 1e6, may_vary=True),
+    "orthographic": SetupProperty(FLAG, "parallel projection"),
+    "aperture": SetupProperty(NUMBER, "radius of the lens in scene units; 0 is a pinhole", 0.0, may_vary=True),
     "focus": _positive(NUMBER, "distance of what is sharp, in scene units", may_vary=True),
-    "orbit": Property(NUMBER, "degrees that the camera of a video travels around", -360_000.0, 360_000.0),
+    "orbit": SetupProperty(NUMBER, "degrees that the camera of a video travels around", -360_000.0, 360_000.0),
 }  # fmt: skip
 _LIGHT = {
-    "position": Property(POINT, "where it is"),
-    "direction": Property(DIRECTION, "where it shines; a light with a direction and no position is a sun"),
-    "look-at": Property(TARGET, 'what it shines at, in place of `:direction`: a point, or words such as "vase"'),
-    "color": Property(COLOR, "linear sRGB, or a name", 0.0),
-    "power": Property(NUMBER, "radiant flux of a light with a position", 0.0),
-    "strength": Property(NUMBER, "irradiance of a sun: pi makes a white surface that faces it white", 0.0),
-    "radius": Property(NUMBER, "of a sphere that shines, for soft shadows; 0 is a point", 0.0),
-    "angle": Property(NUMBER, "full angle in degrees: of the cone of a spot, or under which a sun is seen", 0.0, 179.0),
-    "blend": Property(NUMBER, "share of the cone's radius over which a spot fades", 0.0, 1.0),
+    "position": SetupProperty(POINT, "where it is"),
+    "direction": SetupProperty(DIRECTION, "where it shines; a light with a direction and no position is a sun"),
+    "look-at": SetupProperty(TARGET, 'what it shines at, in place of `:direction`: a point, or words such as "vase"'),
+    "color": SetupProperty(COLOR, "linear sRGB, or a name", 0.0),
+    "power": SetupProperty(NUMBER, "radiant flux of a light with a position", 0.0),
+    "strength": SetupProperty(NUMBER, "irradiance of a sun: pi makes a white surface that faces it white", 0.0),
+    "radius": SetupProperty(NUMBER, "of a sphere that shines, for soft shadows; 0 is a point", 0.0),
+    "angle": SetupProperty(
+        NUMBER, "full angle in degrees: of the cone of a spot, or under which a sun is seen", 0.0, 179.0
+    ),
+    "blend": SetupProperty(NUMBER, "share of the cone's radius over which a spot fades", 0.0, 1.0),
     "size": _positive(SIZE, "width and height of a rectangle that shines to one side"),
 }
 _ENVIRONMENT = {
-    "strength": Property(NUMBER, "factor of its light", 0.0, 1e6),
-    "turn": Property(NUMBER, "degrees that it is turned about the vertical", -1e6, 1e6),
-    "hour": Property(NUMBER, 'of the day, from 6 to 18, of the environment "sky"', 6.0, 18.0),
-    "haze": Property(NUMBER, 'of the environment "sky", from 2, very clear, to 10', 2.0, 10.0),
+    "strength": SetupProperty(NUMBER, "factor of its light", 0.0, 1e6),
+    "turn": SetupProperty(NUMBER, "degrees that it is turned about the vertical", -1e6, 1e6),
+    "hour": SetupProperty(NUMBER, 'of the day, from 6 to 18, of the environment "sky"', 6.0, 18.0),
+    "haze": SetupProperty(NUMBER, 'of the environment "sky", from 2, very clear, to 10', 2.0, 10.0),
 }
 _SETTINGS = {
-    "size": Property(PIXELS, "width and height of images in pixels", 1.0, 8192.0),
-    "quality": Property(NAME, 'such as "draft" and "final"'),
-    "samples": Property(COUNT, "rays of a pixel of a final image", 1.0, 1e6),
-    "ground": Property(NAME, 'such as "seamless", "none" and "checker"'),
-    "exposure": Property(NUMBER, "stops: each doubles the light of an image", -30.0, 30.0),
+    "size": SetupProperty(PIXELS, "width and height of images in pixels", 1.0, 8192.0),
+    "quality": SetupProperty(NAME, 'such as "draft" and "final"'),
+    "samples": SetupProperty(COUNT, "rays of a pixel of a final image", 1.0, 1e6),
+    "ground": SetupProperty(NAME, 'such as "seamless", "none" and "checker"'),
+    "exposure": SetupProperty(NUMBER, "stops: each doubles the light of an image", -30.0, 30.0),
 }
 
-PROPERTIES: Mapping[str, Mapping[str, Property]] = MappingProxyType({
+PROPERTIES: Mapping[str, Mapping[str, SetupProperty]] = MappingProxyType({
     CAMERA: MappingProxyType(_CAMERA),
     LIGHT: MappingProxyType(_LIGHT),
     ENVIRONMENT: MappingProxyType(_ENVIRONMENT),
@@ -282,7 +284,7 @@ class _Reader:
 
     form: str
     key: str
-    prop: Property
+    prop: SetupProperty
 
     def read(self, value: Any) -> Any:
         """Return the value, or the values over the frames, as plain data."""

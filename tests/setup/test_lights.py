@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import scenelang as sl
-from scenelang.backends.pictures.declared import lights_of, settled
+from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.film import PictureOptions
+from scenelang.backends.surfaces.lights import lights_of
 from scenelang.grammar.diagnostics import SceneError
 
 ALBEDO = 0.92  # of a white surface (`BRIGHTEST`)
