@@ -788,7 +788,7 @@ def ground_radiance(stage: Stage) -> FloatArray:
 _COAT_ROUGHNESS = 0.06  # of varnish
 # The bright rim of fabric, as Mitsuba's ``principled`` has it: its share of the light, and its reflectance k (1 - c)^p
 # by the cosine c between normal and view.
-_SHEEN_ALBEDO, _SHEEN_RIM, _SHEEN_POWER = 0.12, 1.05, 2.16
+_SHEEN_ALBEDO, _SHEEN_RIM, _SHEEN_POWER = 0.12, 0.75, 2.16
 
 
 def _add_gloss(

@@ -21,7 +21,7 @@ Color = tuple[float, float, float]
 
 _HEIGHT = 128  # rows of the image of an environment: its softboxes have soft edges
 _TABLE_HEIGHT = 24  # rows of blurred images, and of irradiance
-_SOURCE_HEIGHT = 32  # rows of the images from which these are computed
+_SOURCE_HEIGHT, _LIGHT_HEIGHT = 32, 16  # rows of the images from which blurred images and irradiance are computed
 _KEPT = 8  # panoramas whose images are kept
 _BLURS = (0.25, 0.5, 0.75, 1.0)  # roughnesses of blurred images
 
@@ -187,7 +187,7 @@ def _irradiance(panorama: Panorama) -> tuple[npt.NDArray[np.float32], npt.NDArra
 
     They are so large that the nearest pixel is precise to a level of 255.
     """
-    source = smaller(panorama.image, _SOURCE_HEIGHT)
+    source = smaller(panorama.image, _LIGHT_HEIGHT)
     toward = directions_of(len(source)).reshape(-1, 3)
     light = source.reshape(-1, 3) * solid_angles(len(source)).reshape(-1, 1) / math.pi
     cosine = np.maximum(directions_of(_TABLE_HEIGHT).reshape(-1, 3) @ toward.T, 0.0)
