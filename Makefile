@@ -263,7 +263,7 @@ gallery: $(VENV)/.shown install
 
 # The reference, docs/reference, from the tables of the program, and the pictures of the tutorial.
 docs: $(VENV)/.shown install
-	cd docs && ../$(BIN)/python -m generator
+	PYTHONPATH=docs $(BIN)/python -m generator  # from here, because recipes name files of the repository
 	cd docs && ../$(BIN)/python -m generator.walkthroughs
 
 # The documentation as a static site in .site, with search that works from files; it needs no network once it is installed.

@@ -24,6 +24,7 @@ from scenelang.backends.exports.plan import (
     ExportPlan,
     ExportSurface,
     Patch,
+    Solid,
     cut_below,
     distinct,
     joined,
@@ -36,18 +37,20 @@ from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.film import FINAL_EXTRA, PictureOptions
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
-from scenelang.backends.pictures.mitsuba_materials import Lobe
+from scenelang.backends.pictures.mitsuba_materials import Lobe, Paint
 from scenelang.backends.pictures.mitsuba_materials import surface as bsdf_of
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
 from scenelang.backends.pictures.stage import Staging, box_of, staging_of, still, unit_size
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
+from scenelang.backends.surfaces.tiles import tile_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
+from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix
 
 # Mitsuba's scene dictionaries as XML elements.
@@ -75,6 +78,7 @@ _TAGS = {
     "blendbsdf": "bsdf",
     "envmap": "emitter",
     "srgb": "texture",
+    "bitmap": "texture",
     "mask": "bsdf",
     "mesh_attribute": "texture",
     "checkerboard": "texture",
@@ -155,6 +159,7 @@ class _Shapes:
     path: Path
     segments: int
     meshes: int = 0
+    images: dict[bytes, str] = field(default_factory=dict)
     groups: dict[Hashable, str | None] = field(default_factory=dict)
     patches: dict[int, tuple[list[Patch], list[Patch]]] = field(default_factory=dict)
     loose: dict[Look, list[ExportSurface]] = field(default_factory=dict)
@@ -196,12 +201,15 @@ class _Shapes:
             or _is_flat(solid_pose)
             or (solid.form is not None and _dissolves(solid.form, solid_pose))
         ):
-            surface = solid.surface()
+            surface = _shown(solid, look)
             self._add_loose([] if surface is None else [Patch(look, surface)], solid_pose)
             return None
-        key = (solid.key, look)
+        key = solid.key_with(look)
         if key not in self.groups:
-            parts = self._own(item, look) if solid.form is None else self._unit(solid.form, solid.ratios, look)
+            if solid.form is None or look.texture is not None:
+                parts = self._own(solid, look)
+            else:
+                parts = self._unit(solid.form, solid.ratios, look)
             self._add_group(key, parts, new_groups)
         group = self.groups[key]
         return None if group is None else (group, solid_pose)
@@ -214,16 +222,18 @@ class _Shapes:
             self.patches[id(item.entity)] = non_emitters, [patch for patch in patches if any(patch.look.emission)]
         return self.patches[id(item.entity)]
 
-    def _own(self, item: ExportItem, look: Look) -> list[dict[str, Any]]:
-        """Return the mesh of a primitive that is not a canonical solid."""
-        solid = solid_of(item.entity)
-        surface = None if solid is None else solid.surface()
+    def _own(self, solid: Solid, look: Look) -> list[dict[str, Any]]:
+        """Return the mesh of a primitive that is not a canonical solid, or has a texture."""
+        surface = _shown(solid, look)
         return [] if surface is None else [self._mesh(Patch(look, surface))]
 
     def _add_loose(self, patches: list[Patch], place: Matrix) -> None:
         """Add patches to the meshes in world coordinates."""
         for patch in patches:
             copy = patch.surface.under(np.array(pose.compose(place, patch.pose)).reshape(1, 3, 4))
+            if patch.look.texture is not None:
+                self.loose.setdefault(replace(patch.look, color=WHITE), []).append(copy)
+                continue
             colors = np.ones_like(copy.vertices) if copy.colors is None else copy.colors
             painted = replace(copy, colors=colors * np.array(patch.look.color))
             self.loose.setdefault(replace(patch.look, color=WHITE), []).append(painted)
@@ -257,7 +267,8 @@ class _Shapes:
             lobes.append(values)
             return {"type": "mesh_attribute", "name": f"vertex_lobe{len(lobes) - 1}_color"}
 
-        painted = bsdf_of(replace(patch.look, color=WHITE), paint)
+        texture = patch.look.texture
+        painted = bsdf_of(replace(patch.look, color=WHITE), paint if texture is None else self._bitmaps(texture))
         _write_ply(file, surface, lobes)
         shape: dict[str, Any] = {"type": "ply", "filename": file.name, "bsdf": painted}
         if patch.pose != IDENTITY:
@@ -266,11 +277,35 @@ class _Shapes:
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": patch.look.emission}}
         return shape
 
+    def _bitmaps(self, texture: Texture) -> Paint:
+        """Return the paint of a texture: the lobes of its material are images beside the scene, written once."""
+        reflectance = tile_of(texture).image[::-1].astype(np.float64) * BRIGHTEST  # row 0 of Mitsuba is at v = 0
+
+        def paint(lobe: Lobe) -> dict[str, Any]:
+            """Return the image of a lobe."""
+            values = np.ascontiguousarray(lobe(reflectance.reshape(-1, 3)).reshape(reflectance.shape), np.float32)
+            key = values.tobytes()
+            if key not in self.images:
+                self.images[key] = f"{self.path.stem}-image{len(self.images) + 1:03d}.exr"
+                require("mitsuba", FINAL_EXTRA).Bitmap(values).write(str(self.path.with_name(self.images[key])))
+            return {"type": "bitmap", "filename": self.images[key], "raw": True, "wrap_mode": "repeat"}
+
+        return paint
+
+
+def _shown(solid: Solid, look: Look) -> ExportSurface | None:
+    """Return the surface of a primitive, with coordinates in the texture of its look."""
+    surface = solid.surface()
+    return surface if surface is None or look.texture is None else surface.textured(look.texture, solid.pose)
+
 
 def _write_ply(file: Path, surface: ExportSurface, lobes: Sequence[npt.NDArray[np.float64]]) -> None:
     """Write a mesh with the linear colors of its vertices, and those (V, 3) of further lobes of its material."""
     columns = [surface.vertices, surface.normals, *lobes]
     names = [*_PROPERTIES, *(f"lobe{k}_{channel}" for k in range(1, len(lobes)) for channel in "rgb")]
+    if surface.uv is not None:
+        columns.append(surface.uv)
+        names += ["u", "v"]
     rows = np.ascontiguousarray(np.concatenate(columns, axis=1), "<f4").view(np.dtype([("row", "<f4", len(names))]))
     write_ply(file, tuple(("float", name) for name in names), [rows.reshape(-1)], [surface.faces])
 
