@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from scenelang.backends.labels.maps import Maps
     from scenelang.backends.physics.verdicts import PhysicsReport
     from scenelang.backends.pictures.camera import Camera as PlacedCamera
+    from scenelang.backends.pictures.figures import Figure
     from scenelang.backends.pictures.images import Film, Image, Size, View
     from scenelang.backends.viewer.packet import ViewerPage
 
@@ -71,6 +72,7 @@ class Scene(LoadedScene):
         ground: str | None = None,
         background: str | None = None,
         labels: bool = True,
+        figure: Figure | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
@@ -97,6 +99,8 @@ class Scene(LoadedScene):
             Flat color behind the objects, without a ground: a CSS name or ``#rrggbb``.
         labels : bool
             Draw the words of semantic primitives onto their boxes.
+        figure : Figure, optional
+            Section, exploded view, outlines, callouts, dimensions. ``Image.radiance`` has no lines and text.
         seed : int
             Random seed of the sampling; the same seed gives the same image.
         settings : mapping, optional
@@ -113,11 +117,13 @@ class Scene(LoadedScene):
         SceneError
             If the scene is empty, a package is missing, or an argument is invalid.
         """
+        from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.images import image_of, picture_options
 
         options = picture_options(
             camera, size, frame=frame, environment=environment, ground=ground, background=background, labels=labels,
-            seed=seed, settings=dict(settings or {}), limit=limit, progress=progress, warn=warn,
+            figure=figure or Figure(), seed=seed, settings=dict(settings or {}), limit=limit, progress=progress,
+            warn=warn,
         )  # fmt: skip
         return image_of(self.graph, options, quality)
 
@@ -142,6 +148,7 @@ class Scene(LoadedScene):
         ground: str | None = None,
         background: str | None = None,
         labels: bool = True,
+        figure: Figure | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
@@ -152,10 +159,12 @@ class Scene(LoadedScene):
         A static scene is shown on a turntable, a 4D scene frame by frame; ``orbit`` is the total camera rotation
         in degrees. The other arguments are those of ``render``.
         """
+        from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.images import picture_options, video_of
 
         options = picture_options(
-            camera, size, environment=environment, ground=ground, background=background, labels=labels, seed=seed,
+            camera, size, environment=environment, ground=ground, background=background, labels=labels,
+            figure=figure or Figure(), seed=seed,
             settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
         return video_of(self, options, quality, frames, orbit)

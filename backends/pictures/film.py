@@ -24,13 +24,15 @@ from scenelang.backends.base import (
     all_backends,
     check_settings,
     find,
+    frame_of,
     names,
     require,
     sub_progress,
 )
 from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
-from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, still
+from scenelang.backends.pictures.figures import PLAIN, Figure, check_drawable, check_figure, figured
+from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, stills
 from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, encode
 from scenelang.backends.surfaces.solids import Solids
@@ -71,6 +73,8 @@ class PictureOptions(BackendOptions):
         Images are reproducible for a given seed.
     labels
         Write the words of semantic primitives on the image.
+    figure
+        What a publication figure shows of the scene, and over its image.
     """
 
     width: int = 512
@@ -87,6 +91,7 @@ class PictureOptions(BackendOptions):
     )
     seed: int = 0
     labels: bool = setting(True, "do not label the boxes of semantic primitives", "--no-labels")
+    figure: Figure = PLAIN
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,17 +193,50 @@ def render(scene: Scene, options: PictureOptions | None = None, backend: str = "
 def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Image:
     """Draw one frame of ``scene`` with ``backend``; raises SceneError as ``render`` does."""
     check(options, [backend])
-    shot = still(scene, options.camera, options.frame, options.width, options.height)
+    scene, shot = figure_shot(scene, options)
     return paint_shot(painters(scene, options, [backend], [shot]), shot, options.progress)
+
+
+def figure_shot(scene: Scene, options: PictureOptions, seen: Sequence[int] | None = None) -> tuple[Scene, Shot]:
+    """Return the scene of the figure that the options ask for, and the shot of its image.
+
+    ``seen`` are the frames that the camera frames, by default the drawn one. Raises SceneError and LimitError.
+    """
+    scene = figured(scene, options.figure, options.limit, options.warn)
+    frame = frame_of(scene, options.frame)
+    (shot,) = stills(scene, options.camera, [frame], options.width, options.height, seen)
+    if not options.figure.has_notes:
+        return scene, shot
+    from scenelang.backends.pictures.drawn_over import with_room
+
+    return scene, with_room(_staging(scene, [shot], options), shot, options)
+
+
+def _staging(scene: Scene, shots: Sequence[Shot], options: PictureOptions) -> Staging:
+    """Return the staging of shots; raises SceneError."""
+    frames = [shot.frame for shot in shots]
+    return staging_of(scene, frames, options.limit, options.environment, ground_of(options), options.warn)
 
 
 def painters(
     scene: Scene, options: PictureOptions, backends: Sequence[PictureBackend], shots: Sequence[Shot]
 ) -> list[Painter]:
-    """Return the painters of several backends for the same ``shots``; raises SceneError."""
-    frames = [shot.frame for shot in shots]
-    staging = staging_of(scene, frames, options.limit, options.environment, ground_of(options), options.warn)
-    return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
+    """Return the painters of several backends for the same ``shots`` of a ``figured`` scene; raises SceneError."""
+    return staged_painters(_staging(scene, shots, options), options, backends, len(shots))
+
+
+def staged_painters(
+    staging: Staging, options: PictureOptions, backends: Sequence[PictureBackend], shots: int
+) -> list[Painter]:
+    """Return the painters of several backends for a number of shots of a staging; raises SceneError."""
+    if not options.figure.is_drawn_over:
+        return [backend.painter(staging, options, shots) for backend in backends if backend.painter is not None]
+    from scenelang.backends.pictures.drawn_over import FigurePainter
+
+    plain = replace(options, figure=PLAIN)
+    if options.figure.style in ("line", "wire"):
+        return [FigurePainter(None, staging, options) for _ in backends]
+    return [FigurePainter(painter, staging, options) for painter in staged_painters(staging, plain, backends, shots)]
 
 
 def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
@@ -287,11 +325,13 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
             if isinstance(backend, PictureBackend) and not backend.has_alpha:
                 message = f"the backend `{backend.name}` draws no image without a ground"
                 raise SceneError("value", message, hint="use `--quality draft` or `--quality final`")
+    check_figure(options.figure)
     check_settings(options, backends)
 
 
 def check_alpha(options: PictureOptions, path: Path, is_video: bool) -> None:
-    """Raise SceneError if images have alpha but the file would not."""
+    """Raise SceneError if images have alpha but the file would not, or a figure is more than the file can show."""
+    check_drawable(options.figure, path, is_video)
     if options.background is not None or ground_of(options) not in CLEAR_GROUNDS:
         return
     if is_video or path.suffix.lower() in _OPAQUE:
@@ -537,11 +577,12 @@ def write_drawing(
     is_video = is_film(path, film_requested)
     check_alpha(options, path, is_video)
     if is_video:
+        scene = figured(scene, options.figure, options.limit, options.warn)
         shots = shots_of(scene, options.camera, options.width, options.height, film.frames, film.orbit)
         fps = FPS if film.fps is None else film.fps
         save_film(painters(scene, options, backends, shots), shots, path, fps, options.progress)
         return
-    shot = still(scene, options.camera, options.frame, options.width, options.height)
+    scene, shot = figure_shot(scene, options)
     save_image(paint_shot(painters(scene, options, backends, [shot]), shot, options.progress), path)
 
 
@@ -665,7 +706,7 @@ def write_labels(picture: Picture, labels: list[Label]) -> Picture:
     stroke = max(1, round(size / 9))
     taken: list[Rectangle] = []
     for label in labels:
-        font = _font(label.text, size)
+        font = font_for(label.text, size)
         for x, y in _places(label, size * 1.25):
             box: Rectangle = pen.textbbox((x, y), label.text, font=font, anchor="mm", stroke_width=stroke)
             x, y = x + _inward(box[0], box[2], width), y + _inward(box[1], box[3], height)
@@ -701,7 +742,7 @@ def _shorten(word: str) -> str:
     return text if len(text) <= _MAX_LENGTH else text[: _MAX_LENGTH - 1] + "…"
 
 
-def _font(text: str, size: int) -> Any:
+def font_for(text: str, size: int) -> Any:
     """Return Pillow's default font, or a system font with wider coverage for non-ASCII text, if available."""
     fonts = require("PIL.ImageFont", "pillow")
     if not text.isascii():

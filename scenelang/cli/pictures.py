@@ -77,7 +77,7 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
     return fields_of(
         arguments, film.PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
         settings=backend_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
-        seed=arguments.seed,
+        seed=arguments.seed, figure=fields_of(arguments, film.Figure),
     )  # fmt: skip
 
 
@@ -94,6 +94,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--part", metavar="PATH", help="render only these instances, such as `chair/leg[2]`")
     _add_view(parser)
     add_fields(parser, film.PictureOptions, ("background", "labels"))
+    add_fields(parser.add_argument_group("publication figures"), film.Figure)
     add_fields(parser.add_argument_group("video"), film.FilmOptions)
     add_backend_options(parser, base.Work.PICTURE)
 

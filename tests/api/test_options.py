@@ -31,7 +31,7 @@ WITHOUT_API = frozenset({"repl", "lsp", "mcp", "completion", "studio"})
 CALLS: dict[str, tuple[str, ...]] = {
     "check": ("check", "Options", "Scene.physics"), "run": ("evaluate",), "fmt": ("format",), "explain": ("explain",),
     "diff": ("diff",), "expand": ("expand",), "transpile": ("transpile",), "simplify": ("simplify",), "import": ("import_build",),
-    "render": ("Scene.render", "Scene.film", "Film.save"), "view": ("Scene.html",), "labels": ("Scene.maps", "Maps.save"),
+    "render": ("Scene.render", "Scene.film", "Film.save", "Figure"), "view": ("Scene.html",), "labels": ("Scene.maps", "Maps.save"),
     "dataset": ("dataset", "preview_dataset", "merge_datasets", "verify_dataset", "dataset_sample"),
     "graph": ("Scene.save_graph",), "tree": ("Scene.tree",), "count": ("Scene.count",), "bounds": ("Scene.bounds_of",),
     "measure": ("Scene.measure",), "simulate": ("Scene.simulate", "Scene.film"), "settle": ("Scene.settle",),
