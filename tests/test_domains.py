@@ -222,7 +222,7 @@ USES = {  # commands of each domain, which end with one line without it
 }
 NEEDED_BY = {  # the domain of each command that the kernel alone cannot do; its help may need the domain too
     "transpile": "Python", "lift": "Python", "repl": "REPL", "lsp": "LSP", "mcp": "MCP",
-    "render": "pictures", "graph": "pictures", "view": "viewer", "studio": "viewer", "labels": "labels", "dataset": "datasets",
+    "render": "pictures", "sheet": "pictures", "graph": "pictures", "view": "viewer", "studio": "viewer", "labels": "labels", "dataset": "datasets",
     "simulate": "physics", "settle": "physics", "repair": "repair",
     "generate": "inference", "build": "inference", "edit": "inference", "runs": "inference", "bench": "bench",
     "embeddings": "neural", "embed": "neural", "imagine": "neural", "invert": "neural", "style": "neural",

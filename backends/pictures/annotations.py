@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
 from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.pictures.painted import font_for
 from scenelang.interpreter.scene.primitives.base import Box
 
 FloatArray = npt.NDArray[np.float64]
@@ -75,7 +75,7 @@ def font_size(width: int, height: int) -> int:
 
 def text_width(text: str, size: int) -> float:
     """Return the width of a text in pixels."""
-    return float(_font(text, size).getlength(text))
+    return float(font_for(text, size).getlength(text))
 
 
 def column_width(texts: Sequence[str], size: int) -> float:
@@ -288,7 +288,7 @@ def drawn(drawing: Drawing, width: int, height: int) -> Notes:
             r = (radius + more) * fine
             pen.ellipse((x * fine - r, y * fine - r, x * fine + r, y * fine + r), 255)
         for text, (x, y) in drawing.texts:
-            font = _font(text, size * fine)
+            font = font_for(text, size * fine)
             around = round(0.25 * size * fine)  # no line crosses a text
             if not more:
                 pen.text((x * fine, y * fine), text, 0, font, "mm", stroke_width=around, stroke_fill=0)
@@ -302,10 +302,3 @@ def drawn(drawing: Drawing, width: int, height: int) -> Notes:
 def _scaled(points: Sequence[Pixel], factor: int) -> list[Pixel]:
     """Return points at a finer resolution."""
     return [(x * factor, y * factor) for x, y in points]
-
-
-def _font(text: str, size: int) -> Any:
-    """Return the font of a text; see ``film``."""
-    from scenelang.backends.pictures.film import font_for
-
-    return font_for(text, size)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +14,9 @@ from scenelang.backends.pictures import annotations
 from scenelang.backends.pictures.annotations import Callout, Dimension, Drawing
 from scenelang.backends.pictures.backdrops import small
 from scenelang.backends.pictures.camera import Camera
-from scenelang.backends.pictures.figures import EVERYTHING, OUTLINE_WIDTH, WHOLE, WIRE_WIDTH
-from scenelang.backends.pictures.film import Image, Painter, Picture, PictureOptions, flattened
-from scenelang.backends.pictures.outlines import lines_of
+from scenelang.backends.pictures.figures import EVERYTHING, OUTLINE_WIDTH, WHOLE, WIRE_WIDTH, Figure
+from scenelang.backends.pictures.linework import lines_of
+from scenelang.backends.pictures.painted import Image, Painter, Picture, flattened
 from scenelang.backends.pictures.rays import camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, Staging
 from scenelang.backends.surfaces.appearance import encode
@@ -41,9 +42,9 @@ class FigurePainter:
     Styles that consist of lines alone need no other painter.
     """
 
-    def __init__(self, painter: Painter | None, staging: Staging, options: PictureOptions) -> None:
-        self._painter, self._staging, self._options = painter, staging, options
-        self._figure = options.figure
+    def __init__(self, painter: Painter | None, staging: Staging, figure: Figure, background: str | None) -> None:
+        self._painter, self._staging = painter, staging
+        self._figure, self._background = figure, background
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         """Draw one shot; see ``Painter``."""
@@ -66,11 +67,11 @@ class FigurePainter:
         share = np.asarray(np.rint(objects * 255.0), np.uint8)
         white = np.full((*objects.shape, 3), 255, np.uint8)
         radiance = np.ones(white.shape, np.float32)
-        if self._options.background is None and self._staging.ground in ("transparent", "shadow"):
+        if self._background is None and self._staging.ground in ("transparent", "shadow"):
             return Image(white, radiance, share)
         behind = _WHITE
-        if self._options.background is not None:
-            behind = encode(np.array(color_of(self._options.background), np.float32))
+        if self._background is not None:
+            behind = encode(np.array(color_of(self._background), np.float32))
         return Image(flattened(np.dstack([white, share]), behind), radiance)
 
     def _notes(self, shot: Shot) -> Drawing:
@@ -174,9 +175,11 @@ def dimensioned_box(root: Entity, path: str) -> tuple[float, ...] | None:
     return box_of(frame, path)
 
 
-def with_room(staging: Staging, shot: Shot, options: PictureOptions) -> Shot:
-    """Return a shot whose objects leave room for the notes beside them, if the camera was chosen to frame them."""
-    figure, view = options.figure, options.camera
+def with_room(staging: Staging, shot: Shot, figure: Figure, view: Any) -> Shot:
+    """Return a shot whose objects leave room for the notes beside them, if the camera is chosen to frame them.
+
+    ``view`` is the camera that was asked for: one that is placed, or has a distance, stays as it is.
+    """
     if not figure.has_notes or isinstance(view, Camera) or getattr(view, "distance", None) is not None:
         return shot
     root, share = staging.roots[shot.frame], 1.0

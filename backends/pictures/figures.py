@@ -112,7 +112,7 @@ PLAIN = Figure()
 def check_figure(figure: Figure) -> None:
     """Validate a figure independently of a scene; raises SceneError("value")."""
     if figure.section is not None:
-        from scenelang.backends.surfaces.sections import planes_of
+        from scenelang.backends.surfaces.cuts import planes_of
 
         planes_of(figure.section)
     if figure.style not in STYLES:
@@ -163,7 +163,7 @@ def figured(
     if figure.explode is not None:
         scene = exploded(scene, figure.explode, figure.explode_axis, figure.explode_depth)
     if figure.section is not None:
-        from scenelang.backends.surfaces.sections import cut, planes_of
+        from scenelang.backends.surfaces.cuts import cut, planes_of
 
         scene = cut(scene, planes_of(figure.section), limit, warn)
     if figure.style in ("clay", "wire"):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,11 @@ from scenelang.backends.base import (
 from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
 from scenelang.backends.pictures.figures import PLAIN, Figure, check_drawable, check_figure, figured
+from scenelang.backends.pictures.painted import Image as Image
+from scenelang.backends.pictures.painted import Painter as Painter
+from scenelang.backends.pictures.painted import Picture as Picture
+from scenelang.backends.pictures.painted import flattened as flattened
+from scenelang.backends.pictures.painted import font_for as font_for
 from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, stills
 from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, encode
@@ -42,8 +47,6 @@ from scenelang.grammar.settings import FRAME_RATES, frame_rate, setting, whole, 
 from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.stdlib.colors import color_of
-
-Picture = npt.NDArray[np.uint8]
 
 SOFTWARE = "scenelang"  # in the metadata of images, by which `wrote_picture` recognizes them
 FINAL_EXTRA = "'scenelang[final]'"  # what installs Mitsuba, as error messages show it
@@ -92,31 +95,6 @@ class PictureOptions(BackendOptions):
     seed: int = 0
     labels: bool = setting(True, "do not label the boxes of semantic primitives", "--no-labels")
     figure: Figure = PLAIN
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Image:
-    """A drawn shot: ``picture`` (H, W, 3) 8-bit sRGB with labels, ``radiance`` (H, W, 3) linear sRGB without labels.
-
-    ``alpha`` (H, W) is None if all pixels are opaque. The picture's colors are not multiplied by it, the radiance is.
-    """
-
-    picture: Picture
-    radiance: npt.NDArray[np.float32]
-    alpha: Picture | None = None
-
-    @property
-    def rgba(self) -> Picture:
-        """The picture with alpha, (H, W, 4)."""
-        alpha = np.full(self.picture.shape[:2], 255, np.uint8) if self.alpha is None else self.alpha
-        return np.dstack([self.picture, alpha])
-
-
-class Painter(Protocol):
-    """Draws the shots of one staging; computations that the shots share are done once."""
-
-    def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
-        """Draw one shot; ``progress`` is called with a fraction from 0 to 1. Raises SceneError."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +187,7 @@ def figure_shot(scene: Scene, options: PictureOptions, seen: Sequence[int] | Non
         return scene, shot
     from scenelang.backends.pictures.drawn_over import with_room
 
-    return scene, with_room(_staging(scene, [shot], options), shot, options)
+    return scene, with_room(_staging(scene, [shot], options), shot, options.figure, options.camera)
 
 
 def _staging(scene: Scene, shots: Sequence[Shot], options: PictureOptions) -> Staging:
@@ -234,9 +212,9 @@ def staged_painters(
     from scenelang.backends.pictures.drawn_over import FigurePainter
 
     plain = replace(options, figure=PLAIN)
-    if options.figure.style in ("line", "wire"):
-        return [FigurePainter(None, staging, options) for _ in backends]
-    return [FigurePainter(painter, staging, options) for painter in staged_painters(staging, plain, backends, shots)]
+    is_drawn = options.figure.style not in ("line", "wire")
+    below = staged_painters(staging, plain, backends, shots) if is_drawn else [None] * len(backends)
+    return [FigurePainter(painter, staging, options.figure, options.background) for painter in below]
 
 
 def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
@@ -297,12 +275,6 @@ def clear_image(
     color = np.array(color_of(background), np.float32)
     behind = color * (1.0 - np.clip(alpha, 0.0, 1.0))[:, :, None]
     return Image(flattened(rgba, encode(color)), (radiance + behind).astype(np.float32))
-
-
-def flattened(rgba: Picture, background: Picture) -> Picture:
-    """Return a picture with alpha (H, W, 4) over a flat background (3,), both 8-bit sRGB."""
-    share = rgba[:, :, 3:].astype(np.float32) / np.float32(255.0)
-    return np.asarray(np.rint(rgba[:, :, :3] * share + background * (1.0 - share)), np.uint8)
 
 
 def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
@@ -401,15 +373,20 @@ def save_picture(picture: Picture, path: Path | str) -> None:
     written.
     """
     target = Path(path)
-    endings = tuple(ending for ending in STILL_ENDINGS if ending != ".exr")
-    if target.suffix.lower() not in endings:
-        raise SceneError("backend", f"cannot write a picture as `{target.name}`", hint=f"use {' '.join(endings)}")
+    check_still(target)
     if picture.shape[2] == 4 and target.suffix.lower() in _OPAQUE:
         raise SceneError("value", f"{target.name}: JPEG has no transparency", hint="write a .png or a .webp")
     image = require("PIL.Image", "pillow").fromarray(picture)
     named = {"pnginfo": png_text({"Software": SOFTWARE})} if target.suffix.lower() == ".png" else {}
     with atomic_write(target) as temporary:
         image.save(temporary, quality=_STILL_QUALITY, **named)
+
+
+def check_still(path: Path) -> None:
+    """Raise SceneError("backend") for a file that ``save_picture`` does not write."""
+    endings = tuple(ending for ending in STILL_ENDINGS if ending != ".exr")
+    if path.suffix.lower() not in endings:
+        raise SceneError("backend", f"cannot write a picture as `{path.name}`", hint=f"use {' '.join(endings)}")
 
 
 def png_text(chunks: Mapping[str, str]) -> Any:
@@ -740,18 +717,6 @@ def _shorten(word: str) -> str:
     """Return the word on one line, without unprintable characters, truncated if necessary."""
     text = "".join(c if c.isprintable() else " " for c in word).strip()
     return text if len(text) <= _MAX_LENGTH else text[: _MAX_LENGTH - 1] + "…"
-
-
-def font_for(text: str, size: int) -> Any:
-    """Return Pillow's default font, or a system font with wider coverage for non-ASCII text, if available."""
-    fonts = require("PIL.ImageFont", "pillow")
-    if not text.isascii():
-        for name in ("DejaVuSans.ttf", "NotoSans-Regular.ttf", "Arial Unicode.ttf", "arial.ttf"):
-            try:
-                return fonts.truetype(name, size)
-            except OSError:
-                continue
-    return fonts.load_default(size)
 
 
 # OpenEXR files with several named layers, written by Mitsuba's ``Bitmap`` (which needs no variant).

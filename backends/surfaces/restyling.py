@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from scenelang.backends.surfaces.sections import CutSurface, two_sided
+from scenelang.backends.surfaces.cuts import CutSurface, two_sided
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import Diagnostic

@@ -15,7 +15,7 @@ from scenelang.backends.pictures.camera import PRESETS
 from scenelang.backends.pictures.drawn_over import callouts_of, covered, zoomed
 from scenelang.backends.pictures.figures import Figure, figured
 from scenelang.backends.pictures.film import Image, PictureOptions, check
-from scenelang.backends.pictures.outlines import lines_of
+from scenelang.backends.pictures.linework import lines_of
 from scenelang.backends.pictures.stage import staging_of, still
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError

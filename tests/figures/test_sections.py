@@ -9,7 +9,7 @@ import pytest
 from support import evaluate
 
 import scenelang as sl
-from scenelang.backends.surfaces.sections import CutPlane, CutSurface, cut, planes_of
+from scenelang.backends.surfaces.cuts import CutPlane, CutSurface, cut, planes_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.interpreter.scene.flatten import flatten
