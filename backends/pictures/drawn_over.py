@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Progress
-from scenelang.backends.pictures import annotations
-from scenelang.backends.pictures.annotations import Callout, Dimension, Drawing
+from scenelang.backends.pictures import notes
 from scenelang.backends.pictures.backdrops import small
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.figures import EVERYTHING, OUTLINE_WIDTH, WHOLE, WIRE_WIDTH, Figure
 from scenelang.backends.pictures.linework import lines_of
+from scenelang.backends.pictures.notes import Callout, Dimension, Drawing
 from scenelang.backends.pictures.painted import Image, Painter, Picture, flattened
 from scenelang.backends.pictures.rays import camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, Staging
@@ -24,6 +24,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, box_of, primitive_ranges
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.primitives.base import Box
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.stdlib.colors import color_of
 
@@ -58,8 +59,8 @@ class FigurePainter:
             image = image or self._sheet(lines.objects, lines.ink)
             image = covered(image, ink, lines.ink)
         if figure.has_notes:
-            notes = annotations.drawn(self._notes(shot), shot.camera.width, shot.camera.height)
-            image = covered(covered(image, _WHITE, notes.paper * np.float32(_PAPER)), ink, notes.ink)
+            written = notes.drawn(self._notes(shot), shot.camera.width, shot.camera.height)
+            image = covered(covered(image, _WHITE, written.paper * np.float32(_PAPER)), ink, written.ink)
         return image
 
     def _sheet(self, objects: Float32Array, ink: Float32Array) -> Image:
@@ -80,14 +81,14 @@ class FigurePainter:
         size = shot.camera.width, shot.camera.height
         root = self._staging.roots[shot.frame]
         seen = instances_seen(self._staging, shot)
-        around = annotations.rectangle_of(seen >= 0) or (0.0, 0.0, float(size[0]), float(size[1]))
+        around = notes.rectangle_of(seen >= 0) or (0.0, 0.0, float(size[0]), float(size[1]))
         if figure.dimensions is not None:
             box = dimensioned_box(root, figure.dimensions)
-            dimensions = annotations.dimensions_of(box, shot.camera) if box is not None else []
-            annotations.place_dimensions(dimensions, size, drawing)
-            around = annotations.extent_of(dimensions, around, size)
+            dimensions = notes.dimensions_of(box, shot.camera) if box is not None else []
+            notes.place_dimensions(dimensions, size, drawing)
+            around = notes.extent_of(dimensions, around, size)
         if figure.callouts is not None:
-            annotations.place_callouts(callouts_of(root, figure.callouts, seen), around, size, drawing)
+            notes.place_callouts(callouts_of(root, figure.callouts, seen), around, size, drawing)
         return drawing
 
 
@@ -154,16 +155,16 @@ def callouts_of(root: Entity, paths: tuple[str, ...], seen: IntArray) -> list[Ca
     callouts = []
     for word, (_, (first, last)) in sorted(best.items(), key=lambda one: -one[1][0]):
         text = _numbered(word, counts[word])
-        callouts.append(Callout(text, annotations.inner_point((seen >= first) & (seen < last))))
+        callouts.append(Callout(text, notes.inner_point((seen >= first) & (seen < last))))
     return callouts
 
 
 def _numbered(word: str, count: int) -> str:
     """Return the text of a callout: the word, and the number of its instances."""
-    return annotations.shown_text(word) + (f" ×{count}" if count > 1 else "")
+    return notes.shown_text(word) + (f" ({count})" if count > 1 else "")
 
 
-def dimensioned_box(root: Entity, path: str) -> tuple[float, ...] | None:
+def dimensioned_box(root: Entity, path: str) -> Box | None:
     """Return the box of the objects of a path in a frame, or of the frame; None without geometry.
 
     Raises SceneError for a path that selects nothing.
@@ -187,18 +188,18 @@ def with_room(staging: Staging, shot: Shot, figure: Figure, view: Any) -> Shot:
     size = shot.camera.width, shot.camera.height
     if figure.dimensions is not None:
         box = dimensioned_box(root, figure.dimensions)
-        dimensions = annotations.dimensions_of(box, shot.camera) if box is not None else []
-        share = annotations.room_for(dimensions, size)
+        dimensions = notes.dimensions_of(box, shot.camera) if box is not None else []
+        share = notes.room_for(dimensions, size)
     if figure.callouts is not None:
         probe = replace(shot, camera=small(shot.camera))
-        around = annotations.rectangle_of(instances_seen(staging, probe) >= 0)
+        around = notes.rectangle_of(instances_seen(staging, probe) >= 0)
         if around is not None:
-            font = annotations.font_size(*size)
+            font = notes.font_size(*size)
             counts = Counter(one.entity.word for one in objects_of(root, figure.callouts))
-            column = annotations.column_width([_numbered(word, count) for word, count in counts.items()], font)
+            column = notes.column_width([_numbered(word, count) for word, count in counts.items()], font)
             ratio = shot.camera.width / probe.camera.width
             left, top, right, bottom = (ratio * side for side in around)
-            left, _, right, _ = annotations.extent_of(dimensions, (left, top, right, bottom), size)
+            left, _, right, _ = notes.extent_of(dimensions, (left, top, right, bottom), size)
             share = min(share, (shot.camera.width - 2.0 * column) / (right - left))
     return replace(shot, camera=zoomed(shot.camera, max(_LEAST_ROOM, min(1.0, share))))
 

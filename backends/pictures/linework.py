@@ -58,7 +58,7 @@ def _points_and_normals(caster: Caster, rays: Rays, keys: Keys, ids: IntArray) -
     depths = depths_of(keys)
     for low in range(0, len(rows), _BATCH_ROWS):
         row, column = rows[low : low + _BATCH_ROWS], columns[low : low + _BATCH_ROWS]
-        origin, direction = rays.at(column + 0.5, row + 0.5)
+        origin, direction = rays.at(column.astype(np.float64) + 0.5, row.astype(np.float64) + 0.5)
         at = origin + direction * depths[row, column].astype(np.float64)[:, None]
         points[row, column] = at
         normals[row, column] = caster.surface(ids[row, column], at, direction)

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import require, sub_progress
-from scenelang.backends.pictures import annotations, film
+from scenelang.backends.base import frame_of, require, sub_progress
+from scenelang.backends.pictures import film, notes
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
 from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.drawn_over import covered, instances_seen, with_room, zoomed
 from scenelang.backends.pictures.figures import figured
 from scenelang.backends.pictures.film import Image, Painter, Picture, PictureBackend, PictureOptions
 from scenelang.backends.pictures.linework import averaged, widened
-from scenelang.backends.pictures.stage import Shot, Staging, staging_of, stills
+from scenelang.backends.pictures.stage import CLEAR_GROUNDS, Shot, Staging, staging_of, stills
 from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError
@@ -105,7 +105,7 @@ class Cell:
 def check_sheet(options: PictureOptions, backend: PictureBackend) -> None:
     """Validate the options of sheets; raises SceneError("value")."""
     film.check(options, [backend])
-    if options.background is None and film.ground_of(options) in film.CLEAR_GROUNDS:
+    if options.background is None and film.ground_of(options) in CLEAR_GROUNDS:
         hint = "leave out the ground, or put the scene before a color: `--background white`"
         raise SceneError("value", f"a sheet has no transparency, but `{options.ground}` is the ground", hint=hint)
 
@@ -132,7 +132,7 @@ def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] =
         is_side = name.strip().lower() in _SIDES and isinstance(view, Viewpoint)
         if is_side and isinstance(view, Viewpoint):
             view = replace(view, orthographic=True)
-        (shot,) = stills(scene, view, [film.frame_of(scene, options.frame)], options.width, options.height)
+        (shot,) = stills(scene, view, [frame_of(scene, options.frame)], options.width, options.height)
         shots.append(shot)
         sides.append(is_side)
     least = min((shot.camera.focal[0] for shot, is_side in zip(shots, sides, strict=True) if is_side), default=0.0)
@@ -162,7 +162,7 @@ def cells_of_scenes(named: Sequence[tuple[str, Scene]], options: PictureOptions,
     scenes = [(name, _figured(scene, options)) for name, scene in named]
     if not to_scale:
         size = options.width, options.height
-        shots = [stills(scene, options.camera, [film.frame_of(scene, options.frame)], *size)[0] for _, scene in scenes]
+        shots = [stills(scene, options.camera, [frame_of(scene, options.frame)], *size)[0] for _, scene in scenes]
         return [Cell(name, scene, shot) for (name, scene), shot in zip(scenes, shots, strict=True)]
     every = joined([scene for _, scene in scenes], options.frame)
     shots = stills(every, options.camera, range(len(scenes)), options.width, options.height)
@@ -171,7 +171,7 @@ def cells_of_scenes(named: Sequence[tuple[str, Scene]], options: PictureOptions,
 
 def joined(scenes: Sequence[Scene], frame: int | None) -> Scene:
     """Return a 4D scene whose frames are one frame of each scene."""
-    every = with_frames(scenes[0], [scene.frames[film.frame_of(scene, frame)] for scene in scenes])
+    every = with_frames(scenes[0], [scene.frames[frame_of(scene, frame)] for scene in scenes])
     every.animated = True
     return every
 
@@ -236,7 +236,7 @@ def arranged(
             pen.rectangle((x, y - 0.4 * font, x + 0.8 * font, y + 0.4 * font), color)
             x += 1.2 * font
         _write(pen, (x, y), text, font, "lm")
-        x += annotations.text_width(text, font) + 1.5 * font
+        x += notes.text_width(text, font) + 1.5 * font
     return Sheet(np.asarray(sheet, np.uint8).copy(), tuple(captions))
 
 
@@ -249,7 +249,7 @@ def _grid(
     """
     width, height = cell
     across = min(count, columns or math.ceil(math.sqrt(count)))
-    font = annotations.font_size(width, height) + 1
+    font = notes.font_size(width, height) + 1
     line = round(_LINE * font)
     down = -(-count // across) * (height + line) + _GAP + (line + _GAP if has_legend else 0)
     size = across * (width + _GAP) + _GAP, down
@@ -271,8 +271,8 @@ def _write(pen: Any, at: tuple[float, float], text: str, font: int, anchor: str)
 
 def _fitting(text: str, font: int, width: int) -> str:
     """Return a caption shortened to the width of its cell."""
-    shown = annotations.shown_text(text)
-    while len(shown) > 2 and annotations.text_width(shown, font) > width:
+    shown = notes.shown_text(text)
+    while len(shown) > 2 and notes.text_width(shown, font) > width:
         shown = f"{shown[:-2]}…"
     return shown
 

@@ -18,6 +18,7 @@ from scenelang.backends import base
 from scenelang.backends.files import output_path
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
+from scenelang.backends.pictures.figures import Figure
 from scenelang.cli.options import (
     UsageError,
     add_backend_options,
@@ -81,7 +82,7 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
     return fields_of(
         arguments, film.PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
         settings=backend_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
-        seed=arguments.seed, figure=fields_of(arguments, film.Figure),
+        seed=arguments.seed, figure=fields_of(arguments, Figure),
     )  # fmt: skip
 
 
@@ -98,7 +99,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--part", metavar="PATH", help="render only these instances, such as `chair/leg[2]`")
     _add_view(parser)
     add_fields(parser, film.PictureOptions, ("background", "labels"))
-    add_fields(parser.add_argument_group("publication figures"), film.Figure)
+    add_fields(parser.add_argument_group("publication figures"), Figure)
     add_fields(parser.add_argument_group("video"), film.FilmOptions)
     add_backend_options(parser, base.Work.PICTURE)
 
@@ -144,7 +145,7 @@ def add_sheet(parser: argparse.ArgumentParser) -> None:
     add_fields(parser, film.PictureOptions, ("frame",), frame="frame of 4D scenes to draw, counted from 0")
     _add_view(parser, size=f"pixels of a cell (default {CELL[0]}x{CELL[1]})")
     add_fields(parser, film.PictureOptions, ("background", "labels"))
-    add_fields(parser.add_argument_group("publication figures"), film.Figure)
+    add_fields(parser.add_argument_group("publication figures"), Figure)
     add_backend_options(parser, base.Work.PICTURE)
 
 
