@@ -14,7 +14,7 @@ from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import names, setting, whole, within
 from scenelang.interpreter.inspection.instance_paths import read_path
-from scenelang.interpreter.scene.exploding import AXES, MOST, exploded
+from scenelang.interpreter.scene.pose import AXES
 from scenelang.stdlib.colors import color_of
 
 if TYPE_CHECKING:
@@ -30,6 +30,7 @@ STYLES = MappingProxyType({
 OUTLINE_WIDTH = 1.5  # pixels, of outlines whose width is not given
 WIRE_WIDTH = 0.75  # pixels, of the edges of triangles
 WIDTHS = (0.25, 20.0)  # pixels
+MOST = 100.0  # times the offset of a part
 INK = "#1c1e24"
 EVERYTHING = "*"  # callouts of all top-level objects
 WHOLE = "."  # dimensions of the whole scene
@@ -161,6 +162,8 @@ def figured(
     """
     check_figure(figure)
     if figure.explode is not None:
+        from scenelang.interpreter.scene.exploding import exploded
+
         scene = exploded(scene, figure.explode, figure.explode_axis, figure.explode_depth)
     if figure.section is not None:
         from scenelang.backends.surfaces.cuts import cut, planes_of

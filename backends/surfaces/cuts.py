@@ -7,7 +7,9 @@ that are away from the planes stay the exact shapes that they are.
 
 from __future__ import annotations
 
+import math
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
@@ -18,13 +20,13 @@ from scenelang.backends.surfaces.appearance import tint
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
-from scenelang.interpreter.scene.bounds import box_diagonal, entity_box
+from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene
-from scenelang.interpreter.scene.exploding import AXES, rebuilt, with_frames
+from scenelang.interpreter.scene.exploding import rebuilt, with_frames
 from scenelang.interpreter.scene.modelling.computing import leaf_mesh, surface_of
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
 from scenelang.interpreter.scene.modelling.solid import SolidShape, has_volume
-from scenelang.interpreter.scene.pose import compose
+from scenelang.interpreter.scene.pose import AXES, compose
 from scenelang.interpreter.scene.primitives.base import Box, Point, Primitive
 from scenelang.interpreter.scene.primitives.cube import Cube
 from scenelang.interpreter.scene.primitives.mesh import Mesh
@@ -36,9 +38,9 @@ Corners = npt.NDArray[np.float64]  # (F, 3, 3) or (F, 3, 6): positions, perhaps 
 PLANES = 3  # of one section
 _SEGMENTS = 128  # sides of full circles of what is cut: within 3e-4 of the radius
 _MOST_CUTS = 20_000  # primitives that the planes meet
-# Nested solids are cut a little later, the smaller ones last, so that their faces show on those of what is around them.
-_STEP = 2e-5  # of the diagonal of the scene, per size
-_MOST_STEPS = 25
+# Nested solids are cut a little later the smaller they are, so that their faces show on those of what is around them:
+# in shares of the diagonal of the scene, for a size e times smaller, and for the next one of the same size.
+_LATER, _NEXT, _MOST_NEXT = 1e-4, 2e-6, 50
 _TOOL = "\0section"  # word of the faces of the tool, which no program can write
 _SHADE, _SATURATION = 0.5, 1.3  # of the cut faces' color, relative to that of the surface
 
@@ -93,6 +95,7 @@ class CutSurface(Primitive):
     word = "cut-surface"
     doc = "a part of a surface"
     is_solid = False
+    is_remnant = True
 
     surface: Mesh = field(default_factory=lambda: Mesh(np.zeros((0, 3)), None, np.zeros((0, 3), np.int64)))
 
@@ -164,7 +167,7 @@ class _Knife:
             # A plane that misses the scene removes all or nothing; its box must not be turned inside out.
             at = min(max(at, self._low[k] + 1e-3 * self._diagonal), self._high[k] - 1e-3 * self._diagonal)
             (self._high if plane.keeps_far else self._low)[k] = at
-        self._steps: dict[float, int] = {}
+        self._shifts: dict[tuple[int, Matrix], float] = {}
         self._known: dict[tuple[int, Matrix], tuple[Any, ...]] = {}
         self._keep: list[Entity] = []  # so that no id of a known entity is used again
 
@@ -174,8 +177,12 @@ class _Knife:
         if len(met) > _MOST_CUTS:
             message = f"the section meets {len(met):,} primitives, more than the limit of {_MOST_CUTS:,}"
             raise LimitError("primitives", message, hint="cut a part of the scene: `--part PATH`")
-        sizes = sorted({self._size(entity) for entity, _ in met}, reverse=True)
-        self._steps = {size: min(k, _MOST_STEPS) for k, size in enumerate(sizes)}
+        sizes = [self._size(entity, pose) for entity, pose in met]
+        largest, seen = max(sizes, default=1.0), Counter[float]()
+        for (entity, pose), size in zip(met, sizes, strict=True):
+            later = _LATER * math.log(largest / size) + _NEXT * min(seen[size], _MOST_NEXT)
+            self._shifts[id(entity), pose] = later * self._diagonal
+            seen[size] += 1
         parts = self._cut(root)
         if len(parts) == 1 and parts[0].cdr == IDENTITY:
             whole: Entity = parts[0].car
@@ -204,10 +211,11 @@ class _Knife:
                 yield entity, pose
             stack.extend((part.car, compose(pose, part.cdr)) for part in entity.children)
 
-    @staticmethod
-    def _size(entity: Entity) -> float:
-        """Return the size by which nested primitives are told apart."""
-        return float(f"{box_diagonal(entity_box(entity)):.9g}")
+    def _size(self, entity: Entity, pose: Matrix) -> float:
+        """Return the size in the world by which nested primitives are told apart."""
+        box = entity_box(entity)
+        low, high = _box_under(box, pose) if box is not None else (np.zeros(3), np.zeros(3))
+        return max(float(f"{np.linalg.norm(high - low):.9g}"), 1e-9 * self._diagonal)
 
     def _cut(self, root: Entity) -> tuple[Any, ...]:
         """Return the parts that an entity in the world becomes: pairs of entity and pose, none if it is removed."""
@@ -244,7 +252,7 @@ class _Knife:
         """Return what is left of a primitive: its surface, and the face of the cut, each if there is one."""
         shape = entity.shape
         assert shape is not None
-        shift = self._steps.get(self._size(entity), 0) * _STEP * self._diagonal
+        shift = self._shifts[id(entity), pose]
         low, high = self._low + shift, self._high - shift
         parts = []
         rest = _clipped(_mesh(shape), pose, low, high)

@@ -8,12 +8,10 @@ from typing import Any
 
 from scenelang.interpreter.scene.bounds import entity_box, parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene
-from scenelang.interpreter.scene.pose import compose, translation
+from scenelang.interpreter.scene.pose import AXES, compose, translation
 from scenelang.interpreter.scene.primitives.base import Box
 from scenelang.interpreter.values.values import IDENTITY, Matrix, Pair
 
-AXES = ("x", "y", "z")
-MOST = 100.0  # times the offset of a part
 _MIN_DETERMINANT = 1e-12  # of a pose, relative to the lengths of its rows; below it an axis has no direction in a part
 _State = tuple[Entity, Matrix, int]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -86,9 +87,13 @@ def test_an_open_mesh_and_a_flat_one_have_no_filling() -> None:
     assert areas_of(sheet).sum() == pytest.approx(1.5)
 
 
-def test_nested_solids_show_the_inner_face_before_the_outer() -> None:
-    program = """(bind "it" (lambda () (union (call "sphere" :radius 1 :color [1 0 0])
-                                              (call "sphere" :radius .5 :color [0 0 1]))))"""
+@pytest.mark.parametrize("inner", ['(call "sphere" :radius .5 :color [0 0 1])',
+                                   '(transform (call "sphere" :color [0 0 1]) (scale .5))'])  # fmt: skip
+@pytest.mark.parametrize("is_first", [True, False])
+def test_nested_solids_show_the_inner_face_before_the_outer(inner: str, is_first: bool) -> None:
+    outer = '(call "sphere" :color [1 0 0])'
+    both = f"{inner} {outer}" if is_first else f"{outer} {inner}"
+    program = f'(bind "it" (lambda () (union {both})))'
     image = sl.Scene(cut(evaluate(program), planes_of("z=0"))).render(
         sl.Camera(azimuth=0, elevation=0), size=(64, 64), environment="flat", ground="none"
     )
@@ -134,3 +139,20 @@ def test_nothing_left_is_an_error() -> None:
 def test_a_plane_beside_the_scene_changes_nothing() -> None:
     scene = evaluate(BALL)
     assert cut(scene, planes_of("x=50")).root is scene.root
+
+
+def test_meshes_of_a_section_are_exported_and_data_is_refused(tmp_path: Path) -> None:
+    half = sl.Scene(evaluate(BALL)).cut("x=0")
+    half.export(tmp_path / "a.obj")
+    places = [
+        list(map(float, line.split()[1:4]))
+        for line in (tmp_path / "a.obj").read_text().splitlines()
+        if line[:2] == "v "
+    ]
+    assert max(place[0] for place in places) == pytest.approx(0.0, abs=1e-6)
+    assert min(place[0] for place in places) == pytest.approx(-1.0)
+    with pytest.raises(SceneError, match="what a section left"):
+        half.export(tmp_path / "a.json")
+    assert not (tmp_path / "a.json").exists()
+    for name, program in (("b", BALL), ("c", '(bind "it" (lambda () (call "cube" :scale 2)))')):
+        sl.Scene(evaluate(program)).exploded(1.0).export(tmp_path / f"{name}.json")
