@@ -21,7 +21,8 @@ from measuring import Child, Goal, Pair, Row, peak_memory, peer
 
 from scenelang.backends.base import BackendOptions, for_file
 from scenelang.backends.exports.plan import SEGMENTS, segments_for, surface_of
-from scenelang.backends.surfaces.appearance import look_of, to_srgb
+from scenelang.backends.surfaces.appearance import look_of
+from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.grammar.datum import Source
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.flatten import flatten_entity

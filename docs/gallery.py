@@ -28,6 +28,8 @@ SHOWN: dict[str, tuple[str, str, int | None]] = {
     "toys": ("toys", "azimuth=20,elevation=18", None),
     "materials": ("materials", "azimuth=14,elevation=32", None),
     "orrery": ("orrery", "azimuth=20,elevation=22", 2),
+    "still-life": ("still-life", "main", None),
+    "dolly": ("dolly", "dolly", 14),
     "nesting-dolls": ("nesting-dolls", "azimuth=10,elevation=12", None),
     "making-mug": ("making/mug", "azimuth=-25,elevation=30", None),
     "spiral-staircase": ("spiral-staircase", "azimuth=30,elevation=18", None),

@@ -258,7 +258,8 @@ _EXPECTED = {
     "str | Sequence[str]": "a name or several", "Sequence[str]": "several strings",
     "Sequence[float]": "several finite numbers",
     "LoadedScene": "a Scene",  # the class of the kernel, of which users see the one of the API
-    "View": "a camera, such as `Camera(azimuth=40)`", "Progress": "a function of one number", "Warn": "a function",
+    "View": "a camera, such as `Camera(azimuth=40)`, or the name of one of the program",
+    "Progress": "a function of one number", "Warn": "a function",
     "str | Path | Sequence[str | Path]": "a path or several", "Sequence[str | Path]": "several paths",
 }  # fmt: skip
 
@@ -370,7 +371,7 @@ _KINDS: Mapping[str, Callable[[Any], bool]] = {
     "Progress": callable,
     "Warn": callable,
     "Describe": callable,
-    "View": lambda value: bool({"Viewpoint", "Camera", "PlacedCamera"} & _classes(value)),
+    "View": lambda value: bool({"Viewpoint", "Camera", "PlacedCamera", "ProgramView", "str"} & _classes(value)),
     "TextIO": lambda value: hasattr(value, "write"),
     "PictureSource": lambda value: True,
     "npt.ArrayLike": lambda value: _is_several(value) or _is_real(value),

@@ -69,9 +69,11 @@ class Scene(LoadedScene):
         size: Size | None = None,
         quality: str | Sequence[str] = "draft",
         frame: int | None = None,
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
+        exposure: float | None = None,
+        tone: str | None = None,
         labels: bool = True,
         figure: Figure | None = None,
         seed: int = 0,
@@ -84,8 +86,9 @@ class Scene(LoadedScene):
 
         Parameters
         ----------
-        camera : Camera, optional
-            Camera of the image; the default frames the whole scene.
+        camera : Camera or str, optional
+            Camera of the image, or the name of one that the program declares; by default the program's first, else
+            one that frames the whole scene.
         size : (width, height), optional
             Image size in pixels; default: 512 x 512, or the size of a placed camera.
         quality : str or sequence of str
@@ -93,11 +96,17 @@ class Scene(LoadedScene):
         frame : int, optional
             Frame of a 4D scene, counted from 0.
         environment, ground : str
-            Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat") and ground ("seamless",
-            "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment). The grounds
-            "transparent" and "shadow" give an image with alpha: of the objects alone, or with their shadow in black.
+            Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat", "sky,hour=15", or the path of a
+            panorama, .hdr or .exr; with ",turn=30,strength=1.5") and ground ("seamless",
+            "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment). By default those
+            that the program declares, else "studio". The grounds "transparent" and "shadow" give an image with alpha:
+            of the objects alone, or with their shadow in black.
         background : str, optional
             Flat color behind the objects, without a ground: a CSS name or ``#rrggbb``.
+        exposure : float, optional
+            Stops by which the image is brighter; default: what the program declares, else 0.
+        tone : str, optional
+            Tone curve: "soft" (colors of matte surfaces stay as they are) or "agx" (bright colors fade to white).
         labels : bool
             Draw the words of semantic primitives onto their boxes.
         figure : Figure, optional
@@ -122,19 +131,20 @@ class Scene(LoadedScene):
         from scenelang.backends.pictures.images import image_of, picture_options
 
         options = picture_options(
-            camera, size, frame=frame, environment=environment, ground=ground, background=background, labels=labels,
-            figure=figure or Figure(), seed=seed, settings=dict(settings or {}), limit=limit, progress=progress,
-            warn=warn,
+            camera, size, frame=frame, environment=environment, ground=ground, background=background,
+            exposure=exposure, tone=tone, labels=labels, figure=figure or Figure(), seed=seed,
+            settings=dict(settings or {}), limit=limit,
+            progress=progress, warn=warn,
         )  # fmt: skip
         return image_of(self.graph, options, quality)
 
     @typed
     def placed(self, camera: View | None = None, size: Size = (512, 512), frame: int = 0) -> PlacedCamera:
         """Return the camera that ``render`` would use, with its pose, intrinsics and projection."""
-        from scenelang.backends.pictures.camera import Viewpoint
+        from scenelang.backends.pictures.images import picture_options
         from scenelang.backends.pictures.stage import still
 
-        return still(self.graph, Viewpoint() if camera is None else camera, frame, *size).camera
+        return still(self.graph, picture_options(camera).camera, frame, *size).camera
 
     @typed
     def film(
@@ -145,9 +155,11 @@ class Scene(LoadedScene):
         orbit: float | None = None,
         size: Size | None = None,
         quality: str | Sequence[str] = "draft",
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
+        exposure: float | None = None,
+        tone: str | None = None,
         labels: bool = True,
         figure: Figure | None = None,
         seed: int = 0,
@@ -164,8 +176,8 @@ class Scene(LoadedScene):
         from scenelang.backends.pictures.images import picture_options, video_of
 
         options = picture_options(
-            camera, size, environment=environment, ground=ground, background=background, labels=labels,
-            figure=figure or Figure(), seed=seed,
+            camera, size, environment=environment, ground=ground, background=background, exposure=exposure,
+            tone=tone, labels=labels, figure=figure or Figure(), seed=seed,
             settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
         return video_of(self, options, quality, frames, orbit)
@@ -182,9 +194,11 @@ class Scene(LoadedScene):
         camera: View | None = None,
         size: Size = (320, 240),
         quality: str = "draft",
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
+        exposure: float | None = None,
+        tone: str | None = None,
         labels: bool = True,
         figure: Figure | None = None,
         settings: Mapping[str, Any] | None = None,
@@ -215,6 +229,7 @@ class Scene(LoadedScene):
         SceneError
             If several of these are given, or a scene cannot be drawn.
         """
+        from scenelang.backends.pictures.declared import settled
         from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.film import picture_backend
         from scenelang.backends.pictures.images import picture_options
@@ -224,9 +239,10 @@ class Scene(LoadedScene):
         wanted = SheetOptions(None if views is None else tuple(views), frames, names, seeds, columns)
         check_wanted(wanted, 1)
         options = picture_options(
-            camera, size, environment=environment, ground=ground, background=background, labels=labels,
-            figure=figure or Figure(), settings=dict(settings or {}), limit=limit,
+            camera, size, environment=environment, ground=ground, background=background, exposure=exposure,
+            tone=tone, labels=labels, figure=figure or Figure(), settings=dict(settings or {}), limit=limit,
         )  # fmt: skip
+        options = settled(self.graph, options)
         if vary is None and seeds is None:
             cells = cells_of(self.graph, wanted, options)
         else:
@@ -245,7 +261,7 @@ class Scene(LoadedScene):
         size: Size = (320, 240),
         quality: str = "draft",
         frame: int | None = None,
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
         figure: Figure | None = None,
@@ -256,6 +272,7 @@ class Scene(LoadedScene):
 
         ``tolerance`` is that of ``diff``; the other arguments are those of ``render``.
         """
+        from scenelang.backends.pictures.declared import settled
         from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.film import picture_backend
         from scenelang.backends.pictures.images import picture_options
@@ -265,6 +282,7 @@ class Scene(LoadedScene):
             camera, size, frame=frame, environment=environment, ground=ground, background=background,
             figure=figure or Figure(), limit=limit,
         )  # fmt: skip
+        options = settled(self.graph, options)
         named = [(Path(scene.name).stem or scene.word, scene.graph) for scene in (self, other)]
         return compared(named, options, picture_backend(quality), tolerance)
 
@@ -276,7 +294,7 @@ class Scene(LoadedScene):
         size: Size | None = None,
         quality: str | Sequence[str] = "draft",
         frame: int | None = None,
-        environment: str = "studio",
+        environment: str | None = None,
         ground: str | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,

@@ -18,5 +18,6 @@ NAMES: dict[str, list[str]] = {
     "random.registry": 'random-state set-random-state! set-seed! py-set-seed! random-stream default-rng py-random-stream random uniform normal randint rand randn choice shuffle shuffle! permutation py-random py-uniform py-gauss py-randint py-randrange py-choice py-choices py-sample py-shuffle py-shuffle! noise fbm'.split(),
     "control.registry": 'error raise gensym assertion-failed declare-that error? error-message error-code error-place error-is? print void identity'.split(),
     "colors.registry": 'color rgb hsv texture'.split(),
+    "cameras.registry": 'camera light environment render-settings'.split(),
     "python.registry": 'py-truthy? py-bool-or py-bool-and py-+ py-* py-% py-== py-< py-in py-iter py-ref py-str'.split(),
 }

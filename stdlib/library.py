@@ -31,6 +31,7 @@ TOPICS = (
     "random.registry",
     "control.registry",
     "colors.registry",
+    "cameras.registry",
 )
 
 # Registries whose names must be imported: `(import "std/python.scene")`.
@@ -53,6 +54,10 @@ def _module(name: str) -> Any:
             from scenelang.stdlib import arrays
 
             return arrays
+        case "cameras":
+            from scenelang.stdlib import cameras
+
+            return cameras
         case "colors":
             from scenelang.stdlib import colors
 

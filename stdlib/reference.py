@@ -116,6 +116,7 @@ TOPICS: dict[str, tuple[str, str]] = {
         "begins. `sweep` moves a profile along it, and `along` places objects on it.",
     ),
     "colors": ("Colors", ""),
+    "setup": ("Cameras and lights", "Declarations at top level, in world coordinates, which are no objects."),
     "numbers": ("Numbers", "Arithmetic works on numbers and elementwise on arrays."),
     "predicates": ("Type predicates and equality", ""),
     "lists": ("Lists and pairs", ""),

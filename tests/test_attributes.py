@@ -50,7 +50,7 @@ def test_what_a_primitive_reads_is_said(word: str) -> None:
 
 @pytest.mark.parametrize("name", MATERIALS)
 def test_every_attribute_of_the_material_changes_the_look(name: str) -> None:
-    value: Any = 1.5 if name == "ior" else 0.25
+    value: Any = {"ior": 1.5, "material": '"oak"', "texture": '"brick"'}.get(name, 0.25)
     assert look_of(_cube(f":{name} {value}")) != look_of(_cube(""))
 
 

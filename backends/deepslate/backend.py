@@ -36,7 +36,8 @@ from scenelang.backends.pictures.film import (
     write_still,
 )
 from scenelang.backends.pictures.stage import BELOW, Shot, Staging, box_of, unit_size
-from scenelang.backends.surfaces.appearance import Studio, from_srgb, studio_for, to_srgb, tone_map
+from scenelang.backends.surfaces.environments import Studio, studio_for, tone_map
+from scenelang.backends.surfaces.image_files import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import inline_page
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import Diagnostic, SceneError

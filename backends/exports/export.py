@@ -35,9 +35,10 @@ from scenelang.backends.exports.plan import (
     vertex_count,
 )
 from scenelang.backends.files import atomic_write_all
-from scenelang.backends.surfaces.appearance import Look, look_of, to_srgb
+from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.convex import clusters
 from scenelang.backends.surfaces.distance import neighbours
+from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.precision import (
     SINGLE,
     ChangedBody,
@@ -425,7 +426,7 @@ def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
 def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> Scene:
     """Return the scene with each frame as one computed solid."""
     roots = [_as_solid(scene.word, root, segments or SEGMENTS, tolerance) for root in scene.frames]
-    return Scene(scene.word, roots, scene.animated)
+    return scene.with_frames(roots)
 
 
 def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> Entity:

@@ -32,6 +32,7 @@ from scenelang.backends.exports.export import (
     mesh_backend,
     variants,
 )
+from scenelang.backends.exports.gltf_setup import LIGHTS, camera_nodes, light_nodes
 from scenelang.backends.exports.plan import (
     SEGMENTS,
     ExportItem,
@@ -44,14 +45,15 @@ from scenelang.backends.exports.plan import (
     shared,
     solid_of,
 )
-from scenelang.backends.surfaces.appearance import Look, encode, look_of
-from scenelang.backends.surfaces.patterns import tile_of
+from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.backends.surfaces.solids import composed
+from scenelang.backends.surfaces.tiles import tile_of
 from scenelang.backends.surfaces.trs import Decomposition, decompose, decompose_track
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
@@ -79,6 +81,9 @@ class GltfDocument:
     accessors: list[dict[str, Any]] = field(default_factory=list)
     views: list[dict[str, Any]] = field(default_factory=list)
     animations: list[dict[str, Any]] = field(default_factory=list)
+    cameras: list[dict[str, Any]] = field(default_factory=list)
+    lights: list[dict[str, Any]] = field(default_factory=list)
+    beside: list[int] = field(default_factory=list)  # nodes of cameras and lights, beside the scene's root
     chunks: list[bytes] = field(default_factory=list)
     size: int = 0
     _surfaces: dict[Hashable, dict[str, Any] | None] = field(default_factory=dict)
@@ -209,6 +214,19 @@ class GltfDocument:
             self._texture_numbers[texture] = len(self.images) - 1
         return self._texture_numbers[texture]
 
+    # --- cameras and lights ---
+
+    def add_setup(self, scene: Scene) -> None:
+        """Add the cameras and lights that a program declares, as nodes beside the scene's root; raises SceneError."""
+        for node, camera in camera_nodes(scene):
+            self.beside.append(len(self.nodes))
+            self.nodes.append(node | {"camera": len(self.cameras)})
+            self.cameras.append(camera)
+        for node, light in light_nodes(scene):
+            self.beside.append(len(self.nodes))
+            self.nodes.append(node | {"extensions": {LIGHTS: {"light": len(self.lights)}}})
+            self.lights.append(light)
+
     # --- names ---
 
     def name_uniquely(self) -> None:
@@ -240,18 +258,20 @@ class GltfDocument:
         document: dict[str, Any] = {
             "asset": {"version": "2.0", "generator": _generator()},
             "scene": 0,
-            "scenes": [{"nodes": [0]}],  # without a name: three.js would number a node of the same one
+            "scenes": [{"nodes": [0, *self.beside]}],  # without a name: three.js would number a node of the same one
             "nodes": self.nodes,
             "meshes": self.meshes,
             "materials": self.materials,
             "textures": [{"source": number} for number in range(len(self.images))],
             "images": self.images,
             "animations": self.animations,
+            "cameras": self.cameras,
             "accessors": self.accessors,
             "bufferViews": self.views,
             "buffers": [buffer] if self.size else [],
-            "extensionsUsed": sorted(used | self.required),
+            "extensionsUsed": sorted(used | self.required | ({LIGHTS} if self.lights else set())),
             "extensionsRequired": sorted(self.required),
+            "extensions": {LIGHTS: {"lights": self.lights}} if self.lights else [],
         }
         filled = {key: value for key, value in document.items() if value != []}
         return json.dumps(filled, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode()
@@ -825,6 +845,8 @@ def document_of(job: Job) -> GltfDocument:
     else:
         nodes.prepare(plan.roots)
         nodes.add_still(plan.roots[0], IDENTITY, None)
+    roots = [root.entity for root in job.plan.roots]
+    document.add_setup(Scene(plan.word, roots, plan.animated, (), plan.setup))
     document.name_uniquely()
     if document.is_too_large:
         raise LimitError("size", "the meshes exceed the 4 GB limit of a glTF file", hint=_HINT)

@@ -20,8 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.exports.export import SIDES, TOLERANCE, Job, LeafPiece, Surfaces, WorldBlock, mesh_backend
-from scenelang.backends.surfaces.appearance import Look, to_srgb
+from scenelang.backends.surfaces.appearance import Look
 from scenelang.backends.surfaces.contraction import contracted
+from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.precision import NINE_DIGITS, SINGLE, ChangedBody
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.scene.primitives.mesh import triangle_normals

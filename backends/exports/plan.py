@@ -17,10 +17,10 @@ import numpy.typing as npt
 from scenelang.backends.base import frame_of
 from scenelang.backends.surfaces.appearance import Look, check_seen, look_of
 from scenelang.backends.surfaces.contraction import contracted, crowded_edges
-from scenelang.backends.surfaces.patterns import corner_coordinates
 from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
+from scenelang.backends.surfaces.tiles import corner_coordinates
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count
@@ -30,6 +30,7 @@ from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed_points
 from scenelang.interpreter.scene.primitives.textures import Texture
+from scenelang.interpreter.scene.setup import Setup
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 MAX_NODES = 1_000_000  # of a strict tree
@@ -57,11 +58,15 @@ class ExportItem:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ExportPlan:
-    """The items of every exported frame; ``animated`` if they are the frames of a 4D scene."""
+    """The items of every exported frame; ``animated`` if they are the frames of a 4D scene.
+
+    ``setup`` is what the program declares of cameras and lights.
+    """
 
     word: str
     roots: tuple[ExportItem, ...]
     animated: bool
+    setup: Setup = ()
 
 
 def planned(
@@ -92,7 +97,7 @@ def planned(
     cut = {id(root): math.inf if depth is None else depth for root in scene.frames}
     items = _Items(heights)
     roots = tuple(items.of(root, cut[id(root)]) for root in scene.frames)
-    return ExportPlan(scene.word, roots, len(roots) > 1)
+    return ExportPlan(scene.word, roots, len(roots) > 1, scene.setup)
 
 
 def chosen(scene: Scene, frame: int | None) -> Scene:
@@ -104,7 +109,7 @@ def chosen(scene: Scene, frame: int | None) -> Scene:
     if not all(abs(number) < _MAX_COORDINATE for box in boxes for number in box):
         raise SceneError("pose", "pose overflow: coordinates exceed the range of single precision")
     check_seen(scene)
-    return Scene(scene.word, roots, scene.animated and frame is None)
+    return scene.with_frames(roots, scene.animated and frame is None)
 
 
 class _Items:
@@ -250,7 +255,7 @@ def _merged_below(plan: ExportPlan, counts: Mapping[int, int], repeated: Set[int
             new_items[id(item)] = ExportItem(
                 item.entity, tuple((new_items[id(child)], pose) for child, pose in item.parts)
             )
-    return ExportPlan(plan.word, tuple(new_items[id(root)] for root in plan.roots), plan.animated)
+    return ExportPlan(plan.word, tuple(new_items[id(root)] for root in plan.roots), plan.animated, plan.setup)
 
 
 # --- surfaces ---------------------------------------------------------------------------------------------------------

@@ -26,7 +26,8 @@ from scenelang.backends.exports.export import (
     mesh_backend,
 )
 from scenelang.backends.exports.plan import ExportSurface, points_of
-from scenelang.backends.surfaces.appearance import Look, to_srgb
+from scenelang.backends.surfaces.appearance import Look
+from scenelang.backends.surfaces.image_files import to_srgb
 
 FloatArray = npt.NDArray[np.float64]
 

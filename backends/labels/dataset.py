@@ -32,9 +32,11 @@ from scenelang.backends.labels.ground_truth import (
 )
 from scenelang.backends.labels.views import LabelledView, SceneFacts, labelled_view
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
+from scenelang.backends.pictures.declared import View, settled
 from scenelang.backends.pictures.film import PictureBackend, PictureOptions, save_picture, write_exr
 from scenelang.backends.pictures.stage import box_of
-from scenelang.backends.surfaces.appearance import encode, word_color
+from scenelang.backends.surfaces.appearance import word_color
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import is_object
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import dataclass, replace
@@ -446,7 +448,7 @@ class MapOptions:
     """
 
     pictures: PictureOptions
-    views: tuple[Viewpoint | Camera, ...]
+    views: tuple[View, ...]
     resize: bool = True
     tracks: int = setting(64, "number of tracked points of 4D scenes (default 64)", metavar="N", read=whole)
     annotations: int = setting(
@@ -594,7 +596,7 @@ def _write_view(
 ) -> None:
     """Write the ``missing`` shots of one view, whose shots are ``items``, and its tracks."""
     camera = options.views[items[0].view]
-    picture_options = replace(options.pictures, camera=camera)
+    picture_options = settled(facts.scene, replace(options.pictures, camera=camera))
     if isinstance(camera, Camera) and not options.resize:
         picture_options = replace(picture_options, width=camera.width, height=camera.height)
     view = labelled_view(facts, picture_options, backend, [item.frame for item in items], options.tracks)

@@ -25,7 +25,8 @@ from scenelang.backends.minecraft.blocks import (
     unified,
 )
 from scenelang.backends.minecraft.voxels import BoolArray, FloatArray, IntArray, namespaced
-from scenelang.backends.surfaces.appearance import Looks, from_srgb, oklab
+from scenelang.backends.surfaces.appearance import Looks, oklab
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.backends.surfaces.solids import Solids, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest

@@ -40,7 +40,8 @@ from scenelang.backends.minecraft.voxels import (
     place_of,
     whole_sizes,
 )
-from scenelang.backends.surfaces.appearance import Look, from_srgb, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, LimitError
 from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of
@@ -429,7 +430,7 @@ def as_cubes(scene: Scene, limit: int, warn: Callable[[Diagnostic], None] | None
     for warning in warnings_by_message.values():
         if warn is not None:
             warn(warning)
-    return Scene(scene.word, [drawn_roots[id(root)] for root in scene.frames], scene.animated)
+    return scene.with_frames([drawn_roots[id(root)] for root in scene.frames])
 
 
 def _as_cubes(root: Entity, limit: int) -> tuple[Entity, tuple[Diagnostic, ...]]:

@@ -32,19 +32,20 @@ from scenelang.backends.exports.plan import (
     solid_of,
     unit_surface,
 )
-from scenelang.backends.pictures.camera import Viewpoint
-from scenelang.backends.pictures.film import FINAL_EXTRA
+from scenelang.backends.pictures.declared import settled
+from scenelang.backends.pictures.draft import toned
+from scenelang.backends.pictures.film import FINAL_EXTRA, PictureOptions
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
 from scenelang.backends.pictures.mitsuba_materials import Lobe
 from scenelang.backends.pictures.mitsuba_materials import surface as bsdf_of
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
-from scenelang.backends.pictures.stage import Staging, box_of, still, unit_size
+from scenelang.backends.pictures.stage import Staging, box_of, staging_of, still, unit_size
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
 from scenelang.interpreter.scene import pose
-from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix
@@ -61,6 +62,9 @@ _TAGS = {
     "multijitter": "sampler",
     "box": "rfilter",
     "constant": "emitter",
+    "directional": "emitter",
+    "point": "emitter",
+    "spot": "emitter",
     "area": "emitter",
     "diffuse": "bsdf",
     "twosided": "bsdf",
@@ -300,6 +304,7 @@ MITSUBA_XML = mesh_backend(
 FloatArray = npt.NDArray[np.float64]
 
 _WIDTH, _HEIGHT = 800, 600
+_MAX_PROBED = 200_000  # primitives of a scene for which the tone of the backdrop is chosen, as in images
 
 
 def stage_elements(plan: ExportPlan, path: Path) -> list[str]:
@@ -307,13 +312,19 @@ def stage_elements(plan: ExportPlan, path: Path) -> list[str]:
 
     Writes the image of the surroundings beside ``path``.
     """
-    scene = Scene(plan.word, [plan.roots[0].entity], False)
+    scene = Scene(plan.word, [plan.roots[0].entity], False, (), plan.setup)
+    options = settled(scene, PictureOptions(width=_WIDTH, height=_HEIGHT, stated=()))
     mi = use("scalar", 0, False)
     center, scale = unit_size(scene)
     nothing = solids_of(flatten_entity(Entity(plan.word, ANONYMOUS, ())))
     roots, lowest = {0: scene.root}, float(box_of(scene)[0][1])
-    staging = Staging(roots, roots, None, {0: nothing}, lowest, center, scale, "studio", None)
-    stage = staging.stage(still(scene, Viewpoint(), None, _WIDTH, _HEIGHT))
+    shot = still(scene, options.camera, None, options.width, options.height)
+    staging = Staging(roots, roots, None, {0: nothing}, lowest, center, scale, options.environment, options.ground,
+                      options.lighting)  # fmt: skip
+    if primitive_count(scene.root) <= _MAX_PROBED:
+        drawn = staging_of(scene, [0], _MAX_PROBED, options.environment, options.ground, lighting=options.lighting)
+        staging = replace(staging, backdrop=toned(drawn, shot).backdrop)
+    stage = staging.stage(shot)
     outward = np.diag([1.0 / scale] * 3 + [1.0])
     outward[:3, 3] = center
     lines: list[str] = []
@@ -336,11 +347,19 @@ def _in_world(value: Mapping[str, Any], outward: FloatArray, scale: float) -> di
             pose = outward @ np.array(item.matrix, np.float64).reshape(4, 4)
             if is_camera and value["type"] != "orthographic":
                 pose[:3, :3] *= scale  # a camera's pose must not contain scale
+            if value["type"] in ("directional", "spot"):  # nor must that of a light without extent
+                pose[:3, :3] = np.array(item.matrix, np.float64).reshape(4, 4)[:3, :3]
             out[key] = pose
         elif hasattr(item, "matrix"):
             out[key] = np.array(item.matrix, np.float64)
         elif key in ("near_clip", "far_clip", "aperture_radius", "focus_distance"):
             out[key] = item / scale
+        elif key == "position":
+            out[key] = (outward @ np.array([*item, 1.0]))[:3].tolist()
+        elif key == "intensity":  # radiant intensity, whose light falls with the square of the distance
+            out[key] = {**item, "value": [channel / scale**2 for channel in item["value"]]}
+        elif key in ("cutoff_angle", "beam_width"):
+            out[key] = float(item)
         elif key == "sampler":
             out[key] = dict(item) | {"sample_count": MITSUBA.setting(BackendOptions(), "samples")}
         else:

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.surfaces.appearance import MATERIALS, Look, from_srgb, look_of, oklab
+from scenelang.backends.surfaces.appearance import MATERIALS, Look, look_of, oklab
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.grammar.datum import Keyword, Symbol
 from scenelang.interpreter.runtime.show import plain_attributes
 from scenelang.interpreter.scene.bounds import entity_box

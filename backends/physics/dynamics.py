@@ -20,7 +20,8 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress, require
 from scenelang.backends.physics.colliders import INSTALL, Collider, FloatArray
-from scenelang.backends.surfaces.appearance import look_of, to_srgb
+from scenelang.backends.surfaces.appearance import look_of
+from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.trs import quaternions
 from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 

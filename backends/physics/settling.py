@@ -64,7 +64,7 @@ def settled(
     motion = simulate(bodies, seconds, progress=progress)
     poses = final_poses(bodies, motion)
     root = moved_root(bodies, poses)
-    return RestingScene(Scene(scene.word, [root], False), reported(bodies, motion, seconds), tuple(poses))
+    return RestingScene(scene.with_frames([root], False), reported(bodies, motion, seconds), tuple(poses))
 
 
 def simulated(
@@ -92,7 +92,7 @@ def simulated(
         moved_root(bodies, {number: motion.pose(sample, number) for number in _free(bodies)})
         for sample in range(len(motion.times))
     ]
-    return Scene(scene.word, frames, True), reported(bodies, motion, seconds)
+    return scene.with_frames(frames, True), reported(bodies, motion, seconds)
 
 
 def _free(bodies: BodySet) -> list[int]:

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
-from scenelang.backends.surfaces.appearance import Color, tone
+from scenelang.backends.surfaces.appearance import Color
+from scenelang.backends.surfaces.environments import tone
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -30,7 +31,7 @@ _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 def lightness(linear: npt.NDArray[np.floating]) -> FloatArray:
     """Return CIE L* (...) of linear sRGB (..., 3)."""
     luminance = np.asarray(linear, np.float64) @ _LUMINANCE
-    return np.where(luminance > 0.008856, 116.0 * np.cbrt(luminance) - 16.0, 903.3 * luminance)
+    return np.asarray(np.where(luminance > 0.008856, 116.0 * np.cbrt(luminance) - 16.0, 903.3 * luminance), np.float64)
 
 
 def small(camera: Camera) -> Camera:

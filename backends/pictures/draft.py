@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Option, Progress, Work
 from scenelang.backends.pictures.backdrops import small, tone_for
+from scenelang.backends.pictures.draft_lamps import Lamps
 from scenelang.backends.pictures.draft_light import (
     GROUND,
     SKY,
@@ -58,12 +59,14 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, to_srgb, tone_map
+from scenelang.backends.surfaces.environments import environment_of, tone_map
+from scenelang.backends.surfaces.image_files import encode, to_srgb
 from scenelang.backends.surfaces.solids import Solids
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
+Places = tuple[IntArray, IntArray]  # rows and columns of samples
 T = TypeVar("T")
 
 _SAMPLES = 2  # per pixel and axis
@@ -160,10 +163,19 @@ def draw(
     depth = pixels.depth.reshape(size).astype(np.float32)
     step = 2 if by_pixel else 1
     ambient = _ambient(stage, pixels, depth, cache, step) if shaded else np.ones_like(depth[::step, ::step])
-    light = _Light(shadows, ambient, depth[::step, ::step], _SAMPLES * step)
+    lamps = None
+    if shaded and stage.lights:
+        is_still = stage.fixed == len(stage.solids)
+        maps: dict[tuple[int, int], Any] = cache.get("lamps", (stage.lights, size), dict) if is_still else {}
+        lamps = Lamps(stage, stage.solids.take(opaque), maps)
+    light = _Light(shadows, ambient, depth[::step, ::step], _SAMPLES * step, lamps)
     report(0.7)
     scene = _Shading(stage, caster, rays, keys, layers, light, by_pixel)
     color, radiance, albedo, normal, sky, cover = _shade(scene, pixels, lambda share: report(0.7 + 0.3 * share))
+    if lamps is not None:
+        shining, share = lamps.seen(rays, depths_of(keys), _SAMPLES)
+        color += (tone_map(shining, stage.studio.environment).astype(np.float32) - color) * share
+        radiance += (shining - radiance) * share
     ids = pixels.ids.reshape(size)
     for layer in layers[:1]:
         ids = np.where(layer[::_SAMPLES, ::_SAMPLES] != NOTHING, ids_of(layer[::_SAMPLES, ::_SAMPLES]), ids)
@@ -173,8 +185,9 @@ def draw(
 
 def toned(staging: Staging, shot: Shot) -> Staging:
     """Return a staging whose backdrop shows the outline of the scene in ``shot``, unless a ground is asked for."""
-    environment = ENVIRONMENTS[staging.environment]
-    if staging.ground is not None or environment.ground != "seamless" or environment.backdrop is None:
+    environment = environment_of(staging.environment)
+    has_lights = staging.lighting is not None and bool(staging.lighting.lights)
+    if staging.ground is not None or environment.ground != "seamless" or environment.backdrop is None or has_lights:
         return staging
     stage = staging.stage(replace(shot, camera=small(shot.camera)))
     rays = camera_rays(stage.camera, _SAMPLES)
@@ -200,12 +213,14 @@ def _grid(height: int, width: int, step: int) -> tuple[IntArray, IntArray]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Light:
-    """Light of an image: shadow maps, and ambient light at samples ``step`` apart with the depths at these samples."""
+    """Light of an image: shadow maps, ambient light at samples ``step`` apart with the depths at these samples, and the
+    lights of the program."""
 
     shadows: list[Shadow]
     ambient: Float32Array
     depth: Float32Array
     step: int
+    lamps: Lamps | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -230,8 +245,10 @@ class _Shading:
             at = np.flatnonzero(layer[row, column] != NOTHING)
             part = _surface(self.stage, self.caster, self.rays, layer, row[at], column[at])
             key = key_reach(self.stage, part, shadows, row[at], column[at])
-            over.append((at, part, Reach(key, np.full(len(at), _LAYER_AMBIENT, np.float32))))
-        return _shaded(self.stage, visible, Reach(key_reach(self.stage, visible, shadows, row, column), ambient), over)
+            reach = Reach(key, np.full(len(at), _LAYER_AMBIENT, np.float32))
+            over.append((at, part, reach, (row[at], column[at])))
+        reach = Reach(key_reach(self.stage, visible, shadows, row, column), ambient)
+        return _shaded(self, visible, reach, over, (row, column))
 
 
 def _outputs(stage: Stage) -> list[Float32Array]:
@@ -248,7 +265,9 @@ def _shade(scene: _Shading, pixels: Surface, report: Callable[[float], None]) ->
     report(0.3)
     for part in batches(np.flatnonzero(inside), _BATCH_SAMPLES):
         light = Reach(reach.key[part], reach.ambient[part])
-        for output, values in zip(flat, _shaded(stage, pixels.take(part), light, []), strict=True):
+        row, column = np.divmod(part, stage.width)
+        places = row * _SAMPLES, column * _SAMPLES
+        for output, values in zip(flat, _shaded(scene, pixels.take(part), light, [], places), strict=True):
             output[part] = values
     report(0.6)
     for part in batches(np.flatnonzero(~inside), _BATCH_SAMPLES // _SAMPLES**2):
@@ -492,19 +511,27 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCach
 
 
 def _shaded(
-    stage: Stage, visible: Surface, reach: Reach, layers: list[tuple[IntArray, Surface, Reach]]
+    scene: _Shading,
+    visible: Surface,
+    reach: Reach,
+    layers: list[tuple[IntArray, Surface, Reach, Places]],
+    places: Places,
 ) -> tuple[Float32Array, ...]:
     """Return color, radiance, albedo, normal (N, 3), sky coverage (N, 1), alpha and shadow (N, 2) of samples.
 
     The samples are behind transparent layers.
 
-    ``layers`` are surfaces, the nearest first, each with the indices of the samples that see it, and its light.
+    ``layers`` are surfaces, the nearest first, each with the indices of the samples that see it, its light, and the
+    rows and columns of these samples; ``places`` are those of all samples.
     """
+    stage, lamps = scene.stage, scene.light.lamps
     environment = stage.studio.environment
     albedo = albedo_of(stage, visible)
     normals = visible.normals.astype(np.float32, copy=False)
     empty = (visible.ids < 0 if _has_level_horizon(stage) else visible.ids == SKY).astype(np.float32)[:, None]
     radiance = radiance_of(stage, visible, albedo, reach)
+    if lamps is not None:
+        radiance += lamps.radiance(visible, albedo, *places)
     cover = np.zeros((len(visible.ids), 2), np.float32)
     cover[:, 0] = visible.ids >= 0
     if stage.is_clear:
@@ -512,9 +539,11 @@ def _shaded(
         radiance[visible.ids < 0] = 0.0
     color = tone_map(radiance, environment).astype(np.float32)
     hidden = hidden_share(stage.solids).astype(np.float32) if layers else np.zeros(0, np.float32)
-    for at, part, light in reversed(layers):
+    for at, part, light, seen in reversed(layers):
         layer_albedo, share = albedo_of(stage, part), hidden[part.ids][:, None]
         shade = radiance_of(stage, part, layer_albedo, light)
+        if lamps is not None:
+            shade += lamps.radiance(part, layer_albedo, *seen)
         for under, over in (
             (color, tone_map(shade, environment).astype(np.float32)),
             (radiance, shade),

@@ -18,14 +18,16 @@ import numpy.typing as npt
 from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, GROUND_EDGE, Studio, ground_colors
-from scenelang.backends.surfaces.patterns import coordinates, tile_of
+from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS
+from scenelang.backends.surfaces.environments import GROUND_EDGE, Studio, ground_colors
 from scenelang.backends.surfaces.solids import Solids
+from scenelang.backends.surfaces.tiles import coordinates, tile_of
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
+Vectors = npt.NDArray[np.floating]
 T = TypeVar("T", bound=np.generic)
 Rotation = tuple[Float32Array, Float32Array]  # cosine and sine of the per-point rotation of the taps
 
@@ -786,7 +788,7 @@ def ground_radiance(stage: Stage) -> FloatArray:
 _COAT_ROUGHNESS = 0.06  # of varnish
 # The bright rim of fabric, as Mitsuba's ``principled`` has it: its share of the light, and its reflectance k (1 - c)^p
 # by the cosine c between normal and view.
-_SHEEN_ALBEDO, _SHEEN_RIM, _SHEEN_POWER = 0.12, 1.05, 2.16
+_SHEEN_ALBEDO, _SHEEN_RIM, _SHEEN_POWER = 0.12, 0.75, 2.16
 
 
 def _add_gloss(
@@ -820,15 +822,14 @@ def _add_gloss(
     coat, sheen = looks.coat[look][:, None], looks.sheen[look][:, None]
     if sheen.any():
         rim = _SHEEN_RIM * (1.0 - gloss.toward[:, None]) ** _SHEEN_POWER
-        out += sheen * (rim * gloss.white - _SHEEN_ALBEDO * out)
+        out += sheen * (rim * gloss.around - _SHEEN_ALBEDO * out)  # the key light is beside the viewer
     if coat.any():
         varnish, smooth = (
-            np.broadcast_to(microfacets.normal_reflectance(GLASS), coat.shape),
+            np.full(coat.shape, microfacets.normal_reflectance(GLASS)),
             np.full(len(coat), _COAT_ROUGHNESS),
         )
-        out += coat * (
-            gloss.reflected(varnish, smooth, 0.0) - microfacets.dielectric_albedo(_COAT_ROUGHNESS, GLASS) * out
-        )
+        kept = 1.0 - coat * microfacets.dielectric_albedo(_COAT_ROUGHNESS, GLASS)
+        out = out * kept + coat * gloss.reflected(varnish, smooth, 1.0)
     color[rows] = out
 
 
@@ -841,15 +842,12 @@ class _Gloss:
         self.toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
 
     @property
-    def white(self) -> FloatArray:
-        """Radiance (N, 3) of a white matte surface."""
-        facing = np.maximum(self.part.normals @ self.stage.studio.key_direction, 0.0)[:, None]
-        return np.asarray(
-            _surroundings(self.stage, self.part, self.part.ids >= 0) * self._ambient
-            + np.array(self.stage.studio.environment.key) * facing * self._key, np.float64
-        )  # fmt: skip
+    def around(self) -> FloatArray:
+        """Radiance (N, 3) of a white matte surface by the surroundings alone."""
+        light = _surroundings(self.stage, self.part, self.part.ids >= 0) * self._ambient
+        return np.asarray(light, np.float64)
 
-    def reflected(self, normal_reflectance: FloatArray, rough: FloatArray, bounces: FloatArray | float) -> FloatArray:
+    def reflected(self, normal_reflectance: Vectors, rough: FloatArray, bounces: Vectors | float) -> FloatArray:
         """Return the radiance (N, 3) that facets reflect.
 
         ``normal_reflectance`` (N, 1 or 3) is theirs at normal incidence, ``bounces`` (N, 3) how many times brighter
@@ -861,7 +859,7 @@ class _Gloss:
         return np.asarray((room + highlight) * bounces, np.float64)
 
 
-def _schlick(reflectance: FloatArray, cosine: FloatArray, rough: FloatArray) -> FloatArray:
+def _schlick(reflectance: Vectors, cosine: FloatArray, rough: FloatArray) -> FloatArray:
     """Return the Fresnel reflectance (N, 3) by Schlick's approximation (1994), weaker at grazing angles if rough."""
     limit = np.where(reflectance > 0.0, np.maximum((1.0 - rough)[:, None], reflectance), 0.0)
     return np.asarray(reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None], np.float64)
@@ -877,9 +875,7 @@ def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) ->
     return np.asarray(sky * share + ground_radiance(stage) * (1.0 - share), np.float64)
 
 
-def _highlight(
-    stage: Stage, part: Surface, reflectance: FloatArray, toward: FloatArray, rough: FloatArray
-) -> FloatArray:
+def _highlight(stage: Stage, part: Surface, reflectance: Vectors, toward: FloatArray, rough: FloatArray) -> FloatArray:
     """Return the radiance (N, 3) of the key light's highlight (GGX distribution, Smith masking)."""
     light = stage.studio.key_direction
     half = light - part.view

@@ -19,7 +19,7 @@ from scenelang.backends.pictures.notes import Callout, Dimension, Drawing
 from scenelang.backends.pictures.painted import Image, Painter, Picture, flattened
 from scenelang.backends.pictures.rays import camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, Staging
-from scenelang.backends.surfaces.appearance import encode
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, box_of, primitive_ranges
 from scenelang.interpreter.scene.bounds import entity_box

@@ -30,7 +30,8 @@ from scenelang.backends.base import (
     sub_progress,
 )
 from scenelang.backends.files import atomic_write, reason_of
-from scenelang.backends.pictures.camera import LARGEST, Camera, Viewpoint
+from scenelang.backends.pictures.camera import LARGEST
+from scenelang.backends.pictures.declared import Lighting, ProgramView, View, settled
 from scenelang.backends.pictures.figures import PLAIN, Figure, check_drawable, check_figure, figured
 from scenelang.backends.pictures.painted import Image as Image
 from scenelang.backends.pictures.painted import Painter as Painter
@@ -39,7 +40,8 @@ from scenelang.backends.pictures.painted import flattened as flattened
 from scenelang.backends.pictures.painted import font_for as font_for
 from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, stills
 from scenelang.backends.pictures.stage import film as shots_of
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, encode
+from scenelang.backends.surfaces.environments import GROUNDS, TONES, environment_of
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
@@ -66,10 +68,14 @@ class PictureOptions(BackendOptions):
     width, height
         In pixels.
     camera
-        A placed camera, or a viewpoint to be placed.
+        A placed camera, a viewpoint to be placed, or a camera of the program, by default its first one.
     environment, ground
-        Names in ``ENVIRONMENTS``, and in ``GROUNDS`` or ``CLEAR_GROUNDS``; the ground is by default that of the
-        environment.
+        As ``environment_of`` reads it, and a name in ``GROUNDS`` or ``CLEAR_GROUNDS``; the ground is by default that of
+        the environment.
+    exposure
+        Stops by which images are brighter; by default what the program declares.
+    tone
+        Name of the tone curve, in ``TONES``.
     background
         Flat color behind the scene, which then has no ground but perhaps its shadow: a CSS name or ``#rrggbb``.
     seed
@@ -78,12 +84,26 @@ class PictureOptions(BackendOptions):
         Write the words of semantic primitives on the image.
     figure
         What a publication figure shows of the scene, and over its image.
+    stated
+        Fields that what a program declares does not replace: "size", "environment" and "ground"; None if it replaces
+        nothing.
+    lighting
+        What the program declares of its light, once ``settled`` knows the scene.
     """
 
     width: int = 512
     height: int = 512
-    camera: Viewpoint | Camera = field(default_factory=Viewpoint)
-    environment: str = setting("studio", "lighting: studio, overcast, sunny, sunset, night, flat", metavar="NAME")
+    camera: View = field(default_factory=ProgramView)
+    environment: str = setting(
+        "studio",
+        "lighting: studio, overcast, sunny, sunset, night, flat, sky,hour=15, or FILE.hdr or FILE.exr; then "
+        "turn=DEGREES,strength=X",
+        metavar="NAME",
+    )
+    exposure: float | None = setting(
+        None, "stops by which images are brighter", metavar="STOPS", read=within(-30.0, 30.0)
+    )
+    tone: str | None = setting(None, "tone curve: soft (default) or agx", metavar="NAME")
     ground: str | None = setting(
         None,
         "ground: seamless, none, white, dark, meadow, earth, checker; transparent or shadow: an image with alpha",
@@ -95,6 +115,8 @@ class PictureOptions(BackendOptions):
     seed: int = 0
     labels: bool = setting(True, "do not label the boxes of semantic primitives", "--no-labels")
     figure: Figure = PLAIN
+    stated: tuple[str, ...] | None = ("size",)
+    lighting: Lighting | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,6 +192,7 @@ def render(scene: Scene, options: PictureOptions | None = None, backend: str = "
 
 def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Image:
     """Draw one frame of ``scene`` with ``backend``; raises SceneError as ``render`` does."""
+    options = settled(scene, options)
     check(options, [backend])
     scene, shot = figure_shot(scene, options)
     return paint_shot(painters(scene, options, [backend], [shot]), shot, options.progress)
@@ -193,7 +216,9 @@ def figure_shot(scene: Scene, options: PictureOptions, seen: Sequence[int] | Non
 def _staging(scene: Scene, shots: Sequence[Shot], options: PictureOptions) -> Staging:
     """Return the staging of shots; raises SceneError."""
     frames = [shot.frame for shot in shots]
-    return staging_of(scene, frames, options.limit, options.environment, ground_of(options), options.warn)
+    return staging_of(
+        scene, frames, options.limit, options.environment, ground_of(options), options.warn, lighting_of(options)
+    )
 
 
 def painters(
@@ -229,6 +254,15 @@ def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | Non
     is_opaque = all(image.alpha is None for image in images)
     radiance = np.concatenate([image.radiance for image in images], axis=1)
     return Image(np.ascontiguousarray(rgba[:, :, :3]), radiance, None if is_opaque else rgba[:, :, 3])
+
+
+def lighting_of(options: PictureOptions) -> Lighting | None:
+    """Return what the program declares of its light, with the exposure and the tone curve that the user states."""
+    if options.exposure is None and options.tone is None:
+        return options.lighting
+    lighting = options.lighting or Lighting()
+    exposure = lighting.exposure if options.exposure is None else options.exposure
+    return replace(lighting, exposure=exposure, tone=options.tone)
 
 
 def ground_of(options: PictureOptions) -> str | None:
@@ -287,7 +321,9 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
         raise SceneError(
             "value", f"a picture may have at most {_MAX_PIXELS:,} pixels, not {options.width} x {options.height}"
         )
-    _check_name("environment", options.environment, tuple(ENVIRONMENTS))
+    environment_of(options.environment)
+    if options.tone is not None:
+        _check_name("tone", options.tone, TONES)
     if options.ground is not None:
         _check_name("ground", options.ground, (*GROUNDS, *CLEAR_GROUNDS))
     if options.background is not None:
@@ -550,6 +586,7 @@ def write_drawing(
 
     The extension of ``path`` decides which; a WebP file of a 4D scene is a video. Raises SceneError.
     """
+    options = settled(scene, options)
     film_requested = film.is_wanted or (scene.animated and options.frame is None and path.suffix.lower() == ".webp")
     is_video = is_film(path, film_requested)
     check_alpha(options, path, is_video)

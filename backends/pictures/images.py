@@ -14,6 +14,7 @@ from scenelang.backends.base import Progress
 from scenelang.backends.pictures import film as drawing
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
+from scenelang.backends.pictures.declared import ProgramView, settled, view_of
 from scenelang.backends.pictures.figures import check_drawable, figured
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, picture_backend
 from scenelang.backends.pictures.stage import Shot
@@ -23,7 +24,7 @@ from scenelang.grammar.settings import fits, typed
 from scenelang.interpreter.scene.entity import Scene
 
 Size = tuple[int, int]
-View = Viewpoint | PlacedCamera
+View = Viewpoint | PlacedCamera | ProgramView | str  # a text names a camera of the program, or is as of `--camera`
 _DEFAULT_SIZE = (512, 512)  # pixels
 _VIEW_NUMBERS = {
     "azimuth": "float", "elevation": "float", "fov": "float", "aperture": "float", "roll": "float",
@@ -254,15 +255,21 @@ def picture_options(camera: View | None = None, size: Size | None = None, **fiel
     Parameters
     ----------
     camera : Camera, optional
-        Default: a camera that frames the whole scene.
+        A camera, or the name of one of the program. Default: the program's first, else one that frames the scene.
     size : (width, height), optional
         In pixels; default: that of a placed camera, else 512 x 512.
     fields
         Other fields of ``PictureOptions``.
     """
-    view = camera if camera is not None else Viewpoint()
-    width, height = size or ((view.width, view.height) if isinstance(view, PlacedCamera) else _DEFAULT_SIZE)
-    return PictureOptions(camera=view, width=width, height=height, **fields)
+    view = view_of(camera) if camera is None or isinstance(camera, str) else camera
+    if isinstance(view, PlacedCamera):
+        size = size or (view.width, view.height)
+    width, height = size or _DEFAULT_SIZE
+    given = {
+        name: value for name, value in fields.items() if name not in ("environment", "ground") or value is not None
+    }
+    stated = (*given, *(("size",) if size else ()))
+    return PictureOptions(camera=view, width=width, height=height, stated=stated, **given)
 
 
 def image_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] = "draft") -> Image:
@@ -278,6 +285,7 @@ def shot_of(
     ``seen`` are the frames that the camera frames, by default the rendered one.
     """
     backends = _backends(quality)
+    options = settled(graph, options)
     drawing.check(options, backends)
     graph, shot = drawing.figure_shot(graph, options, seen)
     painted = drawing.paint_shot(drawing.painters(graph, options, backends, [shot]), shot, options.progress)
@@ -295,6 +303,7 @@ def video_of(
 
     ``orbit`` is the total rotation of the camera in degrees.
     """
+    options = settled(scene.graph, options)
     drawing.check(options, _backends(quality))
     check_drawable(options.figure, None, is_video=True)
     graph = figured(scene.graph, options.figure, options.limit, options.warn)

@@ -50,7 +50,9 @@ from scenelang.backends.pictures.mitsuba_scene import (
 )
 from scenelang.backends.pictures.rays import pixel_directions
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
-from scenelang.backends.surfaces.appearance import Look, encode, tone_map
+from scenelang.backends.surfaces.appearance import Look
+from scenelang.backends.surfaces.environments import tone_map
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm

@@ -158,7 +158,9 @@ def _plastic(look: Look, paint: Paint) -> dict[str, Any]:
     """Return the BSDF of a colored body under facets of a dielectric."""
     rough, ior = max(look.gloss, _MIN_ROUGHNESS), float(max(look.ior or GLASS, _MIN_IOR))
     loss = _table(_PLASTIC_LOSS, _PLASTIC_IOR, _PLASTIC_ROUGHNESS, ior, rough)
-    if rough <= _PLASTIC_ROUGHNESS[-1] and loss <= _MAX_PLASTIC_LOSS:
+    body = paint(_unchanged)
+    is_even = rough <= _PLASTIC_ROUGHNESS[-1] and loss <= _MAX_PLASTIC_LOSS
+    if is_even and body["type"] != "mesh_attribute":  # of which ``roughplastic`` cannot compute the mean
         return {
             "type": "roughplastic",
             "distribution": "ggx",
@@ -167,7 +169,7 @@ def _plastic(look: Look, paint: Paint) -> dict[str, Any]:
             "int_ior": ior,
             "diffuse_reflectance": paint(lambda color: color * loss),
         }
-    return _blend(*_facets(1.0, rough, ior, {"type": "diffuse", "reflectance": paint(_unchanged)}))
+    return _blend(*_facets(1.0, rough, ior, {"type": "diffuse", "reflectance": body}))
 
 
 def _facets(

@@ -11,20 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.pictures.declared import emitters
 from scenelang.backends.pictures.mitsuba_materials import Lobe, Paint, is_glass, kind_of, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
-from scenelang.backends.surfaces.appearance import (
-    BRIGHTEST,
-    CHECKER,
-    CHECKER_EDGE,
-    GROUND_EDGE,
-    Look,
-    Studio,
-    look_of,
-)
+from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.dome import Dome
-from scenelang.backends.surfaces.patterns import corner_coordinates, tile_of
+from scenelang.backends.surfaces.environments import CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
+from scenelang.backends.surfaces.tiles import corner_coordinates, tile_of
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm
@@ -211,7 +205,7 @@ def surroundings(mi: Any, stage: Stage, depth: int) -> dict[str, Any]:
         scene["key"] = _key_light(mi, stage.studio)
     if stage.ground is not None and stage.studio.ground is not None:
         scene |= _ground(mi, stage.ground, stage.studio.ground)
-    return scene
+    return scene | emitters(mi, stage.lights)
 
 
 def sensor(mi: Any, camera: Camera) -> dict[str, Any]:

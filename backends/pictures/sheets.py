@@ -204,7 +204,13 @@ def _drawn(
         key = (id(cell.scene), cell.shot.frame)
         if known is None or known[0] != key:
             staging = staging_of(
-                cell.scene, [cell.shot.frame], options.limit, options.environment, film.ground_of(options), options.warn
+                cell.scene,
+                [cell.shot.frame],
+                options.limit,
+                options.environment,
+                film.ground_of(options),
+                options.warn,
+                film.lighting_of(options),
             )
             if k == 0:
                 backdrop = toned(staging, cell.shot).backdrop

@@ -11,7 +11,10 @@ import numpy.typing as npt
 
 from scenelang.backends.base import frame_of
 from scenelang.backends.pictures.camera import BoxExtent, Camera, Extent, Viewpoint, checked, framed
-from scenelang.backends.surfaces.appearance import Color, Studio, check_seen, look_of, studio_for
+from scenelang.backends.pictures.declared import Lighting, ProgramCamera, View, resolved, share_of
+from scenelang.backends.surfaces.appearance import Color, check_seen, look_of
+from scenelang.backends.surfaces.environments import Studio, studio_for
+from scenelang.backends.surfaces.lights import Light
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
@@ -57,14 +60,14 @@ def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
     return low, high
 
 
-def still(scene: Scene, view: Viewpoint | Camera, frame: int | None, width: int, height: int) -> Shot:
+def still(scene: Scene, view: View, frame: int | None, width: int, height: int) -> Shot:
     """Return the shot of one image, which frames that frame; raises SceneError."""
     return stills(scene, view, [frame_of(scene, frame)], width, height)[0]
 
 
 def stills(
     scene: Scene,
-    view: Viewpoint | Camera,
+    view: View,
     frames: Sequence[int],
     width: int,
     height: int,
@@ -74,23 +77,44 @@ def stills(
 
     ``seen`` are frames too, by default the same ones. Raises SceneError.
     """
+    chosen = resolved(scene, view)
+    if isinstance(chosen, ProgramCamera):
+        shares = [share_of(scene, frame) for frame in frames]
+        return _declared(scene, chosen, list(zip(frames, shares, strict=True)), (width, height), seen or frames)
     low, high = box_of(scene)
-    if isinstance(view, Camera):
-        return [Shot(frame, _resized(view, width, height)) for frame in frames]
-    view = checked(view)
+    if isinstance(chosen, Camera):
+        return [Shot(frame, _resized(chosen, width, height)) for frame in frames]
+    placed = checked(chosen)
     camera = framed(
-        view, _extent(scene, [(scene.frames[k], np.eye(3, 4)) for k in dict.fromkeys(seen or frames)]), width, height
+        placed, _extent(scene, [(scene.frames[k], np.eye(3, 4)) for k in dict.fromkeys(seen or frames)]), width, height
     )
-    if not view.follow or view.target is not None:
+    if not placed.follow or placed.target is not None:
         return [Shot(frame, camera) for frame in frames]
-    distance = view.distance or float(np.dot((low + high) / 2.0 - camera.eye, camera.forward))
+    distance = placed.distance or float(np.dot((low + high) / 2.0 - camera.eye, camera.forward))
     shots = []
     for frame in frames:
         box = entity_box(scene.frames[frame])
         middle = (np.array(box[:3]) + np.array(box[3:])) / 2.0 if box is not None else (low + high) / 2.0
-        aimed = replace(view, target=tuple(middle.tolist()), distance=None if view.eye is not None else distance)
+        aimed = replace(placed, target=tuple(middle.tolist()), distance=None if placed.eye is not None else distance)
         shots.append(Shot(frame, framed(aimed, BoxExtent(low, high), width, height)))
     return shots
+
+
+def _declared(
+    scene: Scene,
+    camera: ProgramCamera,
+    shares: Sequence[tuple[int, float]],
+    size: tuple[int, int],
+    seen: Sequence[int],
+) -> list[Shot]:
+    """Return the shots of a camera of the program, for frames and how far each is on the way through the video."""
+
+    def place(viewpoint: Viewpoint) -> Camera:
+        """Place a viewpoint in front of all that is seen."""
+        (shot,) = stills(scene, viewpoint, [seen[0]], *size, seen=seen)
+        return shot.camera
+
+    return [Shot(frame, camera.at(scene, frame, share, size, place)) for frame, share in shares]
 
 
 def _extent(scene: Scene, placed: Sequence[tuple[Entity, FloatArray]]) -> Extent:
@@ -100,9 +124,7 @@ def _extent(scene: Scene, placed: Sequence[tuple[Entity, FloatArray]]) -> Extent
     return supports if not supports.is_empty else BoxExtent(*box_of(scene))
 
 
-def film(
-    scene: Scene, view: Viewpoint | Camera, width: int, height: int, frames: int | None, orbit: float | None
-) -> list[Shot]:
+def film(scene: Scene, view: View, width: int, height: int, frames: int | None, orbit: float | None) -> list[Shot]:
     """Return the shots of a film; raises SceneError.
 
     Parameters
@@ -118,20 +140,27 @@ def film(
     if not 1 <= count <= MOST_FRAMES:
         hint = "leave out --frames for all frames of the scene" if frames is not None else "use --frames"
         raise SceneError("value", f"a film must have 1 to {MOST_FRAMES:,} frames (--frames), got {count}", hint)
-    orbit_of_view = view.orbit if isinstance(view, Viewpoint) else None
+    view = resolved(scene, view)
+    orbit_of_view = None if isinstance(view, Camera) else view.orbit
     angle = orbit if orbit is not None else orbit_of_view
     if angle is None:
-        angle = 0.0 if scene.animated else 360.0
+        is_moving = scene.animated or (isinstance(view, ProgramCamera) and view.varies)
+        angle = 0.0 if is_moving else 360.0
     if not -MOST_ORBIT <= angle <= MOST_ORBIT:
         raise SceneError("value", f"the camera's orbit must be at most {MOST_ORBIT:,.0f} degrees, not {angle:,g}")
     numbers = [i * len(scene.frames) // count for i in range(count)]
     if not angle:
+        if isinstance(view, ProgramCamera):
+            last = max(1, count - 1)
+            return _declared(scene, view, [(n, i / last) for i, n in enumerate(numbers)], (width, height), numbers)
         return stills(scene, view, numbers, width, height)
     low, high = box_of(scene)
-    pivot = (low + high) / 2.0
-    if isinstance(view, Viewpoint) and view.target is not None:
-        pivot = np.array(view.target, np.float64)
+    target = None if isinstance(view, Camera) else view.target if isinstance(view, Viewpoint) else view.target(scene)
+    pivot = (low + high) / 2.0 if target is None else np.array(target, np.float64)
     angles = [angle * i / count for i in range(count)]
+    if isinstance(view, ProgramCamera):
+        (first,) = _declared(scene, view, [(numbers[0], 0.0)], (width, height), numbers)
+        view = first.camera
     start = _orbit_start(scene, view, pivot, list(zip(numbers, angles)), (width, height))
     return [Shot(number, turned(start, pivot, a)) for number, a in zip(numbers, angles)]
 
@@ -201,6 +230,8 @@ class Stage:
         Whether the image has alpha: neither ground nor backdrop, only the shadow on the ground.
     center : (3,)
         With ``scale``, defines the frame: ``p_stage = scale (p_world - center)``.
+    lights
+        Lights of the program, in that frame.
     """
 
     solids: Solids
@@ -211,6 +242,7 @@ class Stage:
     center: FloatArray
     scale: float
     is_clear: bool = False
+    lights: tuple[Light, ...] = ()
 
     @property
     def width(self) -> int:
@@ -243,6 +275,8 @@ class Staging:
         As of ``Stage``.
     environment, ground
         Names in ``ENVIRONMENTS``, and in ``GROUNDS`` or ``CLEAR_GROUNDS``.
+    lighting
+        What the program declares of its light, None if it declares nothing.
     backdrop
         Radiance (3) behind the scene; None for that of the environment.
     """
@@ -256,6 +290,7 @@ class Staging:
     scale: float
     environment: str
     ground: str | None
+    lighting: Lighting | None = None
     backdrop: Color | None = None
 
     def stage(self, shot: Shot) -> Stage:
@@ -263,7 +298,9 @@ class Staging:
         camera = shot.camera.rescaled(self.center, self.scale)
         is_clear = self.ground in CLEAR_GROUNDS
         under = CLEAR_GROUNDS.get(self.ground or "", self.ground)
-        studio = studio_for(camera.right, self.environment, under, self.backdrop)
+        lighting = self.lighting or Lighting()
+        studio = lighting.studio(studio_for(camera.right, self.environment, under, self.backdrop))
+        lights = tuple(light.scaled(self.center, self.scale) for light in lighting.lights)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
@@ -271,7 +308,7 @@ class Staging:
         shows_ground = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
         height = ground if shows_ground else None
-        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear)
+        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear, lights)
 
 
 def staging_of(
@@ -281,6 +318,7 @@ def staging_of(
     environment: str = "studio",
     ground: str | None = None,
     warn: Callable[[Diagnostic], None] | None = None,
+    lighting: Lighting | None = None,
 ) -> Staging:
     """Prepare frames of a scene for rendering.
 
@@ -296,6 +334,8 @@ def staging_of(
         Names in ``ENVIRONMENTS`` and ``GROUNDS``.
     warn
         Receives diagnostics for content that cannot be drawn faithfully.
+    lighting
+        What the program declares of its light.
 
     Raises
     ------
@@ -313,7 +353,7 @@ def staging_of(
     fixed, moving = parted(solids) if len(shown) > 1 else (None, solids)
     roots = dict(zip(shown, drawn, strict=True))
     moved = dict(zip(shown, moving, strict=True))
-    return Staging(asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground)
+    return Staging(asked, roots, fixed, moved, float(low[1]), center, scale, environment, ground, lighting)
 
 
 def unit_size(scene: Scene) -> tuple[FloatArray, float]:

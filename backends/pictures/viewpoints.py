@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_at, looking
+from scenelang.backends.pictures.declared import View
 from scenelang.grammar.datum import replace
 from scenelang.grammar.diagnostics import SceneError
 
-View = Viewpoint | Camera
 _ELEVATIONS = (5.0, 65.0)  # degrees above the horizon of random viewpoints
 MAX_VIEWS = 10_000  # images in one folder; `dataset` makes more, in shards
 
@@ -66,6 +66,6 @@ def views_of(given: Sequence[View], count: int | None, seed: int) -> tuple[View,
     if not 1 <= count <= MAX_VIEWS:
         raise SceneError("value", f"`--views` must be 1 to {MAX_VIEWS:,}, not {count}")
     (like,) = given if len(given) == 1 else (None,)
-    if like is None or isinstance(like, Camera):
+    if not isinstance(like, Viewpoint):
         raise SceneError("value", "`--views` places cameras at random: give at most one viewpoint, which they share")
     return hemisphere_views(count, np.random.default_rng(seed), like)

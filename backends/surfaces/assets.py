@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.surfaces.appearance import from_srgb
+from scenelang.backends.surfaces.image_files import IMAGE_FORMATS, MAX_PIXELS, checked_image, from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives import MESH_ENDINGS
 from scenelang.interpreter.scene.primitives.mesh import Mesh
@@ -138,20 +138,6 @@ class AssetFiles:
         return str(target)
 
 
-def checked_image(path: Path, name: str) -> Any:
-    """Return an image of Pillow, not yet decoded; raises SceneError("file") if it is none or too large."""
-    pillow = require("PIL.Image", "pillow")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            image = pillow.open(path, formats=_IMAGE_FORMATS)
-    except (OSError, ValueError, SyntaxError, pillow.DecompressionBombError):
-        raise SceneError("file", f"`{name[:80]}` is not an image that can be read") from None
-    if image.width * image.height > MAX_PIXELS:
-        raise SceneError("file", f"the image `{name[:80]}` has more than {MAX_PIXELS:,} pixels")
-    return image
-
-
 _CLOCK_STEPS = 4096  # steps after which a meter checks the clock
 
 
@@ -173,8 +159,6 @@ def _measured(path: str, root: str, version: int) -> Asset:
 
 MAX_FILE_BYTES = 128_000_000  # bytes, of a mesh file and separately of all files that it refers to
 _MAX_VIEW_BYTES = 2 * MAX_FILE_BYTES  # bytes of all buffer views of a glTF file, which may overlap
-MAX_PIXELS = 1 << 25  # of all images of a mesh file together: 8192 x 4096
-_IMAGE_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TGA", "TIFF", "PPM")  # whose decoders start no other program
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]*:")
 
 
@@ -278,8 +262,8 @@ def _size_of(data: bytes) -> tuple[int, int] | None:
             raise SceneError("file", f"an image of a mesh file may have at most {MAX_PIXELS:,} pixels") from None
         except Exception:  # decoding an untrusted file may raise any exception
             return None
-    if kind not in _IMAGE_FORMATS:
-        expected = ", ".join(_IMAGE_FORMATS)
+    if kind not in IMAGE_FORMATS:
+        expected = ", ".join(IMAGE_FORMATS)
         raise SceneError("file", f"unsupported image format {kind} in a mesh file; expected one of {expected}")
     return width, height
 

@@ -21,7 +21,7 @@ Color = tuple[float, float, float]
 
 _HEIGHT = 128  # rows of the image of an environment: its softboxes have soft edges
 _TABLE_HEIGHT = 24  # rows of blurred images, and of irradiance
-_SOURCE_HEIGHT = 32  # rows of the images from which these are computed
+_SOURCE_HEIGHT, _LIGHT_HEIGHT = 32, 16  # rows of the images from which blurred images and irradiance are computed
 _KEPT = 8  # panoramas whose images are kept
 _BLURS = (0.25, 0.5, 0.75, 1.0)  # roughnesses of blurred images
 
@@ -90,10 +90,14 @@ class Panorama:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dome:
-    """Radiance by direction: a panorama, turned by ``turn`` degrees about the vertical axis, from +z towards +x."""
+    """Radiance by direction: a panorama, turned by ``turn`` degrees about the vertical axis, from +z towards +x.
+
+    ``strength`` is a factor of its radiance.
+    """
 
     panorama: Panorama
     turn: float = 0.0
+    strength: float = 1.0
 
     def radiance(self, directions: Floats, roughness: Floats | None = None) -> FloatArray:
         """Return the radiance (N, 3) in unit ``directions`` (N, 3).
@@ -103,13 +107,13 @@ class Dome:
         across, down = self._places(directions)
         sharp = _sampled(self.panorama.image, across, down)
         if roughness is None:
-            return sharp
+            return sharp * self.strength
         level = np.clip(np.asarray(roughness) / _BLURS[0], 0.0, float(len(_BLURS)))
         below = np.minimum(level.astype(np.int64), len(_BLURS) - 1)
         share = (level - below)[:, None]
         images = [sharp, *(_sampled(image, across, down) for image in _blurred(self.panorama))]
         first, second = (_chosen(images, below + step) for step in (0, 1))
-        return np.asarray(first + (second - first) * share, np.float64)
+        return np.asarray((first + (second - first) * share) * self.strength, np.float64)
 
     def irradiance(self, normals: Floats, *, above: bool) -> npt.NDArray[np.float32]:
         """Return the irradiance (N, 3) on surfaces with ``normals`` (N, 3), divided by pi.
@@ -120,7 +124,7 @@ class Dome:
         across, down = self._places(normals)
         row = (down * (len(image) - 1) + 0.5).astype(np.int32)
         column = (across * len(image) * 2).astype(np.int32)
-        return image.reshape(-1, 3).take(row * np.int32(2 * len(image)) + column, 0)
+        return image.reshape(-1, 3).take(row * np.int32(2 * len(image)) + column, 0) * np.float32(self.strength)
 
     def _places(self, directions: Floats) -> tuple[Floats, Floats]:
         """Return the shares across and down the image (N,) at which directions (N, 3) lie."""
@@ -138,7 +142,7 @@ def panorama_of(sky: Sky, ambient: Color) -> Panorama:
     upper = np.array(sky.horizon) + (np.array(sky.zenith) - np.array(sky.horizon)) * np.maximum(height, 0.0)
     lower = (np.array(sky.nadir) - np.array(sky.horizon)) * np.sqrt(np.maximum(-height, 0.0))
     radiance = upper + lower + sum((box.seen(directions) for box in sky.softboxes), np.zeros(3))
-    weight = np.maximum(height, 0.0) * _solid_angles(_HEIGHT).reshape(-1, 1)
+    weight = np.maximum(height, 0.0) * solid_angles(_HEIGHT).reshape(-1, 1)
     mean = (radiance * weight).sum(axis=0) / weight.sum()
     return Panorama((radiance / mean * np.array(ambient)).reshape(_HEIGHT, 2 * _HEIGHT, 3))
 
@@ -156,18 +160,18 @@ def directions_of(height: int) -> FloatArray:
     return np.stack(parts, axis=2)
 
 
-def _solid_angles(height: int) -> FloatArray:
+def solid_angles(height: int) -> FloatArray:
     """Return the solid angles (H, 2 H) of the pixels of a dome's image."""
     edges = np.cos(np.arange(height + 1) / height * math.pi)
     return np.repeat((edges[:-1] - edges[1:])[:, None], 2 * height, axis=1) * (math.pi / height)
 
 
-def _smaller(image: FloatArray, height: int) -> FloatArray:
+def smaller(image: FloatArray, height: int) -> FloatArray:
     """Return a dome's image with ``height`` rows, by averaging over solid angles; as it is if it has no more."""
     rows = len(image)
     if rows <= height:
         return image
-    weights = _solid_angles(rows)[:, :, None]
+    weights = solid_angles(rows)[:, :, None]
     down, across = np.arange(rows) * height // rows, np.arange(2 * rows) * height // rows
     target = (down[:, None] * 2 * height + across).reshape(-1)
     total = np.stack(
@@ -183,9 +187,9 @@ def _irradiance(panorama: Panorama) -> tuple[npt.NDArray[np.float32], npt.NDArra
 
     They are so large that the nearest pixel is precise to a level of 255.
     """
-    source = _smaller(panorama.image, _SOURCE_HEIGHT)
+    source = smaller(panorama.image, _LIGHT_HEIGHT)
     toward = directions_of(len(source)).reshape(-1, 3)
-    light = source.reshape(-1, 3) * _solid_angles(len(source)).reshape(-1, 1) / math.pi
+    light = source.reshape(-1, 3) * solid_angles(len(source)).reshape(-1, 1) / math.pi
     cosine = np.maximum(directions_of(_TABLE_HEIGHT).reshape(-1, 3) @ toward.T, 0.0)
     directions = directions_of(_HEIGHT).reshape(-1, 3)
     both = []
@@ -201,7 +205,7 @@ def _blurred(panorama: Panorama) -> tuple[FloatArray, ...]:
 
     The lobe is that of GGX facets for a viewer along the normal (Karis, 2013).
     """
-    source = _smaller(panorama.image, _SOURCE_HEIGHT)
+    source = smaller(panorama.image, _SOURCE_HEIGHT)
     toward = directions_of(len(source)).reshape(-1, 3)
     cosine = directions_of(_TABLE_HEIGHT).reshape(-1, 3) @ toward.T
     half = np.sqrt(np.clip(0.5 + 0.5 * cosine, 0.0, 1.0))  # cosine between the normal and the facet that reflects
@@ -209,7 +213,7 @@ def _blurred(panorama: Panorama) -> tuple[FloatArray, ...]:
     for roughness in _BLURS:
         alpha2 = roughness**4
         lobe = alpha2 / (half * half * (alpha2 - 1.0) + 1.0) ** 2 * np.maximum(cosine, 0.0)
-        lobe *= _solid_angles(len(source)).reshape(-1)
+        lobe *= solid_angles(len(source)).reshape(-1)
         images.append((lobe / lobe.sum(axis=1, keepdims=True)) @ source.reshape(-1, 3))
     return tuple(image.reshape(_TABLE_HEIGHT, 2 * _TABLE_HEIGHT, 3) for image in images)
 

@@ -32,7 +32,8 @@ import numpy.typing as npt
 
 from scenelang.backends.files import check_folder, write_text
 from scenelang.backends.pictures.stage import box_of, unit_size
-from scenelang.backends.surfaces.appearance import BRIGHTEST, ENVIRONMENTS, GLASS, SHOULDER, look_of
+from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, look_of
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, SHOULDER
 from scenelang.backends.surfaces.precision import own_offset
 from scenelang.backends.surfaces.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
@@ -605,7 +606,7 @@ def studio_constants() -> dict[str, Any]:
     """Return the lighting constants of ``studio`` for the page; angles in radians."""
     light = ENVIRONMENTS["studio"]
     return {
-        "backdrop": list(light.backdrop),
+        "backdrop": list(light.backdrop or light.ambient),
         "ambient": list(light.ambient),
         "key": list(light.key),
         "keyRadius": math.radians(light.radius),

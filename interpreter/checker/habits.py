@@ -491,7 +491,7 @@ def _is_function(text: str, name: str, words: frozenset[str]) -> bool:
 def _primitives_of_other_tools(
     source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]
 ) -> Iterator[Habit]:
-    """``(plane 4 4)`` and ``(camera :fov 40)``: primitives, lights and cameras of other tools."""
+    """``(plane 4 4)`` and ``(perspective-camera 40)``: primitives, lights and cameras of other tools."""
     head = tree.items[0] if tree.items else tree
     if tree.opener != "(" or head.start not in unbound or is_word(head.text) or head.text in words:
         return

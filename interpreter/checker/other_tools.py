@@ -34,10 +34,8 @@ _SIZES = Meaning("the sizes along x, y and z are `:scale [x y z]`", "scale")
 _EDGES = Meaning("a part has its size by `:scale [x y z]`, and is placed by `transform`")
 _STROKES = Meaning('paths of SVG are profiles: `(extrude (svg-path "M 0 0 L 1 0 L 1 1 Z") 1)`')
 _RADIANCE = Meaning("a surface with `:emission` is a light", "emission")
-_CAMERA = Meaning("the camera is no part of the scene: `render --camera azimuth=40,elevation=20,fov=35`")
-_AIMED = Meaning(
-    "a part is turned by `(look-at eye target)`, and the camera of a picture by `render --camera target=x:y:z`"
-)
+_CAMERA = Meaning('a camera is declared at top level: `(camera "main" :eye [3 2 5] :look-at [0 1 0] :fov 35)`')
+_AIMED = Meaning("a part is turned by `(look-at eye target)`, and a camera by `(camera :look-at [0 1 0])` at top level")
 _SHADOWS = Meaning("every surface casts and receives shadows in final pictures")
 _SMOOTH = Meaning("surfaces are exact; `export --tolerance` says how finely they are divided")
 _SIDES = Meaning("surfaces have two sides, and are always filled")
@@ -115,7 +113,9 @@ _OTHERS = """
     julia-fractal sphere-sweep bicubic-patch smooth-triangle isosurface
     a-scene a-entity a-assets a-sky a-light a-camera a-text a-image a-video a-sound a-cursor a-mixin
 """
-_LIGHT = "a surface with `:emission` is a light, and `--environment` lights the whole scene"
+_LIGHT = (
+    "a light is declared at top level: `(light :position [2 3 2] :power 100)`; a surface with `:emission` shines too"
+)
 
 
 @cache
@@ -177,7 +177,7 @@ def meaning_of_function(name: str) -> str | None:
     Examples
     --------
     >>> meaning_of_function("pointLight")
-    'a surface with `:emission` is a light, and `--environment` lights the whole scene'
+    'a light is declared at top level: `(light :position [2 3 2] :power 100)`; a surface with `:emission` shines too'
     >>> meaning_of_function("chair")
     """
     normal = _normal(name)

@@ -937,6 +937,12 @@ class Program:
         return self.fact_cache.of(self.forms)
 
     @property
+    def own_forms(self) -> Iterator[Any]:
+        """The forms of the main file: what imported files declare of cameras and lights is theirs alone."""
+        imported = {source.name for source in self.sources} - {self.main.name}
+        return (form for form in self.forms if form.span.source.name not in imported)
+
+    @property
     def ok(self) -> bool:
         """Whether the program has no errors."""
         return not any(d.is_error for d in self.diagnostics)

@@ -28,6 +28,7 @@ from scenelang.interpreter.scene.primitives import (
     is_word,
     solid_words,
 )
+from scenelang.interpreter.scene.setup import PROPERTIES
 from scenelang.interpreter.values.values import Keyword
 
 if TYPE_CHECKING:
@@ -565,6 +566,8 @@ class FormFacts:
         Whether the form calls a builtin that returns a string, which may be a word.
     binds
         Words that any ``bind`` in the form binds (None if computed), with their functions.
+    builtins
+        Names of the builtins that the form refers to.
     """
 
     form: Any
@@ -580,13 +583,19 @@ class FormFacts:
     computes_strings: bool
     binds: tuple[tuple[str | None, Any], ...]
     assigned: frozenset[Variable]
+    builtins: frozenset[str]
 
 
 def facts_of(form: Any) -> FormFacts:
     """Collect the facts about a core form."""
     nodes = list(walk(form))
     word = bound_word(form)
-    strings = {text for node in nodes if type(node) is ast.Constant for text in strings_in(node.value)}
+    builtins = frozenset(
+        node.target.name for node in nodes if type(node) is ast.Reference and isinstance(node.target, Builtin)
+    )
+    # Words that a camera looks at are not called by it: they may be the scene's.
+    kept = nodes if builtins.isdisjoint(PROPERTIES) else _without_setup(form)
+    strings = {text for node in kept if type(node) is ast.Constant for text in strings_in(node.value)}
     targets = [node.target for node in nodes if type(node) is ast.Reference]
     return FormFacts(
         form,
@@ -608,7 +617,18 @@ def facts_of(form: Any) -> FormFacts:
         any(isinstance(target, Builtin) and target.result == "String" for target in targets),
         tuple(_binds(nodes)),
         frozenset(node.target for node in nodes if type(node) is ast.Assignment),
+        builtins,
     )
+
+
+def _without_setup(form: Any) -> Iterator[Any]:
+    """Iterate over the nodes of a form that are not inside a call of ``camera``, ``light``, ..."""
+    stack = [form]
+    while stack:
+        node = stack.pop()
+        if called_builtin(node) not in PROPERTIES:
+            yield node
+            stack += children(node)
 
 
 def _binds(nodes: Iterable[Any]) -> Iterator[tuple[str | None, Any]]:

@@ -53,6 +53,7 @@ class ProgramRun:
 
     def run_form(self, form: Any) -> Any:
         """Run one top-level form; return the value of an expression, or None for a definition."""
+        self.rt.begin_form(form)
         (node,) = compile_forms(self.rt, self.globals, [form])
         try:
             return node([])
@@ -84,7 +85,10 @@ class ProgramRun:
             hint = suggest(word, rt.words) or 'bind it with `(bind "word" (lambda () ...))`'
             raise SceneError("root", f'the root "{word}" is not bound', hint, span)
         with _located(word, program.scene.span if program.scene else span):
-            return self.evaluate_root(word, cell.function, z, gamma)
+            setup = rt.setup_of(program.own_forms)
+            rt.form = None
+            scene = self.evaluate_root(word, cell.function, z, gamma)
+        return scene.with_setup(setup)
 
     def _root_call(self, program: Program, word: str) -> tuple[Embedding, Any]:
         """Return the root's embedding and gamma: the defaults, merged with the arguments of ``(scene ...)``."""
@@ -414,7 +418,7 @@ class IncrementalRun:
         if self._scene is not None and self._root == (word, self._function(word)) and program.scene is None:
             self._keep(run, reaches)
             rt.replay(self._trace)
-            return self._scene
+            return self._scene.with_setup(rt.setup_of(program.own_forms))
         unchanged_words = sum(bool(reach.words) for reach in reaches if id(reach.form) in unchanged)
         return self._finish(run, program, reaches, word, seed, binds + unchanged_words)
 

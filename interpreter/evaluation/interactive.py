@@ -56,6 +56,7 @@ from scenelang.interpreter.runtime.procedures import UNDEFINED, Cell
 from scenelang.interpreter.runtime.runtime import JournaledRuntime, raised_value
 from scenelang.interpreter.runtime.types import Library
 from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.setup import Setup
 from scenelang.interpreter.values.values import Mutable
 
 # --- incremental analysis of a program under edit: only the forms that an edit may affect are analyzed again ----------
@@ -805,10 +806,23 @@ class TopLevel:
         if not defined and not form.imports and not form.scene:
             if not self.rt.has_changed:
                 return
-            if not self.rt.has_written:
+            if not self.rt.has_written and not self._setup_of(form):
                 self._random_only.add(id(form))
-        self.forms = inserted(self.forms, form)
+        forms = inserted(self.forms, form)
+        self.forms = self._without_replaced_setup(forms) if self.rt.setups else forms
         self._list_forms()
+
+    def _setup_of(self, *forms: TopForm) -> Setup:
+        """Return what forms declare of cameras, lights, ... and no later one of them replaces."""
+        return self.rt.setup_of(_trees(forms))
+
+    def _without_replaced_setup(self, forms: Sequence[TopForm]) -> list[TopForm]:
+        """Return the forms without those that only declare cameras, lights, ... which later forms replace."""
+        latest = set(map(id, self._setup_of(*forms)))
+        return [
+            form for form in forms
+            if names_of(form) or not (stated := self._setup_of(form)) or any(id(item) in latest for item in stated)
+        ]  # fmt: skip
 
     def _update_dependents(self) -> list[TopForm]:
         """Expand and run again the functions that looked up a name whose meaning has changed; return their forms."""

@@ -446,7 +446,7 @@ def part_of(scene: Scene, path: str) -> Scene:
             frames.append(Entity(path, Embedding(None, None, {}), ()))
     if problem is not None and not any(root.children or root.is_primitive for root in frames):
         raise problem
-    return Scene(scene.word, frames, scene.animated)
+    return scene.with_frames(frames)
 
 
 def box_of(scene: Scene, text: str | None) -> Box | None:

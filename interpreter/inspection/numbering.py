@@ -428,7 +428,7 @@ def apply_overrides(rt: Runtime, scene: Scene, entries: Mapping[Path, ZEntry]) -
                     )
                 continue
             frames[index] = _replace_at(rt, root, path, _reevaluated(rt, entity, entry))
-    return Scene(scene.word, frames, scene.animated, scene.declarations)
+    return Scene(scene.word, frames, scene.animated, scene.declarations, scene.setup)
 
 
 def _reevaluated(rt: Runtime, entity: Entity, entry: ZEntry) -> Entity:

@@ -6,6 +6,7 @@ The outline merges adjacent parts of the same structure into one line with a cou
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -215,6 +216,7 @@ def summary(scene: Scene) -> dict[str, Any]:
         "instances": sum(sum(count_words(root).values()) for root in scene.frames),
         "primitives": sum(primitive_count(root) for root in scene.frames),
         "bounds": {"min": list(box[:3]), "max": list(box[3:])} if box is not None else None,
+        **({"setup": [item.to_plain() for item in scene.setup]} if scene.setup else {}),
     }
 
 
@@ -223,7 +225,9 @@ def summary_rows(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
     rows = [
         (name, f"{value:,}" if isinstance(value, int) else str(value))
         for name, value in facts.items()
-        if name != "bounds"
+        if name not in ("bounds", "setup")
     ]
+    setup = Counter(item["form"] for item in facts.get("setup", ()))
+    rows += [(form, f"{count:,}") for form, count in setup.items()]
     corners: Mapping[str, Any] = facts["bounds"] or {}  # None without geometry
     return rows + [(name, "[" + " ".join(f"{x:.6g}" for x in corner) + "]") for name, corner in corners.items()]

@@ -17,7 +17,7 @@ from __future__ import annotations
 import copy
 import random
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -43,6 +43,7 @@ from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import class_of, former_word, word_of_today
 from scenelang.interpreter.scene.primitives.mesh_file import Asset
+from scenelang.interpreter.scene.setup import CAMERA, LIGHT, Declared, Setup, misplaced_setup, with_declared
 from scenelang.interpreter.values.limits import Limits, Meter
 from scenelang.interpreter.values.values import (
     NIL,
@@ -289,6 +290,9 @@ class Runtime:
         self.generated_symbols = 0
         self.warnings: dict[tuple[str, str, Span | None], Diagnostic] = {}
         self.declarations: list[Declaration] = []  # not yet assigned to an entity
+        self.form: Any = None  # top-level form that runs; None while the root is evaluated
+        self.setups: dict[int, tuple[Any, Setup]] = {}  # cameras, lights, ... that a form declares, by its id
+        self._set_up = 0  # number of these declarations
         self._snapshot_at = snapshots
         self.snapshots: dict[int, Any] = {}
 
@@ -312,6 +316,7 @@ class Runtime:
         """Prepare a run of the next version of the program, which may use memoized calls of earlier versions."""
         self.reset(spent)
         self.declarations.clear()
+        self.setups.clear()
         self.version += 1
         self.streams.seed(seed)
         self.generated_symbols = 0
@@ -559,7 +564,7 @@ class Runtime:
 
         def compute(serial: int) -> Entity:
             """Create the entity, with the declarations that its function states."""
-            before = len(self.declarations)
+            before, set_up = len(self.declarations), self._set_up
             try:
                 entity = self.make_entity(word, z, self._entity_parts(word, function, z, rest))
             except SceneError as error:
@@ -568,6 +573,7 @@ class Runtime:
                 raise
             if len(self.declarations) > before:
                 entity.declarations = self.declared_since(before)
+            entity.tainted |= self._set_up > set_up
             entity.function, entity.rest, entity.serial = function, rest, serial
             entity.effects = self.oldest_write < serial
             return entity
@@ -602,11 +608,12 @@ class Runtime:
             entry = self._recall(key)
             if entry is not None:
                 return entry.value
-        before = len(self.declarations)
+        before, set_up = len(self.declarations), self._set_up
 
         def is_tainted(value: Any) -> bool:
             """Declarations belong to the entity around this call, so each such call must state them again."""
-            return len(self.declarations) > before or memo_key(value, self.charge) is None
+            is_stating = len(self.declarations) > before or self._set_up > set_up
+            return is_stating or memo_key(value, self.charge) is None
 
         return self._account(
             key, lambda _serial: self.apply_entity_function(function, function.name, z, rest), is_tainted
@@ -836,6 +843,27 @@ class Runtime:
         del self.declarations[before:]
         return declared
 
+    def declare_setup(self, item: Declared) -> None:
+        """Record a camera, light, ... of the scene, which code at top level states; raises SceneError."""
+        if self.form is None:
+            raise SceneError("misplaced", *misplaced_setup(item.form))
+        self._set_up += 1
+        _, setup = self.setups.get(id(self.form), (None, ()))
+        self.setups[id(self.form)] = self.form, with_declared(setup, item)
+
+    def begin_form(self, form: Any) -> None:
+        """Begin to run a top-level form, which states its declarations anew."""
+        self.form = form
+        self.setups.pop(id(form), None)
+
+    def setup_of(self, forms: Iterable[Any]) -> Setup:
+        """Return what the top-level forms declare, in their order; raises SceneError for duplicates."""
+        setup: Setup = ()
+        for form in forms if self.setups else ():
+            for item in self.setups.get(id(form), (None, ()))[1]:
+                setup = with_declared(setup, item)
+        return setup
+
     def print(self, text: str) -> None:
         """Append a line to the log, up to the limit of its size."""
         self.output += 1
@@ -886,6 +914,7 @@ class JournaledRuntime(Runtime):
         self._start = 0
         self._streams = self.streams.snapshot()
         self._declared = 0
+        self._setups = self.setups
 
     def begin(self) -> None:
         """Start a transaction, whose changes can be rolled back."""
@@ -894,12 +923,13 @@ class JournaledRuntime(Runtime):
         self._start = self.clock
         self._streams = self.streams.snapshot()
         self._declared = len(self.declarations)
+        self._setups = dict(self.setups)
         self.drew_random = False
 
     @property
     def has_changed(self) -> bool:
-        """Whether an object older than the transaction was modified or a random number was drawn."""
-        return bool(self._journal) or self.drew_random
+        """Whether an object older than the transaction was modified, a random number drawn, or a camera declared."""
+        return bool(self._journal) or self.drew_random or self.setups != self._setups
 
     @property
     def has_written(self) -> bool:
@@ -917,9 +947,21 @@ class JournaledRuntime(Runtime):
                 setattr(target, name, value)
         self.streams.restore(self._streams)
         del self.declarations[self._declared :]
+        self.setups = dict(self._setups)
         if self._journal:
             self.invalidate_calls()
         self._journal = {}
+
+    def setup_of(self, forms: Iterable[Any]) -> Setup:
+        """Return what the top-level forms declare; later ones replace those of their name, as definitions do."""
+        latest: dict[Any, Declared] = {}
+        for form in forms:
+            for item in self.setups.get(id(form), (None, ()))[1]:
+                is_single = item.name or item.form != LIGHT
+                key = (item.form, item.name if item.form in (CAMERA, LIGHT) else "") if is_single else len(latest)
+                latest.pop(key, None)
+                latest[key] = item
+        return tuple(latest.values())
 
     def write(self, value: Mutable) -> None:
         """Save the state of an older object before its first change."""

@@ -15,6 +15,7 @@ from scenelang.interpreter.values.values import Embedding, Matrix
 
 if TYPE_CHECKING:
     from scenelang.interpreter.scene.declarations import Declaration
+    from scenelang.interpreter.scene.setup import Setup
 
 
 class Entity:
@@ -107,17 +108,33 @@ class Scene:
         Whether the scene is 4D.
     declarations
         Relations that the program declares outside of calls, about the root.
+    setup
+        Cameras, lights, environment and render settings that the program declares.
     """
 
-    __slots__ = ("animated", "declarations", "frames", "word")
+    __slots__ = ("animated", "declarations", "frames", "setup", "word")
 
     def __init__(
-        self, word: str, frames: Sequence[Entity], animated: bool, declarations: Sequence[Declaration] = ()
+        self,
+        word: str,
+        frames: Sequence[Entity],
+        animated: bool,
+        declarations: Sequence[Declaration] = (),
+        setup: Setup = (),
     ) -> None:
         self.word = word
         self.frames = tuple(frames)
         self.animated = animated
         self.declarations = tuple(declarations)
+        self.setup = setup
+
+    def with_frames(self, frames: Sequence[Entity], animated: bool | None = None) -> Scene:
+        """Return a scene of other frames with the same word and setup; its relations are not those of the frames."""
+        return Scene(self.word, frames, self.animated if animated is None else animated, (), self.setup)
+
+    def with_setup(self, setup: Setup) -> Scene:
+        """Return the scene with another setup."""
+        return Scene(self.word, self.frames, self.animated, self.declarations, setup)
 
     @property
     def root(self) -> Entity:

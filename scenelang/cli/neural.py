@@ -14,7 +14,7 @@ from scenelang.backends.neural.distillation.terms import Guidance
 from scenelang.backends.neural.distillation.training import DistillationSettings
 from scenelang.backends.neural.inversion import InversionSettings
 from scenelang.backends.neural.prompts import Granularity
-from scenelang.backends.pictures.camera import parse_viewpoint
+from scenelang.backends.pictures.declared import view_of
 from scenelang.backends.pictures.film import FPS, check_film
 from scenelang.cli.options import (
     UsageError,
@@ -151,7 +151,7 @@ def run_imagine(arguments: argparse.Namespace) -> int:
         neural.check_output(output, arguments.layout_only)
         neural.check_count(arguments.count)
         settings = fields_of(arguments, ImagineSettings)
-        camera = parse_viewpoint(arguments.camera) if arguments.camera else None
+        camera = view_of(arguments.camera) if arguments.camera else None
         neural.check_size(camera, arguments.size)
     check_folder(output)
     scene = scene_of(arguments)

@@ -124,8 +124,9 @@ def add_camera(group: Any, size_help: str, several: bool = False) -> None:
         metavar="VIEW",
         action="append" if several else "store",
         help="preset (three-quarter, hero, catalogue, isometric, plan, elevation, front, right, back, left, top, "
-        "bottom, turntable, follow), parameters (azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0,aperture=.1,"
-        "focus=4), position (eye=1:2:3,target=0:1:0), or a JSON file; omitted parameters are chosen to frame the scene",
+        "bottom, turntable, follow), the name of a camera of the program (default: its first), parameters (azimuth=40,"
+        "elevation=20,distance=5,fov=35,target=0:1:0,aperture=.1,focus=4), position (eye=1:2:3,target=0:1:0), or a "
+        "JSON file; omitted parameters are chosen to frame the scene",
     )
 
 

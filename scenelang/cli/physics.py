@@ -67,7 +67,7 @@ def run_simulate(arguments: argparse.Namespace) -> int:
     """Simulate a scene, and write a video or a 4D scene."""
     from scenelang.backends.physics.settling import simulated
     from scenelang.backends.physics.verdicts import diagnostics_of
-    from scenelang.backends.pictures.camera import parse_viewpoint
+    from scenelang.backends.pictures.declared import view_of
     from scenelang.backends.pictures.images import picture_options, video_of
     from scenelang.files.scene_json import write_scene
 
@@ -77,7 +77,7 @@ def run_simulate(arguments: argparse.Namespace) -> int:
             raise UsageError(
                 "value", f"`simulate` writes {' '.join(_FILMS)} and .json, not `{output.suffix or output}`"
             )
-        camera = parse_viewpoint(arguments.camera) if arguments.camera else None
+        camera = view_of(arguments.camera) if arguments.camera else None
     check_folder(output)
     scene = scene_of(arguments)
     with limited(limits_of(arguments)):

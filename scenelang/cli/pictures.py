@@ -18,6 +18,7 @@ from scenelang.backends import base
 from scenelang.backends.files import output_path
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
+from scenelang.backends.pictures.declared import setting_of, settled, view_of
 from scenelang.backends.pictures.figures import Figure
 from scenelang.cli.options import (
     UsageError,
@@ -43,6 +44,7 @@ from scenelang.cli.options import (
 )
 from scenelang.cli.options import warnings as warnings_of
 from scenelang.console.reports import deliver
+from scenelang.grammar.datum import replace
 from scenelang.grammar.settings import part_of_one, port
 
 if TYPE_CHECKING:
@@ -65,24 +67,26 @@ def _add_view(
     """Add the options for cameras (``several`` allows repeats), the ``size`` of images, and lighting."""
     group = parser.add_argument_group("view")
     add_camera(group, size, several)
-    add_fields(group, film.PictureOptions, ("environment", "ground"))
+    add_fields(group, film.PictureOptions, ("environment", "ground", "exposure", "tone"))
 
 
 def _add_quality(parser: argparse.ArgumentParser, what: str) -> None:
     """Add the option for a quality preset."""
     summaries = "; ".join(f"{quality.name}: {quality.doc}" for quality in film.QUALITIES.all())
-    parser.add_argument("--quality", choices=film.QUALITIES.names(), default="draft", help=f"{what} ({summaries})")
+    what = f"{what} (default draft, or that of the program; {summaries})"
+    parser.add_argument("--quality", choices=film.QUALITIES.names(), help=what)
 
 
 def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.PictureOptions:
     """Return the rendering options of a command; raises SceneError for an invalid camera."""
-    view = parse_viewpoint(camera) if camera else Viewpoint()
-    camera_size = (view.width, view.height) if isinstance(view, Camera) else _SIZE
-    width, height = arguments.size or camera_size
+    view = view_of(camera)
+    size = arguments.size or ((view.width, view.height) if isinstance(view, Camera) else None)
+    width, height = size or _SIZE
+    stated = (*given(arguments, film.PictureOptions), *(("size",) if size else ()))
     return fields_of(
         arguments, film.PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
         settings=backend_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
-        seed=arguments.seed, figure=fields_of(arguments, Figure),
+        seed=arguments.seed, stated=stated, figure=fields_of(arguments, Figure),
     )  # fmt: skip
 
 
@@ -111,7 +115,7 @@ def run_render(arguments: argparse.Namespace) -> int:
         output = output_path(
             arguments.file, arguments.output, ".gif" if shots.is_wanted else ".png", film.wrote_picture
         )
-        names = arguments.backend.split(",") if arguments.backend else [arguments.quality]
+        names = arguments.backend.split(",") if arguments.backend else [arguments.quality or "draft"]
         backends = [film.picture_backend(name.strip()) for name in names]
         options = _picture_options(arguments, arguments.camera)
         film.check(options, backends)
@@ -120,6 +124,12 @@ def run_render(arguments: argparse.Namespace) -> int:
     check_folder(output)
     scene = scene_of(arguments)
     scene = scene if arguments.part is None else scene.part(arguments.part)
+    if arguments.part is not None and arguments.camera is None:  # a part fills the image, whatever the program's camera
+        options = replace(options, camera=Viewpoint())
+    quality = setting_of(scene.graph, "quality")
+    if quality is not None and not (arguments.quality or arguments.backend):
+        backends = [film.picture_backend(quality)]
+        film.check(options, backends)
     film.write_drawing(scene.graph, output, options, shots, backends)
     done(arguments, output)
     return 0
@@ -159,13 +169,14 @@ def run_sheet(arguments: argparse.Namespace) -> int:
         wanted = fields_of(arguments, sheets.SheetOptions)
         sheets.check_wanted(wanted, len(arguments.files), is_comparison=arguments.compare)
         film.check_still(output)
-        backend = film.picture_backend(arguments.quality)
+        backend = film.picture_backend(arguments.quality or "draft")
         options = _picture_options(arguments, arguments.camera)
         sheets.check_sheet(options, backend)
         if arguments.files.count("-") > 1:
             raise UsageError("file", "only one of the inputs can be standard input")
     check_folder(output)
     named = [(name, scene.graph) for name, scene in _sheet_scenes(arguments, wanted)]
+    options = settled(named[0][1], options)
     if arguments.compare:
         sheet: sheets.Sheet = sheets.compared(named, options, backend, arguments.tolerance)
     elif len(named) == 1 and wanted.vary is None and wanted.seeds is None:
@@ -223,12 +234,12 @@ def run_labels(arguments: argparse.Namespace) -> int:
     from scenelang.backends.pictures.viewpoints import views_of
 
     with usage_errors():
-        backend = film.picture_backend(arguments.quality)
+        backend = film.picture_backend(arguments.quality or "draft")
         options = _picture_options(arguments, None)
         film.check(options, [backend])
         film.check_opaque(options)
-        given = [parse_viewpoint(text) for text in arguments.camera or [""]]
-        views = views_of(given, arguments.views, arguments.seed)
+        read = view_of if arguments.views is None else parse_viewpoint
+        views = views_of([read(text) for text in arguments.camera or [""]], arguments.views, arguments.seed)
     settings = fields_of(arguments, MapOptions, pictures=options, views=views, resize=arguments.size is not None)
     folder = Path(arguments.output)
     check_set_folder(folder)

@@ -132,14 +132,14 @@ def _backends(**_: Any) -> Iterable[str]:
 
 def _environments(**_: Any) -> Iterable[str]:
     """Return the names of lighting environments."""
-    from scenelang.backends.surfaces.appearance import ENVIRONMENTS
+    from scenelang.backends.surfaces.environments import ENVIRONMENTS
 
     return ENVIRONMENTS
 
 
 def _grounds(**_: Any) -> Iterable[str]:
     """Return the names of grounds."""
-    from scenelang.backends.surfaces.appearance import GROUNDS
+    from scenelang.backends.surfaces.environments import GROUNDS
 
     return (*GROUNDS, *_CLEAR_GROUNDS)
 

@@ -25,10 +25,10 @@ from scenelang.backends.labels import object_labels as labels
 from scenelang.backends.labels.object_labels import ObjectLabels
 from scenelang.backends.labels.views import LabelledView, SceneFacts
 from scenelang.backends.pictures.camera import Camera, camera_to_json
+from scenelang.backends.pictures.declared import View
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
 from scenelang.backends.pictures.stage import Shot, box_of
-from scenelang.backends.pictures.viewpoints import View
-from scenelang.backends.surfaces.appearance import encode
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import is_object
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.datasets.naming import classes_of, named_program

@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.pictures.camera import Viewpoint, read_camera
-from scenelang.backends.pictures.viewpoints import View, hemisphere_views, orbit_views, trajectory_views
+from scenelang.backends.pictures.declared import View
+from scenelang.backends.pictures.viewpoints import hemisphere_views, orbit_views, trajectory_views
 from scenelang.datasets.spec import CameraPlan, Distribution, Spec
 from scenelang.grammar.diagnostics import SceneError
 

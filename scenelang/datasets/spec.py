@@ -636,7 +636,7 @@ def _camera_files(table: TomlTable, folder: Path) -> tuple[str, ...]:
 def _pictures(table: TomlTable) -> PicturePlan:
     """Read the plan of images; checks the settings with the backends."""
     from scenelang.backends.pictures.film import PictureOptions, check, picture_backend
-    from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS
+    from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS
 
     width, height = _size(table)
     environment = _names(table, "environment", "studio", tuple(ENVIRONMENTS))

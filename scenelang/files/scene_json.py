@@ -20,6 +20,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.modelling.operations import from_plain, to_plain
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import Primitive, class_of, former_word, word_of_today
+from scenelang.interpreter.scene.setup import setup_of_plain
 from scenelang.interpreter.values.values import Embedding, Matrix, Pair
 
 FORMAT = "scenelang-scene"
@@ -38,7 +39,15 @@ def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
 
     Each entity is on a line of its own, children before parents. Paths of mesh files are relative to ``folder``.
     """
-    head = {"format": FORMAT, "version": VERSION, "word": scene.word, "animated": scene.animated, "axes": _AXES}
+    head: dict[str, Any] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "word": scene.word,
+        "animated": scene.animated,
+        "axes": _AXES,
+    }
+    if scene.setup:
+        head["setup"] = [item.to_plain() for item in scene.setup]
     yield json.dumps(head)[:-1] + ',\n"entities": ['
     numbers: dict[int, int] = {}
     for entity in descendants(*scene.frames):
@@ -94,7 +103,7 @@ def _relative(file: str, folder: Path) -> str:
 def _run(scene: Scene, path: Path, options: BackendOptions) -> None:
     check_settings(options, [JSON])
     if options.frame is not None:
-        scene = Scene(scene.word, [scene.frames[frame_of(scene, options.frame)]], False)
+        scene = scene.with_frames([scene.frames[frame_of(scene, options.frame)]], False)
     write_scene(scene, path)
 
 
@@ -167,7 +176,11 @@ def read_scene(path: Path | str, project: Path | None = None, allow_outside: boo
     animated = data.get("animated", len(roots) > 1)
     if not isinstance(animated, bool) or (len(roots) > 1 and not animated):
         reader.fail('"animated" must be true for several frames')
-    return Scene(word, roots, animated)
+    try:
+        setup = setup_of_plain(data.get("setup", []))
+    except SceneError as error:
+        reader.fail(f'"setup": {error.message}')
+    return Scene(word, roots, animated, (), setup)
 
 
 def _parsed(path: Path) -> Any:

@@ -19,7 +19,6 @@ import numpy.typing as npt
 from scenelang.backends.base import Progress, frame_of, require, sub_progress
 from scenelang.backends.neural.weights import INSTALL, Models
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
-from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.images import Film, Size, View, picture_options, video_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -442,10 +441,11 @@ def _own_size(camera: View | None, default: Size) -> Size:
 
 def _shot(scene: LoadedScene, camera: View | None, size: Size, frame: int | None) -> Shot:
     """Return the camera and the frame of one image; raises SceneError for an invalid size."""
+    from scenelang.backends.pictures.images import picture_options
     from scenelang.backends.pictures.stage import still
 
     check_size(camera, size)
-    return still(scene.graph, camera or Viewpoint(), frame, *size)
+    return still(scene.graph, picture_options(camera).camera, frame, *size)
 
 
 def _shot_layout(

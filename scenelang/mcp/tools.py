@@ -40,6 +40,7 @@ from scenelang.stdlib.reference import TOPICS, records
 
 if TYPE_CHECKING:
     from scenelang.backends.pictures.camera import Camera, Viewpoint
+    from scenelang.backends.pictures.declared import ProgramView
     from scenelang.interpreter.inspection.difference import ComparedFrame
     from scenelang.interpreter.runtime.runtime import ZEntry
     from scenelang.session.session import Evaluated
@@ -543,12 +544,12 @@ def frame_in(scene: Scene, frame: int | None) -> int:
         raise wrong_arguments(error) from None
 
 
-def camera_in(project: Project, text: str) -> Viewpoint | Camera:
+def camera_in(project: Project, text: str) -> Viewpoint | Camera | ProgramView:
     """Parse a camera as `--camera` does; camera files must be in the project folder."""
-    from scenelang.backends.pictures.camera import parse_viewpoint
+    from scenelang.backends.pictures.declared import view_of
 
     query = text.strip()
     try:
-        return parse_viewpoint(str(project.file(query)) if query.lower().endswith(".json") else query)
+        return view_of(str(project.file(query)) if query.lower().endswith(".json") else query)
     except SceneError as error:
         raise wrong_arguments(error) from None

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from keyword import iskeyword
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scenelang.backends.pictures.camera import parse_viewpoint
+from scenelang.backends.pictures.declared import view_of
 from scenelang.backends.pictures.images import View, image_of, picture_options
 from scenelang.backends.viewer.packet import ViewerPage, page_of
 from scenelang.grammar.datum import Source
@@ -87,7 +87,7 @@ def register(shell: InteractiveShell, kind: type[LoadedScene]) -> None:
 
 def _run(arguments: Any, cell: str, variables: dict[str, Any], kind: type[LoadedScene]) -> None:
     """Evaluate and show a cell with its arguments; raises UsageError for invalid ones."""
-    camera = _checked(parse_viewpoint, arguments.camera) if arguments.camera else None
+    camera = _checked(view_of, arguments.camera) if arguments.camera else None
     if not arguments.variable.isidentifier() or iskeyword(arguments.variable):
         raise UsageError("value", f"expected a variable name, got `{arguments.variable}`")
     size = _checked(picture_size, arguments.size)

@@ -399,12 +399,12 @@ class LoadedScene:
         attributes = {name: look_value(name, value) for name, value in look.items() if value is not None}
         known: dict[tuple[int, bool], Entity] = {}
         frames = [restyled(root, word, attributes, known) for root in self.frames]
-        return replace(self, graph=Scene(self.word, frames, self.animated), program=None)
+        return replace(self, graph=self.graph.with_frames(frames), program=None)
 
     @typed
     def frame(self, number: int) -> Self:
         """Return one frame of a 4D scene as a static scene."""
-        return replace(self, graph=Scene(self.word, [self._frame(number)], False))
+        return replace(self, graph=self.graph.with_frames([self._frame(number)], False))
 
     @typed
     def instances(self, path: str, frame: int = 0, limit: int = 20_000) -> list[SceneInstance]:

@@ -57,6 +57,7 @@ from scenelang.interpreter.checker.lint import (
     word_warnings,
 )
 from scenelang.interpreter.checker.program import Program, load_program
+from scenelang.interpreter.checker.setup_forms import setup_problems
 from scenelang.interpreter.runtime.types import STD, Library
 from scenelang.interpreter.values.limits import Limits, fork_safe_lock, recursion_room
 from scenelang.sandbox.supervision import limited, link, spent_seconds
@@ -618,9 +619,9 @@ class Session:
             word, root = None, [] if error.name == "no-root" else [error.diagnostic]
         if not is_written:
             in_python = python_front_end().in_python
-            kind_errors = [in_python(d) for d in findings(program, word, is_written=False)]
+            kind_errors = [in_python(d) for d in findings(program, word, is_written=False)] + setup_problems(program)
             return [*kind_errors, *word_warnings(program), *root] if program.ok else kind_errors
-        kind_errors = findings(program, word, is_written=True)
+        kind_errors = [*findings(program, word, is_written=True), *setup_problems(program)]
         if not program.ok:
             return [*kind_errors, *lint_forms(program)]
 

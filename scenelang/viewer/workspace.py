@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.files import atomic_write, check_folder, read_regular, write_text
-from scenelang.backends.surfaces.appearance import from_srgb, to_srgb
+from scenelang.backends.surfaces.image_files import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
 from scenelang.files import beside
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text

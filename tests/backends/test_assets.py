@@ -13,8 +13,8 @@ import scenelang
 from scenelang.backends.pictures.camera import PRESETS
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.surfaces import assets
-from scenelang.backends.surfaces.appearance import from_srgb
 from scenelang.backends.surfaces.assets import load_asset
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.grammar.diagnostics import SceneError
 
 trimesh = later("trimesh")

@@ -10,7 +10,8 @@ import pytest
 from scenelang.backends.pictures.backdrops import TONES, lightness, tone_for
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, from_srgb
+from scenelang.backends.surfaces.environments import ENVIRONMENTS
+from scenelang.backends.surfaces.image_files import encode, from_srgb
 
 CURRENT = ENVIRONMENTS["studio"].backdrop
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, studio_for
 from scenelang.backends.surfaces.dome import UNIFORM, Dome, Panorama, Sky, Softbox, directions_of, panorama_of
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, studio_for
 
 UP, DOWN = np.array([[0.0, 1.0, 0.0]]), np.array([[0.0, -1.0, 0.0]])
 

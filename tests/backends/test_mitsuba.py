@@ -18,7 +18,9 @@ from scenelang.backends.pictures.film import Image, PictureOptions, draw, pictur
 from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.backends.pictures.mitsuba_scene import parts_of
 from scenelang.backends.pictures.stage import staging_of, still
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, GROUNDS, encode, look_of
+from scenelang.backends.surfaces.appearance import look_of
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError

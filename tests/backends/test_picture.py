@@ -24,7 +24,8 @@ from scenelang.backends.pictures.film import (
 )
 from scenelang.backends.pictures.film import draw as picture_draw
 from scenelang.backends.pictures.stage import Stage, staging_of, still, stills
-from scenelang.backends.surfaces.appearance import ENVIRONMENTS, encode, from_srgb, to_srgb, tone
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, tone
+from scenelang.backends.surfaces.image_files import encode, from_srgb, to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Scene

@@ -15,7 +15,7 @@ from searching import many
 from exports.oracle import corners_of, example, expected, obj_corners, on_examples, same_points, scenes
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.mesh_files import OBJ, PLY, STL
-from scenelang.backends.surfaces.appearance import from_srgb, to_srgb
+from scenelang.backends.surfaces.image_files import from_srgb, to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Scene

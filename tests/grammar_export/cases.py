@@ -20,6 +20,8 @@ STRICT_CODE = "E210"
 # What a context-free grammar cannot see.
 UNSEEN = {
     "E203-else.scene": "`else` in a call is a name like any other",
+    "E203-light.scene": "`light` is a function like any other",
+    "E205-camera.scene": "two names are compared",
     "E205-let.scene": "two names are compared",
     "E205-parameter.scene": "two names are compared",
     "E207-ellipsis.scene": "a template is right or wrong by the names of its pattern",

@@ -17,7 +17,8 @@ from minecraft.scenes import CUBOIDS, STEPS, group, placed
 from scenelang.backends.minecraft import models
 from scenelang.backends.minecraft.blocks import load_table
 from scenelang.backends.minecraft.voxels import voxelised
-from scenelang.backends.surfaces.appearance import from_srgb, look_of
+from scenelang.backends.surfaces.appearance import look_of
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box

@@ -17,7 +17,7 @@ from transpile.cases import scene_of
 from scenelang.backends.minecraft import filling
 from scenelang.backends.minecraft.blocks import load_table
 from scenelang.backends.minecraft.filling import FAMILIES, USUAL, Filled, filled, in_blocks, palette_of
-from scenelang.backends.surfaces.appearance import from_srgb
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenelang.backends.neural.descriptions import color_names, color_words, mentions_color, named_points, oklab
-from scenelang.backends.surfaces.appearance import from_srgb
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.stdlib.colors import named_colors
 
 ROWS = color_names()

@@ -34,7 +34,8 @@ from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.neural.weights import INSTALL
 from scenelang.backends.pictures.film import Image, save_picture
 from scenelang.backends.pictures.stage import Shot, Staging
-from scenelang.backends.surfaces.appearance import encode, from_srgb, tone_map
+from scenelang.backends.surfaces.environments import tone_map
+from scenelang.backends.surfaces.image_files import encode, from_srgb
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import descendants
 

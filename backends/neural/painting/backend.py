@@ -47,7 +47,8 @@ from scenelang.backends.pictures.film import (
     write_still,
 )
 from scenelang.backends.pictures.stage import Shot, Stage, Staging, box_of, check_size
-from scenelang.backends.surfaces.appearance import encode, tone_map
+from scenelang.backends.surfaces.environments import tone_map
+from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import normalized, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import SceneError

@@ -10,7 +10,7 @@ import numpy as np
 from scenelang.backends.base import require
 from scenelang.backends.neural.splats.gaussians import Splats
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.backends.surfaces.appearance import to_srgb
+from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.interpreter.scene.entity import Scene
 
 _DEFAULT_SPLATS = 100_000  # target for a scene without learned Gaussians

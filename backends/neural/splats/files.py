@@ -19,7 +19,7 @@ from scenelang.backends.exports.mesh_files import write_ply
 from scenelang.backends.files import atomic_write, read_regular
 from scenelang.backends.neural.splats.gaussians import Gaussians
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.backends.surfaces.appearance import from_srgb, to_srgb
+from scenelang.backends.surfaces.image_files import from_srgb, to_srgb
 from scenelang.grammar.diagnostics import LimitError, SceneError
 
 if TYPE_CHECKING:

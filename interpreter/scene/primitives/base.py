@@ -227,6 +227,8 @@ def texture_of(word: str, name: str, value: Any) -> Texture:
     settings = dict(zip(map(str, parts[1::2]), parts[2::2], strict=True))
     if settings.get("colors") is not None:
         colors = items_of(settings["colors"]) or ()
+        if len(colors) == 6:  # the rows of an array, as in [[1 0 0] [0 0 1]]
+            colors = (Vector(colors[:3]), Vector(colors[3:]))
         if len(colors) != 2:
             raise SceneError("attribute", f"`:colors` of {where} must be two colors")
         settings["colors"] = tuple(color_of(word, color) for color in colors)

@@ -1,4 +1,4 @@
-"""Textures: patterns and images on surfaces, as plain data. ``backends/surfaces/patterns`` draws them.
+"""Textures: patterns and images on surfaces, as plain data. ``backends/surfaces/tiles`` draws them.
 
 The value of ``:texture`` is the name of a pattern, the name of an image file, or the list that ``(texture ...)``
 returns: the name, then settings by name and value.
@@ -26,7 +26,7 @@ PROJECTIONS: Mapping[str, str] = MappingProxyType({
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class PatternKind:
     """A pattern: what it shows, its two colors, and the share of an object's size that ``:scale`` is by default.
 
     ``shades`` says that the second color is a shade of the first, which it follows when a surface has another color.
@@ -49,21 +49,21 @@ class Pattern:
 
 _WHITE, _BLACK, _GRAY = (0.75, 0.75, 0.75), (0.06, 0.06, 0.06), (0.25, 0.25, 0.25)
 
-PATTERNS: Mapping[str, Pattern] = MappingProxyType({
-    "checker": Pattern("squares of side `:scale`", (_WHITE, _BLACK), 0.125),
-    "stripes": Pattern("stripes of width `:scale` along x", (_WHITE, _BLACK), 0.0625),
-    "brick": Pattern("courses of bricks of length `:scale`", ((0.262, 0.095, 0.061), (0.45, 0.43, 0.40)), 0.2),
-    "tiles": Pattern("square tiles of side `:scale` with joints", ((0.62, 0.64, 0.66), _GRAY), 0.2),
-    "planks": Pattern("boards of width `:scale` along x", ((0.33, 0.19, 0.09), (0.05, 0.03, 0.015)), 0.125,
+PATTERNS: Mapping[str, PatternKind] = MappingProxyType({
+    "checker": PatternKind("squares of side `:scale`", (_WHITE, _BLACK), 0.125),
+    "stripes": PatternKind("stripes of width `:scale` along x", (_WHITE, _BLACK), 0.0625),
+    "brick": PatternKind("courses of bricks of length `:scale`", ((0.262, 0.095, 0.061), (0.45, 0.43, 0.40)), 0.2),
+    "tiles": PatternKind("square tiles of side `:scale` with joints", ((0.62, 0.64, 0.66), _GRAY), 0.2),
+    "planks": PatternKind("boards of width `:scale` along x", ((0.33, 0.19, 0.09), (0.05, 0.03, 0.015)), 0.125,
                       shades=True),
-    "wood": Pattern("grain along x of a board of width `:scale`", ((0.42, 0.26, 0.13), (0.24, 0.13, 0.055)), 1.0,
+    "wood": PatternKind("grain along x of a board of width `:scale`", ((0.42, 0.26, 0.13), (0.24, 0.13, 0.055)), 1.0,
                     shades=True),
-    "marble": Pattern("veins, `:scale` apart", ((0.83, 0.79, 0.75), (0.30, 0.30, 0.32)), 0.5, shades=True),
-    "noise": Pattern("clouds of size `:scale`", ((0.60, 0.60, 0.60), (0.20, 0.20, 0.20)), 0.25, shades=True),
-    "dots": Pattern("dots, `:scale` apart", (_WHITE, (0.60, 0.03, 0.03)), 0.2),
-    "gradient": Pattern("from the first color to the second and back, over `:scale` along y",
+    "marble": PatternKind("veins, `:scale` apart", ((0.83, 0.79, 0.75), (0.30, 0.30, 0.32)), 0.5, shades=True),
+    "noise": PatternKind("clouds of size `:scale`", ((0.60, 0.60, 0.60), (0.20, 0.20, 0.20)), 0.25, shades=True),
+    "dots": PatternKind("dots, `:scale` apart", (_WHITE, (0.60, 0.03, 0.03)), 0.2),
+    "gradient": PatternKind("from the first color to the second and back, over `:scale` along y",
                         (_WHITE, (0.05, 0.10, 0.35)), 2.0),
-    "text": Pattern("the string `:text`, in squares of side `:scale`", (_WHITE, _BLACK), 1.0, "planar"),
+    "text": PatternKind("the string `:text`, in squares of side `:scale`", (_WHITE, _BLACK), 1.0, "planar"),
 })  # fmt: skip
 
 _SETTINGS = ("scale", "turn", "colors", "projection", "text")

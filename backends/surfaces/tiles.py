@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
+from scenelang.backends.surfaces.image_files import checked_image, encode, from_srgb
 from scenelang.interpreter.scene.primitives.textures import PATTERNS, Color, Texture
 
 FloatArray = npt.NDArray[np.float64]
@@ -59,8 +60,6 @@ class Tile:
 
     def png(self) -> bytes:
         """Return the image at full resolution as a PNG file."""
-        from scenelang.backends.surfaces.appearance import encode
-
         data = io.BytesIO()
         require("PIL.Image", "pillow").fromarray(encode(self.image)).save(data, "PNG")
         return data.getvalue()
@@ -115,9 +114,6 @@ def tile_of(texture: Texture) -> Tile:
 def _image_of(path: str) -> Float32Array:
     """Return the linear sRGB of an image file (H, W, 3); transparent pixels are mixed with white."""
     from PIL import Image
-
-    from scenelang.backends.surfaces.appearance import from_srgb
-    from scenelang.backends.surfaces.assets import checked_image
 
     opened = checked_image(Path(path), path)
     opened.thumbnail((_LARGEST, _LARGEST))

@@ -1,0 +1,418 @@
+"""What a program declares of its pictures: cameras, lights, environment and settings, as data of renderers.
+
+The program stores names and checked numbers (``interpreter.scene.setup``). Here cameras are placed, what they look at
+is looked up in the scene, and lights become frozen data that both qualities draw.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, SKY, Studio
+from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
+from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
+from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.setup import (
+    CAMERA,
+    ENVIRONMENT,
+    POINT,
+    PROPERTIES,
+    SETTINGS,
+    TARGET,
+    Declared,
+    named,
+)
+
+if TYPE_CHECKING:
+    from scenelang.backends.pictures.film import PictureOptions
+
+FloatArray = npt.NDArray[np.float64]
+
+_FRAME_HEIGHT = 24.0  # mm of the frame of 36 x 24 mm that `:lens` is about
+# Share of the environment's light in a program with lights and no environment: the shadows of its lights stay readable,
+# and what they do not reach is not black.
+_AMBIENT_BESIDE_LIGHTS = 0.1
+
+
+# --- cameras ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProgramCamera:
+    """A camera that a program declares, placed for each frame."""
+
+    item: Declared
+
+    @property
+    def varies(self) -> bool:
+        """Whether values are given over the frames."""
+        return any(_is_keyed(key, value) for key, value in self.item.values.items())
+
+    @property
+    def orbit(self) -> float | None:
+        """Angle in degrees that the camera of a video travels around."""
+        orbit: float | None = self.item.values.get("orbit")
+        return orbit
+
+    def viewpoint(self, scene: Scene) -> Viewpoint | None:
+        """Return the viewpoint that this camera is for all frames, None if it is not one."""
+        target = self.item.values.get("look-at")
+        if self.varies or "eye" in self.item.values or "roll" in self.item.values:
+            return None
+        return self._viewpoint(scene, 0, 0.0) if not isinstance(target, str) or len(scene.frames) == 1 else None
+
+    def target(self, scene: Scene, frame: int = 0, share: float = 0.0) -> Point | None:
+        """Return what it looks at (3,) in a frame, None for the whole scene."""
+        value = self.item.values.get("look-at")
+        if value is None:
+            return None
+        keys = value if _is_keyed("look-at", value) else (value,)
+        first, last, between = _around(len(keys), share)
+        one, other = (self._point(scene, frame, keys[k]) for k in (first, last))
+        point: Point = _mixed(one, other, between)
+        return point
+
+    def _point(self, scene: Scene, frame: int, target: str | Point) -> Point:
+        return center_of(scene, target, self.item, frame) if isinstance(target, str) else target
+
+    def _value(self, key: str, share: float) -> Any:
+        """Return a value at a share of the way from the first frame to the last, linear between those given."""
+        value = self.item.values.get(key)
+        if value is None or not _is_keyed(key, value):
+            return value
+        first, last, between = _around(len(value), share)
+        return _mixed(value[first], value[last], between)
+
+    def _fov(self, share: float) -> float | None:
+        """Return the vertical field of view in degrees, None for that of the preset."""
+        lens = self._value("lens", share)
+        if lens is None:
+            fov: float | None = self._value("fov", share)
+            return fov
+        return math.degrees(2.0 * math.atan(_FRAME_HEIGHT / 2.0 / lens))
+
+    def _viewpoint(self, scene: Scene, frame: int, share: float) -> Viewpoint:
+        """Return the viewpoint of a frame, of a camera without an eye."""
+        name = self.item.values.get("preset")
+        if name is not None and name not in PRESETS:
+            hint = suggest(name, PRESETS) or f"expected one of {', '.join(PRESETS)}"
+            raise SceneError("value", f'unknown preset "{name}" of `camera`', hint, self.item.span)
+        given = {key: self._value(key, share) for key in ("azimuth", "elevation", "distance", "aperture", "focus")}
+        given |= {"fov": self._fov(share), "target": self.target(scene, frame, share)}
+        given |= {"orthographic": self.item.values.get("orthographic"), "orbit": self.orbit}
+        start = PRESETS[name] if name is not None else Viewpoint()
+        return replace(start, **{key: value for key, value in given.items() if value is not None})
+
+    def at(
+        self, scene: Scene, frame: int, share: float, size: tuple[int, int], place: Callable[[Viewpoint], Camera]
+    ) -> Camera:
+        """Return the placed camera of a frame.
+
+        Parameters
+        ----------
+        frame
+            Frame of the scene.
+        share
+            From 0 at the first frame of the video to 1 at the last.
+        size
+            Width and height of the image in pixels.
+        place
+            Places a viewpoint in front of the scene.
+
+        Raises
+        ------
+        SceneError
+            If it looks at nothing, or at itself.
+        """
+        eye = self._value("eye", share)
+        camera = place(self._viewpoint(scene, frame, share)) if eye is None else self._seeing(
+            scene, np.array(eye), self.target(scene, frame, share), share, size
+        )  # fmt: skip
+        roll = self._value("roll", share)
+        return camera if not roll else rolled(camera, roll)
+
+    def _seeing(
+        self, scene: Scene, eye: FloatArray, target: Point | None, share: float, size: tuple[int, int]
+    ) -> Camera:
+        """Return the camera at ``eye`` (3,) that looks at a target, by default the center of the scene."""
+        width, height = size
+        point = np.array(center_in(scene, None) if target is None else target)
+        forward = point - eye
+        distance = float(np.linalg.norm(forward))
+        if distance < 1e-9:
+            raise SceneError("value", "the camera is at the point that it looks at", None, self.item.span)
+        tangent = math.tan(math.radians(self._fov(share) or Viewpoint().fov) / 2.0)
+        lens = {"aperture": self._value("aperture", share) or 0.0, "focus": self._value("focus", share) or distance}
+        axes = level_axes(forward / distance)
+        if self.item.values.get("orthographic"):  # what it looks at is as large as in a perspective
+            focal = height / (2.0 * distance * tangent)
+            return camera_at(eye, axes, focal, width, height, projection="orthographic", **lens)
+        return camera_at(eye, axes, height / (2.0 * tangent), width, height, **lens)
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramView:
+    """A view that is known once the scene is: a camera of the program by name, or its first one.
+
+    Attributes
+    ----------
+    name
+        Name of a camera; empty for the first one, or the default viewpoint in a program without cameras.
+    other
+        What the name means if no camera of the program has it: a preset, or an error.
+    """
+
+    name: str = ""
+    other: Viewpoint | Camera | None = None
+    error: str = field(default="", compare=False)
+    hint: str | None = field(default=None, compare=False)
+
+    def of(self, scene: Scene) -> Viewpoint | Camera | ProgramCamera:
+        """Return the view of a scene; raises UsageError if it has no such camera."""
+        cameras = named(scene.setup, CAMERA)
+        chosen = next((item for item in cameras if not self.name or item.name == self.name), None)
+        if chosen is not None:
+            camera = ProgramCamera(chosen)
+            return camera.viewpoint(scene) or camera
+        if not self.name:
+            return Viewpoint()
+        if self.other is not None:
+            return self.other
+        names = ", ".join(f"`{item.name}`" for item in cameras if item.name)
+        hint = suggest(self.name, [item.name for item in cameras]) or (
+            f"the program has {names}" if names else self.hint
+        )
+        raise UsageError("value", self.error, hint)
+
+
+View = Viewpoint | Camera | ProgramView | ProgramCamera
+
+
+def view_of(text: str | None) -> Viewpoint | Camera | ProgramView:
+    """Return the view of ``--camera``: the name of a camera of the program, or what ``parse_viewpoint`` reads.
+
+    Raises SceneError. A single word may be a camera's name, which is known once the program has run.
+    """
+    text = (text or "").strip()
+    if not text:
+        return ProgramView()
+    if any(sign in text for sign in "=,") or text.lower().endswith(".json"):
+        return parse_viewpoint(text)
+    try:
+        return ProgramView(text, parse_viewpoint(text))
+    except SceneError as error:
+        return ProgramView(text, None, error.message, error.hint)
+
+
+def resolved(scene: Scene, view: View) -> Viewpoint | Camera | ProgramCamera:
+    """Return a view of a scene that can be placed; raises UsageError."""
+    return view.of(scene) if isinstance(view, ProgramView) else view
+
+
+def share_of(scene: Scene, frame: int) -> float:
+    """Return how far a frame is on the way from the first to the last, from 0 to 1."""
+    return frame / max(1, len(scene.frames) - 1)
+
+
+def rolled(camera: Camera, degrees: float) -> Camera:
+    """Return a camera that is turned clockwise about its view, so that its image turns counterclockwise."""
+    turn = math.radians(degrees)
+    rotation = np.array(
+        [[math.cos(turn), math.sin(turn), 0.0], [-math.sin(turn), math.cos(turn), 0.0], [0.0, 0.0, 1.0]]
+    )
+    pose = camera.world_to_camera.copy()
+    pose[:3] = rotation @ pose[:3]
+    return replace(camera, world_to_camera=pose)
+
+
+def _is_keyed(key: str, value: Any) -> bool:
+    """Return whether a value of a camera is a sequence of values over the frames rather than one."""
+    is_point = PROPERTIES[CAMERA][key].kind in (POINT, TARGET)
+    return isinstance(value, tuple) and not (is_point and all(isinstance(x, float) for x in value))
+
+
+def _around(count: int, share: float) -> tuple[int, int, float]:
+    """Return the values before and after a share of the way through ``count`` ones, and how far it is between them."""
+    place = min(1.0, max(0.0, share)) * (count - 1)
+    first = min(int(place), count - 1)
+    return first, min(first + 1, count - 1), place - first
+
+
+def _mixed(one: Any, other: Any, between: float) -> Any:
+    """Return a number or point between two others; exactly the first at 0."""
+    if between == 0.0:
+        return one
+    if isinstance(one, tuple):
+        return tuple(a + (b - a) * between for a, b in zip(one, other, strict=True))
+    return one + (other - one) * between
+
+
+# --- lights in final images ----------------------------------------------------------------------------------------
+
+
+_SUN_DISTANCE = 1e6  # of the disk that a sun is, in units of the scene's half diagonal
+_MIN_BLEND = 1e-3  # Mitsuba divides by the width over which a spot fades
+
+
+def emitters(mi: Any, lights: tuple[Light, ...]) -> dict[str, Any]:
+    """Return the lights of a stage as Mitsuba's emitters by name; ``mi`` is its module."""
+    return {f"light{number}": _emitter(mi, light) for number, light in enumerate(lights)}
+
+
+def _emitter(mi: Any, light: Light) -> dict[str, Any]:
+    """Return the emitter of a light: shapes for those with an extent, which cameras and mirrors see."""
+    position, flux = list(light.position), light.flux
+    if light.kind == "sun":
+        angle = math.radians(light.radius)
+        if angle == 0.0:
+            frame = _facing(mi, [0.0, 0.0, 0.0], light.direction)
+            return {"type": "directional", "to_world": frame, "irradiance": _rgb(flux)}
+        away = [-_SUN_DISTANCE * x for x in light.direction]
+        frame = _facing(mi, away, light.direction).scale(_SUN_DISTANCE * math.tan(angle))
+        return _shining("disk", frame, flux / (math.pi * math.sin(angle) ** 2))
+    if light.kind == "spot":
+        half, blend = light.angle / 2.0, max(light.blend, _MIN_BLEND)
+        return {
+            "type": "spot", "to_world": _facing(mi, position, light.direction), "cutoff_angle": half,
+            "beam_width": half * (1.0 - blend), "intensity": _rgb(flux / (4.0 * math.pi)),
+        }  # fmt: skip
+    if light.kind == "area":
+        width, height = light.size
+        frame = _facing(mi, position, light.direction).scale([width / 2.0, height / 2.0, 1.0])
+        return _shining("rectangle", frame, light.radiance)
+    if light.radius == 0.0:
+        return {"type": "point", "position": position, "intensity": _rgb(flux / (4.0 * math.pi))}
+    return _shining("sphere", mi.ScalarTransform4f().translate(position).scale(light.radius), light.radiance)
+
+
+def _facing(mi: Any, position: list[float], direction: Point) -> Any:
+    """Return the transform that moves the origin to a position and turns +z to a direction."""
+    up = [0.0, 1.0, 0.0] if abs(direction[1]) < 0.999 else [0.0, 0.0, 1.0]
+    target = [a + b * max(1.0, *map(abs, position)) for a, b in zip(position, direction, strict=True)]
+    return mi.ScalarTransform4f().look_at(origin=position, target=target, up=up)
+
+
+def _shining(shape: str, to_world: Any, radiance: FloatArray) -> dict[str, Any]:
+    """Return a black shape that emits ``radiance`` (3,)."""
+    emitter = {"type": "area", "radiance": _rgb(radiance)}
+    bsdf = {"type": "diffuse", "reflectance": _rgb(np.zeros(3))}
+    return {"type": shape, "to_world": to_world, "emitter": emitter, "bsdf": bsdf}
+
+
+def _rgb(color: FloatArray) -> dict[str, Any]:
+    """Return a color for Mitsuba, linear sRGB."""
+    return {"type": "rgb", "value": [float(channel) for channel in color]}
+
+
+# --- environment and settings ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Lighting:
+    """What a program declares of the light of its pictures.
+
+    Attributes
+    ----------
+    lights
+        In the world.
+    strength
+        Factor of the environment's light.
+    turn
+        Degrees by which the environment is turned about the vertical, in the world; None to turn with the camera.
+    exposure
+        Stops.
+    has_key
+        Whether the environment's key light shines.
+    tone
+        Name of the tone curve; None for that of the environment.
+    """
+
+    lights: tuple[Light, ...] = ()
+    strength: float = 1.0
+    turn: float | None = None
+    exposure: float = 0.0
+    has_key: bool = True
+    tone: str | None = None
+
+    def studio(self, studio: Studio) -> Studio:
+        """Return the lighting of an image as the program declares it."""
+        environment, direction = studio.environment, studio.key_direction
+        if self.turn is not None:
+            around, height = math.radians(self.turn + environment.turn), math.radians(environment.height)
+            flat = math.cos(height)
+            direction = np.array([math.sin(around) * flat, math.sin(height), math.cos(around) * flat])
+        key = _times(environment.key, self.strength if self.has_key else 0.0)
+        behind = None if environment.backdrop is None else _times(environment.backdrop, self.strength)
+        changed = replace(
+            environment, backdrop=behind, key=key, ambient=_times(environment.ambient, self.strength),
+            gain=environment.gain * 2.0**self.exposure,
+            curve=environment.curve if self.tone is None or environment.unlit else self.tone,
+        )  # fmt: skip
+        turn = studio.dome.turn if self.turn is None else self.turn
+        dome = replace(studio.dome, turn=turn, strength=studio.dome.strength * self.strength)
+        return replace(studio, environment=changed, key_direction=direction, dome=dome)
+
+
+def _times(color: Point, factor: float) -> Point:
+    """Return a color multiplied by a factor."""
+    red, green, blue = (channel * factor for channel in color)
+    return red, green, blue
+
+
+def setting_of(scene: Scene, key: str) -> Any:
+    """Return a value of ``render-settings``, None without one."""
+    return next((item.values.get(key) for item in named(scene.setup, SETTINGS)), None)
+
+
+def _environment(item: Declared) -> str:
+    """Return the environment that a program declares, as options name it; raises SceneError for an unknown one."""
+    name = _known(item, "environment", item.name, (*ENVIRONMENTS, SKY))
+    given = [f"{key}={item.values[key]:.17g}" for key in ("hour", "haze") if key in item.values]
+    if given and name != SKY:
+        raise SceneError(
+            "value", f'the environment "{name}" has no hour and no haze', 'they are those of "sky"', item.span
+        )
+    return ",".join([name, *given])
+
+
+def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
+    """Return options of a picture with what the program declares in place of those that the user did not state.
+
+    Raises SceneError for an unknown environment or ground, and for a light that looks at nothing.
+    """
+    if not scene.setup or options.stated is None:
+        return options
+    changes: dict[str, Any] = {"stated": None}
+    size, ground, samples = (setting_of(scene, key) for key in ("size", "ground", "samples"))
+    if size is not None and "size" not in options.stated:
+        changes |= {"width": size[0], "height": size[1]}
+    if ground is not None and "ground" not in options.stated:
+        changes["ground"] = _known(named(scene.setup, SETTINGS)[0], "ground", ground, GROUNDS)
+    if samples is not None and "samples" not in options.settings:
+        changes["settings"] = {**options.settings, "samples": samples}
+    environment = next(iter(named(scene.setup, ENVIRONMENT)), None) if "environment" not in options.stated else None
+    if environment is not None:
+        changes["environment"] = _environment(environment)
+    lights = lights_of(scene)
+    is_lit_alone = bool(lights) and environment is None and "environment" not in options.stated
+    values = environment.values if environment is not None else {}
+    changes["lighting"] = Lighting(
+        lights, values.get("strength", _AMBIENT_BESIDE_LIGHTS if is_lit_alone else 1.0), values.get("turn"),
+        setting_of(scene, "exposure") or 0.0, not is_lit_alone,
+    )  # fmt: skip
+    return replace(options, **changes)
+
+
+def _known(item: Declared, what: str, name: str, known: Any) -> str:
+    """Return a name if it is one of ``known``; raises SceneError at its declaration."""
+    if name not in known:
+        hint = suggest(name, known) or f"expected one of {', '.join(known)}"
+        raise SceneError("value", f"unknown {what} `{name}`", hint, item.span)
+    return name

@@ -1,0 +1,319 @@
+"""Lights of a program in draft images: diffuse reflection and highlights, with shadows.
+
+Suns have the parallel shadow maps of the key light. Every other lamp looks through the six faces of a cube around it,
+each a pinhole camera, and a face is cast when a visible point is behind it. Lamps with an extent have soft shadows by
+percentage-closer soft shadows (Fernando, 2005), as the key light.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.backends.pictures.camera import camera_at
+from scenelang.backends.pictures.draft_light import SKY, Surface, batches, key_light, rows_of, samples_at, shadow_map
+from scenelang.backends.pictures.rays import Rays, camera_rays, caster_for, depths_of
+from scenelang.backends.pictures.stage import Stage
+from scenelang.backends.surfaces.lights import Light, level_axes
+from scenelang.backends.surfaces.solids import Solids
+
+FloatArray = npt.NDArray[np.float64]
+Float32Array = npt.NDArray[np.float32]
+IntArray = npt.NDArray[np.int64]
+
+_FACE = 1.04  # half width of a face of the cube at distance 1: neighbors overlap, so that taps find what is beside
+_LIFT_TEXELS = 0.7  # offset of points along their normals, against self-shadowing
+_SEARCH_TAPS, _SHADOW_TAPS = 32, 48  # with fewer, penumbras show the rotation of the taps
+_MIN_TEXELS, _MAX_SHARE = 1.0, 0.12  # radius of the taps, in texels, and relative to the map's size
+_NEARER = 1e-3  # a blocker is so much nearer to the lamp than the tangent plane of a point, relative to the distance
+_BATCH = 1 << 15  # points in penumbras at once, which bounds the memory
+_AREA_PLACES = 4  # per side of an area, for its irradiance
+_MIN_ROUGHNESS = 0.06  # as of the key light's highlights
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lamps:
+    """Lights of a stage with their shadow maps; a map is cast when a point first needs it, and kept in ``maps``.
+
+    Attributes
+    ----------
+    solids
+        Those that throw shadows.
+    maps
+        Maps by the number of the light and, for all but suns, of the face.
+    """
+
+    stage: Stage
+    solids: Solids
+    maps: dict[tuple[int, int], Any]
+
+    @property
+    def size(self) -> int:
+        """Texels per side of a map."""
+        return min(1024, max(256, self.stage.width, self.stage.height))
+
+    def radiance(self, visible: Surface, albedo: Float32Array, row: IntArray, column: IntArray) -> Float32Array:
+        """Return the radiance (N, 3) that visible surfaces reflect of the lamps.
+
+        ``row`` and ``column`` (N,) are the samples' positions in the picture.
+        """
+        out = np.zeros((len(visible.ids), 3), np.float32)
+        at = np.flatnonzero(visible.ids != SKY)
+        if not len(at):
+            return out
+        part, tint = visible.take(at), albedo[at].astype(np.float64)
+        points = np.asarray(rows_of(part.points, np.arange(len(at))), np.float64)
+        normals = np.asarray(part.normals, np.float64)
+        total = np.zeros((len(at), 3))
+        for number, light in enumerate(self.stage.lights):
+            irradiance, toward = _irradiance(light, points, normals)
+            lit = np.flatnonzero(irradiance > 0.0)
+            if not len(lit):
+                continue
+            share = self._reached(number, points[lit], normals[lit], row[at[lit]], column[at[lit]])
+            light_in = (irradiance[lit] * share)[:, None] * np.array(light.color)
+            total[lit] += _reflected(self.stage, part.take(lit), tint[lit], toward[lit], light_in)
+        out[at] = total
+        return out
+
+    def _reached(
+        self, number: int, points: FloatArray, normals: FloatArray, row: IntArray, column: IntArray
+    ) -> FloatArray:
+        """Return the share (N,) of a light that reaches points (N, 3)."""
+        light = self.stage.lights[number]
+        if not len(self.solids):
+            return np.ones(len(points))
+        if light.kind == "sun":
+            shadow = self._kept(number, 0, lambda: shadow_map(self.solids, -np.array(light.direction), self.size * 2))
+            samples = samples_at(points.astype(np.float32), normals.astype(np.float32), column, row)
+            return np.asarray(key_light(shadow, light.radius, samples), np.float64)
+        share = np.ones(len(points))
+        local = (points - np.array(light.position)) @ (axes := _cube_axes(light)).T
+        turned = normals @ axes.T
+        dominant = np.argmax(np.abs(local), axis=1)
+        faces = dominant * 2 + (np.take_along_axis(local, dominant[:, None], 1)[:, 0] < 0.0)
+        angle = 2.0 * math.pi * np.modf(52.9829189 * np.modf(0.06711056 * column + 0.00583715 * row)[0])[0]
+        for face in np.unique(faces):
+            at = np.flatnonzero(faces == face)
+            turn = _FACES[face]
+            depth = self._kept(number, int(face), partial(self._cast, light, turn @ axes))
+            share[at] = _lit_share(depth, light, local[at] @ turn.T, turned[at] @ turn.T, angle[at])
+        return share
+
+    def _cast(self, light: Light, axes: FloatArray) -> Float32Array:
+        """Return the depths (S, S) that a lamp sees along ``axes`` (3, 3): right, up, forward."""
+        focal = self.size / (2.0 * _FACE)
+        camera = camera_at(np.array(light.position), (axes[0], axes[1], axes[2]), focal, self.size, self.size)
+        return depths_of(caster_for(self.solids, camera_rays(camera)).cast())
+
+    def _kept(self, number: int, face: int, cast: Callable[[], Any]) -> Any:
+        """Return a map, cast at the first call."""
+        if (number, face) not in self.maps:
+            self.maps[number, face] = cast()
+        return self.maps[number, face]
+
+    def seen(self, rays: Rays, depth: Float32Array, samples: int) -> tuple[Float32Array, Float32Array]:
+        """Return the lamps that the image shows: their radiance (H, W, 3), and the share (H, W, 1) of a pixel.
+
+        ``depth`` are those of opaque surfaces at the samples of the image, ``samples`` per pixel and axis.
+        """
+        height, width = depth.shape
+        nearest, radiance = depth.astype(np.float64).reshape(-1), np.zeros((depth.size, 3))
+        is_seen = np.zeros(depth.size, bool)
+        y, x = np.divmod(np.arange(depth.size), width)
+        origin, direction = (np.asarray(v, np.float64) for v in rays.at(x + 0.5, y + 0.5))
+        for light in self.stage.lights:
+            if light.kind == "area" or (light.kind == "point" and light.radius > 0.0):
+                hit = _hit(light, origin, direction)
+                front = hit < nearest
+                nearest[front], radiance[front], is_seen[front] = hit[front], light.radiance, True
+        shape = (height // samples, samples, width // samples, samples)
+        share = is_seen.reshape(shape).mean(axis=(1, 3))[:, :, None]
+        mean = radiance.reshape(*shape, 3).mean(axis=(1, 3)) / np.maximum(share, 1e-9)
+        return mean.astype(np.float32), share.astype(np.float32)
+
+
+# The faces of a cube: rows right, up and forward of each, in the axes of the lamp.
+_FACES = np.array([
+    [[0, 0, -1], [0, 1, 0], [1, 0, 0]], [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
+    [[1, 0, 0], [0, 0, -1], [0, 1, 0]], [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+    [[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[-1, 0, 0], [0, 1, 0], [0, 0, -1]],
+], np.float64)  # fmt: skip
+
+
+def _cube_axes(light: Light) -> FloatArray:
+    """Return the axes (3, 3) of a lamp: right, up, and the direction in which it shines."""
+    right, up, forward = level_axes(np.array(light.direction))
+    return np.stack([right, up, forward])
+
+
+def _irradiance(light: Light, points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the irradiance (N,) of points (N, 3) by a light of white color, and the unit direction (N, 3) to it."""
+    direction = np.array(light.direction)
+    if light.kind == "sun":
+        toward = np.broadcast_to(-direction, points.shape)
+        return light.power * np.maximum(normals @ -direction, 0.0), toward
+    away, distance, toward = _from(np.array(light.position), points)
+    facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
+    if light.kind == "area":
+        return _of_area(light, points, normals), toward
+    irradiance = light.power * facing / (4.0 * math.pi * distance**2)
+    if light.kind == "spot":
+        half = light.angle / 2.0
+        angle = np.degrees(np.arccos(np.clip(away @ direction, -1.0, 1.0)))
+        irradiance *= np.clip((half - angle) / (half * max(light.blend, 1e-3)), 0.0, 1.0)
+    return irradiance, toward
+
+
+def _from(place: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return unit directions (N, 3) from a place to points, the distances (N,), and the opposite directions."""
+    offset = points - place
+    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-6)
+    away = offset / distance[:, None]
+    return away, distance, -away
+
+
+def _of_area(light: Light, points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the irradiance (N,) by a rectangle, as the sum over places on it."""
+    right, up, forward = _cube_axes(light)
+    width, height = light.size
+    steps = (np.arange(_AREA_PLACES) + 0.5) / _AREA_PLACES - 0.5
+    total = np.zeros(len(points))
+    for across in steps:
+        for along in steps:
+            place = np.array(light.position) + across * width * right + along * height * up
+            away, distance, toward = _from(place, points)
+            facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
+            total += facing * np.maximum(away @ forward, 0.0) / distance**2
+    return light.power / (math.pi * _AREA_PLACES**2) * total
+
+
+def _lit_share(
+    depth: Float32Array, light: Light, local: FloatArray, normals: FloatArray, angle: FloatArray
+) -> FloatArray:
+    """Return the share (N,) of a lamp that is visible from points through one face.
+
+    Parameters
+    ----------
+    depth : (S, S)
+        Distances along the face's axis, infinite without a blocker.
+    local, normals : (N, 3)
+        Points relative to the lamp and their normals, in the axes of the face.
+    angle : (N,)
+        Rotation of the taps.
+    """
+    size = len(depth)
+    focal = size / (2.0 * _FACE)
+    texel = np.maximum(local[:, 2], 1e-9) / focal
+    lifted = local + normals * (_LIFT_TEXELS * texel)[:, None]
+    z = np.maximum(lifted[:, 2], 1e-9)
+    u, v = lifted[:, 0] / z, lifted[:, 1] / z
+    plane = np.einsum("ni,ni->n", normals, lifted)
+    extent = light.radius if light.kind == "point" else 0.5 * math.sqrt(light.size[0] * light.size[1])
+    most = _MAX_SHARE * size
+
+    def heights(
+        radius: FloatArray, taps: Sequence[tuple[float, float]], at: Any = slice(None), turned: FloatArray = angle
+    ) -> FloatArray:
+        """Return how much nearer than the points' planes the blockers at the taps are (T, N), negative for none."""
+        cosine, sine = np.cos(turned[at]) * radius / focal, np.sin(turned[at]) * radius / focal
+        (nx, ny, nz), far, found = normals[at].T, z[at], []
+        for dx, dy in taps:
+            x, y = u[at] + dx * cosine - dy * sine, v[at] + dx * sine + dy * cosine
+            slope = nx * x + ny * y + nz
+            reach = np.where(slope < -1e-6, plane[at] / np.where(slope < -1e-6, slope, -1.0), 2.0 * far)
+            column = np.clip(np.floor(x * focal + size / 2.0), 0, size - 1).astype(np.int64)
+            row = np.clip(np.floor(size / 2.0 - y * focal), 0, size - 1).astype(np.int64)
+            nearest = depth[row, column].astype(np.float64)
+            found.append(np.clip(reach, 0.25 * far, 2.0 * far) * (1.0 - _NEARER) - nearest)
+        return np.stack(found)
+
+    radius = np.full(len(z), _MIN_TEXELS)
+    if extent == 0.0:
+        return np.asarray((heights(radius, _disk(_SEARCH_TAPS)) <= 0.0).mean(axis=0), np.float64)
+    # The search is not rotated: another radius at each pixel would be noise that the taps cannot average.
+    still = angle * 0.0
+    above = heights(np.clip(extent * focal / z, _MIN_TEXELS, most), _disk(_SEARCH_TAPS), turned=still)
+    count = (above > 0.0).sum(axis=0)
+    blocker = z - np.where(above > 0.0, above, 0.0).sum(axis=0) / np.maximum(count, 1)
+    penumbra = extent * np.maximum(z - blocker, 0.0) / np.maximum(blocker, 1e-9)  # by similar triangles
+    radius = np.clip(np.where(count > 0, penumbra, 0.0) * focal / z, _MIN_TEXELS, most)
+    share = np.ones(len(z))
+    some = np.flatnonzero(count)
+    for part in batches(some, _BATCH):
+        share[part] = (heights(radius[part], _disk(_SHADOW_TAPS), part) <= 0.0).mean(axis=0)
+    return share
+
+
+def _disk(count: int) -> list[tuple[float, float]]:
+    """Return points of the unit disk on Vogel's spiral."""
+    golden = math.pi * (3.0 - math.sqrt(5.0))
+    return [(math.sqrt((i + 0.5) / count) * math.cos(i * golden), math.sqrt((i + 0.5) / count) * math.sin(i * golden))
+            for i in range(count)]  # fmt: skip
+
+
+def _reflected(stage: Stage, part: Surface, tint: FloatArray, toward: FloatArray, light: FloatArray) -> FloatArray:
+    """Return the radiance (N, 3) that surfaces reflect of light with the irradiance ``light`` (N, 3).
+
+    ``tint`` (N, 3) is the reflectance, ``toward`` (N, 3) the unit direction to the light. The ground is matte.
+    """
+    out = tint * light / math.pi
+    looks = stage.solids.looks
+    solid = np.flatnonzero(part.ids >= 0)
+    rows = solid[~looks.matte[stage.solids.look[part.ids[solid]]]]
+    if not len(rows):
+        return out
+    look = stage.solids.look[part.ids[rows]]
+    metallic = looks.metallic[look][:, None]
+    base = (((looks.ior[look] - 1.0) / (looks.ior[look] + 1.0)) ** 2)[:, None]
+    normals, view = (np.asarray(values[rows], np.float64) for values in (part.normals, part.view))
+    half = toward[rows] - view
+    half /= np.maximum(np.linalg.norm(half, axis=1), 1e-9)[:, None]
+    rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
+    shine = _microfacets(normals, -view, toward[rows], half, rough)
+    reflectance = base * (1.0 - metallic) + tint[rows] * metallic
+    cosine = np.clip(np.einsum("ni,ni->n", half, toward[rows]), 0.0, 1.0)
+    limit = np.maximum((1.0 - rough)[:, None], reflectance)
+    fresnel = reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None]
+    out[rows] = out[rows] * (1.0 - metallic) * (1.0 - base) + fresnel * shine[:, None] * light[rows]
+    return out
+
+
+def _microfacets(
+    normals: FloatArray, toward_eye: FloatArray, toward_light: FloatArray, half: FloatArray, rough: FloatArray
+) -> FloatArray:
+    """Return the BRDF (N,) without Fresnel's term: GGX distribution and Smith masking, as of the key light."""
+    alpha2 = rough**4
+    facing = np.clip(np.einsum("ni,ni->n", normals, toward_light), 1e-4, 1.0)
+    toward = np.clip(np.einsum("ni,ni->n", normals, toward_eye), 1e-3, 1.0)
+    straight = np.clip(np.einsum("ni,ni->n", normals, half), 0.0, 1.0)
+    spread = alpha2 / (np.pi * (straight**2 * (alpha2 - 1.0) + 1.0) ** 2)
+    masked = facing * np.sqrt(toward**2 * (1.0 - alpha2) + alpha2) + toward * np.sqrt(
+        facing**2 * (1.0 - alpha2) + alpha2
+    )
+    return np.asarray(spread * 0.5 / np.maximum(masked, 1e-4), np.float64)
+
+
+def _hit(light: Light, origin: FloatArray, direction: FloatArray) -> FloatArray:
+    """Return the distance (N,) along rays to a sphere or to the front of an area, infinite for rays that miss it."""
+    offset = np.array(light.position) - origin
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if light.kind == "point":
+            a = np.einsum("ni,ni->n", direction, direction)
+            b = np.einsum("ni,ni->n", direction, offset)
+            root = np.sqrt(b * b - a * (np.einsum("ni,ni->n", offset, offset) - light.radius**2))
+            hit = (b - root) / a
+            return np.where(np.isfinite(hit) & (hit > 0.0), hit, np.inf)
+        right, up, forward = _cube_axes(light)
+        against = direction @ forward
+        hit = (offset @ forward) / against
+        place = direction * hit[:, None] - offset
+        width, height = light.size
+        is_inside = (np.abs(place @ right) <= width / 2.0) & (np.abs(place @ up) <= height / 2.0)
+        return np.where(is_inside & (hit > 0.0) & (against < 0.0), hit, np.inf)

@@ -1,0 +1,164 @@
+"""Lights and cameras that a program declares, in the world: what they look at is looked up in the scene.
+
+Units. Radiance 1 is white at exposure 0, and lengths are scene units. A lamp of ``:power`` P emits the radiant flux P:
+a point has the radiant intensity P / 4 pi, so that a white surface that faces it at the distance d has the irradiance
+E = P / (4 pi d^2) and the radiance E / pi. A spot is a point whose cone cuts the light off, and a rectangle of area A
+has the radiance P / (pi A) on one side. A sun has the irradiance E = ``:strength``. These are the units of Blender.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.inspection.instance_paths import box_of
+from scenelang.interpreter.scene.entity import Scene, count_words
+from scenelang.interpreter.scene.setup import LIGHT, Declared, named
+
+FloatArray = npt.NDArray[np.float64]
+Point = tuple[float, float, float]
+
+
+def level_axes(forward: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return right, up and forward of a level camera with the unit view direction ``forward`` (3,)."""
+    above = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 1.0 - 1e-9 else np.array([0.0, 0.0, -forward[1]])
+    right = np.cross(forward, above)
+    right = right / np.linalg.norm(right)
+    return right, np.cross(right, forward), forward
+
+
+def center_of(scene: Scene, words: str, item: Declared, frame: int | None = None) -> Point:
+    """Return the center (3,) of the box of the instances of a word or path: in a frame, or in all frames.
+
+    Where a frame has none of them, it is that of all frames. Raises SceneError("declaration-subject").
+    """
+    if frame is not None and len(scene.frames) > 1:
+        try:
+            center = center_in(scene.with_frames([scene.frames[frame]], False), words)
+        except SceneError:  # not in this frame
+            center = None
+        if center is not None:
+            return center
+    message = f'`{item.form}` looks at "{words}", which names nothing that is drawn'
+    try:
+        center = center_in(scene, words)
+    except SceneError as error:
+        raise SceneError("declaration-subject", message, error.hint, item.span) from None
+    if center is None:
+        hint = suggest(words, count_words(scene.root))
+        raise SceneError("declaration-subject", message, hint, item.span)
+    return center
+
+
+def center_in(scene: Scene, words: str | None) -> Point | None:
+    """Return the center (3,) of a scene or of what words name in it, None without geometry."""
+    box = box_of(scene, words)
+    if box is None:
+        return None
+    x, y, z = ((low + high) / 2.0 for low, high in zip(box[:3], box[3:], strict=True))
+    return x, y, z
+
+
+@dataclass(frozen=True, slots=True)
+class Light:
+    """A light of a program.
+
+    Attributes
+    ----------
+    kind
+        "point" (a sphere if it has a radius), "spot", "area" or "sun".
+    position : (3,)
+        Of a lamp; the origin of a sun.
+    direction : (3,)
+        Unit vector in which it shines; down for a point.
+    color : (3,)
+        Linear sRGB, a factor of its light.
+    power
+        Radiant flux of a lamp, and irradiance of a sun.
+    radius
+        Of a sphere; of a sun its angular radius in degrees.
+    angle, blend
+        Full angle of the cone of a spot in degrees, and the share of its radius over which it fades.
+    size : (2,)
+        Width and height of an area.
+    """
+
+    kind: str
+    position: Point
+    direction: Point
+    color: Point
+    power: float
+    radius: float = 0.0
+    angle: float = 180.0
+    blend: float = 0.0
+    size: tuple[float, float] = (0.0, 0.0)
+    name: str = ""
+
+    def scaled(self, center: FloatArray, scale: float) -> Light:
+        """Return the light after the world is transformed by ``p -> scale (p - center)``, which looks the same."""
+        if self.kind == "sun":
+            return self
+        x, y, z = ((np.array(self.position) - center) * scale).tolist()
+        width, height = self.size
+        return replace(
+            self, position=(x, y, z), power=self.power * scale * scale, radius=self.radius * scale,
+            size=(width * scale, height * scale),
+        )  # fmt: skip
+
+    @property
+    def flux(self) -> FloatArray:
+        """Power of each channel (3,)."""
+        return np.array(self.color) * self.power
+
+    @property
+    def radiance(self) -> FloatArray:
+        """Radiance (3,) of the surface of a sphere or of an area."""
+        width, height = self.size
+        surface = width * height if self.kind == "area" else 4.0 * math.pi * self.radius**2
+        return self.flux / (math.pi * surface)
+
+
+def lights_of(scene: Scene) -> tuple[Light, ...]:
+    """Return the lights that a program declares; raises SceneError for one that looks at nothing."""
+    return tuple(_light(scene, item) for item in named(scene.setup, LIGHT))
+
+
+def _light(scene: Scene, item: Declared) -> Light:
+    values = item.values
+    color, direction = values.get("color", (1.0, 1.0, 1.0)), values.get("direction")
+    if "position" not in values:
+        shape = {"radius": values.get("angle", 0.5) / 2.0}  # the sun is seen under half a degree
+        return Light("sun", (0.0, 0.0, 0.0), _unit(direction), color, values.get("strength", math.pi), **shape,
+                     name=item.name)  # fmt: skip
+    position = values["position"]
+    target = values.get("look-at")
+    if target is not None:
+        point = center_of(scene, target, item) if isinstance(target, str) else target
+        direction = tuple(b - a for a, b in zip(position, point, strict=True))
+        if not any(direction):
+            raise SceneError("value", "the light is at the point that it looks at", None, item.span)
+    kind = "spot" if "angle" in values else "area" if "size" in values else "point"
+    more = {key: values[key] for key in ("radius", "angle", "blend", "size") if key in values}
+    power = values.get("power")
+    if power is None:
+        power = _power_for(scene, position)
+    return Light(kind, position, _unit(direction or (0.0, -1.0, 0.0)), color, power, **more, name=item.name)
+
+
+def _power_for(scene: Scene, position: Point) -> float:
+    """Return the power with which a point makes a white surface that faces it white, at the center of the scene."""
+    center = center_in(scene, None) or (0.0, 0.0, 0.0)
+    return 4.0 * math.pi**2 * max(math.dist(position, center) ** 2, 1e-12)
+
+
+def _unit(vector: Any) -> Point:
+    """Return a vector (3,) with length 1."""
+    largest = max(map(abs, vector))
+    x, y, z = (component / largest for component in vector)
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length

@@ -1,0 +1,236 @@
+"""Environments by name, by the hour and from files, and tone curves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
+from scenelang.backends.surfaces.daylight import daylight
+from scenelang.backends.surfaces.dome import Dome, Panorama, directions_of, solid_angles
+from scenelang.backends.surfaces.environments import agx, clipped, environment_of, studio_for, tone
+from scenelang.backends.surfaces.image_files import encode
+from scenelang.backends.surfaces.panoramas import LUMINANCE, panorama_from, radiance_image, without_sun
+from scenelang.grammar.diagnostics import SceneError
+
+UP = np.array([[0.0, 1.0, 0.0]])
+RIGHT = np.array([1.0, 0.0, 0.0])
+
+
+def gradient(height: int = 32) -> np.ndarray:
+    """Return an image that is different in every pixel and color."""
+    row, column = np.mgrid[0:height, 0 : 2 * height]
+    return np.stack([0.1 + row / height, 0.2 + column / height, 0.3 + row * column / height**2], axis=2)
+
+
+@pytest.mark.parametrize("ending", [".hdr", ".exr"])
+def test_images_are_read_as_mitsuba_wrote_them(tmp_path: Path, ending: str) -> None:
+    mi = pytest.importorskip("mitsuba")
+    image = gradient()
+    path = tmp_path / f"sky{ending}"
+    mi.Bitmap(image.astype(np.float32)).write(str(path))
+    read = panorama_from(str(path)).image[:, ::-1]
+    step = image.max(axis=2, keepdims=True) / 128.0 if ending == ".hdr" else 1e-3 * image  # 8 bits share an exponent
+    assert (np.abs(read - image) <= step).all()
+
+
+def test_radiance_files_without_runs_are_read() -> None:
+    pixels = np.array([[[128, 64, 32, 129], [0, 0, 0, 0]]], np.uint8)
+    data = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" + pixels.tobytes()
+    assert radiance_image(data).tolist() == [[[1.0, 0.5, 0.25], [0.0, 0.0, 0.0]]]
+
+
+@pytest.mark.parametrize("data", [
+    b"", b"P6\n", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n\x02\x02",
+    b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 99999999 +X 99999999\n",
+    b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 8\n\x02\x02\x00\x08" + b"\x00" * 40,
+])  # fmt: skip
+def test_broken_files_are_diagnostics(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "a.hdr").write_bytes(data)
+    with pytest.raises(SceneError, match="not an image that can be read"):
+        environment_of(str(tmp_path / "a.hdr"))
+
+
+def test_the_sun_of_an_image_becomes_the_key_light() -> None:
+    """A uniform sky with a disk whose light is known: the split keeps all of it, at its place."""
+    image = np.full((256, 512, 3), 0.4)
+    toward = directions_of(256)
+    azimuth, elevation = np.radians(50.0), np.radians(35.0)
+    middle = np.array([np.sin(azimuth) * np.cos(elevation), np.sin(elevation), np.cos(azimuth) * np.cos(elevation)])
+    disk = toward @ middle > np.cos(np.radians(2.0))
+    image[disk] += [900.0, 800.0, 600.0]
+    rest, sun = without_sun(Panorama(image))
+    assert sun is not None
+    assert (sun.azimuth, sun.elevation, sun.radius) == pytest.approx((50.0, 35.0, 2.0), abs=0.4)
+    power = (solid_angles(256) * disk).sum() / np.pi
+    assert sun.light == pytest.approx(np.array([900.0, 800.0, 600.0]) * power, rel=1e-6)
+    assert rest.image == pytest.approx(np.full((256, 512, 3), 0.4))
+
+
+def test_an_image_without_a_sun_has_no_key_light() -> None:
+    assert without_sun(Panorama(gradient()))[1] is None
+
+
+@pytest.mark.parametrize("text", ["sky", "sky,hour=7", "sky,hour=17.5,haze=6", "sky,hour=12,haze=2"])
+def test_a_white_horizontal_surface_is_white_by_day(text: str) -> None:
+    environment = environment_of(text)
+    key = np.array(environment.key) * np.sin(np.radians(environment.height))
+    assert (np.array(environment.ambient) + key) @ LUMINANCE == pytest.approx(1.0)
+    dome = studio_for(RIGHT, text).dome
+    assert dome.irradiance(UP, above=True)[0] == pytest.approx(np.array(environment.ambient), rel=0.02)
+
+
+def test_the_sun_goes_from_east_to_west() -> None:
+    morning, noon, evening = (daylight(hour, 3.0) for hour in (8.0, 12.0, 16.0))
+    assert (noon.azimuth, noon.elevation) == pytest.approx((0.0, 45.0))
+    assert morning.azimuth == pytest.approx(-evening.azimuth)
+    assert morning.azimuth > 0.0
+    late = daylight(17.7, 3.0)
+    assert late.sun[0] / late.sun[2] > 3.0 * noon.sun[0] / noon.sun[2]
+    assert noon.sun @ LUMINANCE * np.pi == pytest.approx(95.0, abs=20.0)  # kilolux at the ground under a clear sky
+
+
+@pytest.mark.parametrize("hour", [9.0, 12.0, 15.0])
+def test_the_sky_is_like_that_of_another_model(hour: float) -> None:
+    """Mitsuba's ``sunsky`` follows Hosek and Wilkie (2012), who fitted simulated skies: the patterns of
+    a clear one agree. In haze, Preetham's is known to be too bright at the zenith."""
+    mi = pytest.importorskip("mitsuba")
+    mi.set_variant("scalar_rgb")
+    light = daylight(hour, 2.0)
+    a, e = np.radians(light.azimuth), np.radians(light.elevation)
+    sun = [float(np.sin(a) * np.cos(e)), float(np.sin(e)), float(np.cos(a) * np.cos(e))]
+    upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # theirs has +z up
+    sky = mi.load_dict({
+        "type": "sunsky", "sun_direction": (upright @ sun).tolist(), "sun_scale": 0.0, "turbidity": 2.0,
+    })  # fmt: skip
+    toward = directions_of(12)[:6].reshape(-1, 3)
+    away = toward @ np.array(sun) < np.cos(np.radians(20.0))
+    hit, other = mi.SurfaceInteraction3f(), []
+    for direction in toward[away]:
+        hit.wi = mi.Vector3f(*(-upright @ direction))
+        other.append(np.array(sky.eval(hit)) @ LUMINANCE)
+    ours = Dome(light.panorama).radiance(toward[away]) @ LUMINANCE
+    assert np.corrcoef(np.log(ours), np.log(np.maximum(other, 1e-6)))[0, 1] > 0.9
+
+
+def test_settings_change_strength_and_turn() -> None:
+    plain, strong = (studio_for(RIGHT, text) for text in ("studio", "studio,strength=2"))
+    at = directions_of(8).reshape(-1, 3)
+    assert strong.dome.radiance(at) == pytest.approx(2.0 * plain.dome.radiance(at))
+    assert np.array(strong.environment.key) == pytest.approx(2.0 * np.array(plain.environment.key))
+    for right in (RIGHT, np.array([0.0, 0.0, -1.0])):  # from two cameras
+        fixed = studio_for(right, "studio,turn=30")
+        assert fixed.key_direction == pytest.approx(studio_for(RIGHT, "studio,turn=30").key_direction)
+    turned = studio_for(RIGHT, "sky,hour=15,turn=90").dome
+    around = np.array([[0.6, 0.3, 0.74]])
+    around /= np.linalg.norm(around)
+    quarter = np.stack([-around[:, 2], around[:, 1], around[:, 0]], axis=1)  # what turns to it
+    assert turned.radiance(around) == pytest.approx(studio_for(RIGHT, "sky,hour=15").dome.radiance(quarter), rel=1e-6)
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("studi", "did you mean"), ("sky,hour=3", "from 6 to 18"), ("studio,hour=9", "unknown setting"),
+    ("studio,turn=x", "must be a number"), ("lost.hdr", "cannot read"), ("sky,haze=1", "from 2 to 10"),
+    ("studio,strength=nan", "must be"),
+])  # fmt: skip
+def test_wrong_environments_are_diagnostics(text: str, words: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        environment_of(text)
+    assert words in str(caught.value)
+
+
+def test_a_square_image_is_no_panorama(tmp_path: Path) -> None:
+    mi = pytest.importorskip("mitsuba")
+    mi.Bitmap(np.ones((8, 8, 3), np.float32)).write(str(tmp_path / "a.hdr"))
+    with pytest.raises(SceneError, match="not a panorama"):
+        environment_of(str(tmp_path / "a.hdr"))
+
+
+@pytest.mark.parametrize("environment", ["sky,hour=10", "sky,hour=17.5", "studio,turn=60,strength=0.7"])
+def test_draft_and_final_agree(make: Any, environment: str) -> None:
+    pytest.importorskip("mitsuba")
+    ball = make.scene(make.primitive("sphere", color=(0.6, 0.5, 0.4)))
+    pictures = [
+        draw(
+            ball,
+            PictureOptions(
+                width=64, height=64, camera=Viewpoint(20, 30), environment=environment, ground="white", settings=more
+            ),
+            picture_backend(quality),
+        ).radiance
+        for quality, more in (("draft", {}), ("final", {"samples": 64}))
+    ]
+    draft, final = (picture[20:44, 20:44].reshape(-1, 3).mean(axis=0) for picture in pictures)
+    assert draft == pytest.approx(final, rel=0.1)
+
+
+def test_exposure_doubles_light_and_keeps_radiance(make: Any) -> None:
+    ball = make.scene(make.primitive("sphere", color=(0.1, 0.1, 0.1)))
+    plain, bright = (
+        draw(ball, PictureOptions(width=32, height=32, ground="seamless", exposure=stops), picture_backend("draft"))
+        for stops in (None, 1.0)
+    )
+    assert (plain.radiance == bright.radiance).all()
+    assert (bright.picture.astype(int) >= plain.picture).all()
+    assert bright.picture[16, 16].mean() > plain.picture[16, 16].mean() + 10
+
+
+# --- tone curves ----------------------------------------------------------------------------------------------------
+
+
+def test_agx_is_a_curve_of_grays_that_keeps_hues_and_fades_to_white() -> None:
+    stops = np.linspace(-12.0, 4.5, 60)
+    grays = np.repeat(2.0 ** stops[:, None], 3, axis=1)
+    shown = agx(grays)
+    assert np.ptp(shown, axis=1).max() < 0.02
+    assert (np.diff(shown.mean(axis=1)) >= -1e-4).all()
+    assert shown[0].max() < 0.005
+    assert shown[-1].min() > 0.97
+    red = agx(np.array([[0.2, 0.02, 0.02], [20.0, 0.4, 0.4]]))
+    assert red[0, 0] > 2.5 * red[0, 1]
+    assert red[1, 1] > 0.3  # a bright red fades
+
+
+# Linear colors, and the sRGB that Blender 5.0.1 shows of them with the view transform AgX.
+BLENDER = [
+    ((0.1168999969959259, 0.1168999969959259, 0.1168999969959259), (94, 94, 94)),
+    ((1.0204999446868896, 1.0204999446868896, 1.0204999446868896), (197, 197, 197)),
+    ((8.907500267028809, 8.907500267028809, 8.907500267028809), (247, 247, 247)),
+    ((0.02759999968111515, 0.7534999847412109, 0.538100004196167), (118, 187, 172)),
+    ((0.9617000222206116, 0.7247999906539917, 0.5411999821662903), (195, 184, 174)),
+    ((0.19130000472068787, 0.08160000294446945, 0.8551999926567078), (119, 113, 199)),
+    ((0.8313000202178955, 0.06270000338554382, 0.8255000114440918), (193, 121, 194)),
+    ((0.6978999972343445, 0.12870000302791595, 0.37619999051094055), (190, 119, 155)),
+    ((0.5060999989509583, 0.785099983215332, 0.29499998688697815), (172, 186, 150)),
+    ((0.19589999318122864, 0.0007999999797903001, 1.0485999584197998), (117, 96, 209)),
+    ((0.030799999833106995, 0.43459999561309814, 0.2298000007867813), (81, 162, 131)),
+]
+
+
+@pytest.mark.parametrize(("linear", "shown"), BLENDER)
+def test_agx_is_near_to_that_of_blender(linear: tuple[float, ...], shown: tuple[int, ...]) -> None:
+    ours = encode(agx(np.array(linear))).astype(int)
+    is_gray = max(linear) - min(linear) < 1e-3
+    assert np.abs(ours - shown).max() <= (2 if is_gray else 9)
+
+
+def test_all_curves_are_for_single_colors_and_images() -> None:
+    image = np.random.default_rng(0).random((4, 5, 3)) * 3.0
+    for curve in (tone, agx, clipped):
+        assert curve(image).shape == image.shape
+        assert curve(image)[2, 3] == pytest.approx(curve(image[2, 3]))
+
+
+def test_an_image_is_drawn_with_agx(make: Any) -> None:
+    ball = make.scene(make.primitive("sphere", color=(0.5, 0.5, 0.5)))
+    image = draw(ball, PictureOptions(width=32, height=32, tone="agx"), picture_backend("draft"))
+    inner = image.radiance[16, 16]
+    shown = agx(inner)
+    encoded = np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055) * 255
+    assert np.abs(image.picture[16, 16] - encoded).max() <= 2
+    with pytest.raises(SceneError, match="tone"):
+        draw(ball, PictureOptions(tone="acgx"), picture_backend("draft"))

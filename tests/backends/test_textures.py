@@ -1,0 +1,193 @@
+"""Textures: the same image on the same places in drafts, final images and glTF files."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import scenelang as sl
+from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
+from scenelang.backends.surfaces.image_files import encode
+from scenelang.backends.surfaces.tiles import coordinates, corner_coordinates, tile_of
+from scenelang.interpreter.scene.primitives.textures import PATTERNS, PROJECTIONS, Texture
+
+SIZE = 96
+
+
+def textured(texture: str, shape: str = '"cube" :scale [2 2 2]') -> sl.Scene:
+    return sl.evaluate(f'(bind "a" (lambda () (call {shape} :texture {texture})))')
+
+
+def seen(scene: sl.Scene, quality: str = "draft", **view: Any) -> np.ndarray:
+    """Return the front of a cube of side 2 that fills the image, unlit."""
+    camera = Viewpoint(0.0, 0.0, orthographic=True, target=(0.0, 0.0, 0.0), distance=3.1716, **view)
+    options = PictureOptions(width=SIZE, height=SIZE, camera=camera, environment="flat")
+    return draw(scene.graph, options, picture_backend(quality)).picture
+
+
+@pytest.mark.parametrize("name", list(PATTERNS))
+def test_a_period_repeats_without_a_seam(name: str) -> None:
+    tile = tile_of(Texture(name, text="A"))
+    image = tile.image.astype(float)
+    inner = np.abs(np.diff(image, axis=0)).max(), np.abs(np.diff(image, axis=1)).max()
+    assert np.abs(image[0] - image[-1]).max() <= inner[0] + 1e-6
+    assert np.abs(image[:, 0] - image[:, -1]).max() <= inner[1] + 1e-6
+    assert image.std() > 0.01
+    assert tile.mean == pytest.approx(image.mean(axis=(0, 1)), abs=1e-3)
+
+
+def test_a_checker_is_a_closed_form_on_the_front_of_a_cube() -> None:
+    """Squares of side .5 that meet in the middle of the face, white at the right of the middle and above it."""
+    picture = seen(textured('(texture "checker" :scale .5 :colors [[1 1 1] [0 0 0]])')).mean(axis=2)
+    row, column = np.mgrid[0:SIZE, 0:SIZE]
+    x, y = (column + 0.5) / SIZE * 2.0 - 1.0, 1.0 - (row + 0.5) / SIZE * 2.0
+    white = (np.floor(x / 0.5) + np.floor(y / 0.5)) % 2 == 0
+    away = np.minimum(np.abs(x / 0.5 - np.round(x / 0.5)), np.abs(y / 0.5 - np.round(y / 0.5))) > 0.1
+    assert (picture[away & white] > 250).all() or (picture[away & ~white] > 250).all()
+    assert (np.abs(picture[away & white].mean() - picture[away & ~white].mean())) > 240
+
+
+def test_a_turn_of_a_right_angle_swaps_the_axes() -> None:
+    plain = seen(textured('(texture "stripes" :scale .25)')).astype(int)
+    turned = seen(textured('(texture "stripes" :scale .25 :turn 90)')).astype(int)
+    for picture, along in ((plain, 1), (turned, 0)):
+        assert np.abs(np.diff(picture, axis=along)).max() <= 2
+        assert np.abs(np.diff(picture, axis=1 - along)).max() > 100
+
+
+def test_far_patterns_are_their_mean_and_not_noise() -> None:
+    picture = seen(textured('(texture "checker" :scale .002 :colors [[1 1 1] [0 0 0]])'))
+    assert np.ptp(picture[4:-4, 4:-4]) <= 6
+    assert abs(int(picture[48, 48, 0]) - int(encode(np.array([0.5]))[0])) <= 2
+
+
+@pytest.mark.parametrize("projection", list(PROJECTIONS))
+@pytest.mark.parametrize("shape", ["cube", "sphere", "cylinder"])
+def test_a_projection_has_no_seam_across_a_triangle(projection: str, shape: str) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    makers = {"cube": trimesh.creation.box, "sphere": trimesh.creation.icosphere, "cylinder": trimesh.creation.cylinder}
+    mesh = makers[shape](1.0, 2.0) if shape == "cylinder" else makers[shape]()
+    corners = np.asarray(mesh.triangles)[:, :, [1, 2, 0]]  # the axis along y
+    uv = corner_coordinates(Texture("checker", 0.2, projection=projection), corners)
+    spread = np.ptp(uv, axis=1)
+    period = 2 * 0.2
+    longest = np.ptp(corners, axis=1).max()
+    bulk = np.sort(spread.max(axis=1))[: int(0.98 * len(spread))]  # at the poles, angles are not defined
+    assert bulk.max() <= 3.2 * longest / period + 0.1
+
+
+def test_a_cylindrical_pattern_meets_itself() -> None:
+    texture = Texture("stripes", 0.3, 90.0, projection="cylindrical")
+    points = np.array([[1e-9, 0.1, -1.0], [-1e-9, 0.1, -1.0]])
+    uv = coordinates(texture, points, points)
+    tile = tile_of(texture)
+    colors = tile.at(uv + 0.0, np.full(2, 1e-3))
+    assert np.abs(colors[0] - colors[1]).max() < 0.02
+
+
+@pytest.mark.parametrize("name", ["checker", "brick", "tiles", "planks", "dots", "gradient", "marble"])
+def test_draft_and_final_show_the_same(name: str) -> None:
+    pytest.importorskip("mitsuba")
+    scene = textured(f'(texture "{name}" :scale .7)')
+    camera = Viewpoint(20.0, 15.0)
+    pictures = [
+        draw(
+            scene.graph,
+            PictureOptions(width=SIZE, height=SIZE, camera=camera, ground="none", settings=settings),
+            picture_backend(quality),
+        ).radiance
+        for quality, settings in (("draft", {}), ("final", {"samples": 64, "bounces": 2}))
+    ]
+    inside = np.zeros((SIZE, SIZE), bool)
+    inside[30:60, 30:60] = True
+    first, second = (picture[inside].mean(axis=1) for picture in pictures)
+    assert np.corrcoef(first, second)[0, 1] > 0.93
+    assert first.mean() == pytest.approx(second.mean(), rel=0.08)
+
+
+def test_an_image_is_upright_and_not_mirrored(tmp_path: Path) -> None:
+    corners = np.zeros((64, 64, 3), np.uint8)
+    corners[:32, :32], corners[:32, 32:], corners[32:, :32] = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+    Image.fromarray(corners).save(tmp_path / "flag.png")
+    (tmp_path / "a.scene").write_text('(bind "a" (lambda () (call "cube" :scale [2 2 2] :texture "flag.png")))')
+    scene = sl.load(tmp_path / "a.scene")
+    for quality in ("draft", "final") if _has_mitsuba() else ("draft",):
+        picture = seen(scene, quality)
+        quarters = [picture[SIZE * r // 4, SIZE * c // 4].tolist() for r, c in ((1, 1), (1, 3), (3, 1), (3, 3))]
+        assert quarters == [[255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0]]
+
+
+def _has_mitsuba() -> bool:
+    try:
+        import mitsuba  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def test_gltf_carries_the_image_and_the_coordinates(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    scene = textured('(texture "checker" :scale .5 :colors [[1 1 1] [0 0 0]])')
+    scene.export(tmp_path / "a.glb")
+    (mesh,) = trimesh.load(tmp_path / "a.glb").dump()
+    image = np.asarray(mesh.visual.material.baseColorTexture.convert("RGB"))
+    assert (image == encode(tile_of(Texture("checker", colors=((1.0,) * 3, (0.0,) * 3))).image)).all()
+    # The color at the middle of every face is that of the draft's definition.
+    middles = mesh.triangles_center
+    uv = mesh.visual.uv[mesh.faces].mean(axis=1)
+    height, width = image.shape[:2]
+    shown = image[((1.0 - uv[:, 1] % 1.0) * height).astype(int) % height, (uv[:, 0] % 1.0 * width).astype(int) % width]
+    texture = Texture("checker", 0.5, colors=((1.0,) * 3, (0.0,) * 3))
+    wanted = tile_of(texture).at(coordinates(texture, middles, mesh.face_normals), np.full(len(middles), 1e-4))
+    assert np.abs(shown.astype(int) - encode(wanted)).max() <= 1
+
+
+def test_equal_cubes_of_other_sizes_have_their_own_coordinates(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    scene = sl.evaluate(
+        '(bind "a" (lambda () (union (call "cube" :scale 1 :texture (texture "checker" :scale .5))'
+        ' (transform (call "cube" :scale 2 :texture (texture "checker" :scale .5)) (translate [3 0 0])))))'
+    )
+    scene.export(tmp_path / "a.glb")
+    meshes = trimesh.load(tmp_path / "a.glb").dump()
+    spans = sorted(np.ptp(mesh.visual.uv[:, 0]) for mesh in meshes)
+    assert spans == pytest.approx([1.0, 2.0])
+
+
+def test_a_computed_solid_keeps_the_texture_on_its_faces() -> None:
+    source = '(difference (call "cube" :scale [2 2 2] {}) (call "cylinder" :radius .3 :p0 [0 -2 0] :p1 [0 2 0]))'
+    texture = ':texture (texture "checker" :scale .5 :colors [[1 1 1] [0 0 0]])'
+    solid = sl.evaluate(f'(bind "a" (lambda () {source.format(texture)}))')
+    cube = textured('(texture "checker" :scale .5 :colors [[1 1 1] [0 0 0]])')
+    assert (np.abs(seen(solid).astype(int) - seen(cube).astype(int)) > 8).mean() < 0.02
+
+
+@pytest.mark.parametrize(("texture", "words"), [
+    ('"brik"', "did you mean"), ("(list)", "name of a pattern"), ("(list 3)", "name of a pattern"),
+    ('(list "brick" "size" 3)', "no setting `:size`"), ('(texture "brick" :scale 0)', "above 0"),
+    ('(texture "brick" :projection "cube")', "must be one of"), ('(texture "text")', "1 to 200 characters"),
+    ('(texture "checker" :colors [1 2 3])', "two colors"), ('"lost.png"', "lost.png"),
+    ('"../../../etc/x.png"', "outside"),
+])  # fmt: skip
+def test_wrong_textures_are_diagnostics(texture: str, words: str) -> None:
+    with pytest.raises(sl.SceneError) as caught:
+        textured(texture)
+    assert words in str(caught.value)
+
+
+def test_a_file_that_is_no_image_is_a_diagnostic(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(b"not an image")
+    (tmp_path / "a.scene").write_text('(bind "a" (lambda () (call "cube" :texture "a.png")))')
+    with pytest.raises(sl.SceneError, match="not an image"):
+        sl.load(tmp_path / "a.scene")
+
+
+def test_png_of_a_tile_is_its_image() -> None:
+    tile = tile_of(Texture("dots"))
+    assert (np.asarray(Image.open(io.BytesIO(tile.png()))) == encode(tile.image)).all()

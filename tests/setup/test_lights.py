@@ -1,0 +1,182 @@
+"""Lights of a program in draft and final images: their irradiance against closed forms, shadows, and environment."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scenelang as sl
+from scenelang.backends.pictures.declared import settled
+from scenelang.backends.pictures.film import PictureOptions
+from scenelang.backends.surfaces.lights import lights_of
+from scenelang.grammar.diagnostics import SceneError
+
+ALBEDO = 0.92  # of a white surface (`BRIGHTEST`)
+PLANE = """
+(bind "plane" (lambda () (transform (call "cube" :scale [8 .1 8] :color [1 1 1]) (translate [0 -.05 0]))))
+(bind "block" (lambda () (transform (call "cube" :scale [.6 .1 .6] :color [1 1 1]) (translate [0 1 0]))))
+"""
+DARK = '(environment "studio" :strength 0)(render-settings :ground "none")'
+
+
+def radiance(
+    lights: str, look: str = "[0 0 0]", quality: str = "draft", word: str = "plane", side: int = 16
+) -> np.ndarray:
+    """The mean radiance (3,) in the middle of the image of a point on the plane, seen from the side."""
+    text = f'{PLANE}(bind "all" (lambda () {word}))(scene "all"){DARK}{lights}'
+    text += f"(camera :eye (+ {look} [3 5 6]) :look-at {look} :fov 1)"
+    settings = {"samples": 64, "denoise": "off"} if quality == "final" else {}
+    image = sl.evaluate(text).render(size=(side, side), quality=quality, settings=settings)
+    return np.asarray(image.radiance, np.float64).mean(axis=(0, 1))
+
+
+PLAIN = '(call "plane")'
+
+
+def point(power: float, height: float, x: float) -> float:
+    """The irradiance of a plane at a distance x from the foot of a point at a height: P cos / 4 pi d^2."""
+    return power * height / (4 * math.pi * math.hypot(height, x) ** 3)
+
+
+def disk_from_rectangle(power: float, side: float, height: float, x: float) -> float:
+    """The irradiance of a plane by a square above it that shines down, by integration in fine steps."""
+    steps = (np.arange(400) + 0.5) / 400 * side - side / 2
+    a, b = np.meshgrid(steps, steps)
+    square = (a - x) ** 2 + b**2 + height**2
+    return float(power / (math.pi * side**2) * (height**2 / square**2).mean() * side**2)
+
+
+CASES = [
+    ("(light :position [0 2 0] :power 100)", 0.0, point(100, 2, 0)),
+    ("(light :position [0 2 0] :power 100)", 2.0, point(100, 2, 2)),
+    ("(light :position [0 2 0] :power 100 :radius .3)", 1.0, point(100, 2, 1)),
+    ("(light :position [0 2 0] :power 100 :angle 60)", 0.5, point(100, 2, 0.5)),
+    ("(light :position [0 2 0] :power 100 :angle 60 :blend .4)", 0.5, point(100, 2, 0.5)),
+    ("(light :position [0 2 0] :power 100 :angle 40)", 1.0, 0.0),
+    ("(light :position [0 2 0] :power 100 :size [1 1])", 0.0, disk_from_rectangle(100, 1, 2, 0)),
+    ("(light :position [0 2 0] :power 100 :size 1)", 1.5, disk_from_rectangle(100, 1, 2, 1.5)),
+    ("(light :direction [0 -1 0] :strength 2)", 1.0, 2.0),
+    ("(light :direction [1 -1 0] :strength 2 :angle 4)", 1.0, 2.0 * math.sqrt(0.5)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("lights", "x", "irradiance"), CASES)
+def test_irradiance_of_a_plane_in_drafts(lights: str, x: float, irradiance: float) -> None:
+    expected = ALBEDO * irradiance / math.pi
+    assert radiance(lights, f"[{x} 0 0]", word=PLAIN) == pytest.approx(expected, rel=0.03, abs=1e-6)
+
+
+@pytest.mark.parametrize(("lights", "x", "irradiance"), CASES)
+def test_irradiance_of_a_plane_in_final_images(lights: str, x: float, irradiance: float) -> None:
+    pytest.importorskip("mitsuba")
+    expected = ALBEDO * irradiance / math.pi
+    assert radiance(lights, f"[{x} 0 0]", "final", PLAIN) == pytest.approx(expected, rel=0.03, abs=1e-4)
+
+
+def test_a_spot_fades_the_same_in_both() -> None:
+    pytest.importorskip("mitsuba")
+    lights = "(light :position [0 2 0] :power 100 :angle 60 :blend .5)"
+    angle = math.degrees(math.atan(0.8 / 2))
+    expected = ALBEDO * point(100, 2, 0.8) / math.pi * (30 - angle) / 15
+    for quality in ("draft", "final"):
+        assert radiance(lights, "[.8 0 0]", quality, PLAIN)[0] == pytest.approx(expected, rel=0.03)
+
+
+def test_colors_and_several_lights_add() -> None:
+    lights = '(light :position [0 2 0] :power 100 :color [1 .5 0])(light :position [0 2 0] :power 50 :color "#00f")'
+    unit = ALBEDO * point(100, 2, 0) / math.pi
+    assert radiance(lights, word=PLAIN) == pytest.approx([unit, unit / 2, unit / 2], rel=0.03)
+
+
+@pytest.mark.parametrize("light", ["(light :position [0 3 0] :power 100)", "(light :direction [0 -1 0])",
+                                   "(light :position [0 3 0] :angle 90 :power 100)",
+                                   "(light :position [0 3 0] :power 100 :size .1)",
+                                   "(light :position [0 3 0] :power 100 :radius .1)"])  # fmt: skip
+def test_a_block_throws_a_shadow(light: str) -> None:
+    both = '(union (call "plane") (call "block"))'
+    assert radiance(light, "[0 0 0]", word=both).max() < 0.01  # the plane under the block, which is [-.3, .3] at y = 1
+    assert radiance(light, "[1.5 0 0]", word=both) == pytest.approx(radiance(light, "[1.5 0 0]", word=PLAIN), rel=0.03)
+
+
+def test_penumbras_are_those_of_final_images() -> None:
+    pytest.importorskip("mitsuba")
+    both = '(union (call "plane") (call "block"))'
+    light = "(light :position [0 3 0] :power 100 :radius .3)"
+    shares = []
+    for quality in ("draft", "final"):
+        row = [radiance(light, f"[{x} 0 0]", quality, both)[0] / radiance(light, f"[{x} 0 0]", quality, PLAIN)[0]
+               for x in (0.2, 0.35, 0.45, 0.55, 0.8)]  # fmt: skip
+        shares.append(row)
+    assert shares[1][0] < 0.2 < 0.9 < shares[1][-1]
+    assert shares[0] == pytest.approx(shares[1], abs=0.12)
+
+
+def test_power_is_chosen_so_that_white_is_white() -> None:
+    # The default power makes a white surface that faces the lamp white at the center of the scene, here (0 -.05 0).
+    assert radiance("(light :position [0 2 0])", word=PLAIN)[0] == pytest.approx(ALBEDO * (2.05 / 2) ** 2, rel=0.03)
+    assert radiance("(light :direction [0 -1 0])", word=PLAIN)[0] == pytest.approx(ALBEDO, rel=0.03)
+
+
+def test_lights_put_out_the_key_light() -> None:
+    scene = f'{PLANE}(bind "all" (lambda () {PLAIN}))(scene "all")'
+    for more, has_key, strength in (
+        ("(light :position [0 2 0])", False, 0.1),
+        ('(light :position [0 2 0])(environment "sunny")', True, 1.0),
+        ("(render-settings :exposure 1)", True, 1.0),
+    ):
+        lighting = settled(sl.evaluate(scene + more).graph, PictureOptions()).lighting
+        assert lighting is not None
+        assert (lighting.has_key, lighting.strength) == (has_key, strength)
+    options = PictureOptions(environment="sunny", stated=("environment",))
+    lighting = settled(sl.evaluate(scene + "(light :position [0 2 0])").graph, options).lighting
+    assert lighting is not None
+    assert lighting.has_key
+
+
+def test_a_light_of_a_size_is_seen_in_both() -> None:
+    pytest.importorskip("mitsuba")
+    text = f'{PLANE}(bind "all" (lambda () {PLAIN}))(scene "all"){DARK}'
+    text += "(light :position [0 2 0] :radius .5 :power 20)(camera :eye [0 2 6] :look-at [0 2 0] :fov 20)"
+    expected = 20 / (4 * math.pi**2 * 0.25)
+    for quality in ("draft", "final"):
+        image = np.asarray(sl.evaluate(text).render(size=(16, 16), quality=quality).radiance)
+        assert image[8, 8] == pytest.approx(expected, rel=0.02)
+        assert image[0, 0] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_words_that_a_light_shines_at() -> None:
+    text = f'{PLANE}(bind "all" (lambda () (union (call "plane") (call "block"))))(scene "all")'
+    (light,) = lights_of(sl.evaluate(text + '(light :position [0 3 0] :angle 30 :look-at "block")').graph)
+    assert light.direction == pytest.approx((0, -1, 0))
+    assert light.kind == "spot"
+    with pytest.raises(SceneError, match='looks at "blick"'):
+        lights_of(sl.evaluate(text + '(light :position [0 3 0] :size 1 :look-at (string-append "bl" "ick"))').graph)
+    with pytest.raises(SceneError, match="at the point"):
+        lights_of(sl.evaluate(text + "(light :position [0 3 0] :angle 30 :look-at [0 3 0])").graph)
+
+
+def test_many_lights_and_odd_places_are_drawn() -> None:
+    lights = "".join(f"(light :position [{x} {y} 0] :power 1)" for x in (-1, 0, 1) for y in (-9, 0, 0.001, 1e6))
+    assert np.isfinite(radiance(lights + "(light :direction [0 1 0] :angle 179)", side=8, word=PLAIN)).all()
+
+
+def test_exported_scenes_of_mitsuba_have_the_camera_and_lights(tmp_path: Path) -> None:
+    mi = pytest.importorskip("mitsuba")
+    text = f"""{PLANE}(bind "all" (lambda () (union (call "plane") (call "block"))))(scene "all"){DARK}
+    (camera "main" :eye [3 5 6] :look-at "block" :fov 50)
+    (light :position [2 2 0] :power 100)(light :position [-2 3 0] :angle 60 :power 90 :blend .2)
+    (light :position [0 3 2] :size [1 2] :look-at [0 0 0] :power 80)(light :position [1 2 2] :radius .2 :power 30)
+    (light :direction [0 -1 -1] :strength .3)(light :direction [1 -1 0] :angle 0 :strength .2)
+    (render-settings :size [32 24])"""
+    text = text.replace('(render-settings :ground "none")', "").replace(":size [32 24]", ':size [32 24] :ground "none"')
+    scene = sl.evaluate(text)
+    scene.export(tmp_path / "a.xml")
+    mi.set_variant("scalar_rgb")
+    exported = np.array(mi.render(mi.load_file(str(tmp_path / "a.xml")), spp=128))
+    drawn = scene.render(quality="final", settings={"samples": 128, "denoise": "off"}).radiance
+    assert exported.shape == drawn.shape == (24, 32, 3)
+    assert exported.mean() == pytest.approx(float(np.mean(drawn)), rel=0.03)
+    assert np.median(np.abs(exported - drawn)) < 0.03 * float(np.mean(drawn))

@@ -1,0 +1,245 @@
+"""Cameras, environment and settings of a program in pictures: placement, words, frames, and what a command overrides."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import scenelang as sl
+from scenelang.backends.pictures.camera import Camera, Viewpoint
+from scenelang.backends.pictures.declared import ProgramView, settled, view_of
+from scenelang.backends.pictures.film import PictureOptions, render
+from scenelang.backends.pictures.stage import film, staging_of, still
+from scenelang.cli.main import main
+from scenelang.grammar.diagnostics import SceneError, UsageError
+
+SCENE = """
+(bind "ball" (lambda () (call "sphere" :radius .5)))
+(bind "row" (lambda () (for/union ((x (list 0 2 4))) (transform (call "ball") (translate [x 0 1])))))
+(bind "room" (lambda () (union (transform (call "row") (@ (translate [0 3 0]) (scale 2))) (call "cube"))))
+(scene "room")
+"""
+FILM = """
+(bind "ball" (lambda () (call "sphere" :radius .5)))
+(bind "film" (lambda () (frames (for/list ((x (list 0 1 2 3 4)))
+  (union (call "cube") (transform (call "ball") (translate [x 2 0])))))))
+(scene "film")
+"""
+
+
+def placed(text: str, name: str = "", frame: int | None = None, size: tuple[int, int] = (80, 60)) -> Camera:
+    return still(sl.evaluate(text).graph, view_of(name), frame, *size).camera
+
+
+def seen(camera: Camera, point: tuple[float, float, float]) -> np.ndarray:
+    return camera.project(np.array([point]))[0][0]
+
+
+def test_eye_and_target() -> None:
+    camera = placed(SCENE + "(camera :eye [3 2 5] :look-at [0 1 0] :fov 40)")
+    assert camera.eye == pytest.approx([3, 2, 5])
+    assert seen(camera, (0, 1, 0)) == pytest.approx([40, 30])
+    assert camera.right[1] == 0.0
+    assert 2 * math.degrees(math.atan(30 / camera.focal[1])) == pytest.approx(40)
+
+
+def test_a_lens_of_50_mm_on_36_by_24() -> None:
+    camera = placed(SCENE + "(camera :eye [3 2 5] :lens 50)", size=(90, 60))
+    assert 2 * math.degrees(math.atan(45 / camera.focal[0])) == pytest.approx(39.5978, abs=1e-4)  # of the data sheets
+
+
+@pytest.mark.parametrize(
+    ("words", "center"),
+    [("row", (4, 3, 2)), ("ball", (4, 3, 2)), ("row/ball[0]", (0, 3, 2)), ("ball[2]", (8, 3, 2)), ("cube", (0, 0, 0)),
+     ("room", (4, 1.75, 1.25))],
+)  # fmt: skip
+def test_words_under_loops_and_transforms(words: str, center: tuple[float, float, float]) -> None:
+    # `row` is scaled by 2 and moved: balls of radius 1 at (0 3 2), (4 3 2) and (8 3 2); `room` from (-1 -.5 -.5) to (9 4 3).
+    assert seen(placed(f'{SCENE}(camera :eye [3 9 25] :look-at "{words}")'), center) == pytest.approx([40, 30])
+
+
+def test_angles_are_those_of_the_option() -> None:
+    one = placed(SCENE + "(camera :azimuth 40 :elevation 20 :distance 30 :fov 50 :look-at [1 0 0])")
+    other = placed(SCENE, "azimuth=40,elevation=20,distance=30,fov=50,target=1:0:0")
+    assert np.allclose(one.world_to_camera, other.world_to_camera)
+    assert np.allclose(one.intrinsics, other.intrinsics)
+    top = placed(SCENE + '(camera :preset "top" :roll 90)')
+    assert np.allclose(top.world_to_camera[0, :3], -placed(SCENE, "top").up, atol=1e-12)
+
+
+def test_roll_turns_the_image_counterclockwise() -> None:
+    camera = placed(SCENE + "(camera :eye [0 0 9] :look-at [0 0 0] :roll 30)")
+    x, y = seen(camera, (0, 1, 0)) - [40, 30]
+    assert math.degrees(math.atan2(-x, -y)) == pytest.approx(30)
+
+
+def test_a_parallel_projection_shows_what_it_looks_at_as_large() -> None:
+    perspective, parallel = (placed(f"{SCENE}(camera :eye [0 0 9] :look-at [0 0 0] {more})") for more in
+                             ("", ":orthographic #t"))  # fmt: skip
+    assert parallel.is_parallel
+    assert seen(parallel, (1, 0, 0)) == pytest.approx(seen(perspective, (1, 0, 0)))
+
+
+def test_the_lens_is_focused_on_what_it_looks_at() -> None:
+    camera = placed(SCENE + "(camera :eye [0 0 9] :look-at [0 0 4] :aperture .2)")
+    assert (camera.aperture, camera.focus) == (0.2, 5.0)
+
+
+def test_values_over_the_frames() -> None:
+    text = FILM + "(camera :eye (list [0 0 9] [0 4 9]) :look-at [0 0 0] :fov (list 30 40 60))"
+    scene = sl.evaluate(text).graph
+    shots = film(scene, ProgramView(), 80, 60, None, None)
+    assert [shot.frame for shot in shots] == [0, 1, 2, 3, 4]
+    assert [shot.camera.eye[1] for shot in shots] == pytest.approx([0, 1, 2, 3, 4])
+    fovs = [2 * math.degrees(math.atan(30 / shot.camera.focal[1])) for shot in shots]
+    assert fovs == pytest.approx([30, 35, 40, 50, 60])
+    for shot in shots:
+        assert np.allclose(still(scene, ProgramView(), shot.frame, 80, 60).camera.eye, shot.camera.eye)
+
+
+def test_one_value_for_each_frame_is_exact() -> None:
+    text = FILM + "(camera :eye (for/list ((i (list 0 1 4 9 16))) [i 0 9]) :look-at [0 0 0])"
+    assert [placed(text, frame=k).eye[0] for k in range(5)] == pytest.approx([0, 1, 4, 9, 16])
+
+
+def test_words_are_followed() -> None:
+    text = FILM + '(camera :eye [2 2 20] :look-at "ball")'
+    for frame in range(5):
+        assert seen(placed(text, frame=frame), (frame, 2, 0)) == pytest.approx([40, 30])
+
+
+def test_a_still_scene_with_a_path_is_a_film_without_orbit() -> None:
+    scene = sl.evaluate(SCENE + "(camera :eye (list [0 0 30] [9 0 30]))").graph
+    shots = film(scene, ProgramView(), 80, 60, 4, None)
+    assert [shot.camera.eye[0] for shot in shots] == pytest.approx([0, 3, 6, 9])
+    around = film(sl.evaluate(SCENE + "(camera :eye [0 5 30] :look-at [0 0 0])").graph, ProgramView(), 80, 60, 4, None)
+    assert [np.round(shot.camera.eye, 6).tolist() for shot in around] == [
+        [0, 5, 30],
+        [30, 5, 0],
+        [0, 5, -30],
+        [-30, 5, 0],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('(camera :look-at (string-append "be" "ll"))', 'looks at "bell", which names nothing'),
+        ("(camera :eye [1 0 0] :look-at [1 0 0])", "the camera is at the point"),
+        ('(camera :preset "topp")', 'unknown preset "topp"'),
+    ],
+)
+def test_errors_are_at_the_declaration(text: str, message: str) -> None:
+    with pytest.raises(SceneError, match=message) as caught:
+        placed(SCENE + text)
+    assert caught.value.span is not None
+    assert caught.value.span.text == text
+
+
+def test_names() -> None:
+    text = SCENE + '(camera "main" :eye [0 0 9])(camera "top" :eye [0 0 7])'
+    assert [placed(text, name).eye[2] for name in ("", "main", "top")] == [9, 9, 7]
+    assert placed(text, "isometric").is_parallel
+    with pytest.raises(UsageError) as caught:
+        placed(text, "mian")
+    assert caught.value.hint == "did you mean `main`?"
+    assert placed(SCENE).eye == pytest.approx(still(sl.evaluate(SCENE).graph, Viewpoint(), None, 80, 60).camera.eye)
+
+
+def test_the_api_takes_the_camera_of_the_program() -> None:
+    scene = sl.evaluate(
+        SCENE + '(camera "main" :eye [3 2 25])(camera "side" :eye [25 2 3])(render-settings :size [40 30])'
+    )
+    assert scene.placed().eye == pytest.approx([3, 2, 25])
+    assert scene.placed("side").eye == pytest.approx([25, 2, 3])
+    image = scene.render()
+    assert image.camera.eye[2] == pytest.approx(25)
+    assert image.pixels.shape[:2] == (30, 40)
+    assert scene.render(camera=sl.Camera(azimuth=0), size=(20, 20)).camera.eye[0] == pytest.approx(4)
+
+
+def program(tmp_path: Path, more: str) -> str:
+    path = tmp_path / "a.scene"
+    path.write_text(SCENE + more)
+    return str(path)
+
+
+def size_of(path: Path) -> tuple[int, int]:
+    with Image.open(path) as image:
+        return image.size
+
+
+def test_options_of_the_command_come_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = program(
+        tmp_path, '(camera "main" :eye [3 2 25])(environment "night")(render-settings :size [40 30] :ground "none")'
+    )
+    out = tmp_path / "a.png"
+    assert main(["render", file, "-o", str(out)]) == 0
+    assert size_of(out) == (40, 30)
+    night = np.asarray(Image.open(out)).mean()
+    assert main(["render", file, "-o", str(out), "--size", "20x10", "--environment", "studio"]) == 0
+    assert size_of(out) == (20, 10)
+    assert np.asarray(Image.open(out)).mean() > 4 * night
+    capsys.readouterr()
+    assert main(["render", file, "-o", str(out), "--camera", "mian"]) == 2
+    assert "did you mean `main`?" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("more", ['(environment "nihgt")', '(render-settings :ground "whit")'])
+def test_unknown_names_are_reported_where_they_stand(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], more: str
+) -> None:
+    file = program(tmp_path, more)
+    assert main(["check", file]) == 0  # which knows no renderer
+    assert main(["render", file, "-o", str(tmp_path / "a.png")]) == 1
+    error = capsys.readouterr().err
+    assert "did you mean" in error
+    assert "a.scene:6" in error
+
+
+def test_labels_take_the_camera_of_the_program(tmp_path: Path) -> None:
+    file = program(tmp_path, '(camera "main" :eye [3 2 25])(camera "side" :eye [25 2 3])')
+    assert main(["labels", file, "-o", str(tmp_path / "one"), "--size", "32x24"]) == 0
+    assert main(["labels", file, "-o", str(tmp_path / "two"), "--size", "32x24", "--camera", "side"]) == 0
+    for folder, eye in (("one", [3, 2, 25]), ("two", [25, 2, 3])):
+        (camera,) = (tmp_path / folder).rglob("camera.json")
+        pose = np.array(json.loads(camera.read_text())["world_to_camera"])
+        assert -pose[:3, :3].T @ pose[:3, 3] == pytest.approx(eye)
+
+
+def radiance(text: str, **more: object) -> np.ndarray:
+    options = PictureOptions(width=40, height=30, **more)  # type: ignore[arg-type]
+    return np.asarray(sl.evaluate(SCENE + text).render(size=(40, 30), environment=None).radiance if not more
+                      else render(sl.evaluate(SCENE + text).graph, options), np.float64)  # fmt: skip
+
+
+def test_strength_multiplies_the_light_of_an_environment() -> None:
+    one, half = (radiance(f'(environment "studio" :strength {x})') for x in (1, 0.5))
+    assert np.allclose(half, 0.5 * one, rtol=1e-5)
+    assert np.array_equal(one, radiance(""))
+
+
+def test_exposure_is_of_the_picture_and_not_of_the_radiance() -> None:
+    text = "(camera :eye [3 2 25])(render-settings :size [40 30] {})"
+    plain, dark = (sl.evaluate(SCENE + text.format(more)).render() for more in ("", ":exposure -1"))
+    assert np.array_equal(plain.radiance, dark.radiance)
+    lit = dark.radiance.max(axis=2) < 0.7  # below the shoulder of the tone curve
+    linear = (dark.pixels[:, :, :3][lit] / 255.0 + 0.055) / 1.055
+    assert np.median(linear**2.4 / dark.radiance[lit]) == pytest.approx(0.5, abs=0.02)
+
+
+def test_a_turned_environment_stands_in_the_world() -> None:
+    graph = sl.evaluate(SCENE + '(environment "sunny" :turn 60)').graph
+    options = settled(graph, PictureOptions())
+    directions = []
+    for azimuth in (0, 120):
+        shot = still(graph, Viewpoint(azimuth=azimuth), None, 20, 20)
+        staging = staging_of(graph, [0], 1000, options.environment, options.ground, None, options.lighting)
+        directions.append(staging.stage(shot).studio.key_direction)
+    assert np.allclose(*directions)
+    assert math.degrees(math.atan2(directions[0][0], directions[0][2])) == pytest.approx(0)  # 60 - 60 of "sunny"
