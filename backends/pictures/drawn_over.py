@@ -15,7 +15,7 @@ from scenelang.backends.pictures.backdrops import small
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.figures import EVERYTHING, OUTLINE_WIDTH, WHOLE, WIRE_WIDTH, Figure
 from scenelang.backends.pictures.linework import lines_of
-from scenelang.backends.pictures.notes import Callout, Dimension, Drawing
+from scenelang.backends.pictures.notes import Callout, Dimension, Overlay
 from scenelang.backends.pictures.painted import Image, Painter, Picture, flattened
 from scenelang.backends.pictures.rays import camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, Staging
@@ -75,9 +75,9 @@ class FigurePainter:
             behind = encode(np.array(color_of(self._background), np.float32))
         return Image(flattened(np.dstack([white, share]), behind), radiance)
 
-    def _notes(self, shot: Shot) -> Drawing:
+    def _notes(self, shot: Shot) -> Overlay:
         """Return the callouts and dimensions of a shot."""
-        figure, drawing = self._figure, Drawing()
+        figure, drawing = self._figure, Overlay()
         size = shot.camera.width, shot.camera.height
         root = self._staging.roots[shot.frame]
         seen = instances_seen(self._staging, shot)

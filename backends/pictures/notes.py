@@ -51,7 +51,7 @@ class Dimension:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class Overlay:
     """What is drawn: polylines, filled polygons, dots (x, y, radius) and texts at the middles of their boxes."""
 
     lines: list[tuple[Pixel, ...]] = field(default_factory=list)
@@ -117,7 +117,7 @@ def inner_point(mask: Mask) -> Pixel:
 # --- callouts --------------------------------------------------------------------------------------------------------
 
 
-def place_callouts(callouts: Sequence[Callout], around: Rectangle, size: tuple[int, int], drawing: Drawing) -> None:
+def place_callouts(callouts: Sequence[Callout], around: Rectangle, size: tuple[int, int], drawing: Overlay) -> None:
     """Add callouts to a drawing, in a column on each side of the rectangle ``around`` the objects.
 
     The columns are in the order of the objects' heights, so that leader lines seldom cross; those that do not fit,
@@ -212,7 +212,7 @@ def _pixel(values: FloatArray) -> Pixel:
     return float(values[0]), float(values[1])
 
 
-def place_dimensions(dimensions: Sequence[Dimension], size: tuple[int, int], drawing: Drawing) -> None:
+def place_dimensions(dimensions: Sequence[Dimension], size: tuple[int, int], drawing: Overlay) -> None:
     """Add dimension lines with arrows, extension lines and lengths to a drawing of an image of ``size``."""
     font = font_size(*size)
     for one in dimensions:
@@ -270,7 +270,7 @@ def room_for(dimensions: Sequence[Dimension], size: tuple[int, int]) -> float:
 # --- drawing ---------------------------------------------------------------------------------------------------------
 
 
-def drawn(drawing: Drawing, width: int, height: int) -> Notes:
+def drawn(drawing: Overlay, width: int, height: int) -> Notes:
     """Return the coverage of a drawing on an image of ``width`` x ``height`` pixels, antialiased."""
     image, pen_of = require("PIL.Image", "pillow"), require("PIL.ImageDraw", "pillow").Draw
     fine = 4 if width * height <= _FINE_PIXELS else 2

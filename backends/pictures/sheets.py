@@ -94,7 +94,7 @@ class Sheet:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cell:
+class SheetCell:
     """A cell of a sheet: a frame of a scene that a camera sees, and the text below."""
 
     caption: str
@@ -119,7 +119,7 @@ def check_count(count: int, what: str) -> None:
 # --- what cells show -------------------------------------------------------------------------------------------------
 
 
-def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] = VIEWS) -> list[Cell]:
+def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] = VIEWS) -> list[SheetCell]:
     """Return one cell for each view of a frame; those from a side are parallel projections to one scale.
 
     Raises SceneError for an unknown view.
@@ -139,21 +139,21 @@ def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] =
     cells = []
     for name, shot, is_side in zip(views, shots, sides, strict=True):
         camera = zoomed(shot.camera, least / shot.camera.focal[0]) if is_side else shot.camera
-        cells.append(Cell(name.strip(), scene, Shot(shot.frame, camera)))
+        cells.append(SheetCell(name.strip(), scene, Shot(shot.frame, camera)))
     return cells
 
 
-def cells_of_frames(scene: Scene, options: PictureOptions, count: int) -> list[Cell]:
+def cells_of_frames(scene: Scene, options: PictureOptions, count: int) -> list[SheetCell]:
     """Return cells of so many frames, evenly spaced, or of a static scene of so many angles; raises SceneError."""
     check_count(count, "frames")
     scene = _figured(scene, options)
     shots = shots_of(scene, options.camera, options.width, options.height, count, None)
     if scene.animated:
-        return [Cell(f"frame {shot.frame}", scene, shot) for shot in shots]
-    return [Cell(f"{360.0 * k / count:.4g}°", scene, shot) for k, shot in enumerate(shots)]
+        return [SheetCell(f"frame {shot.frame}", scene, shot) for shot in shots]
+    return [SheetCell(f"{360.0 * k / count:.4g}°", scene, shot) for k, shot in enumerate(shots)]
 
 
-def cells_of_scenes(named: Sequence[tuple[str, Scene]], options: PictureOptions, *, to_scale: bool) -> list[Cell]:
+def cells_of_scenes(named: Sequence[tuple[str, Scene]], options: PictureOptions, *, to_scale: bool) -> list[SheetCell]:
     """Return one cell for each of several scenes: with ``to_scale``, one camera sees them all at one place.
 
     Raises SceneError if one is empty.
@@ -163,10 +163,10 @@ def cells_of_scenes(named: Sequence[tuple[str, Scene]], options: PictureOptions,
     if not to_scale:
         size = options.width, options.height
         shots = [stills(scene, options.camera, [frame_of(scene, options.frame)], *size)[0] for _, scene in scenes]
-        return [Cell(name, scene, shot) for (name, scene), shot in zip(scenes, shots, strict=True)]
+        return [SheetCell(name, scene, shot) for (name, scene), shot in zip(scenes, shots, strict=True)]
     every = joined([scene for _, scene in scenes], options.frame)
     shots = stills(every, options.camera, range(len(scenes)), options.width, options.height)
-    return [Cell(name, every, shot) for (name, _), shot in zip(scenes, shots, strict=True)]
+    return [SheetCell(name, every, shot) for (name, _), shot in zip(scenes, shots, strict=True)]
 
 
 def joined(scenes: Sequence[Scene], frame: int | None) -> Scene:
@@ -185,7 +185,7 @@ def _figured(scene: Scene, options: PictureOptions) -> Scene:
 
 
 def sheet_of(
-    cells: Sequence[Cell], options: PictureOptions, backend: PictureBackend, columns: int | None = None
+    cells: Sequence[SheetCell], options: PictureOptions, backend: PictureBackend, columns: int | None = None
 ) -> Sheet:
     """Draw the cells of a sheet; raises SceneError and LimitError as drawing an image does."""
     check_sheet(options, backend)
@@ -195,7 +195,7 @@ def sheet_of(
 
 
 def _drawn(
-    cells: Sequence[Cell], options: PictureOptions, backend: PictureBackend
+    cells: Sequence[SheetCell], options: PictureOptions, backend: PictureBackend
 ) -> Iterator[tuple[Staging, Shot, Image]]:
     """Yield the staging, the shot and the image of each cell; the first one decides the backdrop of all."""
     backdrop: Any = None
@@ -365,7 +365,7 @@ def _marked(staging: Staging, shot: Shot, image: Image, rows: dict[str, Any]) ->
     return image
 
 
-def cells_of(scene: Scene, wanted: SheetOptions, options: PictureOptions) -> list[Cell]:
+def cells_of(scene: Scene, wanted: SheetOptions, options: PictureOptions) -> list[SheetCell]:
     """Return the cells of a sheet of one scene: of frames, or of views. Raises SceneError."""
     if wanted.frames is not None:
         return cells_of_frames(scene, options, wanted.frames)

@@ -15,7 +15,7 @@ from scenelang.backends.pictures.drawn_over import callouts_of, covered, zoomed
 from scenelang.backends.pictures.figures import Figure, figured
 from scenelang.backends.pictures.film import Image, PictureOptions, check
 from scenelang.backends.pictures.linework import lines_of
-from scenelang.backends.pictures.notes import Callout, Drawing, dimensions_of, place_callouts
+from scenelang.backends.pictures.notes import Callout, Overlay, dimensions_of, place_callouts
 from scenelang.backends.pictures.stage import staging_of, still
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
@@ -164,7 +164,7 @@ def test_instances_of_one_word_share_a_callout_and_hidden_ones_have_none() -> No
 @pytest.mark.parametrize("count", [1, 5, 60])
 def test_callouts_do_not_overlap_and_stay_inside(count: int) -> None:
     rng = np.random.default_rng(count)
-    size, drawing = (400, 300), Drawing()
+    size, drawing = (400, 300), Overlay()
     callouts = [Callout(f"part {k}", (float(x), float(y))) for k, (x, y) in enumerate(rng.uniform(80, 220, (count, 2)))]
     place_callouts(callouts, (80, 40, 320, 260), size, drawing)
     font = notes.font_size(*size)
