@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from scenelang.backends.neural.inversion import InversionSettings as InversionSettings
     from scenelang.backends.neural.prompts import Granularity as Granularity
     from scenelang.backends.neural.weights import Models as Models
+    from scenelang.backends.pictures.figures import Figure as Figure
     from scenelang.backends.pictures.images import Camera as Camera
     from scenelang.backends.pictures.images import Film as Film
     from scenelang.backends.pictures.images import Image as Image
@@ -124,6 +125,7 @@ _HOMES = {
     "ImagineSettings": "learning.neural", "distill": "learning.neural", "imagine": "learning.neural",
     "imagine_layout": "learning.neural",
     "Camera": "backends.pictures.images", "Film": "backends.pictures.images", "Image": "backends.pictures.images",
+    "Figure": "backends.pictures.figures",
     "Maps": "backends.labels.maps", "Primitives": "session.loaded",
     "Repair": "repairs.repairing",
     "Scene": "scene", "Checked": "session.session",

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from scenelang.backends.labels.maps import Maps
     from scenelang.backends.physics.verdicts import PhysicsReport
     from scenelang.backends.pictures.camera import Camera as PlacedCamera
+    from scenelang.backends.pictures.figures import Figure
     from scenelang.backends.pictures.images import Film, Image, Size, View
+    from scenelang.backends.pictures.sheets import Comparison, Sheet
     from scenelang.backends.viewer.packet import ViewerPage
 
 Warn = Callable[[Diagnostic], None]
@@ -73,6 +75,7 @@ class Scene(LoadedScene):
         exposure: float | None = None,
         tone: str | None = None,
         labels: bool = True,
+        figure: Figure | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
@@ -106,6 +109,8 @@ class Scene(LoadedScene):
             Tone curve: "soft" (colors of matte surfaces stay as they are) or "agx" (bright colors fade to white).
         labels : bool
             Draw the words of semantic primitives onto their boxes.
+        figure : Figure, optional
+            Section, exploded view, outlines, callouts, dimensions. ``Image.radiance`` has no lines and text.
         seed : int
             Random seed of the sampling; the same seed gives the same image.
         settings : mapping, optional
@@ -122,11 +127,13 @@ class Scene(LoadedScene):
         SceneError
             If the scene is empty, a package is missing, or an argument is invalid.
         """
+        from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.images import image_of, picture_options
 
         options = picture_options(
             camera, size, frame=frame, environment=environment, ground=ground, background=background,
-            exposure=exposure, tone=tone, labels=labels, seed=seed, settings=dict(settings or {}), limit=limit,
+            exposure=exposure, tone=tone, labels=labels, figure=figure or Figure(), seed=seed,
+            settings=dict(settings or {}), limit=limit,
             progress=progress, warn=warn,
         )  # fmt: skip
         return image_of(self.graph, options, quality)
@@ -154,6 +161,7 @@ class Scene(LoadedScene):
         exposure: float | None = None,
         tone: str | None = None,
         labels: bool = True,
+        figure: Figure | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
         limit: int = 2_000_000,
@@ -164,13 +172,119 @@ class Scene(LoadedScene):
         A static scene is shown on a turntable, a 4D scene frame by frame; ``orbit`` is the total camera rotation
         in degrees. The other arguments are those of ``render``.
         """
+        from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.images import picture_options, video_of
 
         options = picture_options(
             camera, size, environment=environment, ground=ground, background=background, exposure=exposure,
-            tone=tone, labels=labels, seed=seed, settings=dict(settings or {}), limit=limit, warn=warn,
+            tone=tone, labels=labels, figure=figure or Figure(), seed=seed,
+            settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
         return video_of(self, options, quality, frames, orbit)
+
+    @typed
+    def sheet(
+        self,
+        views: Sequence[str] | None = None,
+        *,
+        frames: int | None = None,
+        vary: Mapping[str, Sequence[Any]] | None = None,
+        seeds: int | None = None,
+        columns: int | None = None,
+        camera: View | None = None,
+        size: Size = (320, 240),
+        quality: str = "draft",
+        environment: str | None = None,
+        ground: str | None = None,
+        background: str | None = None,
+        exposure: float | None = None,
+        tone: str | None = None,
+        labels: bool = True,
+        figure: Figure | None = None,
+        settings: Mapping[str, Any] | None = None,
+        limit: int = 2_000_000,
+    ) -> Sheet:
+        """Draw a contact sheet: a grid of images with captions, in one light and before one backdrop.
+
+        Parameters
+        ----------
+        views : sequence of str, optional
+            Cameras, as the command line takes them; by default front, right, top and three-quarter. Views from a side
+            are parallel projections to one scale.
+        frames : int, optional
+            Number of frames of a 4D scene, or of a turntable of a static one, instead of views.
+        vary : mapping, optional
+            The values of one param, instead of views; one camera sees all of them.
+        seeds : int, optional
+            Number of seeds of random numbers, counted from 0, instead of views.
+        columns : int, optional
+            Cells of a row.
+        size : (width, height)
+            Of a cell, in pixels.
+
+        The other arguments are those of ``render``.
+
+        Raises
+        ------
+        SceneError
+            If several of these are given, or a scene cannot be drawn.
+        """
+        from scenelang.backends.pictures.declared import settled
+        from scenelang.backends.pictures.figures import Figure
+        from scenelang.backends.pictures.film import picture_backend
+        from scenelang.backends.pictures.images import picture_options
+        from scenelang.backends.pictures.sheets import SheetOptions, cells_of, cells_of_scenes, check_wanted, sheet_of
+
+        names = None if vary is None else ", ".join(vary)
+        wanted = SheetOptions(None if views is None else tuple(views), frames, names, seeds, columns)
+        check_wanted(wanted, 1)
+        options = picture_options(
+            camera, size, environment=environment, ground=ground, background=background, exposure=exposure,
+            tone=tone, labels=labels, figure=figure or Figure(), settings=dict(settings or {}), limit=limit,
+        )  # fmt: skip
+        options = settled(self.graph, options)
+        if vary is None and seeds is None:
+            cells = cells_of(self.graph, wanted, options)
+        else:
+            named = [(f"seed {seed}", self.with_seed(seed).graph) for seed in range(seeds or 0)]
+            for name, values in (vary or {}).items():
+                named += [(f"{name} = {value}", self.with_params({name: value}).graph) for value in values]
+            cells = cells_of_scenes(named, options, to_scale=True)
+        return sheet_of(cells, options, picture_backend(quality), columns)
+
+    @typed
+    def comparison(
+        self,
+        other: LoadedScene,
+        camera: View | None = None,
+        *,
+        size: Size = (320, 240),
+        quality: str = "draft",
+        frame: int | None = None,
+        environment: str | None = None,
+        ground: str | None = None,
+        background: str | None = None,
+        figure: Figure | None = None,
+        tolerance: float = 1e-5,
+        limit: int = 2_000_000,
+    ) -> Comparison:
+        """Draw this scene and another side by side, with what is removed, added, moved and recolored in color.
+
+        ``tolerance`` is that of ``diff``; the other arguments are those of ``render``.
+        """
+        from scenelang.backends.pictures.declared import settled
+        from scenelang.backends.pictures.figures import Figure
+        from scenelang.backends.pictures.film import picture_backend
+        from scenelang.backends.pictures.images import picture_options
+        from scenelang.backends.pictures.sheets import compared
+
+        options = picture_options(
+            camera, size, frame=frame, environment=environment, ground=ground, background=background,
+            figure=figure or Figure(), limit=limit,
+        )  # fmt: skip
+        options = settled(self.graph, options)
+        named = [(Path(scene.name).stem or scene.word, scene.graph) for scene in (self, other)]
+        return compared(named, options, picture_backend(quality), tolerance)
 
     @typed
     def maps(
@@ -182,6 +296,8 @@ class Scene(LoadedScene):
         frame: int | None = None,
         environment: str | None = None,
         ground: str | None = None,
+        exposure: float | None = None,
+        tone: str | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,
         tracks: int = 64,
@@ -197,10 +313,43 @@ class Scene(LoadedScene):
         from scenelang.backends.pictures.images import picture_options
 
         options = picture_options(
-            camera, size, frame=frame, environment=environment, ground=ground, seed=seed,
+            camera, size, frame=frame, environment=environment, ground=ground,
+            exposure=exposure, tone=tone, seed=seed,
             settings=dict(settings or {}), limit=limit, progress=progress, warn=warn,
         )  # fmt: skip
         return maps_of(self.graph, options, quality, tracks)
+
+    @typed
+    def exploded(self, amount: float, axis: str | None = None, depth: int | None = None) -> Scene:
+        """Return the scene with its parts moved away from the center of what contains them, by ``amount`` times their
+        offset: along ``axis`` of the world only ("x", "y" or "z"), and to a ``depth`` of the hierarchy.
+
+        Examples
+        --------
+        >>> import scenelang as sl
+        >>> row = '(bind "row" (lambda () (for/union ((i 2)) (transform (call "cube") (translate [i 0 0])))))'
+        >>> sl.evaluate(row).exploded(1.0).extents.tolist()
+        [3.0, 1.0, 1.0]
+        """
+        return self._figured(explode=amount, explode_axis=axis, explode_depth=depth)
+
+    @typed
+    def cut(self, section: str) -> Scene:
+        """Return the scene cut open at a plane such as ``x=0.2`` or ``-y=50%``; two or three remove a corner.
+
+        Examples
+        --------
+        >>> import scenelang as sl
+        >>> sl.evaluate('(bind "it" (lambda () (call "cube")))').cut("x=0").extents.tolist()
+        [0.5, 1.0, 1.0]
+        """
+        return self._figured(section=section)
+
+    def _figured(self, **changes: Any) -> Scene:
+        """Return the scene that a figure shows, without its program."""
+        from scenelang.backends.pictures.figures import Figure, figured
+
+        return replace(self, graph=figured(self.graph, Figure(**changes)), program=None)
 
     @typed
     def export(

@@ -30,6 +30,7 @@ DOCUMENTS = (
     "docs/language.md",
     "docs/tutorial.md",
     "docs/pictures.md",
+    "docs/figures.md",
     "docs/python.md",
     "docs/labels.md",
     "docs/datasets.md",

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,7 @@ from scenelang.backends.base import (
     all_backends,
     check_settings,
     find,
+    frame_of,
     names,
     require,
     sub_progress,
@@ -31,7 +32,13 @@ from scenelang.backends.base import (
 from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.pictures.camera import LARGEST
 from scenelang.backends.pictures.declared import Lighting, ProgramView, View, settled
-from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, still
+from scenelang.backends.pictures.figures import PLAIN, Figure, check_drawable, check_figure, figured
+from scenelang.backends.pictures.painted import Image as Image
+from scenelang.backends.pictures.painted import Painter as Painter
+from scenelang.backends.pictures.painted import Picture as Picture
+from scenelang.backends.pictures.painted import flattened as flattened
+from scenelang.backends.pictures.painted import font_for as font_for
+from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, stills
 from scenelang.backends.pictures.stage import film as shots_of
 from scenelang.backends.surfaces.environments import GROUNDS, TONES, environment_of
 from scenelang.backends.surfaces.image_files import encode
@@ -42,8 +49,6 @@ from scenelang.grammar.settings import FRAME_RATES, frame_rate, setting, whole, 
 from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.stdlib.colors import color_of
-
-Picture = npt.NDArray[np.uint8]
 
 SOFTWARE = "scenelang"  # in the metadata of images, by which `wrote_picture` recognizes them
 FINAL_EXTRA = "'scenelang[final]'"  # what installs Mitsuba, as error messages show it
@@ -77,6 +82,8 @@ class PictureOptions(BackendOptions):
         Images are reproducible for a given seed.
     labels
         Write the words of semantic primitives on the image.
+    figure
+        What a publication figure shows of the scene, and over its image.
     stated
         Fields that what a program declares does not replace: "size", "environment" and "ground"; None if it replaces
         nothing.
@@ -107,33 +114,9 @@ class PictureOptions(BackendOptions):
     )
     seed: int = 0
     labels: bool = setting(True, "do not label the boxes of semantic primitives", "--no-labels")
+    figure: Figure = PLAIN
     stated: tuple[str, ...] | None = ("size",)
     lighting: Lighting | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Image:
-    """A drawn shot: ``picture`` (H, W, 3) 8-bit sRGB with labels, ``radiance`` (H, W, 3) linear sRGB without labels.
-
-    ``alpha`` (H, W) is None if all pixels are opaque. The picture's colors are not multiplied by it, the radiance is.
-    """
-
-    picture: Picture
-    radiance: npt.NDArray[np.float32]
-    alpha: Picture | None = None
-
-    @property
-    def rgba(self) -> Picture:
-        """The picture with alpha, (H, W, 4)."""
-        alpha = np.full(self.picture.shape[:2], 255, np.uint8) if self.alpha is None else self.alpha
-        return np.dstack([self.picture, alpha])
-
-
-class Painter(Protocol):
-    """Draws the shots of one staging; computations that the shots share are done once."""
-
-    def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
-        """Draw one shot; ``progress`` is called with a fraction from 0 to 1. Raises SceneError."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,19 +194,52 @@ def draw(scene: Scene, options: PictureOptions, backend: PictureBackend) -> Imag
     """Draw one frame of ``scene`` with ``backend``; raises SceneError as ``render`` does."""
     options = settled(scene, options)
     check(options, [backend])
-    shot = still(scene, options.camera, options.frame, options.width, options.height)
+    scene, shot = figure_shot(scene, options)
     return paint_shot(painters(scene, options, [backend], [shot]), shot, options.progress)
+
+
+def figure_shot(scene: Scene, options: PictureOptions, seen: Sequence[int] | None = None) -> tuple[Scene, Shot]:
+    """Return the scene of the figure that the options ask for, and the shot of its image.
+
+    ``seen`` are the frames that the camera frames, by default the drawn one. Raises SceneError and LimitError.
+    """
+    scene = figured(scene, options.figure, options.limit, options.warn)
+    frame = frame_of(scene, options.frame)
+    (shot,) = stills(scene, options.camera, [frame], options.width, options.height, seen)
+    if not options.figure.has_notes:
+        return scene, shot
+    from scenelang.backends.pictures.drawn_over import with_room
+
+    return scene, with_room(_staging(scene, [shot], options), shot, options.figure, options.camera)
+
+
+def _staging(scene: Scene, shots: Sequence[Shot], options: PictureOptions) -> Staging:
+    """Return the staging of shots; raises SceneError."""
+    frames = [shot.frame for shot in shots]
+    return staging_of(
+        scene, frames, options.limit, options.environment, ground_of(options), options.warn, lighting_of(options)
+    )
 
 
 def painters(
     scene: Scene, options: PictureOptions, backends: Sequence[PictureBackend], shots: Sequence[Shot]
 ) -> list[Painter]:
-    """Return the painters of several backends for the same ``shots``; raises SceneError."""
-    frames = [shot.frame for shot in shots]
-    staging = staging_of(
-        scene, frames, options.limit, options.environment, ground_of(options), options.warn, lighting_of(options)
-    )
-    return [backend.painter(staging, options, len(shots)) for backend in backends if backend.painter is not None]
+    """Return the painters of several backends for the same ``shots`` of a ``figured`` scene; raises SceneError."""
+    return staged_painters(_staging(scene, shots, options), options, backends, len(shots))
+
+
+def staged_painters(
+    staging: Staging, options: PictureOptions, backends: Sequence[PictureBackend], shots: int
+) -> list[Painter]:
+    """Return the painters of several backends for a number of shots of a staging; raises SceneError."""
+    if not options.figure.is_drawn_over:
+        return [backend.painter(staging, options, shots) for backend in backends if backend.painter is not None]
+    from scenelang.backends.pictures.drawn_over import FigurePainter
+
+    plain = replace(options, figure=PLAIN)
+    is_drawn = options.figure.style not in ("line", "wire")
+    below = staged_painters(staging, plain, backends, shots) if is_drawn else [None] * len(backends)
+    return [FigurePainter(painter, staging, options.figure, options.background) for painter in below]
 
 
 def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:
@@ -295,12 +311,6 @@ def clear_image(
     return Image(flattened(rgba, encode(color)), (radiance + behind).astype(np.float32))
 
 
-def flattened(rgba: Picture, background: Picture) -> Picture:
-    """Return a picture with alpha (H, W, 4) over a flat background (3,), both 8-bit sRGB."""
-    share = rgba[:, :, 3:].astype(np.float32) / np.float32(255.0)
-    return np.asarray(np.rint(rgba[:, :, :3] * share + background * (1.0 - share)), np.uint8)
-
-
 def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
     """Validate ``options`` independently of a scene; raises SceneError("value")."""
     if not (1 <= options.width <= LARGEST and 1 <= options.height <= LARGEST):
@@ -323,11 +333,13 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
             if isinstance(backend, PictureBackend) and not backend.has_alpha:
                 message = f"the backend `{backend.name}` draws no image without a ground"
                 raise SceneError("value", message, hint="use `--quality draft` or `--quality final`")
+    check_figure(options.figure)
     check_settings(options, backends)
 
 
 def check_alpha(options: PictureOptions, path: Path, is_video: bool) -> None:
-    """Raise SceneError if images have alpha but the file would not."""
+    """Raise SceneError if images have alpha but the file would not, or a figure is more than the file can show."""
+    check_drawable(options.figure, path, is_video)
     if options.background is not None or ground_of(options) not in CLEAR_GROUNDS:
         return
     if is_video or path.suffix.lower() in _OPAQUE:
@@ -397,15 +409,20 @@ def save_picture(picture: Picture, path: Path | str) -> None:
     written.
     """
     target = Path(path)
-    endings = tuple(ending for ending in STILL_ENDINGS if ending != ".exr")
-    if target.suffix.lower() not in endings:
-        raise SceneError("backend", f"cannot write a picture as `{target.name}`", hint=f"use {' '.join(endings)}")
+    check_still(target)
     if picture.shape[2] == 4 and target.suffix.lower() in _OPAQUE:
         raise SceneError("value", f"{target.name}: JPEG has no transparency", hint="write a .png or a .webp")
     image = require("PIL.Image", "pillow").fromarray(picture)
     named = {"pnginfo": png_text({"Software": SOFTWARE})} if target.suffix.lower() == ".png" else {}
     with atomic_write(target) as temporary:
         image.save(temporary, quality=_STILL_QUALITY, **named)
+
+
+def check_still(path: Path) -> None:
+    """Raise SceneError("backend") for a file that ``save_picture`` does not write."""
+    endings = tuple(ending for ending in STILL_ENDINGS if ending != ".exr")
+    if path.suffix.lower() not in endings:
+        raise SceneError("backend", f"cannot write a picture as `{path.name}`", hint=f"use {' '.join(endings)}")
 
 
 def png_text(chunks: Mapping[str, str]) -> Any:
@@ -574,11 +591,12 @@ def write_drawing(
     is_video = is_film(path, film_requested)
     check_alpha(options, path, is_video)
     if is_video:
+        scene = figured(scene, options.figure, options.limit, options.warn)
         shots = shots_of(scene, options.camera, options.width, options.height, film.frames, film.orbit)
         fps = FPS if film.fps is None else film.fps
         save_film(painters(scene, options, backends, shots), shots, path, fps, options.progress)
         return
-    shot = still(scene, options.camera, options.frame, options.width, options.height)
+    scene, shot = figure_shot(scene, options)
     save_image(paint_shot(painters(scene, options, backends, [shot]), shot, options.progress), path)
 
 
@@ -702,7 +720,7 @@ def write_labels(picture: Picture, labels: list[Label]) -> Picture:
     stroke = max(1, round(size / 9))
     taken: list[Rectangle] = []
     for label in labels:
-        font = _font(label.text, size)
+        font = font_for(label.text, size)
         for x, y in _places(label, size * 1.25):
             box: Rectangle = pen.textbbox((x, y), label.text, font=font, anchor="mm", stroke_width=stroke)
             x, y = x + _inward(box[0], box[2], width), y + _inward(box[1], box[3], height)
@@ -736,18 +754,6 @@ def _shorten(word: str) -> str:
     """Return the word on one line, without unprintable characters, truncated if necessary."""
     text = "".join(c if c.isprintable() else " " for c in word).strip()
     return text if len(text) <= _MAX_LENGTH else text[: _MAX_LENGTH - 1] + "…"
-
-
-def _font(text: str, size: int) -> Any:
-    """Return Pillow's default font, or a system font with wider coverage for non-ASCII text, if available."""
-    fonts = require("PIL.ImageFont", "pillow")
-    if not text.isascii():
-        for name in ("DejaVuSans.ttf", "NotoSans-Regular.ttf", "Arial Unicode.ttf", "arial.ttf"):
-            try:
-                return fonts.truetype(name, size)
-            except OSError:
-                continue
-    return fonts.load_default(size)
 
 
 # OpenEXR files with several named layers, written by Mitsuba's ``Bitmap`` (which needs no variant).

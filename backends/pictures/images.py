@@ -10,13 +10,14 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Progress, frame_of
+from scenelang.backends.base import Progress
 from scenelang.backends.pictures import film as drawing
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
 from scenelang.backends.pictures.declared import ProgramView, settled, view_of
+from scenelang.backends.pictures.figures import check_drawable, figured
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, picture_backend
-from scenelang.backends.pictures.stage import Shot, stills
+from scenelang.backends.pictures.stage import Shot
 from scenelang.backends.pictures.stage import film as film_shots
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import fits, typed
@@ -220,6 +221,7 @@ class Film:
     _options: PictureOptions = field(repr=False)
     _quality: str | Sequence[str] = field(repr=False)
     _shots: tuple[Shot, ...] = field(repr=False)
+    _graph: Scene | None = field(default=None, repr=False)  # of the figure, if it is not that of the scene
 
     def __len__(self) -> int:
         return len(self._shots)
@@ -241,7 +243,7 @@ class Film:
         return Path(path)
 
     def _painters(self) -> list[Painter]:
-        return drawing.painters(self.scene.graph, self._options, _backends(self._quality), self._shots)
+        return drawing.painters(self._graph or self.scene.graph, self._options, _backends(self._quality), self._shots)
 
     def __repr__(self) -> str:
         return f"<Film of {len(self):,} pictures>"
@@ -285,8 +287,7 @@ def shot_of(
     backends = _backends(quality)
     options = settled(graph, options)
     drawing.check(options, backends)
-    frame = frame_of(graph, options.frame)
-    (shot,) = stills(graph, options.camera, [frame], options.width, options.height, seen)
+    graph, shot = drawing.figure_shot(graph, options, seen)
     painted = drawing.paint_shot(drawing.painters(graph, options, backends, [shot]), shot, options.progress)
     return _image(painted, shot.camera), shot
 
@@ -304,8 +305,10 @@ def video_of(
     """
     options = settled(scene.graph, options)
     drawing.check(options, _backends(quality))
-    shots = film_shots(scene.graph, options.camera, options.width, options.height, frames, orbit)
-    return Film(scene, options, quality, tuple(shots))
+    check_drawable(options.figure, None, is_video=True)
+    graph = figured(scene.graph, options.figure, options.limit, options.warn)
+    shots = film_shots(graph, options.camera, options.width, options.height, frames, orbit)
+    return Film(scene, options, quality, tuple(shots), graph)
 
 
 def _backends(quality: str | Sequence[str]) -> list[PictureBackend]:

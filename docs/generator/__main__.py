@@ -11,6 +11,7 @@ from generator.architecture import architecture_svg
 from generator.cheat_sheet import cheat_sheet_page
 from generator.cli_page import cli_page
 from generator.diagnostics_page import diagnostics_page
+from generator.figure_images import save_figure_images
 from generator.install_page import install_page
 from generator.library_page import PICTURES, forms_page, library_pages, picture_program, relations_page
 from generator.parts_page import parts_page, picture_path
@@ -67,6 +68,7 @@ def main(folder: Path = DOCS) -> int:
     for step in steps(DOCS / "tutorial.md"):
         save(drawn(step.program, TUTORIAL, step.camera, step.frame), folder / step.picture)
     save_recipe_images(folder / "cookbook")
+    save_figure_images(folder)
     return 0
 
 

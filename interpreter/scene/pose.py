@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float, float]
 
+AXES = ("x", "y", "z")  # of the world, in the order of coordinates
+
 
 def translation(x: float, y: float, z: float) -> Matrix:
     """Return the translation by (x, y, z)."""

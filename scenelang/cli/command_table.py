@@ -62,6 +62,7 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
     },
     "Inspect scenes": {
         "render": CommandRow(PROGRAM, "pictures", "render an image or a video of the scene"),
+        "sheet": CommandRow(EVALUATION, "pictures", "draw a contact sheet, or two scenes with what differs"),
         "view": CommandRow(EVALUATION, "pictures", "show programs in a browser with live reload"),
         "studio": CommandRow(EVALUATION, "pictures", "edit programs in a browser beside their live picture"),
         "labels": CommandRow(EVALUATION, "pictures", "render labeled images: segmentation, depth, boxes, motion"),

@@ -18,7 +18,8 @@ from scenelang.backends import base
 from scenelang.backends.files import output_path
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
-from scenelang.backends.pictures.declared import setting_of, view_of
+from scenelang.backends.pictures.declared import setting_of, settled, view_of
+from scenelang.backends.pictures.figures import Figure
 from scenelang.cli.options import (
     UsageError,
     add_backend_options,
@@ -44,11 +45,13 @@ from scenelang.cli.options import (
 from scenelang.cli.options import warnings as warnings_of
 from scenelang.console.reports import deliver
 from scenelang.grammar.datum import replace
-from scenelang.grammar.settings import port
+from scenelang.grammar.settings import part_of_one, port
 
 if TYPE_CHECKING:
     from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
+    from scenelang.backends.pictures.sheets import SheetOptions
     from scenelang.backends.viewer.packet import SplatsOf
+    from scenelang.session.loaded import LoadedScene
     from scenelang.session.session import Session
     from scenelang.viewer.workspace import Evaluate, OpenSession, Workspace
 
@@ -58,10 +61,12 @@ _SIZE = (512, 512)  # pixels
 # --- options of pictures and backends --------------------------------------------------------------------------------
 
 
-def _add_view(parser: argparse.ArgumentParser, *, several: bool = False) -> None:
-    """Add the options for cameras (``several`` allows repeats) and lighting."""
+def _add_view(
+    parser: argparse.ArgumentParser, *, several: bool = False, size: str = "pixels (default 512x512)"
+) -> None:
+    """Add the options for cameras (``several`` allows repeats), the ``size`` of images, and lighting."""
     group = parser.add_argument_group("view")
-    add_camera(group, "pixels (default 512x512)", several)
+    add_camera(group, size, several)
     add_fields(group, film.PictureOptions, ("environment", "ground", "exposure", "tone"))
 
 
@@ -81,7 +86,7 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
     return fields_of(
         arguments, film.PictureOptions, limit=session_limit(arguments), progress=progress(arguments, "rendering"),
         settings=backend_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
-        seed=arguments.seed, stated=stated,
+        seed=arguments.seed, stated=stated, figure=fields_of(arguments, Figure),
     )  # fmt: skip
 
 
@@ -98,6 +103,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--part", metavar="PATH", help="render only these instances, such as `chair/leg[2]`")
     _add_view(parser)
     add_fields(parser, film.PictureOptions, ("background", "labels"))
+    add_fields(parser.add_argument_group("publication figures"), Figure)
     add_fields(parser.add_argument_group("video"), film.FilmOptions)
     add_backend_options(parser, base.Work.PICTURE)
 
@@ -127,6 +133,82 @@ def run_render(arguments: argparse.Namespace) -> int:
     film.write_drawing(scene.graph, output, options, shots, backends)
     done(arguments, output)
     return 0
+
+
+# --- sheet -----------------------------------------------------------------------------------------------------------
+
+
+def add_sheet(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of ``sheet``."""
+    from scenelang.backends.pictures.sheets import CELL, SheetOptions
+    from scenelang.session.scene_changes import TOLERANCE
+
+    parser.add_argument("files", metavar="FILE", nargs="+", help="program; several get a cell each")
+    parser.add_argument("-o", "--output", metavar="OUT", required=True, help="image: .png .jpg .webp")
+    add_fields(parser, SheetOptions)
+    parser.add_argument("--compare", action="store_true", help="two programs side by side, with what differs in color")
+    parser.add_argument(
+        "--tolerance", type=reader(part_of_one), default=TOLERANCE, metavar="T",
+        help="relative tolerance of `--compare`, as a fraction of the scene's size (default 1e-5)",
+    )  # fmt: skip
+    _add_quality(parser, "of the images")
+    add_fields(parser, film.PictureOptions, ("frame",), frame="frame of 4D scenes to draw, counted from 0")
+    _add_view(parser, size=f"pixels of a cell (default {CELL[0]}x{CELL[1]})")
+    add_fields(parser, film.PictureOptions, ("background", "labels"))
+    add_fields(parser.add_argument_group("publication figures"), Figure)
+    add_backend_options(parser, base.Work.PICTURE)
+
+
+def run_sheet(arguments: argparse.Namespace) -> int:
+    """Draw a contact sheet, or a comparison of two programs."""
+    from scenelang.backends.pictures import sheets
+
+    arguments.size = arguments.size or (None if (arguments.camera or "").endswith(".json") else sheets.CELL)
+    output = Path(arguments.output)
+    with usage_errors():  # fail early, before the expensive work
+        wanted = fields_of(arguments, sheets.SheetOptions)
+        sheets.check_wanted(wanted, len(arguments.files), is_comparison=arguments.compare)
+        film.check_still(output)
+        backend = film.picture_backend(arguments.quality or "draft")
+        options = _picture_options(arguments, arguments.camera)
+        sheets.check_sheet(options, backend)
+        if arguments.files.count("-") > 1:
+            raise UsageError("file", "only one of the inputs can be standard input")
+    check_folder(output)
+    named = [(name, scene.graph) for name, scene in _sheet_scenes(arguments, wanted)]
+    options = settled(named[0][1], options)
+    if arguments.compare:
+        sheet: sheets.Sheet = sheets.compared(named, options, backend, arguments.tolerance)
+    elif len(named) == 1 and wanted.vary is None and wanted.seeds is None:
+        sheet = sheets.sheet_of(sheets.cells_of(named[0][1], wanted, options), options, backend, wanted.columns)
+    else:
+        cells = sheets.cells_of_scenes(named, options, to_scale=len(arguments.files) == 1)
+        sheet = sheets.sheet_of(cells, options, backend, wanted.columns)
+    sheet.save(output)
+    done(arguments, output)
+    return 0
+
+
+def _sheet_scenes(arguments: argparse.Namespace, wanted: SheetOptions) -> Iterator[tuple[str, LoadedScene]]:
+    """Yield the scenes of a sheet with their captions: of the files, of values of a param, or of seeds."""
+    from scenelang.backends.pictures.sheets import values_in
+
+    if wanted.vary is None and wanted.seeds is None:
+        for path in arguments.files:
+            arguments.file = path
+            yield Path(path).stem, scene_of(arguments)
+        return
+    (arguments.file,), given_defines = arguments.files, list(arguments.define)
+    if arguments.file == "-":
+        raise UsageError("file", "a sheet evaluates the program several times and cannot read standard input")
+    if wanted.vary is not None:
+        name, values = values_in(wanted.vary)
+        for value in values:
+            arguments.define = [*given_defines, f"{name}={value}"]
+            yield f"{name} = {value}", scene_of(arguments)
+    for seed in range(wanted.seeds or 0):
+        arguments.seed = seed
+        yield f"seed {seed}", scene_of(arguments)
 
 
 # --- labels ----------------------------------------------------------------------------------------------------------

@@ -58,9 +58,12 @@ def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
 
 
 def _entity(entity: Entity, numbers: dict[int, int], folder: Path) -> dict[str, Any]:
-    """Return an entity as JSON data; absent properties are omitted."""
+    """Return an entity as JSON data; absent properties are omitted. Raises SceneError for what a section left."""
     embedding = entity.embedding
     record: dict[str, Any] = {"word": entity.word}
+    if entity.shape is not None and entity.shape.is_remnant:
+        message = f'"{entity.word}" is what a section left of a surface, which JSON does not describe'
+        raise SceneError("unsupported", message, hint="export a mesh, such as .glb or .obj")
     if entity.is_primitive:
         record["primitive"] = True
     if embedding.handle is not None:

@@ -353,6 +353,19 @@ class LoadedScene:
         return scene_of(type(self), self.program.main, options)
 
     @typed
+    def with_seed(self, seed: int) -> Self:
+        """Evaluate the same program again with another seed of random numbers, from 0 to 4,294,967,295.
+
+        Raises
+        ------
+        SceneError
+            If the scene has no program, or the evaluation fails.
+        """
+        if self.program is None or self.options is None:
+            raise SceneError("unsupported", "scenes loaded from JSON have no random numbers")
+        return scene_of(type(self), self.program.main, replace(self.options, seed=seed))
+
+    @typed
     def restyled(
         self,
         word: str,

@@ -31,7 +31,8 @@ WITHOUT_API = frozenset({"repl", "lsp", "mcp", "completion", "studio"})
 CALLS: dict[str, tuple[str, ...]] = {
     "check": ("check", "Options", "Scene.physics"), "run": ("evaluate",), "fmt": ("format",), "explain": ("explain",),
     "diff": ("diff",), "expand": ("expand",), "transpile": ("transpile",), "simplify": ("simplify",), "import": ("import_build",),
-    "render": ("Scene.render", "Scene.film", "Film.save"), "view": ("Scene.html",), "labels": ("Scene.maps", "Maps.save"),
+    "render": ("Scene.render", "Scene.film", "Film.save", "Figure"), "sheet": ("Scene.sheet", "Scene.comparison", "Figure"),
+    "view": ("Scene.html",), "labels": ("Scene.maps", "Maps.save"),
     "dataset": ("dataset", "preview_dataset", "merge_datasets", "verify_dataset", "dataset_sample"),
     "graph": ("Scene.save_graph",), "tree": ("Scene.tree",), "count": ("Scene.count",), "bounds": ("Scene.bounds_of",),
     "measure": ("Scene.measure",), "simulate": ("Scene.simulate", "Scene.film"), "settle": ("Scene.settle",),
@@ -55,7 +56,7 @@ RENAMED: dict[str, dict[str, str]] = {
               "physics": "Scene.physics", "fix": "Session.autofix", "picture": "backends.pictures.exhibit.save_marked:path"},
     "explain": {"codes": "explain:code"}, "diff": {"a": "diff:a", "b": "diff:b"}, "search": {"words": "search:query"},
     "render": {"part": "Scene.part:path", "backend": "Scene.render:quality", "no_labels": "Scene.render:labels"},
-    "view": {"html": "Scene.html"}, "labels": {"views": "Camera.random:count"},
+    "sheet": {"compare": "Scene.comparison", "no_labels": "Scene.sheet:labels"}, "view": {"html": "Scene.html"}, "labels": {"views": "Camera.random:count"},
     "dataset": {"words": "dataset:spec", "preview": "preview_dataset:path", "shown": "preview_dataset:count"},
     "tree": {"all": "Scene.tree:every"}, "simulate": {"velocity": "Scene.simulate:velocities"},
     "repair": {"that": "repair:declarations", "only_declarations": "repair:geometry"},

@@ -42,6 +42,7 @@ LINES: dict[str, tuple[str, ...]] = {
     "check": ("a.scene",), "run": ("a.scene",), "repl": (), "fmt": ("a.scene", "--diff"), "explain": ("E201",),
     "diff": ("a.scene", "b.scene"), "expand": ("a.scene",), "transpile": ("a.py",), "simplify": ("a.scene",),
     "import": ("a.scad",), "render": ("a.scene", "-o", "out.png", *DRAWN), "view": ("a.scene", "--html", "out.html"),
+    "sheet": ("a.scene", "-o", "out.png", "--views", "front", *DRAWN),
     "studio": ("a.py", "--no-browser"),
     "labels": ("a.scene", "-o", "out", *DRAWN), "dataset": ("a.toml", "-o", "out"), "graph": ("a.scene", "-o", "out.svg"),
     "tree": ("a.scene",), "count": ("a.scene",), "bounds": ("a.scene",), "measure": ("a.scene",),

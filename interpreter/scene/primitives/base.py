@@ -407,6 +407,7 @@ class Primitive:
     is_block: ClassVar[bool] = False  # made of Minecraft blocks
     is_file: ClassVar[bool] = False  # a mesh file that must be located and measured
     has_geometry: ClassVar[bool] = True
+    is_remnant: ClassVar[bool] = False  # left by a change of the scene, so that no program or data can describe it
     has_color: ClassVar[bool] = True
     common_name: ClassVar[str | None] = None  # noun for prompts, if it differs from the word
     symmetry: ClassVar[Symmetry] = Symmetry(unknown=True)
