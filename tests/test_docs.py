@@ -248,10 +248,10 @@ def test_reference_examples_give_what_they_say(topic: str) -> None:
     shown = [(r.name, e) for r in reference.records() if r.topic == topic for e in r.examples]
     if not shown:
         return
-    body = "\n".join(f"  (print (list '=> {example.expression}))" for _, example in shown)
+    body = "\n".join(f"(print (list '=> {example.expression}))" for _, example in shown)
     modules = {r.module for r in reference.records() if r.topic == topic and r.module is not None}
     imports = "".join(f'(import "{module}")\n' for module in modules)
-    result = evaluate(f'{imports}(bind "examples" (lambda ()\n{body}\n  (call "cube")))')
+    result = evaluate(f'{imports}{body}\n(bind "examples" (lambda () (call "cube")))')
     assert result.ok, [render_text(d) for d in result.diagnostics]
     printed = [line[4:-1] for line in result.log if line.startswith("(=> ")]
     assert printed == [example.value for _, example in shown], topic
