@@ -1,6 +1,6 @@
 """Makes the gallery, docs/gallery.md and docs/gallery/*, from the examples: ``python docs/gallery.py [NAME ...]``.
 
-Every example is drawn in both qualities, and turned once round; a 4D one plays its frames.
+Every example is path traced, and turned once round in a draft video; a 4D one plays its frames.
 """
 
 from __future__ import annotations
@@ -15,11 +15,10 @@ from PIL import Image
 DOCS = Path(__file__).parent
 EXAMPLES = DOCS.parent / "examples"
 GALLERY = DOCS / "gallery"
-SIZE = (320, 240)
+SIZE = "640x480"
 FILM = "240x180"
 FILM_FRAMES = 24
-LARGEST = 60_000  # bytes of one picture
-OVERSAMPLING = 2
+QUALITY = 88  # percent, of JPEG: 30 to 90 KB an image in all its colors
 
 # What is shown, the most telling first: example, camera, the frame of a 4D example that stands for it.
 SHOWN: dict[str, tuple[str, str, int | None]] = {
@@ -65,10 +64,6 @@ def title(example: str) -> str:
     return f"{name.capitalize()} of the paper" if example.startswith("paper/") else name.capitalize()
 
 
-# Drawn images of an example: quality, end of the file name.
-QUALITIES = {"final": "", "draft": "-draft"}
-
-
 def scenelang(command: str, example: str, output: Path, *options: str) -> None:
     """One run of the command line."""
     start = [sys.executable, "-P", "-m", "scenelang", command, str(EXAMPLES / f"{example}.scene")]
@@ -76,32 +71,17 @@ def scenelang(command: str, example: str, output: Path, *options: str) -> None:
 
 
 def draw(name: str) -> int:
-    """Draw all pictures of one example; gives their bytes."""
+    """Draw the image and the video of one example; gives their bytes."""
     example, camera, frame = SHOWN[name]
     chosen = ["--camera", camera, *(["--frame", str(frame)] if frame is not None else [])]
-    total = 0
-    for quality, ending in QUALITIES.items():
-        with tempfile.TemporaryDirectory() as folder:
-            large = Path(folder) / "large.png"
-            width, height = (OVERSAMPLING * side for side in SIZE)
-            scenelang("render", example, large, "--size", f"{width}x{height}", "--quality", quality, *chosen)
-            small = Image.open(large).convert("RGB").resize(SIZE, Image.Resampling.LANCZOS)
-        total += save_small(small, GALLERY / f"{name}{ending}.png")
-    film = GALLERY / f"{name}.webp"
+    image, film = GALLERY / f"{name}.jpg", GALLERY / f"{name}.webp"
+    with tempfile.TemporaryDirectory() as folder:
+        drawn = Path(folder) / "image.png"
+        scenelang("render", example, drawn, "--size", SIZE, "--quality", "final", *chosen)
+        Image.open(drawn).convert("RGB").save(image, quality=QUALITY, optimize=True)
     frames = ["--frames", str(FILM_FRAMES)]
     scenelang("render", example, film, "--size", FILM, "--camera", camera, "--fps", "12", *frames)
-    return total + film.stat().st_size
-
-
-def save_small(picture: Image.Image, target: Path) -> int:
-    """Save a picture with as many colours as fit; gives its bytes."""
-    for colors in (256, 192, 128, 96, 64):
-        picture.quantize(colors, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(
-            target, optimize=True
-        )
-        if target.stat().st_size <= LARGEST:
-            break
-    return target.stat().st_size
+    return image.stat().st_size + film.stat().st_size
 
 
 def page() -> str:
@@ -109,14 +89,14 @@ def page() -> str:
     lines = [
         "# Gallery",
         "",
-        "Every example, path traced (`--quality final`), as a draft, and as a film: `make gallery` draws them anew.",
+        "Every example, path traced (`--quality final`), and as a draft video: `make gallery` draws them.",
         "",
-        "| | final | draft | film |",
-        "|---|---|---|---|",
+        "| | image | video |",
+        "|---|---|---|",
     ]
     for name, (example, _, _) in SHOWN.items():
         cells = [f"[{example}](../examples/{example}.scene)"]
-        cells += [f"![{name}](gallery/{name}{ending})" for ending in (".png", "-draft.png", ".webp")]
+        cells += [f"![{name}](gallery/{name}{ending})" for ending in (".jpg", ".webp")]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
 

@@ -125,10 +125,10 @@ def test_example_is_well_kept(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.sampled(4)
 def test_example_has_its_picture_and_a_line_in_the_readme(name: str) -> None:
-    picture = ROOT / "docs" / "gallery" / f"{name.replace('/', '-')}.png"
-    assert picture.stat().st_size < 60_000
+    picture = ROOT / "docs" / "gallery" / f"{name.replace('/', '-')}.jpg"
+    assert picture.stat().st_size < 150_000
     with Image.open(picture) as image:
-        assert image.size == (320, 240)
+        assert image.size == (640, 480)
         colors = image.convert("RGB").getcolors(1 << 24)
     assert colors is not None
     assert len(colors) > 50

@@ -127,7 +127,7 @@ def _gallery() -> str:
     from generator.markdown import anchor
 
     titles = {name: title(example) for name, (example, _, _) in SHOWN.items()}
-    grid = " ".join(f"[![{titles[name]}](gallery/{name}.png)](#{anchor(titles[name])})" for name in SHOWN)
+    grid = " ".join(f"[![{titles[name]}](gallery/{name}.jpg)](#{anchor(titles[name])})" for name in SHOWN)
     parts = [
         "# Gallery\n",
         "Every example, path traced; a click leads to its program. `scenelang view FILE` shows one in a browser.\n",
@@ -136,7 +136,7 @@ def _gallery() -> str:
     for name, (example, _, _) in SHOWN.items():
         path = ROOT / "examples" / f"{example}.scene"
         parts.append(
-            f'## {titles[name]}\n\n<div class="example" markdown>\n\n![{titles[name]}](gallery/{name}.png)\n\n'
+            f'## {titles[name]}\n\n<div class="example" markdown>\n\n![{titles[name]}](gallery/{name}.jpg)\n\n'
             f'```scene title="examples/{example}.scene"\n{path.read_text("utf-8")}```\n\n</div>\n'
         )
     return "\n".join(parts)
