@@ -240,7 +240,11 @@ function floatTexture(floats) {
 // The images of textures as layers; rows go down.
 function tileTexture(images, side) {
   const data = new Uint8Array((images.length / 3) * 4);
-  for (let i = 0; i < images.length / 3; i += 1) data.set(images.subarray(3 * i, 3 * i + 3), 4 * i);
+  for (let i = 0, at = 0; i < images.length; i += 3, at += 4) {
+    data[at] = images[i];
+    data[at + 1] = images[i + 1];
+    data[at + 2] = images[i + 2];
+  }
   const texture = new DataArrayTexture(data, side, side, images.length / (3 * side * side));
   texture.colorSpace = SRGBColorSpace;
   texture.wrapS = texture.wrapT = RepeatWrapping;

@@ -161,29 +161,29 @@ const SHADOW = /* glsl */ `
   }
 `;
 
-// The surrounding light, one direction a sample: how much of a uniform surrounding this direction stands for at a
-// surface, so that all samples together weigh one, and the share of it that nothing hides.
+// The share of the surrounding light that nothing hides, by one direction of the sky a sample: the mean over all
+// samples is that of drafts, a single one may be below zero.
 const SKY = /* glsl */ `
   uniform sampler2D skyMap;
   uniform mat3 skyAxes;
   uniform vec3 skyDirections[SKY_SAMPLES];
   uniform float skyTexel;
   uniform bool hasSky;
-  vec2 skyShare(vec3 point, vec3 normal) {
-    if (!hasSky) return vec2(1.0, 1.0);
-    float total = 0.0;
-    for (int i = 0; i < SKY_SAMPLES; i++) total += max(dot(normal, skyDirections[i]), 0.0);
+  float skyShare(vec3 point, vec3 normal) {
+    if (!hasSky) return 1.0;
     vec3 tilt = normal * skyAxes;
-    if (tilt.z <= 0.0) return vec2(0.0, 1.0);
+    if (tilt.z <= 0.0) return 1.0;
+    float total = 0.1;
+    for (int i = 0; i < SKY_SAMPLES; i++) total += max(dot(normal, skyDirections[i]), 0.0);
     vec3 local = (point + normal * skyTexel * (0.6 + 1.2 * sqrt(1.0 - tilt.z * tilt.z))) * skyAxes;
     vec2 slope = tilt.xy / max(tilt.z, 0.2);
     float turn = 6.2831853 * noise(gl_FragCoord.xy);
-    float seen = 0.0;
+    float hidden = 0.0;
     for (int i = 0; i < 4; i++) {
       vec2 d = tap(i, 4.0, turn) * 3.0 * skyTexel;
-      seen += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, local.xy + d) > skyTexel ? 0.0 : 0.25;
+      hidden += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, local.xy + d) > skyTexel ? 0.25 : 0.0;
     }
-    return vec2(tilt.z / total * float(SKY_SAMPLES), seen);
+    return 1.0 - float(SKY_SAMPLES) * tilt.z / total * hidden;
   }
 `;
 
@@ -218,9 +218,9 @@ const LIGHT = /* glsl */ `
     return sky + (0.5 - 0.5 * normal.y) * backdrop * (1.0 - shaded);
   }
   // What hides the surrounding light is itself lit, and taken to have the colour albedo.
-  vec3 surrounding(vec3 light, vec3 albedo, vec2 sky) {
+  vec3 surrounding(vec3 light, vec3 albedo, float share) {
     vec3 bounced = albedo * (0.5 * ambient + 0.28 * key) * 0.65;
-    return sky.x * mix(bounced, light, sky.y);
+    return bounced + (light - bounced) * share;
   }
 `;
 
@@ -341,9 +341,9 @@ export const SOLID_FRAGMENT = /* glsl */ `
     vec3 l = lightAxes[2];
     float facing = max(dot(n, l), 0.0);
     float lit = facing > 0.0 ? keyShare(vPoint, n) : 0.0;
-    vec2 sky = skyShare(vPoint, n);
+    float sky = skyShare(vPoint, n);
     vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
-    if (finish.x >= 0.0) color = glossy(color, albedo, n, v, vec2(sky.x * sky.y, lit), glow.w, finish);
+    if (finish.x >= 0.0) color = glossy(color, albedo, n, v, vec2(sky, lit), glow.w, finish);
     color = exposed(color + glow.rgb);
     if (mode == 1) color = hue(vInstance.y) * (0.6 + 0.4 * abs(dot(n, v)));
     else if (mode == 2) color = pow(0.5 + 0.5 * n, vec3(2.2));

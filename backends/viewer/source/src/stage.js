@@ -329,10 +329,10 @@ function fullScreen(fragmentShader, uniforms, options) {
   return mesh;
 }
 
-// Directions spread evenly over the sphere, neighbours in number far apart.
+// Directions spread evenly over the sky, as those of drafts, neighbours in number far apart.
 function skyDirections() {
   return Array.from({ length: SAMPLES }, (_, i) => {
-    const y = 1 - (2 * ((i * 11) % SAMPLES) + 1) / SAMPLES;
+    const y = 1 - (((i * 11) % SAMPLES) + 0.5) / SAMPLES * 0.97;
     const turn = ((i * 11) % SAMPLES) * 2.399963229728653;
     const flat = Math.sqrt(1 - y * y);
     return new Vector3(flat * Math.cos(turn), y, flat * Math.sin(turn));
