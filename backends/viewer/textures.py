@@ -62,7 +62,7 @@ def texture_columns(looks: Sequence[Look], local: FloatArray) -> tuple[int, dict
 
 def _side(tiles: Sequence[Tile]) -> int:
     """Return the side of all images: that of the largest, but less if there are many."""
-    side = min(_LARGEST, max(max(tile.image.shape[:2]) for tile in tiles))
+    side: int = min(_LARGEST, max(max(tile.image.shape[:2]) for tile in tiles))
     while side > 1 and side * side * len(tiles) > _MOST_PIXELS:
         side //= 2
     return side
