@@ -15,15 +15,15 @@ Floats = npt.NDArray[np.floating]
 
 _ROUGHNESS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 # Reflectance of facets that reflect all light.
-_ALBEDO = (1.0, 0.9999, 0.9960, 0.9801, 0.9435, 0.8823, 0.7979, 0.6956, 0.5841, 0.4732, 0.3714)
+ALBEDO = (1.0, 0.9999, 0.9960, 0.9801, 0.9435, 0.8823, 0.7979, 0.6956, 0.5841, 0.4732, 0.3714)
 # The part of it that Fresnel's law adds at grazing angles to the reflectance F0 at normal incidence: facets of index of
 # refraction n reflect ``(albedo - grazing) F0 + grazing``, fitted to n = 1.5 and 2.4 (Karis, 2013).
-_GRAZING = (0.0404, 0.0402, 0.0390, 0.0352, 0.0283, 0.0220, 0.0161, 0.0120, 0.0087, 0.0067, 0.0055)
+GRAZING = (0.0404, 0.0402, 0.0390, 0.0352, 0.0283, 0.0220, 0.0161, 0.0120, 0.0087, 0.0067, 0.0055)
 
 
 def albedo(roughness: Floats | float) -> Floats:
     """Return the share of light, of the shape of ``roughness``, that perfectly reflecting facets reflect at once."""
-    return np.asarray(np.interp(roughness, _ROUGHNESS, _ALBEDO), np.float64)
+    return np.asarray(np.interp(roughness, _ROUGHNESS, ALBEDO), np.float64)
 
 
 def dielectric_albedo(roughness: Floats | float, ior: Floats | float) -> Floats:
@@ -35,7 +35,7 @@ def dielectric_albedo(roughness: Floats | float, ior: Floats | float) -> Floats:
     0.079
     """
     normal = normal_reflectance(ior)
-    grazing = np.interp(roughness, _ROUGHNESS, _GRAZING)
+    grazing = np.interp(roughness, _ROUGHNESS, GRAZING)
     return np.asarray((albedo(roughness) - grazing) * normal + grazing * (normal > 0.0), np.float64)
 
 

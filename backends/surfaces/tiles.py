@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import io
 import math
+import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -26,7 +27,8 @@ FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 IntArray = npt.NDArray[np.int64]
 
-_SIZE = 512  # pixels per side of a pattern's image
+# Pixels per side of a pattern's image; fewer in a browser, where arrays are plain Python.
+_SIZE = 128 if sys.platform == "emscripten" else 512
 _LARGEST = 2048  # pixels per side of an image from a file, which is reduced to it
 _JOINT = 0.055  # width of mortar and joints, relative to `:scale`
 _KEPT = 16  # images that are kept
@@ -96,9 +98,19 @@ def _bilinear(image: Float32Array, uv: FloatArray) -> Float32Array:
     return np.asarray(one + (other - one) * fy, np.float32)
 
 
-@lru_cache(maxsize=_KEPT)
 def tile_of(texture: Texture) -> Tile:
     """Return one period of a texture whose colors are given; raises SceneError("file") for an image that is lost."""
+    return _tile(pictured(texture))
+
+
+def pictured(texture: Texture) -> Texture:
+    """Return a texture without what does not change its image: textures of one image are equal."""
+    return replace(texture, scale=None, turn=0.0, projection="box")
+
+
+@lru_cache(maxsize=_KEPT)
+def _tile(texture: Texture) -> Tile:
+    """Return the period of a texture that is ``pictured``."""
     if texture.is_image:
         image = _image_of(texture.name)
         if texture.colors:
@@ -106,16 +118,16 @@ def tile_of(texture: Texture) -> Tile:
         return Tile(_levels(image), (1.0, len(image) / image.shape[1]))
     draw, size = _PATTERNS[texture.name]
     colors = np.array(texture.colors or PATTERNS[texture.name].colors, np.float32)
-    height = _SIZE
-    v, u = (np.mgrid[0:height, 0:_SIZE] + 0.5) / _SIZE
+    centers = (np.arange(_SIZE) + 0.5) / _SIZE
+    u, v = np.meshgrid(centers, centers)
     return Tile(_levels(draw(texture, u, 1.0 - v, colors)), size)
 
 
 def _image_of(path: str) -> Float32Array:
     """Return the linear sRGB of an image file (H, W, 3); transparent pixels are mixed with white."""
+    opened = checked_image(Path(path), path)  # says if Pillow is missing
     from PIL import Image
 
-    opened = checked_image(Path(path), path)
     opened.thumbnail((_LARGEST, _LARGEST))
     rgba = opened.convert("RGBA")
     flat = Image.alpha_composite(Image.new("RGBA", rgba.size, "white"), rgba).convert("RGB")
@@ -218,6 +230,7 @@ def _gradient(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Arr
 
 
 def _text(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    require("PIL.Image", "pillow")
     from PIL import Image, ImageDraw, ImageFont
 
     page = Image.new("L", (_SIZE, _SIZE), 0)
@@ -235,12 +248,12 @@ def _clouds(u: FloatArray, v: FloatArray, cells: int, octaves: int, stretch: int
     ``stretch`` is how many times more cells there are along v.
     """
     total, weight, share = np.zeros_like(u), 0.0, 1.0
-    random = np.random.default_rng(cells * 1009 + stretch)
+    random = np.random.RandomState(cells * 1009 + stretch)
     for octave in range(octaves):
         columns, rows = cells << octave, (cells * stretch) << octave
         if max(columns, rows) > _SIZE // 2:
             break
-        lattice = random.random((rows, columns))
+        lattice = random.random_sample((rows, columns))
         x, y = u * columns, v * rows
         left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
         fx, fy = x - left, y - top
@@ -296,21 +309,29 @@ def coordinates(
             angle = angle + 2.0 * math.pi * np.round((around - angle) / (2.0 * math.pi))
         radius = np.hypot(x, z)
         if texture.projection == "cylindrical":
-            flat = np.stack([angle * _girth(texture), y], axis=1)
+            flat = np.stack([angle * around_of(texture), y], axis=1)
         else:
-            flat = np.stack([angle * _girth(texture), np.arctan2(y, radius) * _girth(texture)], axis=1)
+            flat = np.stack([angle * around_of(texture), np.arctan2(y, radius) * around_of(texture)], axis=1)
     turn = math.radians(texture.turn)
     cosine, sine = math.cos(turn), math.sin(turn)
     turned = flat @ np.array([[cosine, -sine], [sine, cosine]])
-    scale = texture.scale or 1.0
-    period = np.array(tile_of(texture).size) * scale
-    middle = 0.5 if texture.is_image or texture.name == "text" else 0.0  # these are centered on the primitive
-    return np.asarray(turned / period + middle, np.float64)
+    return np.asarray(turned / np.array(period_of(texture)) + middle_of(texture), np.float64)
 
 
-def _girth(texture: Texture) -> float:
+def period_of(texture: Texture) -> tuple[float, float]:
+    """Return the width and the height of the period, in units of the primitive's frame."""
+    scale, (width, height) = texture.scale or 1.0, tile_of(texture).size
+    return width * scale, height * scale
+
+
+def middle_of(texture: Texture) -> float:
+    """Return both coordinates of the primitive's origin: images and texts are centered on it."""
+    return 0.5 if texture.is_image or texture.name == "text" else 0.0
+
+
+def around_of(texture: Texture) -> float:
     """Return the length of a radian around an axis: a turn has a whole number of periods, so that there is no seam."""
-    period = tile_of(texture).size[0] * (texture.scale or 1.0)
+    period, _ = period_of(texture)
     return period * max(1.0, round(2.0 * math.pi / (2.0 * period))) / (2.0 * math.pi)
 
 

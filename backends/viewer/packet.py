@@ -21,7 +21,7 @@ import secrets
 import struct
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -32,11 +32,14 @@ import numpy.typing as npt
 
 from scenelang.backends.files import check_folder, write_text
 from scenelang.backends.pictures.stage import box_of, unit_size
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, look_of
+from scenelang.backends.surfaces import microfacets
+from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, Color, Look, look_of
 from scenelang.backends.surfaces.environments import ENVIRONMENTS, SHOULDER
 from scenelang.backends.surfaces.precision import own_offset
 from scenelang.backends.surfaces.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
+from scenelang.backends.viewer.start import backdrop_of, camera_of
+from scenelang.backends.viewer.textures import texture_columns
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError, UsageError
 from scenelang.grammar.settings import typed
@@ -168,6 +171,7 @@ IntArray = npt.NDArray[np.int64]
 _FINE_SIDES, _COARSE_SIDES = 64, 8
 _MAX_FINE_INSTANCES = 300  # instances up to which all are drawn with the fine version
 MATTE = -1.0  # marks a surface without roughness
+NO_FACETS = 1.0  # index of refraction of what reflects nothing below its coat
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -192,14 +196,16 @@ class Instances:
     """The instances of all frames, as ``columns`` by name.
 
     Per primitive entity: ``primitiveNode`` (its node in the DAG), ``primitiveGeometry`` (-1: not drawn),
-    ``primitiveLook`` (12 floats: color, opacity, emission, ior, roughness, metallic, is-semantic, 0). Per row:
-    ``rowPrimitive``, ``rowPath`` (into ``paths``), ``rowPose`` (12 floats, row-major). Per frame: rows
-    ``frameRow[frameStart[f]:frameStart[f + 1]]`` in depth-first order.
+    ``primitiveLook`` (12 floats: color, opacity, emission, ior, roughness, metallic, coat, sheen),
+    ``primitiveSemantic``. Per row: ``rowPrimitive``, ``rowPath`` (into ``paths``), ``rowPose`` (12 floats, row-major).
+    Per frame: rows ``frameRow[frameStart[f]:frameStart[f + 1]]`` in depth-first order. Textures, if there are any, are
+    those of ``texture_columns``, with images of ``texture_side`` pixels.
     """
 
     geometries: tuple[Geometry, ...]
     paths: tuple[tuple[str, ...], ...]
     columns: dict[str, npt.NDArray[Any]]
+    texture_side: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,17 +233,21 @@ def instances_of(scene: Scene, center: FloatArray, scale: float, node_of: dict[i
     poses *= scale
     flat = poses.reshape(-1, 12).astype(np.float32)
     distinct, row_of = _distinct_rows(flat, rows) if len(rows.start) > 2 else (slice(None), np.arange(len(flat)))
+    looks = [look_of(entity) for entity in rows.primitives]
+    side, textures = texture_columns(looks, local)
     columns: dict[str, npt.NDArray[Any]] = {
         "primitiveNode": np.array([node_of[id(entity)] for entity in rows.primitives], np.int32),
         "primitiveGeometry": geometry_of,
-        "primitiveLook": _looks(rows.primitives),
+        "primitiveLook": _look_column(looks),
+        "primitiveSemantic": np.array([is_semantic(entity) for entity in rows.primitives], np.uint8),
         "rowPrimitive": rows.primitive[distinct].astype(np.int32),
         "rowPath": rows.path[distinct].astype(np.int32),
         "rowPose": flat[distinct].reshape(-1),
         "frameStart": rows.start.astype(np.uint32),
         "frameRow": row_of.astype(np.uint32),
+        **textures,
     }
-    return Instances(tuple(geometries), tuple(rows.paths), columns)
+    return Instances(tuple(geometries), tuple(rows.paths), columns, side)
 
 
 def _concatenate_frames(frames: Sequence[FlatFrame]) -> _Rows:
@@ -273,14 +283,13 @@ def _distinct_rows(flat: npt.NDArray[np.float32], rows: _Rows) -> tuple[IntArray
     return first.astype(np.int64), place.reshape(-1).astype(np.int64)
 
 
-def _looks(primitives: Sequence[Entity]) -> npt.NDArray[np.float32]:
-    """Return the looks of primitives as columns; ``Instances`` documents the twelve floats."""
-    table = np.zeros((len(primitives), 12), np.float32)
-    for row, entity in zip(table, primitives, strict=True):
-        look = look_of(entity)
+def _look_column(looks: Sequence[Look]) -> npt.NDArray[np.float32]:
+    """Return the looks of primitives as a column; ``Instances`` documents the twelve floats."""
+    table = np.zeros((len(looks), 12), np.float32)
+    for row, look in zip(table, looks, strict=True):
         row[:3], row[3], row[4:7] = look.color, look.opacity, look.emission
-        row[7], row[8], row[9] = look.ior or GLASS, MATTE if look.is_matte else look.gloss, look.metallic
-        row[10] = is_semantic(entity)
+        row[7] = NO_FACETS if look.is_diffuse else look.ior or GLASS
+        row[8:] = MATTE if look.is_matte else look.gloss, look.metallic, look.coat, look.sheen
     return table.reshape(-1)
 
 
@@ -467,6 +476,7 @@ def packet_of(
     limit: int = LIMIT,
     definitions: Mapping[str, Span] | None = None,
     splats: SplatsOf | None = None,
+    backdrop: Callable[[Scene], Color] = backdrop_of,
 ) -> bytes:
     """Return the packet of ``scene``.
 
@@ -482,6 +492,7 @@ def packet_of(
     """
     columns = _Columns()
     total = sum(primitive_count(root) for root in scene.frames)
+    declared = scene
     scene, notice = _drawable(scene, total, limit)
     header = _header(scene) | {"notice": notice, "primitives": total}
     graph = graph_of(scene, definitions or {})
@@ -491,6 +502,8 @@ def packet_of(
     if notice is None:
         try:
             _add_instances(columns, header, _instances(scene, header, graph.number))
+            header["camera"] = camera_of(declared)
+            header["studio"]["backdrop"] = list(backdrop(declared))
             if splats is not None:
                 _add_splats(columns, scene, splats)
         except SceneError as error:
@@ -596,6 +609,8 @@ def _header(scene: Scene) -> dict[str, Any]:
         "frames": len(scene.frames),
         "notice": None,
         "box": None,
+        "camera": None,
+        "textureSide": 0,
         "geometries": [],
         "paths": [],
         "studio": studio_constants(),
@@ -612,6 +627,9 @@ def studio_constants() -> dict[str, Any]:
         "keyRadius": math.radians(light.radius),
         "keyTurn": math.radians(light.turn),
         "keyHeight": math.radians(light.height),
+        "sky": asdict(light.sky),
+        "albedo": list(microfacets.ALBEDO),
+        "grazing": list(microfacets.GRAZING),
         "brightest": BRIGHTEST,
         "shoulder": SHOULDER,
     }
@@ -635,6 +653,7 @@ def _add_splats(columns: _Columns, scene: Scene, splats: SplatsOf) -> None:
 def _add_instances(columns: _Columns, header: dict[str, Any], instances: Instances) -> None:
     """Add the geometries and the columns of instances."""
     words = {word: i for i, word in enumerate(header["words"])}
+    header["textureSide"] = instances.texture_side
     header["paths"] = [[words[word] for word in path] for path in instances.paths]
     for number, geometry in enumerate(instances.geometries):
         properties = {"colors": geometry.colors is not None, "closed": geometry.is_closed, "coarse": geometry.coarse}

@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.files import atomic_write, check_folder, read_regular, write_text
+from scenelang.backends.surfaces.appearance import Color
 from scenelang.backends.surfaces.image_files import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
+from scenelang.backends.viewer.start import backdrop_of
 from scenelang.files import beside
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, capped, render_text
@@ -615,9 +617,10 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
     """Create the evaluation function of a workspace.
 
     Parts that an edit does not affect are not evaluated again. ``splats`` returns the Gaussians to show instead of
-    solids.
+    solids. The tone behind a scene is chosen when its file is read: what is typed and params that move keep it.
     """
     editings: dict[str, Editing] = {}
+    backdrops: dict[str, Color] = {}
     last_stamps: dict[str, Stamps] = {}
 
     def evaluate(path: str, literals: Mapping[str, str], text: str | None = None) -> WorkspaceEvaluation:
@@ -639,7 +642,12 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
                 stamps = _stamps(path, program, result.scene, diagnostics)
                 if result.scene is not None:
                     words = program.all_words if program is not None else None
-                    packet = packet_of(result.scene, limit, words, splats)
+                    if text is None and not literals:
+                        backdrops.pop(path, None)
+                    packet = packet_of(
+                        result.scene, limit, words, splats,
+                        lambda scene: backdrops.get(path) or backdrops.setdefault(path, backdrop_of(scene)),
+                    )  # fmt: skip
                     diagnostics = (*diagnostics, *linted(result, declaration_errors))
         except SceneError as error:
             diagnostics = (*diagnostics, error.diagnostic)

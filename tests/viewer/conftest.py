@@ -146,7 +146,7 @@ def show(browser: Any) -> Iterator[Callable[..., Shown]]:
     """Opens addresses; what a page complained of fails the test."""
     pages: list[Shown] = []
 
-    def open_page(address: str, size: tuple[int, int] = (640, 480)) -> Shown:
+    def open_page(address: str, size: tuple[int, int] = (820, 480)) -> Shown:
         pages.append(Shown(browser, address, size))
         return pages[-1]
 

@@ -1,12 +1,13 @@
 // What is drawn: one InstancedMesh per geometry and kind of surface, filled with the instances that are to be seen.
-import { BufferAttribute, BufferGeometry, DataTexture, DynamicDrawUsage, FloatType, Group, InstancedBufferAttribute, InstancedMesh, NearestFilter, RGBAFormat } from "three";
+import { BufferAttribute, BufferGeometry, DataArrayTexture, DataTexture, DynamicDrawUsage, FloatType, Group, InstancedBufferAttribute, InstancedMesh, LinearFilter, LinearMipmapLinearFilter, NearestFilter, RepeatWrapping, RGBAFormat, SRGBColorSpace } from "three";
 
 const LOOK = 12; // floats a primitive
+const PLACEMENT = 20;
 const COARSE = 7; // pixels of half diagonal up to which a round solid of few sides looks the same
 const MOST_FINE = 4000;
 
 export class Instances {
-  // `materials(isClear, geometry)` gives the material of a kind of surface.
+  // `materials(isClear, isTextured, geometry)` gives the material of a kind of surface.
   constructor(packet, materials) {
     this.packet = packet;
     this.group = new Group();
@@ -16,17 +17,20 @@ export class Instances {
     const { columns } = packet;
     this.ready = columns.rowPose !== undefined;
     if (!this.ready) return;
-    this.looks = lookTexture(columns.primitiveLook);
+    this.looks = floatTexture(columns.primitiveLook);
+    this.placements = columns.primitiveTexture ? floatTexture(columns.primitiveTexture) : null;
+    this.tiles = columns.primitiveTexture ? tileTexture(columns.textureImages, packet.textureSide) : null;
     this.geometries = packet.geometries.map((_, number) => geometryOf(columns, number));
     this.bucketOf = new Int32Array(columns.primitiveGeometry.length).fill(-1);
     const found = new Map();
     columns.primitiveGeometry.forEach((geometry, primitive) => {
       const opacity = columns.primitiveLook[primitive * LOOK + 3];
       if (geometry < 0 || opacity <= 0) return;
-      const key = `${geometry}/${opacity < 1}`;
+      const isTextured = columns.primitiveTexture !== undefined && columns.primitiveTexture[primitive * PLACEMENT] >= 0;
+      const key = `${geometry}/${opacity < 1}/${isTextured}`;
       if (!found.has(key)) {
         found.set(key, this.buckets.length);
-        const material = materials(opacity < 1, packet.geometries[geometry]);
+        const material = materials(opacity < 1, isTextured, packet.geometries[geometry]);
         const { coarse } = packet.geometries[geometry];
         const few = coarse === null ? null : { geometry: coarse, isClear: opacity < 1, material, mesh: null };
         this.buckets.push({ geometry, isClear: opacity < 1, material, mesh: null, few, all: [] });
@@ -38,7 +42,7 @@ export class Instances {
   dispose() {
     for (const bucket of this.parts()) bucket.mesh?.dispose();
     for (const geometry of this.geometries ?? []) geometry.dispose();
-    this.looks?.dispose();
+    for (const texture of [this.looks, this.placements, this.tiles]) texture?.dispose();
   }
 
   // The number of primitives in a frame, drawn or not.
@@ -196,12 +200,12 @@ export class Instances {
 
   // Where the semantic primitives of the shown frame are, at most `most` of them: [{leaf, x, y, z}].
   semantic(most) {
-    const { rowPose, rowPrimitive, primitiveLook } = this.packet.columns;
+    const { rowPose, rowPrimitive, primitiveSemantic } = this.packet.columns;
     const found = [];
     for (const bucket of this.buckets) {
       for (const leaf of bucket.all) {
         const row = this.row(this.frame, leaf);
-        if (!primitiveLook[rowPrimitive[row] * LOOK + 10]) continue;
+        if (!primitiveSemantic[rowPrimitive[row]]) continue;
         found.push({ node: this.packet.columns.primitiveNode[rowPrimitive[row]], point: [3, 7, 11].map((i) => rowPose[12 * row + i]) });
         if (found.length >= most) return found;
       }
@@ -221,14 +225,32 @@ function geometryOf(columns, number) {
   return geometry;
 }
 
-function lookTexture(looks) {
-  const texels = Math.max(1, looks.length / 4);
+function floatTexture(floats) {
+  const texels = Math.max(1, floats.length / 4);
   const width = Math.min(texels, 3072);
   const height = Math.ceil(texels / width);
   const data = new Float32Array(width * height * 4);
-  data.set(looks);
+  data.set(floats);
   const texture = new DataTexture(data, width, height, RGBAFormat, FloatType);
   texture.minFilter = texture.magFilter = NearestFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+// The images of textures as layers; rows go down.
+function tileTexture(images, side) {
+  const data = new Uint8Array((images.length / 3) * 4);
+  for (let i = 0, at = 0; i < images.length; i += 3, at += 4) {
+    data[at] = images[i];
+    data[at + 1] = images[i + 1];
+    data[at + 2] = images[i + 2];
+  }
+  const texture = new DataArrayTexture(data, side, side, images.length / (3 * side * side));
+  texture.colorSpace = SRGBColorSpace;
+  texture.wrapS = texture.wrapT = RepeatWrapping;
+  texture.magFilter = LinearFilter;
+  texture.minFilter = LinearMipmapLinearFilter;
+  texture.generateMipmaps = true;
   texture.needsUpdate = true;
   return texture;
 }

@@ -125,7 +125,7 @@ export class Page {
     const selection = this.selection;
     this.packet = packet;
     this.graph = new Graph(packet);
-    this.instances = new Instances(packet, (isClear, geometry) => this.stage.solidMaterial(isClear, geometry));
+    this.instances = new Instances(packet, (...kind) => this.stage.solidMaterial(...kind));
     this.pathWords = packet.paths.map((path) => path.map((word) => packet.words[word]));
     this.splats = packet.columns.splatStart ? new Splats(packet) : null;
     this.stage.take(this.instances, this.splats, packet);
@@ -139,7 +139,7 @@ export class Page {
     const isThere = selection !== null && this.graph.nodesOn(this.timeline.frame, selection) !== null;
     this.selection = isThere ? selection : null;
     this.refill();
-    if (!this.isFramed && packet.box) this.frameAll();
+    if (!this.isFramed && packet.box) this.lookFrom(packet.camera);
     this.showSelection();
   }
 
@@ -238,6 +238,20 @@ export class Page {
     if (!box) return;
     const staged = (corner) => corner.map((x, i) => (x - box.center[i]) * box.scale);
     this.frameBox(staged(box.low), staged(box.high));
+  }
+
+  // Looks as a camera of the program does, or shows everything.
+  lookFrom(camera) {
+    if (camera) {
+      const { azimuth, elevation, fov, orthographic, distance, target } = camera;
+      Object.assign(this.viewpoint, { azimuth, elevation, fov, orthographic, distance });
+      this.viewpoint.target.fromArray(target);
+    }
+    if (!camera || camera.isFramed) this.frameAll();
+    else {
+      this.isFramed = true;
+      this.moved();
+    }
   }
 
   frameSelection() {

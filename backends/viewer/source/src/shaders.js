@@ -1,7 +1,20 @@
-// The light and the film of backends/studio.py and draft.py as shaders, so that the page agrees with draft pictures.
+// The light and the film of backends/pictures/draft_light.py and draft.py as shaders, so that the page agrees with draft pictures.
+
+// Where a texture lies (backends/viewer/textures.py), five texels a primitive.
+const PLACEMENT = /* glsl */ `
+  #ifdef TEXTURED
+    uniform sampler2D placements;
+    vec4 placement(float primitive, int part) {
+      int at = int(primitive + 0.5) * 5 + part;
+      int width = textureSize(placements, 0).x;
+      return texelFetch(placements, ivec2(at % width, at / width), 0);
+    }
+  #endif
+`;
 
 // An instance: its pose, its primitive's row of looks, its number in the frame.
 const INSTANCE = /* glsl */ `
+  ${PLACEMENT}
   attribute vec2 instance; // primitive, number
   varying vec3 vPoint;
   varying vec3 vNormal;
@@ -10,6 +23,18 @@ const INSTANCE = /* glsl */ `
   flat varying float vMirrored;
   #ifdef HAS_COLORS
     attribute vec3 tint;
+  #endif
+  #ifdef TEXTURED
+    varying vec3 vOwnPoint, vOwnNormal; // in the frame of the primitive
+    flat varying float vGrowth; // of lengths, from the stage to that frame
+    void placeTexture(mat3 m) {
+      vec4 x = placement(instance.x, 2), y = placement(instance.x, 3), z = placement(instance.x, 4);
+      mat3 own = transpose(mat3(x.xyz, y.xyz, z.xyz));
+      float volume = determinant(own);
+      vOwnPoint = own * position + vec3(x.w, y.w, z.w);
+      vOwnNormal = mat3(cross(own[1], own[2]), cross(own[2], own[0]), cross(own[0], own[1])) * normal * sign(volume);
+      vGrowth = pow(abs(volume) / max(abs(determinant(m)), 1e-30), 1.0 / 3.0);
+    }
   #endif
   vec4 placed() {
     mat3 m = mat3(instanceMatrix);
@@ -21,6 +46,9 @@ const INSTANCE = /* glsl */ `
       vTint = tint;
     #else
       vTint = vec3(1.0);
+    #endif
+    #ifdef TEXTURED
+      placeTexture(m);
     #endif
     vec4 point = instanceMatrix * vec4(position, 1.0);
     vPoint = point.xyz;
@@ -42,13 +70,46 @@ export const GROUND_VERTEX = /* glsl */ `
 `;
 
 const LOOK = /* glsl */ `
-  uniform sampler2D looks; // three texels a primitive: colour and opacity; emission and ior; roughness, metallic
+  uniform sampler2D looks; // three texels a primitive: colour and opacity; emission and ior; roughness, metallic, coat, sheen
   uniform float looksWidth;
   vec4 look(int part) {
     int at = int(vInstance.x + 0.5) * 3 + part;
     int width = int(looksWidth);
     return texelFetch(looks, ivec2(at % width, at / width), 0);
   }
+`;
+
+// The color of a texture at a point of a surface: surfaces/tiles.py, over the square that a pixel covers.
+const TEXTURE = /* glsl */ `
+  ${PLACEMENT}
+  #ifdef TEXTURED
+    varying vec3 vOwnPoint, vOwnNormal;
+    flat varying float vGrowth;
+    uniform sampler2DArray tiles;
+    uniform float pixel; // side of what a pixel covers at distance 1, or everywhere in a parallel projection
+    vec2 ontoBox(vec3 p, vec3 n) {
+      vec3 along = abs(n);
+      if (along.x >= along.y && along.x >= along.z) return vec2(n.x < 0.0 ? p.z : -p.z, p.y);
+      if (along.y >= along.z) return vec2(p.x, n.y < 0.0 ? p.z : -p.z);
+      return vec2(n.z < 0.0 ? -p.x : p.x, p.y);
+    }
+    // The plane coordinates of a point by a projection; \`around\` is the length of a radian.
+    vec2 projected(int projection, vec3 p, vec3 n, float around) {
+      if (projection == 0) return ontoBox(p, n);
+      if (projection == 1) return p.xy;
+      float angle = atan(p.x, abs(p.z) < 1e-9 ? 1e-9 : p.z) * around;
+      return vec2(angle, projection == 2 ? p.y : atan(p.y, max(length(p.xz), 1e-9)) * around);
+    }
+    vec3 textured(vec3 color, float side) {
+      vec4 image = placement(vInstance.x, 0), turn = placement(vInstance.x, 1);
+      if (image.x < 0.0) return color;
+      vec2 p = projected(int(image.y + 0.5), vOwnPoint, vOwnNormal * side, turn.w);
+      vec2 at = vec2(dot(p, turn.xy), dot(p, vec2(-turn.y, turn.x))) / image.zw + turn.z;
+      float away = isOrthographic ? 1.0 : -(viewMatrix * vec4(vPoint, 1.0)).z;
+      float covered = away * pixel * vGrowth / sqrt(image.z * image.w) * float(textureSize(tiles, 0).x);
+      return textureLod(tiles, vec3(at.x, 1.0 - at.y, image.x), log2(max(covered, 1.0))).rgb;
+    }
+  #endif
 `;
 
 const NOISE = /* glsl */ `
@@ -100,29 +161,29 @@ const SHADOW = /* glsl */ `
   }
 `;
 
-// The surrounding light, one direction a sample: how much of a uniform surrounding this direction stands for at a
-// surface, so that all samples together weigh one, and the share of it that nothing hides.
+// The share of the surrounding light that nothing hides, by one direction of the sky a sample: the mean over all
+// samples is that of drafts, a single one may be below zero.
 const SKY = /* glsl */ `
   uniform sampler2D skyMap;
   uniform mat3 skyAxes;
   uniform vec3 skyDirections[SKY_SAMPLES];
   uniform float skyTexel;
   uniform bool hasSky;
-  vec2 skyShare(vec3 point, vec3 normal) {
-    if (!hasSky) return vec2(1.0, 1.0);
-    float total = 0.0;
-    for (int i = 0; i < SKY_SAMPLES; i++) total += max(dot(normal, skyDirections[i]), 0.0);
+  float skyShare(vec3 point, vec3 normal) {
+    if (!hasSky) return 1.0;
     vec3 tilt = normal * skyAxes;
-    if (tilt.z <= 0.0) return vec2(0.0, 1.0);
+    if (tilt.z <= 0.0) return 1.0;
+    float total = 0.1;
+    for (int i = 0; i < SKY_SAMPLES; i++) total += max(dot(normal, skyDirections[i]), 0.0);
     vec3 local = (point + normal * skyTexel * (0.6 + 1.2 * sqrt(1.0 - tilt.z * tilt.z))) * skyAxes;
     vec2 slope = tilt.xy / max(tilt.z, 0.2);
     float turn = 6.2831853 * noise(gl_FragCoord.xy);
-    float seen = 0.0;
+    float hidden = 0.0;
     for (int i = 0; i < 4; i++) {
       vec2 d = tap(i, 4.0, turn) * 3.0 * skyTexel;
-      seen += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, local.xy + d) > skyTexel ? 0.0 : 0.25;
+      hidden += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, local.xy + d) > skyTexel ? 0.25 : 0.0;
     }
-    return vec2(tilt.z / total * float(SKY_SAMPLES), seen);
+    return 1.0 - float(SKY_SAMPLES) * tilt.z / total * hidden;
   }
 `;
 
@@ -136,32 +197,62 @@ const TONE = /* glsl */ `
 
 const LIGHT = /* glsl */ `
   uniform vec3 backdrop, ambient, key;
+  uniform sampler2D dome; // radiance by longitude and latitude
+  uniform sampler2DArray domeTables; // the same blurred in four steps, light from above, light from all around
+  uniform float domeTurn; // share of a turn
+  uniform bool hasGround;
+  vec2 onDome(vec3 d) {
+    return vec2(atan(d.x, abs(d.z) < 1e-9 ? 1e-9 : d.z) / 6.2831853 + 0.5 - domeTurn, acos(clamp(d.y, -1.0, 1.0)) / 3.14159265);
+  }
   uniform float brightest, groundHeight;
   ${TONE}
   uniform bool isToned; // else samples are added up first
   vec3 exposed(vec3 c) { return isToned ? tone(c) : c; }
   // The surrounding light: from below comes the ground's, but near it lies the solid's own shadow.
   vec3 around(vec3 point, vec3 normal) {
+    vec3 sky = textureLod(domeTables, vec3(onDome(normal), hasGround ? 4.0 : 5.0), 0.0).rgb;
+    if (!hasGround) return sky;
     float height = clamp(point.y - groundHeight, 0.0, 10.0);
     float turnedAway = 0.5 - 0.5 * dot(normal, lightAxes[2]);
     float shaded = 0.7 * turnedAway * exp(-height / 0.35);
-    return ambient + (0.5 - 0.5 * normal.y) * (backdrop * (1.0 - shaded) - ambient);
+    return sky + (0.5 - 0.5 * normal.y) * backdrop * (1.0 - shaded);
   }
   // What hides the surrounding light is itself lit, and taken to have the colour albedo.
-  vec3 surrounding(vec3 light, vec3 albedo, vec2 sky) {
+  vec3 surrounding(vec3 light, vec3 albedo, float share) {
     vec3 bounced = albedo * (0.5 * ambient + 0.28 * key) * 0.65;
-    return sky.x * mix(bounced, light, sky.y);
+    return bounced + (light - bounced) * share;
   }
 `;
 
-// Highlights of the key light (GGX, Schlick) and reflections of a room: surrounding light above, the ground below.
+// Highlights of the key light (GGX, Schlick) and reflections of the dome above and the ground below, with the energy of
+// surfaces/microfacets.py.
 const GLOSS = /* glsl */ `
+  uniform float facetAlbedo[11], facetGrazing[11]; // by roughness
+  float tabled(float table[11], float rough) {
+    float at = clamp(rough, 0.0, 1.0) * 10.0;
+    int below = min(int(at), 9);
+    return mix(table[below], table[below + 1], at - float(below));
+  }
+  float atNormal(float ior) {
+    float base = (ior - 1.0) / (ior + 1.0);
+    return base * base;
+  }
+  float dielectricAlbedo(float base, float rough) {
+    float grazing = tabled(facetGrazing, rough);
+    return (tabled(facetAlbedo, rough) - grazing) * base + (base > 0.0 ? grazing : 0.0);
+  }
   vec3 schlick(vec3 reflectance, float cosine, float rough) {
-    return reflectance + (max(vec3(1.0 - rough), reflectance) - reflectance) * pow(1.0 - cosine, 5.0);
+    vec3 limit = max(vec3(1.0 - rough), reflectance) * step(1e-6, reflectance);
+    return reflectance + (limit - reflectance) * pow(1.0 - cosine, 5.0);
   }
   vec3 room(vec3 v, vec3 n, float toward, float rough) {
-    float up = -v.y + 2.0 * toward * n.y;
-    return mix(backdrop, ambient, clamp(0.5 + 0.5 * up / rough, 0.0, 1.0));
+    vec3 d = 2.0 * toward * n - v;
+    vec2 at = onDome(d);
+    float level = clamp(rough * 4.0, 0.0, 4.0);
+    float below = min(floor(level), 3.0);
+    vec3 sharp = below < 0.5 ? textureLod(dome, at, 0.0).rgb : textureLod(domeTables, vec3(at, below - 1.0), 0.0).rgb;
+    vec3 sky = mix(sharp, textureLod(domeTables, vec3(at, below), 0.0).rgb, level - below);
+    return hasGround ? mix(backdrop, sky, clamp(0.5 + 0.5 * d.y / rough, 0.0, 1.0)) : sky;
   }
   vec3 highlight(vec3 n, vec3 v, vec3 l, vec3 reflectance, float toward, float rough) {
     vec3 h = normalize(l + v);
@@ -172,6 +263,32 @@ const GLOSS = /* glsl */ `
     float spread = alpha2 / (3.14159265 * d * d);
     float masked = 0.5 / max(facing * sqrt(toward * toward * (1.0 - alpha2) + alpha2) + toward * sqrt(facing * facing * (1.0 - alpha2) + alpha2), 1e-4);
     return schlick(reflectance, clamp(dot(h, l), 0.0, 1.0), rough) * spread * masked * facing * 3.14159265 * key;
+  }
+`;
+
+// Radiance of a glossy surface whose matte part would have `color`; `reach` is how much of the surroundings and of the
+// key light reaches it.
+const SURFACE = /* glsl */ `
+  vec3 reflected(vec3 reflectance, float rough, vec3 n, vec3 v, vec2 reach) {
+    float toward = clamp(dot(n, v), 1e-3, 1.0);
+    vec3 mirrored = schlick(reflectance, toward, rough) * tabled(facetAlbedo, rough) * room(v, n, toward, rough);
+    return mirrored * reach.x + highlight(n, v, lightAxes[2], reflectance, toward, rough) * reach.y;
+  }
+  vec3 glossy(vec3 color, vec3 albedo, vec3 n, vec3 v, vec2 reach, float ior, vec4 finish) {
+    float rough = max(finish.x, 0.06), metallic = finish.y, coat = finish.z, sheen = finish.w;
+    float base = atNormal(ior), missed = 1.0 - tabled(facetAlbedo, rough);
+    vec3 later = metallic * albedo * missed / (1.0 - albedo * missed); // bounces between the facets of metals
+    vec3 found = color * (1.0 - metallic) * (1.0 - dielectricAlbedo(base, rough));
+    found += reflected(mix(vec3(base), albedo, metallic), rough, n, v, reach) * (1.0 + later);
+    if (sheen > 0.0) {
+      float rim = 1.05 * pow(1.0 - clamp(dot(n, v), 1e-3, 1.0), 2.16);
+      found += sheen * (rim * around(vPoint, n) * reach.x - 0.12 * found);
+    }
+    if (coat > 0.0) {
+      float varnish = atNormal(1.5);
+      found = found * (1.0 - coat * dielectricAlbedo(varnish, 0.06)) + coat * reflected(vec3(varnish), 0.06, n, v, reach);
+    }
+    return found;
   }
 `;
 
@@ -196,6 +313,8 @@ export const SOLID_FRAGMENT = /* glsl */ `
   ${SKY}
   ${LIGHT}
   ${GLOSS}
+  ${SURFACE}
+  ${TEXTURE}
   ${SECTION}
   // A hue for a number, far from those of the numbers beside it.
   vec3 hue(float number) {
@@ -214,22 +333,17 @@ export const SOLID_FRAGMENT = /* glsl */ `
       if (gl_FrontFacing == (vMirrored > 0.5)) discard;
     #endif
     vec4 surface = look(0), glow = look(1), finish = look(2);
-    vec3 albedo = surface.rgb * vTint * brightest;
+    #ifdef TEXTURED
+      vec3 albedo = textured(surface.rgb, gl_FrontFacing == (vMirrored > 0.5) ? -1.0 : 1.0) * brightest;
+    #else
+      vec3 albedo = surface.rgb * vTint * brightest;
+    #endif
     vec3 l = lightAxes[2];
     float facing = max(dot(n, l), 0.0);
     float lit = facing > 0.0 ? keyShare(vPoint, n) : 0.0;
-    vec2 sky = skyShare(vPoint, n);
+    float sky = skyShare(vPoint, n);
     vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
-    if (finish.x >= 0.0) {
-      float rough = max(finish.x, 0.06);
-      float base = (glow.w - 1.0) / (glow.w + 1.0);
-      base *= base;
-      vec3 reflectance = mix(vec3(base), albedo, finish.y);
-      float toward = clamp(dot(n, v), 1e-3, 1.0);
-      color *= (1.0 - finish.y) * (1.0 - base);
-      color += schlick(reflectance, toward, rough) * room(v, n, toward, rough) * sky.x * sky.y;
-      color += highlight(n, v, l, reflectance, toward, rough) * lit;
-    }
+    if (finish.x >= 0.0) color = glossy(color, albedo, n, v, vec2(sky, lit), glow.w, finish);
     color = exposed(color + glow.rgb);
     if (mode == 1) color = hue(vInstance.y) * (0.6 + 0.4 * abs(dot(n, v)));
     else if (mode == 2) color = pow(0.5 + 0.5 * n, vec3(2.2));

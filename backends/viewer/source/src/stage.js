@@ -1,5 +1,6 @@
 // The picture: the studio's light, the ground, the key light's shadow map, the film, and picking by numbers.
 import { Box3, Box3Helper, CircleGeometry, Color, DepthTexture, DoubleSide, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, NearestFilter, NoBlending, OrthographicCamera, PlaneGeometry, Scene, ShaderMaterial, Vector2, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget } from "three";
+import { domeOf } from "./dome.js";
 import * as shaders from "./shaders.js";
 
 const HALF = 1.02; // half the width of the shadow map: the scene lies in the unit ball
@@ -48,10 +49,9 @@ export class Stage {
   }
 
   // The material of solids; mirrored instances are wound the other way round, so both sides are drawn.
-  solidMaterial(isClear, { colors, closed }) {
-    return this.material(shaders.SOLID_VERTEX, shaders.SOLID_FRAGMENT, {
-      side: DoubleSide, transparent: isClear, depthWrite: !isClear, defines: { ...(colors && { HAS_COLORS: "1" }), ...(isClear && closed && { CLOSED: "1" }) },
-    });
+  solidMaterial(isClear, isTextured, { colors, closed }) {
+    const defines = { ...(colors && { HAS_COLORS: "1" }), ...(isClear && closed && { CLOSED: "1" }), ...(isTextured && { TEXTURED: "1" }) };
+    return this.material(shaders.SOLID_VERTEX, shaders.SOLID_FRAGMENT, { side: DoubleSide, transparent: isClear, depthWrite: !isClear, defines });
   }
 
   makeGround() {
@@ -77,7 +77,7 @@ export class Stage {
     value("brightest", studio.brightest);
     value("shoulder", studio.shoulder);
     value("keySpread", Math.tan(studio.keyRadius));
-    this.studio = studio;
+    this.takeStudio(studio);
     this.renderer.setClearColor(new Color().setRGB(...studio.backdrop), 1);
     const height = box ? (box.low[1] - box.center[1]) * box.scale - BELOW : -1;
     value("groundHeight", height);
@@ -85,8 +85,22 @@ export class Stage {
     if (instances.ready) {
       value("looks", instances.looks);
       value("looksWidth", instances.looks.image.width);
+      value("placements", instances.placements);
+      value("tiles", instances.tiles);
     }
     this.shadowFor = null;
+  }
+
+  takeStudio(studio) {
+    const isNew = !this.studio || JSON.stringify([studio.sky, studio.ambient]) !== JSON.stringify([this.studio.sky, this.studio.ambient]);
+    this.studio = studio;
+    this.uniforms.facetAlbedo.value = studio.albedo;
+    this.uniforms.facetGrazing.value = studio.grazing;
+    if (!isNew) return;
+    for (const [name, texture] of Object.entries(domeOf(studio))) {
+      this.uniforms[name].value?.dispose();
+      this.uniforms[name].value = texture;
+    }
   }
 
   leave() {
@@ -142,8 +156,9 @@ export class Stage {
     this.shadowFor = null;
   }
 
-  // The key light stands left of the camera and above, and turns with it.
+  // The key light stands left of the camera and above, and turns with it, as the dome does.
   turnLight(azimuth) {
+    this.uniforms.domeTurn.value = azimuth / 360;
     const turn = (azimuth * Math.PI) / 180 + this.studio.keyTurn;
     const flat = Math.cos(this.studio.keyHeight);
     const towards = new Vector3(Math.sin(turn) * flat, Math.sin(this.studio.keyHeight), Math.cos(turn) * flat);
@@ -172,7 +187,8 @@ export class Stage {
       this.drawShadow();
       this.shadowFor = viewpoint.azimuth;
     }
-    this.ground.visible = this.hasGround && viewpoint.camera.position.y > this.ground.position.y;
+    this.uniforms.hasGround.value = this.ground.visible = this.hasGround && viewpoint.camera.position.y > this.ground.position.y;
+    this.uniforms.pixel.value = 2 / (viewpoint.camera.projectionMatrix.elements[5] * this.film.height);
     this.expose(viewpoint.camera, this.film);
     this.show(this.film.texture, viewpoint.camera, false);
     this.samples = 0;
@@ -313,10 +329,10 @@ function fullScreen(fragmentShader, uniforms, options) {
   return mesh;
 }
 
-// Directions spread evenly over the sphere, neighbours in number far apart.
+// Directions spread evenly over the sky, as those of drafts, neighbours in number far apart.
 function skyDirections() {
   return Array.from({ length: SAMPLES }, (_, i) => {
-    const y = 1 - (2 * ((i * 11) % SAMPLES) + 1) / SAMPLES;
+    const y = 1 - (((i * 11) % SAMPLES) + 0.5) / SAMPLES * 0.97;
     const turn = ((i * 11) % SAMPLES) * 2.399963229728653;
     const flat = Math.sqrt(1 - y * y);
     return new Vector3(flat * Math.cos(turn), y, flat * Math.sin(turn));
@@ -329,6 +345,8 @@ function sharedUniforms(shadow, sky) {
     shadowMap: { value: shadow.depthTexture }, shadowTexel: { value: (2 * HALF) / shadow.width }, seed: { value: 0 }, hasSky: { value: false }, isToned: { value: true },
     skyMap: { value: sky.depthTexture }, skyTexel: { value: (2 * HALF) / sky.width }, skyAxes: { value: new Matrix3() }, skyDirections: { value: skyDirections() }, lightAxes: { value: new Matrix3() }, keySpread: { value: 0 },
     backdrop: vector(), ambient: vector(), key: vector(), ground: vector(), brightest: { value: 1 }, shoulder: { value: 1 },
+    dome: { value: null }, domeTables: { value: null }, domeTurn: { value: 0 }, hasGround: { value: true }, facetAlbedo: { value: [] }, facetGrazing: { value: [] },
+    placements: { value: null }, tiles: { value: null }, pixel: { value: 0 },
     mode: { value: 0 }, section: { value: new Vector4(0, 0, 0, NOTHING) }, depths: { value: new Vector2(1, 2) },
     groundHeight: { value: -1 }, looks: { value: null }, looksWidth: { value: 1 }, selected: { value: new Vector2() }, accent: { value: ACCENT },
   };
