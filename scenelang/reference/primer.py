@@ -79,7 +79,8 @@ _STATEMENTS = ('(on "cup" "table")', '(facing "chair" "table")', '(clear-of "cha
                '(size "table" .75 :axis "y")')  # fmt: skip
 _PLAIN_OPTION = re.compile(r" \[:(?!along|across)[^]]*(?:\[[^]]*\][^]]*)?\]")  # that a usage can do without
 _CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
-_SURFACE = ("color", "emission", "opacity", "metallic", "roughness", "ior")
+_SURFACE = ("color", *(attribute.name for attribute in primitives.MATERIALS))
+_SHOWN = ("color", "emission", "opacity", "material", "texture")  # a substance stands for the others of a surface
 _OMITTED_KEYWORDS = (
     *_SURFACE,
     "segments",
@@ -220,7 +221,7 @@ def primitive_lines(words: Sequence[str]) -> Iterator[str]:
                 yield f"  - `:{name}` {doc}"
     if not set(words) <= set(primitives.block_words()):
         yield "\nMaterials of all primitives and solids:\n"
-        yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SURFACE)
+        yield from (f"- `:{name}` {attribute_doc(None, name)}" for name in _SHOWN)
 
 
 def taught(without: Collection[str] = ()) -> dict[str, list[tuple[ReferenceRecord, int]]]:

@@ -19,11 +19,12 @@ from scenelang.backends.base import Accepts, Backend, BackendOptions, Work, chec
 from scenelang.backends.files import write_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.primitives import MATERIALS
 from scenelang.interpreter.values.values import Matrix
 
 FloatArray = npt.NDArray[np.float64]
 _WORDS = ("cube", "sphere", "cylinder")
-_LEFT_OUT = ("emission", "ior", "metallic", "opacity", "roughness")
+_LEFT_OUT = tuple(attribute.name for attribute in MATERIALS)
 _API = """
 Shape P T np math register register_animation library_call primitive_call loop concat_shapes transform_shape
 rotation_matrix translation_matrix scale_matrix identity_matrix compute_shape_center compute_shape_min

@@ -272,15 +272,14 @@ MATERIALS = (
     Attribute("ior", "index of refraction, 1 to 4: glossy, refracts what `:opacity` lets through; default none",
               "a number", None, number_of, accepts=("Number",), low=1.0, high=4.0,
               aliases=("refraction", "index-of-refraction")),
-    Attribute("coat", "from 0 to 1: a clear varnish over the surface; default 0", "a number", 0.0, number_of,
+    Attribute("coat", "from 0 to 1: a clear varnish; default 0", "a number", 0.0, number_of,
               accepts=("Number",), low=0.0, high=1.0, aliases=("clearcoat", "clear-coat", "varnish", "lacquer")),
     Attribute("sheen", "from 0 to 1: the bright rim of fabric; default 0", "a number", 0.0, number_of,
               accepts=("Number",), low=0.0, high=1.0, aliases=("fuzz", "velvet")),
-    Attribute("material", 'a substance, as "oak", "glass" or "brushed steel", which sets what no other attribute sets; '
-              "default none", "a string", None, material_of, accepts=("String",), aliases=("substance", "made-of")),
-    Attribute("texture", 'a pattern, as "brick" or "wood", an image of the project, or `(texture "brick" :scale 0.3)`; '
-              "default none", "a string or a list", None, texture_of, accepts=("String", "List"),
-              aliases=("pattern", "map", "image")),
+    Attribute("material", 'a substance, as "oak" or "brushed steel", for all that no other attribute sets; default none',
+              "a string", None, material_of, accepts=("String",), aliases=("substance", "made-of")),
+    Attribute("texture", 'a pattern, as "brick", an image, or `(texture "brick" :scale 0.3)`; default none',
+              "a string or a list", None, texture_of, accepts=("String", "List"), aliases=("pattern", "map", "image")),
 )  # fmt: skip
 
 
