@@ -276,7 +276,7 @@ MATERIALS = (
               accepts=("Number",), low=0.0, high=1.0, aliases=("clearcoat", "clear-coat", "varnish", "lacquer")),
     Attribute("sheen", "from 0 to 1: the bright rim of fabric; default 0", "a number", 0.0, number_of,
               accepts=("Number",), low=0.0, high=1.0, aliases=("fuzz", "velvet")),
-    Attribute("material", 'a substance, as "oak" or "brushed steel", for all that no other attribute sets; default none',
+    Attribute("material", 'a substance, as "oak" or "brushed steel", for what no other attribute sets; default none',
               "a string", None, material_of, accepts=("String",), aliases=("substance", "made-of")),
     Attribute("texture", 'a pattern, as "brick", an image, or `(texture "brick" :scale 0.3)`; default none',
               "a string or a list", None, texture_of, accepts=("String", "List"), aliases=("pattern", "map", "image")),
