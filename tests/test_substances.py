@@ -107,3 +107,17 @@ def test_files_carry_names_glass_varnish_fabric_and_light(tmp_path: Path) -> Non
     assert by_name["#ff0000"]["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == 5.0
     assert by_name["#ffffff"]["alphaMode"] == "BLEND"
     assert by_name["gold"]["pbrMetallicRoughness"]["metallicFactor"] == 1.0
+
+
+def test_obj_and_usd_name_their_materials(tmp_path: Path) -> None:
+    parts = [':material "brushed steel"', ':material "brushed steel" :roughness .9', ":color [1 0 0]"]
+    calls = " ".join(f'(transform (call "cube" {given}) (translate [{2 * k} 0 0]))' for k, given in enumerate(parts))
+    scene = sl.evaluate(f'(bind "a" (lambda () (union {calls})))')
+    scene.export(tmp_path / "a.obj")
+    lines = (tmp_path / "a.mtl").read_text("ascii").splitlines()
+    names = [line.removeprefix("newmtl ") for line in lines if line.startswith("newmtl")]
+    assert names == ["brushed_steel", "brushed_steel.001", "color_ff0000"]
+    pytest.importorskip("pxr")
+    scene.export(tmp_path / "a.usda")
+    text = (tmp_path / "a.usda").read_text("utf-8")
+    assert all(f'def Material "{name}"' in text for name in ("brushed_steel", "brushed_steel_2", "color_ff0000"))

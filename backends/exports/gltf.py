@@ -45,8 +45,7 @@ from scenelang.backends.exports.plan import (
     shared,
     solid_of,
 )
-from scenelang.backends.surfaces.appearance import Look, look_of
-from scenelang.backends.surfaces.image_files import encode
+from scenelang.backends.surfaces.appearance import Look, look_of, material_name
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.backends.surfaces.solids import composed
 from scenelang.backends.surfaces.tiles import tile_of
@@ -354,15 +353,6 @@ def material(look: Look) -> dict[str, Any]:
         if strength > 1.0:
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
     return fields | ({"extensions": extensions} if extensions else {})
-
-
-def material_name(look: Look) -> str:
-    """Return a name for a look: its substance or texture, else its color as ``#rrggbb``."""
-    if look.material is not None:
-        return look.material
-    if look.texture is not None:
-        return Path(look.texture.name).stem
-    return "#" + bytes(encode(np.array(look.color)).tolist()).hex()
 
 
 _COAT_ROUGHNESS = 0.05  # of varnish, as the renderers have it

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 import struct
+from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.exports.export import SIDES, TOLERANCE, Job, LeafPiece, Surfaces, WorldBlock, mesh_backend
-from scenelang.backends.surfaces.appearance import Look
+from scenelang.backends.surfaces.appearance import Look, material_name
 from scenelang.backends.surfaces.contraction import contracted
 from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.precision import NINE_DIGITS, SINGLE, ChangedBody
@@ -32,6 +33,7 @@ IntArray = npt.NDArray[np.int64]
 
 _CONTROLS = re.compile(r"[\x00-\x1f\x7f]")
 _HEAD, _ROW, _NORMAL_ROW = 60, 34, 24  # bytes of the lines of an object, of a point and of a normal in an OBJ file
+_UNNAMED = re.compile(r"[^A-Za-z0-9_-]+")  # names in .mtl files end at white space, and # begins a comment
 _MAX_SHININESS = 1000.0  # maximum of Ns, whose minimum 0 is a rough surface
 
 
@@ -121,6 +123,7 @@ class _ObjText:
     def __init__(self, surfaces: Surfaces) -> None:
         """Choose nine digits, or all if rounding to nine would change the volume of a body."""
         self.materials: dict[Look, str] = {}
+        self.names: Counter[str] = Counter()
         self._surfaces, self._leaves, self._shares = surfaces, surfaces.leaves, surfaces.shares
         self._number = "%.9g" if surfaces.keeps_shapes(NINE_DIGITS) else "%.17g"
         self._outlines: dict[Hashable, _Outline] = {}
@@ -176,7 +179,12 @@ class _ObjText:
             self._names[key] = "/".join(words)
         name = self._names[key]
         number = self._numbers[name] = self._numbers.get(name, 0) + 1
-        material = self.materials.setdefault(look, f"material_{len(self.materials) + 1}")
+        material = self.materials.get(look)
+        if material is None:
+            base = _UNNAMED.sub("_", material_name(look).replace("#", "color_"))
+            same = self.names[base]
+            self.names[base] += 1
+            material = self.materials[look] = f"{base}.{same:03d}" if same else base
         counted = f".{number:03d}" if number > 1 else ""
         return f"o {name}{counted}\ng {name.replace('/', ' ')}\nusemtl {material}\n"
 

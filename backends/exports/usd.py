@@ -50,7 +50,7 @@ from scenelang.backends.exports.plan import (
     translation,
     unit_surface,
 )
-from scenelang.backends.surfaces.appearance import Look, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of, material_name
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.backends.surfaces.trs import decompose, unsheared
 from scenelang.grammar.diagnostics import LimitError, SceneError
@@ -315,13 +315,16 @@ class Materials:
 
     prims: Prims
     scope: Any
+    names: PrimNames = field(default_factory=PrimNames)
     _made: dict[tuple[Look, bool], Any] = field(default_factory=dict)
 
     def bind(self, prim: Any, look: Look, painted: bool = False) -> None:
         """Bind the material of ``look`` to the geometry ``prim``."""
         key = (look, painted)
         if key not in self._made:
-            self._made[key] = self._add(f"material_{len(self._made) + 1}", look, painted=painted)
+            self._made[key] = self._add(
+                self.names.fresh(material_name(look).replace("#", "color_")), look, painted=painted
+            )
         sdf = self.prims.sdf
         prim.SetInfo("apiSchemas", sdf.TokenListOp.Create(prependedItems=["MaterialBindingAPI"]))
         binding = sdf.RelationshipSpec(prim, "material:binding", custom=False, variability=sdf.VariabilityUniform)

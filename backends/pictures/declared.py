@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
-from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, SKY, Studio
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, IMAGES, SKY, Studio
 from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
 from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
 from scenelang.interpreter.scene.entity import Scene
@@ -373,6 +373,9 @@ def setting_of(scene: Scene, key: str) -> Any:
 
 def _environment(item: Declared) -> str:
     """Return the environment that a program declares, as options name it; raises SceneError for an unknown one."""
+    if item.name.lower().endswith(IMAGES):
+        hint = f"give it where the image is drawn: `--environment {item.name}`"
+        raise SceneError("value", "a program names no panorama: it is a file of its user", hint, item.span)
     name = _known(item, "environment", item.name, (*ENVIRONMENTS, SKY))
     given = [f"{key}={item.values[key]:.17g}" for key in ("hour", "haze") if key in item.values]
     if given and name != SKY:

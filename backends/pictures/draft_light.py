@@ -675,6 +675,9 @@ def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightes
             albedo[rows] = tile.at(coordinates(texture, points, normals), size / period) * np.float32(brightest)
 
 
+_MIN_FACING = 0.06  # cosine of the grazing angle from which textures are not blurred further
+
+
 def _in_primitive(stage: Stage, visible: Surface, rows: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return points and normals (K, 3) that the samples ``rows`` see, in the frames of their primitives.
 
@@ -686,6 +689,8 @@ def _in_primitive(stage: Stage, visible: Surface, rows: IntArray) -> tuple[Float
     dual = np.swapaxes(inverses_of(linear), 1, 2)[index]
     normals = np.einsum("nij,nj->ni", dual, visible.normals[rows])
     away = np.ones(len(rows)) if stage.camera.is_parallel else visible.depth[rows]
+    facing = np.abs(np.einsum("ni,ni->n", visible.normals[rows], visible.view[rows]))
+    away = away / np.maximum(facing, _MIN_FACING)  # pixels cover long strips at grazing angles
     growth = np.abs(np.linalg.det(linear)) ** (1.0 / 3.0)
     return points, normals, away / stage.camera.focal[1] * growth[index]
 

@@ -68,7 +68,7 @@ class Figure:
     """
 
     section: str | None = setting(
-        None, "cut the scene open at a plane: x=0.2, -x=0.2 (keeps the other side), y=50%, or x=50%,z=50%: a corner",
+        None, "cut the scene open at a plane: x=0.2, =-x=0.2 (keeps the other side), y=50%, or x=50%,z=50%: a corner",
         metavar="PLANE",
     )  # fmt: skip
     explode: float | None = setting(

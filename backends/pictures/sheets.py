@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from scenelang.backends.base import frame_of, require, sub_progress
 from scenelang.backends.pictures import film, notes
-from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
+from scenelang.backends.pictures.camera import Camera, Viewpoint
+from scenelang.backends.pictures.declared import resolved, view_of
 from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.drawn_over import covered, instances_seen, with_room, zoomed
 from scenelang.backends.pictures.figures import figured
@@ -128,7 +129,7 @@ def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] =
     scene = _figured(scene, options)
     shots, sides = [], []
     for name in views:
-        view = parse_viewpoint(name)
+        view = resolved(scene, view_of(name))
         is_side = name.strip().lower() in _SIDES and isinstance(view, Viewpoint)
         if is_side and isinstance(view, Viewpoint):
             view = replace(view, orthographic=True)

@@ -14,6 +14,7 @@ import hashlib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -184,6 +185,15 @@ def _texture(entity: Entity, value: Any) -> Texture | None:
 def _substance(word: str, name: Any) -> Substance | None:
     """Return the substance of a ``:material``, None without one; raises SceneError("attribute")."""
     return None if name is None else SUBSTANCES[primitives.material_of(word, "material", name)]
+
+
+def material_name(look: Look) -> str:
+    """Return a name for a look: its substance or texture, else its color as ``#rrggbb``."""
+    if look.material is not None:
+        return look.material
+    if look.texture is not None:
+        return Path(look.texture.name).stem
+    return "#" + bytes(encode(np.array(look.color)).tolist()).hex()
 
 
 def check_seen(scene: Scene) -> None:

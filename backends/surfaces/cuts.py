@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.surfaces.appearance import tint
+from scenelang.backends.surfaces.appearance import look_of, tint
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import dataclass, field
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
@@ -79,7 +79,7 @@ def planes_of(text: str) -> tuple[CutPlane, ...]:
     for piece in text.split(","):
         match = re.fullmatch(r"\s*(-?)([xyz])\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?)(%?)\s*", piece)
         if match is None:
-            hint = "write `x=0.2` or `y=50%`; `-x=0.2` keeps the other side, `x=50%,z=50%` removes a corner"
+            hint = "write `x=0.2` or `y=50%`; `--section=-x=0.2` keeps the other side, `x=50%,z=50%` removes a corner"
             raise SceneError("value", f"`{text[:60]}` is no section", hint)
         sign, axis, number, share = match.groups()
         planes.append(CutPlane(AXES.index(axis), float(number) / (100.0 if share else 1.0), bool(share), bool(sign)))
@@ -148,7 +148,7 @@ def cut(
     frames = [knife.cut_root(root) for root in scene.frames]
     if all(entity_box(root) is None for root in frames):
         raise SceneError(
-            "empty-scene", "the section leaves nothing", "move the plane, or keep the other side: `-x=...`"
+            "empty-scene", "the section leaves nothing", "move the plane, or keep the other side: `--section=-x=...`"
         )
     return with_frames(scene, frames)
 
@@ -291,8 +291,10 @@ def _mesh(shape: Primitive) -> Mesh:
 
 
 def _base_color(entity: Entity, shape: Primitive) -> Point:
-    """Return the color of a primitive without its texture; of one with several colors, their mean."""
+    """Return the color of a primitive; of one with a texture or several colors, their mean."""
     attributes = entity.embedding.attributes
+    if attributes.get("texture") is not None:
+        return look_of(entity).color
     if attributes.get("color") is None and attributes.get("material") is None:
         seed = shape.color_seed(entity.word, attributes)
         if seed is not None:

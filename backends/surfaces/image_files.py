@@ -25,7 +25,9 @@ def checked_image(path: Path, name: str) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             image = pillow.open(path, formats=IMAGE_FORMATS)
-    except (OSError, ValueError, SyntaxError, pillow.DecompressionBombError):
+    except pillow.DecompressionBombError:
+        raise SceneError("file", f"the image `{name[:80]}` has more than {MAX_PIXELS:,} pixels") from None
+    except (OSError, ValueError, SyntaxError):
         raise SceneError("file", f"`{name[:80]}` is not an image that can be read") from None
     if image.width * image.height > MAX_PIXELS:
         raise SceneError("file", f"the image `{name[:80]}` has more than {MAX_PIXELS:,} pixels")

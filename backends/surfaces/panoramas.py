@@ -50,7 +50,10 @@ def panorama_from(path: str) -> Panorama:
     if width != 2 * height:
         hint = "an image of all directions is twice as wide as it is high"
         raise SceneError("file", f"`{path}` has {width} x {height} pixels and is not a panorama", hint)
-    image = np.nan_to_num(np.maximum(image, 0.0), nan=0.0, posinf=1e6)
+    if not np.isfinite(image).all() or (image < 0.0).any():
+        raise SceneError("file", f"`{path}` has pixels that are not light: infinite, negative or not numbers")
+    if not image.any():
+        raise SceneError("file", f"`{path}` is black: it lights nothing")
     # Images have -z, or another direction, in the middle; ours have +z there, and columns grow towards +x.
     return Panorama(smaller(image[:, ::-1], _ROWS))
 

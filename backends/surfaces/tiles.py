@@ -21,6 +21,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import require
 from scenelang.backends.surfaces.image_files import checked_image, encode, from_srgb
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.textures import PATTERNS, Color, Texture
 
 FloatArray = npt.NDArray[np.float64]
@@ -32,6 +33,7 @@ _SIZE = 128 if sys.platform == "emscripten" else 512
 _LARGEST = 2048  # pixels per side of an image from a file, which is reduced to it
 _JOINT = 0.055  # width of mortar and joints, relative to `:scale`
 _KEPT = 16  # images that are kept
+_ON_AXIS = 1e-6  # share of the largest distance from the axis within which a point has no angle of its own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,6 +131,8 @@ def _image_of(path: str) -> Float32Array:
     from PIL import Image
 
     opened.thumbnail((_LARGEST, _LARGEST))
+    if opened.mode.startswith("I"):  # 16 bits of gray, which Pillow would clip
+        opened = Image.fromarray((np.asarray(opened, np.float64) / 257.0).clip(0.0, 255.0).astype(np.uint8))
     rgba = opened.convert("RGBA")
     flat = Image.alpha_composite(Image.new("RGBA", rgba.size, "white"), rgba).convert("RGB")
     return from_srgb(np.asarray(flat, np.float32) / np.float32(255.0)).astype(np.float32)
@@ -233,12 +237,24 @@ def _text(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) 
     require("PIL.Image", "pillow")
     from PIL import Image, ImageDraw, ImageFont
 
+    from scenelang.interpreter.scene.modelling.outlines import BUNDLED
+
     page = Image.new("L", (_SIZE, _SIZE), 0)
     pen = ImageDraw.Draw(page)
-    box = pen.multiline_textbbox((0, 0), texture.text, font=ImageFont.load_default(100), align="center")
+
+    def font(size: float) -> ImageFont.FreeTypeFont:
+        """Return DejaVu Sans, which solids of text have, too."""
+        return ImageFont.truetype(BUNDLED, size)
+
+    missing = bytes(font(40.0).getmask("\uffff"))
+    lost = [letter for letter in texture.text if not letter.isspace() and bytes(font(40.0).getmask(letter)) == missing]
+    if lost:
+        hint = 'a solid of text takes a font of the project: `(text ... :font "FILE.ttf")`'
+        raise SceneError("value", f"the font of textures has no letter `{lost[0]}`", hint)
+    box = pen.multiline_textbbox((0, 0), texture.text, font=font(100.0), align="center")
     size = 100.0 * 0.86 * _SIZE / max(box[2] - box[0], box[3] - box[1], 1)
-    font = ImageFont.load_default(max(4.0, size))
-    pen.multiline_text((_SIZE / 2, _SIZE / 2), texture.text, fill=255, font=font, anchor="mm", align="center")
+    middle = (_SIZE / 2, _SIZE / 2)
+    pen.multiline_text(middle, texture.text, fill=255, font=font(max(4.0, size)), anchor="mm", align="center")
     return _mixed(colors, np.asarray(page, np.float64) / 255.0)
 
 
@@ -304,10 +320,10 @@ def coordinates(
     elif texture.projection == "planar":
         flat = np.stack([x, y], axis=1)
     else:
-        angle = angles(points)
+        angle, radius = angles(points), np.hypot(x, z)
         if around is not None:
             angle = angle + 2.0 * math.pi * np.round((around - angle) / (2.0 * math.pi))
-        radius = np.hypot(x, z)
+            angle = np.where(radius > _ON_AXIS * radius.max(initial=0.0), angle, around)
         if texture.projection == "cylindrical":
             flat = np.stack([angle * around_of(texture), y], axis=1)
         else:

@@ -143,6 +143,16 @@ def test_wrong_environments_are_diagnostics(text: str, words: str) -> None:
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize("pixel", [np.nan, np.inf, -1.0, 0.0])
+def test_images_without_light_are_diagnostics(tmp_path: Path, pixel: float) -> None:
+    mi = pytest.importorskip("mitsuba")
+    image = np.zeros((8, 16, 3), np.float32)
+    image[2, 3] = pixel
+    mi.Bitmap(image).write(str(tmp_path / "a.exr"))
+    with pytest.raises(SceneError, match=r"not light|is black"):
+        environment_of(str(tmp_path / "a.exr"))
+
+
 def test_a_square_image_is_no_panorama(tmp_path: Path) -> None:
     mi = pytest.importorskip("mitsuba")
     mi.Bitmap(np.ones((8, 8, 3), np.float32)).write(str(tmp_path / "a.hdr"))

@@ -36,7 +36,7 @@ _MAX_SUBTABLES = 1_000  # of kerning
 _TOLERANCE_EMS = 1.0 / 2000.0  # distance of flattened curves from the outline
 _STEPS_PER_FONT = 1024  # charged before a font is read, so that the meter checks the clock
 _MAX_LISTED_CHARACTERS = 8  # that a font lacks, in a message
-_BUNDLED = os.path.join(os.path.dirname(__file__), "fonts", "DejaVuSans.ttf")
+BUNDLED = os.path.join(os.path.dirname(__file__), "fonts", "DejaVuSans.ttf")
 
 
 @dataclass(frozen=True, slots=True)
@@ -368,7 +368,7 @@ class Typeface:
 @cache
 def bundled() -> Typeface:
     """Return DejaVu Sans, with Latin, Greek and Cyrillic letters, punctuation, arrows and signs of mathematics."""
-    with open(_BUNDLED, "rb") as file:
+    with open(BUNDLED, "rb") as file:
         return Typeface(file.read(), "DejaVu Sans")
 
 
