@@ -119,6 +119,15 @@ class Camera:
         aperture, focus = self.aperture * scale, self.focus * scale
         return replace(self, world_to_camera=pose, intrinsics=intrinsics, aperture=aperture, focus=focus)
 
+    def from_lens(self, right: float, up: float) -> Camera:
+        """Return the pinhole at a point of the lens, in scene units from its middle, which sees the same in focus."""
+        pose = self.world_to_camera.copy()
+        pose[:3, 3] = -pose[:3, :3] @ (self.eye + right * self.right + up * self.up)
+        intrinsics = self.intrinsics.copy()
+        fx, fy = self.focal
+        intrinsics[:2, 2] += [fx * right / self.focus, -fy * up / self.focus]
+        return replace(self, world_to_camera=pose, intrinsics=intrinsics, aperture=0.0)
+
     def resized(self, width: int, height: int) -> Camera:
         """Return the same view at another picture size; the vertical field of view is preserved."""
         ratio = height / self.height

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Accepts, Option, Progress, Work
+from scenelang.backends.base import Accepts, Option, Progress, Work, sub_progress
 from scenelang.backends.pictures.backdrops import small, tone_for
 from scenelang.backends.pictures.draft_lamps import Lamps
 from scenelang.backends.pictures.draft_light import (
@@ -31,6 +31,7 @@ from scenelang.backends.pictures.draft_light import (
     albedo_of,
     batches,
     darkest_at_contact,
+    disk_points,
     ground_depths,
     ground_radiance,
     hidden_share,
@@ -73,6 +74,7 @@ _SAMPLES = 2  # per pixel and axis
 _BATCH_SAMPLES = 1 << 17  # shaded at once, which bounds the memory
 _MAX_LAYERS = 6  # transparent surfaces that a sample sees
 _MIN_SMOOTH_COSINE = 0.95  # between normals of neighboring pixels on one smooth surface; below it is a crease
+_LENS_POINTS = 32  # pinholes by which a lens is drawn; with 16, blurred edges showed steps
 _LAYER_AMBIENT = 0.9  # ambient light on transparent layers, for which no occlusion is computed
 _HAZE = 0.015  # of the shadow on the ground that is left out: the precision of ambient light far from the scene
 _PROBE_SHADOW = 256  # texels per side of the shadow map by which the backdrop is chosen
@@ -181,6 +183,31 @@ def draw(
         ids = np.where(layer[::_SAMPLES, ::_SAMPLES] != NOTHING, ids_of(layer[::_SAMPLES, ::_SAMPLES]), ids)
     sky = sky[:, :, 0] * _above_horizon(stage, rays)
     return Draft(color, radiance, depth, ids, albedo, normal, sky, cover[:, :, 0], cover[:, :, 1])
+
+
+def draw_lens(
+    stage: Stage,
+    progress: Callable[[float], None] | None = None,
+    shaded: bool = True,
+    cache: DraftCache | None = None,
+    by_pixel: bool = False,
+) -> Draft:
+    """Draw a stage as ``draw`` does; through a lens, as the mean of what pinholes all over it see."""
+    camera, cache = stage.camera, cache or DraftCache()
+    if camera.aperture == 0.0 or camera.is_parallel:
+        return draw(stage, progress, shaded, cache, by_pixel)
+    drafts = []
+    for k, (right, up) in enumerate(disk_points(_LENS_POINTS)):
+        pinhole = camera.from_lens(camera.aperture * right, camera.aperture * up)
+        part = sub_progress(progress, k / _LENS_POINTS, (k + 1) / _LENS_POINTS)
+        drafts.append(draw(replace(stage, camera=pinhole), part, shaded, cache, by_pixel))
+    mean = {
+        name: np.mean([getattr(one, name) for one in drafts], axis=0, dtype=np.float32)
+        for name in ("linear", "radiance", "albedo", "normal", "sky", "alpha", "shadow")
+    }
+    if shaded and not stage.is_clear:
+        mean["linear"] = tone_map(mean["radiance"], stage.studio.environment).astype(np.float32)
+    return replace(drafts[0], **mean)
 
 
 def toned(staging: Staging, shot: Shot) -> Staging:
@@ -621,7 +648,7 @@ class DraftPainter:
         stage = self._staging.stage(shot)
         if len(self._staging.moving) == 1:  # one frame, perhaps seen by several cameras
             stage = replace(stage, fixed=len(stage.solids))
-        drawn = draw(stage, progress, cache=self._cache, by_pixel=self._by_pixel)
+        drawn = draw_lens(stage, progress, cache=self._cache, by_pixel=self._by_pixel)
         if stage.is_clear:
             labels = labels_of(stage.solids, drawn.ids) if self._labels else []
             return clear_image(drawn.linear, drawn.radiance, drawn.alpha + drawn.shadow, labels, self._background)

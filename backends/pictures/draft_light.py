@@ -304,7 +304,7 @@ def _along(axis: Float32Array, values: Sequence[Float32Array] | Float32Array) ->
     return np.asarray(out, np.float32)
 
 
-def _disk(count: int, power: float = 0.5) -> list[tuple[float, float]]:
+def disk_points(count: int, power: float = 0.5) -> list[tuple[float, float]]:
     """Return points of the unit disk on Vogel's spiral: uniform, or denser in the middle for a ``power`` above 1/2."""
     golden = math.pi * (3.0 - math.sqrt(5.0))
     radii = [((i + 0.5) / count) ** power for i in range(count)]
@@ -328,7 +328,7 @@ def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     """Return the mean distance (N,) from the receivers to potential blockers, 0 if there are none."""
     total = np.zeros(len(receivers.u), np.float32)
     count = np.zeros(len(receivers.u), np.float32)
-    taps = _disk(_SEARCH_TAPS, 1.6)  # denser in the middle, to find thin blockers near the receiver
+    taps = disk_points(_SEARCH_TAPS, 1.6)  # denser in the middle, to find thin blockers near the receiver
     for above in receivers.heights(shadow, taps):
         blocks = above > _BIAS
         total += np.where(blocks, above, np.float32(0.0))
@@ -339,7 +339,7 @@ def _blocker_distance(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
 def _lit_share(shadow: ShadowMap, receivers: _Receivers) -> Float32Array:
     """Return the fraction (N,) of taps without a blocker."""
     lit = np.zeros(len(receivers.u), np.float32)
-    for above in receivers.heights(shadow, _disk(_SHADOW_TAPS)):
+    for above in receivers.heights(shadow, disk_points(_SHADOW_TAPS)):
         lit += above <= _BIAS
     return np.asarray(lit / np.float32(_SHADOW_TAPS), np.float32)
 
@@ -472,7 +472,7 @@ def occlusion(
     flat_points, flat_normals = points.reshape(-1, 3), normals.reshape(-1, 3)
     out = np.ones(height * width, np.float32)
     for number in range(_GROUPS):
-        taps = _disk(_NEAR_TAPS, 1.2)[number::_GROUPS]  # denser in the middle, at contacts
+        taps = disk_points(_NEAR_TAPS, 1.2)[number::_GROUPS]  # denser in the middle, at contacts
         for part in batches(visible[group == number], _BATCH_POINTS):
             p, n = flat_points[part].T.copy(), flat_normals[part].T.copy()
             blocked = _blocked_share(occluders, (height, width), part, reach[part], (p, n), taps)

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Option, Progress, Work, require, sub_progress
-from scenelang.backends.pictures.draft import Draft, DraftCache, draw, toned
+from scenelang.backends.pictures.draft import Draft, DraftCache, draw_lens, toned
 from scenelang.backends.pictures.draft_light import backdrop
 from scenelang.backends.pictures.film import (
     FINAL_EXTRA,
@@ -147,7 +147,7 @@ class MitsubaPainter:
         if stage.is_clear:
             return self._clear(stage, shot, progress)
         unlit = stage.studio.environment.unlit  # without lighting there is nothing to trace
-        guide = draw(stage, sub_progress(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
+        guide = draw_lens(stage, sub_progress(progress, 0.0, 0.1), shaded=unlit, cache=self._guides)
         radiance = (
             guide.radiance if unlit else self._path_trace(stage, shot.frame, guide, sub_progress(progress, 0.1, 1.0))
         )
@@ -188,7 +188,7 @@ class MitsubaPainter:
     def _clear(self, stage: Stage, shot: Shot, progress: Progress | None) -> Image:
         """Draw a shot without backdrop; the shadow on the ground is the draft's."""
         environment = stage.studio.environment
-        guide = draw(stage, sub_progress(progress, 0.0, 0.1), cache=self._guides)
+        guide = draw_lens(stage, sub_progress(progress, 0.0, 0.1), cache=self._guides)
         if environment.unlit:
             linear, radiance, alpha = guide.linear, guide.radiance, guide.alpha
         else:
