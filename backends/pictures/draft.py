@@ -46,6 +46,7 @@ from scenelang.backends.pictures.draft_light import (
     sky_maps,
     smoothed,
     tap_group,
+    through_glass,
 )
 from scenelang.backends.pictures.film import (
     STILL_ENDINGS,
@@ -201,7 +202,7 @@ def draw_lens(
         pinhole = camera.from_lens(camera.aperture * right, camera.aperture * up)
         part = sub_progress(progress, k / _LENS_POINTS, (k + 1) / _LENS_POINTS)
         drafts.append(draw(replace(stage, camera=pinhole), part, shaded, cache, by_pixel))
-    mean = {
+    mean: dict[str, Any] = {
         name: np.mean([getattr(one, name) for one in drafts], axis=0, dtype=np.float32)
         for name in ("linear", "radiance", "albedo", "normal", "sky", "alpha", "shadow")
     }
@@ -579,6 +580,11 @@ def _shaded(
             (cover, np.array([[1.0, 0.0]], np.float32)),
         ):
             under[at] += (over - under[at]) * share
+        rows, glass, reflected = through_glass(stage, part, light, radiance[at])
+        pixels, rest = at[rows], 1.0 - share[rows]
+        radiance[pixels] += rest * (glass - radiance[pixels])
+        color[pixels] = tone_map(radiance[pixels], environment)
+        cover[pixels, :1] += (1.0 - cover[pixels, :1]) * reflected
     return color, radiance, albedo, normals, empty, cover
 
 

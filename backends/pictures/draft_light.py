@@ -838,6 +838,28 @@ def _add_gloss(
     color[rows] = out
 
 
+def through_glass(
+    stage: Stage, visible: Surface, reach: Reach, behind: Float32Array
+) -> tuple[IntArray, Float32Array, Float32Array]:
+    """Return which of the samples see glass (K,), their radiance (K, 3), and the share (K, 1) that it reflects.
+
+    Glass colors what is ``behind`` (N, 3), and its reflections are as bright as if it were opaque.
+    """
+    looks = stage.solids.looks
+    rows = np.zeros(0, np.int64)
+    if not stage.studio.environment.unlit and looks.refractive.any():
+        rows = np.flatnonzero(looks.refractive[stage.solids.look[visible.ids]])
+    if not len(rows):
+        return rows, np.zeros((0, 3), np.float32), np.zeros((0, 1), np.float32)
+    gloss = _Gloss(stage, visible.take(rows), reach.key[rows], reach.ambient[rows])
+    look = stage.solids.look[gloss.part.ids]
+    rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
+    normal = microfacets.normal_reflectance(looks.ior[look])[:, None]
+    share = _schlick(normal, gloss.toward, rough) * microfacets.albedo(rough)[:, None]
+    seen = behind[rows] * looks.color[look] * (1.0 - share) + gloss.reflected(normal, rough, 1.0)
+    return rows, seen.astype(np.float32), share.astype(np.float32)
+
+
 class _Gloss:
     """Specular reflection at samples: ``toward`` (N,) is the cosine between their normals and the viewer."""
 

@@ -100,6 +100,7 @@ class Looks:
     metallic: FloatArray  # (K,)
     ior: FloatArray  # (K,), that of glass where not given
     textured: npt.NDArray[np.bool_]  # (K,)
+    refractive: npt.NDArray[np.bool_]  # (K,)
     coat: FloatArray  # (K,)
     sheen: FloatArray  # (K,)
 
@@ -119,6 +120,7 @@ def looks_of(rows: Iterable[Look]) -> Looks:
         np.array([look.metallic for look in rows], np.float64),
         np.array([look.ior or GLASS for look in rows], np.float64),  # renderers need one for every glossy surface
         np.array([look.texture is not None for look in rows], bool),
+        np.array([look.ior is not None and look.opacity < 1.0 for look in rows], bool),
         np.array([look.coat for look in rows], np.float64),
         np.array([look.sheen for look in rows], np.float64),
     )

@@ -319,3 +319,24 @@ def test_a_painter_of_many_cameras_paints_as_one_of_each(make: Any, shading: str
     for shot in shots:
         (alone,) = painters(scene, options, [backend], [shot])
         assert (shared.paint(shot).picture == alone.paint(shot).picture).all()
+
+
+def test_glass_reflects_and_colors_in_drafts(make: Any) -> None:
+    """Glass is not a ghost: its highlight is that of an opaque surface, and amber colors what is behind it."""
+    pictures = {
+        name: draw_picture(make, **more)
+        for name, more in (
+            ("opaque", {"color": (0.02, 0.02, 0.02), "ior": 1.5}),
+            ("glass", {"color": (1, 1, 1), "ior": 1.5, "opacity": 0.02}),
+            ("amber", {"material": "amber"}),
+        )
+    }
+    assert pictures["glass"].max() > 0.8 * pictures["opaque"].max()
+    red, _, blue = pictures["amber"][44:52, 44:52].reshape(-1, 3).mean(axis=0)
+    assert red > 4.0 * blue
+
+
+def draw_picture(make: Any, **attributes: Any) -> np.ndarray:
+    """Return the radiance of a ball before the seamless ground."""
+    options = PictureOptions(width=96, height=96, ground="seamless", camera=Viewpoint(0, 20), labels=False)
+    return picture_draw(make.scene(make.primitive("sphere", **attributes)), options, picture_backend("draft")).radiance
