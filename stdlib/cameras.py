@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.show import NotPlain, plain_value
 from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.scene.primitives.base import items_of
 from scenelang.interpreter.scene.setup import (
     CAMERA,
     COLOR,
@@ -16,6 +17,7 @@ from scenelang.interpreter.scene.setup import (
     SETTINGS,
     declared_setup,
 )
+from scenelang.interpreter.values.values import Array, MutableArray, MutableList
 from scenelang.stdlib.colors import color_of
 
 if TYPE_CHECKING:
@@ -37,7 +39,34 @@ def _doc(form: str, summary: str) -> str:
 def _declare(rt: Runtime, form: str, name: Any, options: dict[str, Any]) -> None:
     """Record a declaration with the values of a program."""
     values = {key.replace("_", "-"): value for key, value in options.items() if value is not None}
+    for key, value in values.items():
+        if not _is_plain(rt, value):
+            raise _not_plain(form, key)
     rt.declare_setup(declared_setup(form, name, {k: plain_property(form, k, v) for k, v in values.items()}, rt.site))
+
+
+_DEEPEST = 2  # lists: of values over the frames, each of which may be a point
+
+
+def _is_plain(rt: Runtime, value: Any, depth: int = 0) -> bool:
+    """Return whether a value is a number, a text or a list of such; meters its conversion, before it is done."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return True
+    if isinstance(value, (MutableArray, MutableList)):
+        rt.read(value)
+    if isinstance(value, (Array, MutableArray)):
+        rt.charge(int(value.data.size))
+        return True
+    items = items_of(value) if depth < _DEEPEST else None
+    if items is None:
+        return False
+    rt.charge(len(items))
+    return all(_is_plain(rt, item, depth + 1) for item in items)
+
+
+def _not_plain(form: str, key: str) -> SceneError:
+    """Return the error for a value that is no plain data."""
+    return SceneError("type", f"`:{key}` of `{form}` expects finite numbers or a text")
 
 
 def plain_property(form: str, key: str, value: Any) -> Any:
@@ -50,7 +79,7 @@ def plain_property(form: str, key: str, value: Any) -> Any:
     try:
         return plain_value(value)
     except NotPlain:
-        raise SceneError("type", f"`:{key}` of `{form}` expects finite numbers or a text") from None
+        raise _not_plain(form, key) from None
 
 
 @registry.define(

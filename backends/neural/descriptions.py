@@ -240,9 +240,12 @@ def visible_color(entity: Entity, look: Look) -> tuple[Point, bool] | None:
 
 
 def surface_words(look: Look) -> Iterator[str]:
-    """Yield adjectives for the surface's material, without its colour."""
+    """Yield adjectives for the surface's material, without its color; a substance stands for all of them."""
     if any(look.emission):
         yield "glowing"
+    if look.material is not None:
+        yield look.material
+        return
     if look.opacity < _TRANSLUCENT:
         yield "transparent" if look.opacity < _TRANSPARENT or look.ior is not None else "translucent"
     if look.metallic >= _METALLIC:

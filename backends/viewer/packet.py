@@ -39,7 +39,7 @@ from scenelang.backends.surfaces.precision import own_offset
 from scenelang.backends.surfaces.solids import composed, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.backends.viewer.start import backdrop_of, camera_of
-from scenelang.backends.viewer.textures import texture_columns
+from scenelang.backends.viewer.texture_columns import texture_columns
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError, UsageError
 from scenelang.grammar.settings import typed

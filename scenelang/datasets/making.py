@@ -28,6 +28,7 @@ from scenelang.backends.pictures.camera import Camera, camera_to_json
 from scenelang.backends.pictures.declared import View
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
 from scenelang.backends.pictures.stage import Shot, box_of
+from scenelang.backends.surfaces.environments import ENVIRONMENTS
 from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import is_object
 from scenelang.backends.surfaces.stand_ins import drawn_scene
@@ -340,7 +341,8 @@ class Maker:
         seed = int(stream(self.spec.seed, draw.index, draw.attempt, "noise").integers(1 << 31))
         options = PictureOptions(
             limit=self.spec.limits.primitives, settings=_settings_of(backend, plan.settings), width=plan.width,
-            height=plan.height, camera=view, environment=draw.environment, ground=draw.ground, seed=seed, labels=False,
+            height=plan.height, camera=view, environment=draw.environment, seed=seed, labels=False,
+            ground=draw.ground or ENVIRONMENTS[draw.environment].ground,  # its tone must not depend on other images
         )  # fmt: skip
 
         def painter(shots: Sequence[Shot]) -> Painter:

@@ -279,7 +279,7 @@ def test_instances_look_like_what_they_are_instances_of(monkeypatch: pytest.Monk
     plain = image(scene, settings={"denoise": "off"})
     monkeypatch.setattr("scenelang.backends.pictures.mitsuba.FEW", 10)
     placed = image(scene, settings={"denoise": "off"})
-    assert np.abs(plain.picture.astype(int) - placed.picture).mean() < 4
+    assert np.abs(plain.picture.astype(int) - placed.picture).mean() < 5  # two samples of one noise
     assert np.abs(plain.radiance.mean(axis=(0, 1)) - placed.radiance.mean(axis=(0, 1))).max() < 0.005
 
 

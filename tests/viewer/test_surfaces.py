@@ -22,7 +22,7 @@ from scenelang.backends.surfaces.appearance import look_of
 from scenelang.backends.surfaces.environments import ENVIRONMENTS
 from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.tiles import coordinates, tile_of
-from scenelang.backends.viewer import textures
+from scenelang.backends.viewer import texture_columns as textures
 from scenelang.backends.viewer.packet import packet_of, studio_constants
 from scenelang.backends.viewer.start import backdrop_of, camera_of
 from scenelang.interpreter.scene.primitives.textures import PROJECTIONS

@@ -1,6 +1,6 @@
 // The light and the film of backends/pictures/draft_light.py and draft.py as shaders, so that the page agrees with draft pictures.
 
-// Where a texture lies (backends/viewer/textures.py), five texels a primitive.
+// Where a texture lies (backends/viewer/texture_columns.py), five texels a primitive.
 const PLACEMENT = /* glsl */ `
   #ifdef TEXTURED
     uniform sampler2D placements;
