@@ -309,3 +309,11 @@ def test_the_second_of_a_pair_may_be_a_number() -> None:
     program = '(bind "p" (lambda () (let (((a . b) (cons 1 2))) (call "cube" :scale (+ a b)))))'
     assert sl.check(program).diagnostics == ()
     assert sl.expand(program)
+
+
+def test_declarations_of_one_form_expand_to_themselves() -> None:
+    """Forms of a `begin` at top level are forms of the program, as the second expansion had them."""
+    text = '(bind "a" (lambda () (call "cube")))\n(assert-that (count "cube" 1) (size "cube" 1 :axis "x"))'
+    once = sl.expand(text)
+    assert "(begin" not in once
+    assert sl.expand(once) == once

@@ -10,7 +10,7 @@ import re
 import sys
 import threading
 from codecs import BOM_UTF8
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -281,6 +281,17 @@ def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], 
     return run
 
 
+def _spliced(datum: Datum) -> Iterator[Datum]:
+    """Yield the forms of a `begin` at top level, where they are forms of the program, and any other form itself."""
+    if not (isinstance(datum, ListDatum) and datum.items and isinstance(datum.items[0], Atom)):
+        yield datum
+    elif datum.items[0].value == Symbol("begin") and len(datum.items) > 1 and datum.tail is None:
+        for item in datum.items[1:]:
+            yield from _spliced(item)
+    else:
+        yield datum
+
+
 class Session:
     """Checks and evaluates programs under one set of options."""
 
@@ -457,7 +468,7 @@ class Session:
                 spelling |= {id(atom): atom.span.text for atom in walk(datum) if isinstance(atom, Atom)}
             elif form is program.scene and isinstance(datum, ListDatum):
                 datum = ListDatum((Atom(Symbol("scene"), datum.span), *datum.items[1:]), None, datum.span)
-            datums.append(datum)
+            datums += _spliced(datum)
         if is_deeper(datums, MAX_NESTING):
             message = f"the expansion has more than {MAX_NESTING:,} levels of parentheses, which could not be read"
             raise SceneError("nesting", message)
