@@ -15,7 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
-from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, IMAGES, SKY, Studio
+from scenelang.backends.pictures.mitsuba_materials import rgb
+from scenelang.backends.surfaces.dome import direction_at
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, IMAGES, SKY, Studio, times
 from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
 from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
 from scenelang.interpreter.scene.entity import Scene
@@ -273,7 +275,7 @@ def _emitter(mi: Any, light: Light) -> dict[str, Any]:
         angle = math.radians(light.radius)
         if angle == 0.0:
             frame = _facing(mi, [0.0, 0.0, 0.0], light.direction)
-            return {"type": "directional", "to_world": frame, "irradiance": _rgb(flux)}
+            return {"type": "directional", "to_world": frame, "irradiance": rgb(flux)}
         away = [-_SUN_DISTANCE * x for x in light.direction]
         frame = _facing(mi, away, light.direction).scale(_SUN_DISTANCE * math.tan(angle))
         return _shining("disk", frame, flux / (math.pi * math.sin(angle) ** 2))
@@ -281,14 +283,14 @@ def _emitter(mi: Any, light: Light) -> dict[str, Any]:
         half, blend = light.angle / 2.0, max(light.blend, _MIN_BLEND)
         return {
             "type": "spot", "to_world": _facing(mi, position, light.direction), "cutoff_angle": half,
-            "beam_width": half * (1.0 - blend), "intensity": _rgb(flux / (4.0 * math.pi)),
+            "beam_width": half * (1.0 - blend), "intensity": rgb(flux / (4.0 * math.pi)),
         }  # fmt: skip
     if light.kind == "area":
         width, height = light.size
         frame = _facing(mi, position, light.direction).scale([width / 2.0, height / 2.0, 1.0])
         return _shining("rectangle", frame, light.radiance)
     if light.radius == 0.0:
-        return {"type": "point", "position": position, "intensity": _rgb(flux / (4.0 * math.pi))}
+        return {"type": "point", "position": position, "intensity": rgb(flux / (4.0 * math.pi))}
     return _shining("sphere", mi.ScalarTransform4f().translate(position).scale(light.radius), light.radiance)
 
 
@@ -301,14 +303,9 @@ def _facing(mi: Any, position: list[float], direction: Point) -> Any:
 
 def _shining(shape: str, to_world: Any, radiance: FloatArray) -> dict[str, Any]:
     """Return a black shape that emits ``radiance`` (3,)."""
-    emitter = {"type": "area", "radiance": _rgb(radiance)}
-    bsdf = {"type": "diffuse", "reflectance": _rgb(np.zeros(3))}
+    emitter = {"type": "area", "radiance": rgb(radiance)}
+    bsdf = {"type": "diffuse", "reflectance": rgb(np.zeros(3))}
     return {"type": shape, "to_world": to_world, "emitter": emitter, "bsdf": bsdf}
-
-
-def _rgb(color: FloatArray) -> dict[str, Any]:
-    """Return a color for Mitsuba, linear sRGB."""
-    return {"type": "rgb", "value": [float(channel) for channel in color]}
 
 
 # --- environment and settings ----------------------------------------------------------------------------------------
@@ -346,24 +343,17 @@ class Lighting:
         environment, direction = studio.environment, studio.key_direction
         if self.turn is not None:
             around, height = math.radians(self.turn + environment.turn), math.radians(environment.height)
-            flat = math.cos(height)
-            direction = np.array([math.sin(around) * flat, math.sin(height), math.cos(around) * flat])
-        key = _times(environment.key, self.strength if self.has_key else 0.0)
-        behind = None if environment.backdrop is None else _times(environment.backdrop, self.strength)
+            direction = direction_at(around, height)
+        key = times(environment.key, self.strength if self.has_key else 0.0)
+        behind = None if environment.backdrop is None else times(environment.backdrop, self.strength)
         changed = replace(
-            environment, backdrop=behind, key=key, ambient=_times(environment.ambient, self.strength),
+            environment, backdrop=behind, key=key, ambient=times(environment.ambient, self.strength),
             gain=environment.gain * 2.0**self.exposure,
             curve=environment.curve if self.tone is None or environment.unlit else self.tone,
         )  # fmt: skip
         turn = studio.dome.turn if self.turn is None else self.turn
         dome = replace(studio.dome, turn=turn, strength=studio.dome.strength * self.strength)
         return replace(studio, environment=changed, key_direction=direction, dome=dome)
-
-
-def _times(color: Point, factor: float) -> Point:
-    """Return a color multiplied by a factor."""
-    red, green, blue = (channel * factor for channel in color)
-    return red, green, blue
 
 
 def setting_of(scene: Scene, key: str) -> Any:

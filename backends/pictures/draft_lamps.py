@@ -17,9 +17,22 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import camera_at
-from scenelang.backends.pictures.draft_light import SKY, Surface, batches, key_light, rows_of, samples_at, shadow_map
+from scenelang.backends.pictures.draft_light import (
+    MIN_ROUGHNESS,
+    SKY,
+    Surface,
+    batches,
+    disk_points,
+    facets,
+    gradient_noise,
+    key_light,
+    rows_of,
+    samples_at,
+    shadow_map,
+)
 from scenelang.backends.pictures.rays import Rays, camera_rays, caster_for, depths_of
 from scenelang.backends.pictures.stage import Stage
+from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.lights import Light, level_axes
 from scenelang.backends.surfaces.solids import Solids
 
@@ -34,7 +47,6 @@ _MIN_TEXELS, _MAX_SHARE = 1.0, 0.12  # radius of the taps, in texels, and relati
 _NEARER = 1e-3  # a blocker is so much nearer to the lamp than the tangent plane of a point, relative to the distance
 _BATCH = 1 << 15  # points in penumbras at once, which bounds the memory
 _AREA_PLACES = 4  # per side of an area, for its irradiance
-_MIN_ROUGHNESS = 0.06  # as of the key light's highlights
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +110,7 @@ class Lamps:
         turned = normals @ axes.T
         dominant = np.argmax(np.abs(local), axis=1)
         faces = dominant * 2 + (np.take_along_axis(local, dominant[:, None], 1)[:, 0] < 0.0)
-        angle = 2.0 * math.pi * np.modf(52.9829189 * np.modf(0.06711056 * column + 0.00583715 * row)[0])[0]
+        angle = 2.0 * math.pi * gradient_noise(column, row).astype(np.float64)
         for face in np.unique(faces):
             at = np.flatnonzero(faces == face)
             turn = _FACES[face]
@@ -236,10 +248,10 @@ def _lit_share(
 
     radius = np.full(len(z), _MIN_TEXELS)
     if extent == 0.0:
-        return np.asarray((heights(radius, _disk(_SEARCH_TAPS)) <= 0.0).mean(axis=0), np.float64)
+        return np.asarray((heights(radius, disk_points(_SEARCH_TAPS)) <= 0.0).mean(axis=0), np.float64)
     # The search is not rotated: another radius at each pixel would be noise that the taps cannot average.
     still = angle * 0.0
-    above = heights(np.clip(extent * focal / z, _MIN_TEXELS, most), _disk(_SEARCH_TAPS), turned=still)
+    above = heights(np.clip(extent * focal / z, _MIN_TEXELS, most), disk_points(_SEARCH_TAPS), turned=still)
     count = (above > 0.0).sum(axis=0)
     blocker = z - np.where(above > 0.0, above, 0.0).sum(axis=0) / np.maximum(count, 1)
     penumbra = extent * np.maximum(z - blocker, 0.0) / np.maximum(blocker, 1e-9)  # by similar triangles
@@ -247,15 +259,8 @@ def _lit_share(
     share = np.ones(len(z))
     some = np.flatnonzero(count)
     for part in batches(some, _BATCH):
-        share[part] = (heights(radius[part], _disk(_SHADOW_TAPS), part) <= 0.0).mean(axis=0)
+        share[part] = (heights(radius[part], disk_points(_SHADOW_TAPS), part) <= 0.0).mean(axis=0)
     return share
-
-
-def _disk(count: int) -> list[tuple[float, float]]:
-    """Return points of the unit disk on Vogel's spiral."""
-    golden = math.pi * (3.0 - math.sqrt(5.0))
-    return [(math.sqrt((i + 0.5) / count) * math.cos(i * golden), math.sqrt((i + 0.5) / count) * math.sin(i * golden))
-            for i in range(count)]  # fmt: skip
 
 
 def _reflected(stage: Stage, part: Surface, tint: FloatArray, toward: FloatArray, light: FloatArray) -> FloatArray:
@@ -271,33 +276,13 @@ def _reflected(stage: Stage, part: Surface, tint: FloatArray, toward: FloatArray
         return out
     look = stage.solids.look[part.ids[rows]]
     metallic = looks.metallic[look][:, None]
-    base = (((looks.ior[look] - 1.0) / (looks.ior[look] + 1.0)) ** 2)[:, None]
-    normals, view = (np.asarray(values[rows], np.float64) for values in (part.normals, part.view))
-    half = toward[rows] - view
-    half /= np.maximum(np.linalg.norm(half, axis=1), 1e-9)[:, None]
-    rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
-    shine = _microfacets(normals, -view, toward[rows], half, rough)
+    base = microfacets.normal_reflectance(looks.ior[look])[:, None]
+    seen = part.take(rows)
+    cosine = np.clip(-np.einsum("ni,ni->n", seen.normals, seen.view), 1e-3, 1.0)
     reflectance = base * (1.0 - metallic) + tint[rows] * metallic
-    cosine = np.clip(np.einsum("ni,ni->n", half, toward[rows]), 0.0, 1.0)
-    limit = np.maximum((1.0 - rough)[:, None], reflectance)
-    fresnel = reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None]
-    out[rows] = out[rows] * (1.0 - metallic) * (1.0 - base) + fresnel * shine[:, None] * light[rows]
+    shine = facets(seen, toward[rows], reflectance, cosine, np.maximum(looks.gloss[look], MIN_ROUGHNESS))
+    out[rows] = out[rows] * (1.0 - metallic) * (1.0 - base) + shine * light[rows]
     return out
-
-
-def _microfacets(
-    normals: FloatArray, toward_eye: FloatArray, toward_light: FloatArray, half: FloatArray, rough: FloatArray
-) -> FloatArray:
-    """Return the BRDF (N,) without Fresnel's term: GGX distribution and Smith masking, as of the key light."""
-    alpha2 = rough**4
-    facing = np.clip(np.einsum("ni,ni->n", normals, toward_light), 1e-4, 1.0)
-    toward = np.clip(np.einsum("ni,ni->n", normals, toward_eye), 1e-3, 1.0)
-    straight = np.clip(np.einsum("ni,ni->n", normals, half), 0.0, 1.0)
-    spread = alpha2 / (np.pi * (straight**2 * (alpha2 - 1.0) + 1.0) ** 2)
-    masked = facing * np.sqrt(toward**2 * (1.0 - alpha2) + alpha2) + toward * np.sqrt(
-        facing**2 * (1.0 - alpha2) + alpha2
-    )
-    return np.asarray(spread * 0.5 / np.maximum(masked, 1e-4), np.float64)
 
 
 def _hit(light: Light, origin: FloatArray, direction: FloatArray) -> FloatArray:

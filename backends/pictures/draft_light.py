@@ -226,7 +226,7 @@ def samples_at(
 
     ``column`` and ``row`` (N,) are their pixels; neighboring ones get different rotations of the taps.
     """
-    angle = (2.0 * math.pi) * _noise(column, row)
+    angle = (2.0 * math.pi) * gradient_noise(column, row)
     columns = [np.ascontiguousarray(values.T, np.float32) for values in (points, normals)]
     return Samples(columns[0], columns[1], (np.cos(angle), np.sin(angle)))
 
@@ -311,7 +311,7 @@ def disk_points(count: int, power: float = 0.5) -> list[tuple[float, float]]:
     return [(r * math.cos(i * golden), r * math.sin(i * golden)) for i, r in enumerate(radii)]
 
 
-def _noise(column: IntArray, row: IntArray) -> Float32Array:
+def gradient_noise(column: IntArray, row: IntArray) -> Float32Array:
     """Return interleaved gradient noise in [0, 1) (Jimenez, 2014): neighbors differ, and a small average removes it."""
     inner = 0.06711056 * column + 0.00583715 * row
     return np.asarray(np.modf(52.9829189 * np.modf(inner)[0])[0], np.float32)
@@ -514,7 +514,7 @@ def _blocked_share(
     """
     height, width = size
     row, column = np.divmod(pixels, width)
-    angle = np.float32(2.0 * math.pi) * _noise(column, row)
+    angle = np.float32(2.0 * math.pi) * gradient_noise(column, row)
     cosine, sine = reach * np.cos(angle), reach * np.sin(angle)
     x, y = column.astype(np.float32), row.astype(np.float32)
     (px, py, pz), (nx, ny, nz) = surface
@@ -582,7 +582,7 @@ Shadow = tuple[ShadowMap, float]  # and the fraction of the light that its solid
 
 GROUND = -1
 SKY = -2
-_MIN_ROUGHNESS = 0.06  # below this the highlight would be as large as the light itself
+MIN_ROUGHNESS = 0.06  # below this the highlight would be as large as the light itself
 # Light on occluders, which are assumed to be lit in turn: shares of the ambient and the key light, and how much of it
 # remains where a point is fully occluded.
 _BOUNCED_AMBIENT, _BOUNCED_KEY, _MIN_BOUNCED = 0.5, 0.28, 0.3
@@ -818,7 +818,7 @@ def _add_gloss(
     gloss = _Gloss(stage, visible.take(rows), reach.key[rows], reach.ambient[rows])
     look = stage.solids.look[gloss.part.ids]
     tint, metallic = albedo[rows].astype(np.float64), looks.metallic[look][:, None]
-    rough, ior = np.maximum(looks.gloss[look], _MIN_ROUGHNESS), np.where(looks.diffuse[look], 1.0, looks.ior[look])
+    rough, ior = np.maximum(looks.gloss[look], MIN_ROUGHNESS), np.where(looks.diffuse[look], 1.0, looks.ior[look])
     base = microfacets.normal_reflectance(ior)[:, None]
     normal_reflectance = base * (1.0 - metallic) + tint * metallic
     later = metallic * microfacets.later_bounces(tint, rough[:, None])  # those of dielectrics are in their body
@@ -853,7 +853,7 @@ def through_glass(
         return rows, np.zeros((0, 3), np.float32), np.zeros((0, 1), np.float32)
     gloss = _Gloss(stage, visible.take(rows), reach.key[rows], reach.ambient[rows])
     look = stage.solids.look[gloss.part.ids]
-    rough = np.maximum(looks.gloss[look], _MIN_ROUGHNESS)
+    rough = np.maximum(looks.gloss[look], MIN_ROUGHNESS)
     normal = microfacets.normal_reflectance(looks.ior[look])[:, None]
     share = _schlick(normal, gloss.toward, rough) * microfacets.albedo(rough)[:, None]
     seen = behind[rows] * looks.color[look] * (1.0 - share) + gloss.reflected(normal, rough, 1.0)
@@ -903,19 +903,36 @@ def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) ->
 
 
 def _highlight(stage: Stage, part: Surface, reflectance: Vectors, toward: FloatArray, rough: FloatArray) -> FloatArray:
-    """Return the radiance (N, 3) of the key light's highlight (GGX distribution, Smith masking)."""
-    light = stage.studio.key_direction
+    """Return the radiance (N, 3) of the key light's highlight; ``toward`` (N,) is the cosine to the viewer."""
+    light = np.broadcast_to(stage.studio.key_direction, part.normals.shape)
+    facing = np.clip(np.einsum("ni,ni->n", part.normals, light), 0.0, 1.0)
+    # A white matte surface has the radiance `key`, so the irradiance is pi times that.
+    strength = np.pi * np.array(stage.studio.environment.key)
+    return np.asarray(facets(part, light, reflectance, toward, rough) * facing[:, None] * strength, np.float64)
+
+
+def facets(part: Surface, light: Vectors, reflectance: Vectors, toward: FloatArray, rough: FloatArray) -> FloatArray:
+    """Return the BRDF (N, 3) of microfacets (GGX distribution, Smith masking, Schlick's Fresnel term).
+
+    Parameters
+    ----------
+    light : (N, 3)
+        Unit directions to the light.
+    reflectance : (N, 1 or 3)
+        At normal incidence.
+    toward : (N,)
+        Cosine between the normals and the viewer.
+    rough : (N,)
+    """
     half = light - part.view
     half /= np.maximum(np.linalg.norm(half, axis=1), 1e-9)[:, None]
     alpha2 = rough**4
-    facing = np.clip(part.normals @ light, 0.0, 1.0)
+    facing = np.clip(np.einsum("ni,ni->n", part.normals, light), 0.0, 1.0)
     straight = np.clip(np.einsum("ni,ni->n", part.normals, half), 0.0, 1.0)
     spread = alpha2 / (np.pi * (straight**2 * (alpha2 - 1.0) + 1.0) ** 2)
     masked = 0.5 / np.maximum(
         facing * np.sqrt(toward**2 * (1.0 - alpha2) + alpha2) + toward * np.sqrt(facing**2 * (1.0 - alpha2) + alpha2),
         1e-4,
     )
-    fresnel = _schlick(reflectance, np.clip(half @ light, 0.0, 1.0), rough)
-    # A white matte surface has the radiance `key`, so the irradiance is pi times that.
-    strength = np.pi * np.array(stage.studio.environment.key)
-    return np.asarray(fresnel * (spread * masked * facing)[:, None] * strength, np.float64)
+    fresnel = _schlick(reflectance, np.clip(np.einsum("ni,ni->n", half, light), 0.0, 1.0), rough)
+    return np.asarray(fresnel * (spread * masked)[:, None], np.float64)

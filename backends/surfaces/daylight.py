@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.surfaces.dome import Panorama, directions_of
+from scenelang.backends.surfaces.dome import Panorama, direction_at, directions_of
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -74,9 +74,7 @@ def daylight(hour: float, haze: float) -> Daylight:
     turn = (hour - 12.0) / 12.0 * math.pi
     elevation = max(math.asin(math.cos(_LATITUDE) * math.cos(turn)), _LOWEST)
     azimuth = math.atan2(-math.sin(turn), math.sin(_LATITUDE) * math.cos(turn))
-    flat = math.cos(elevation)
-    toward = np.array([math.sin(azimuth) * flat, math.sin(elevation), math.cos(azimuth) * flat])
-    sky = _sky(directions_of(_ROWS).reshape(-1, 3), toward, haze).reshape(_ROWS, 2 * _ROWS, 3)
+    sky = _sky(directions_of(_ROWS).reshape(-1, 3), direction_at(azimuth, elevation), haze).reshape(_ROWS, 2 * _ROWS, 3)
     return Daylight(Panorama(sky), _sun(elevation, haze), math.degrees(azimuth), math.degrees(elevation))
 
 

@@ -26,6 +26,12 @@ _KEPT = 8  # panoramas whose images are kept
 _BLURS = (0.25, 0.5, 0.75, 1.0)  # roughnesses of blurred images
 
 
+def direction_at(azimuth: float, elevation: float) -> FloatArray:
+    """Return the unit direction (3,) at an azimuth, from +z towards +x, and an elevation, both in radians."""
+    flat = math.cos(elevation)
+    return np.array([math.sin(azimuth) * flat, math.sin(elevation), math.cos(azimuth) * flat])
+
+
 @dataclass(frozen=True, slots=True)
 class Softbox:
     """A rectangular light far away.
@@ -49,7 +55,7 @@ class Softbox:
     def seen(self, directions: Floats) -> Floats:
         """Return the radiance (N, 3) in ``directions`` (N, 3); the edges are soft."""
         a, e = math.radians(self.azimuth), math.radians(self.elevation)
-        middle = np.array([math.sin(a) * math.cos(e), math.sin(e), math.cos(a) * math.cos(e)])
+        middle = direction_at(a, e)
         right = np.array([math.cos(a), 0.0, -math.sin(a)])
         ahead = directions @ middle
         away = np.maximum(ahead, 1e-6)

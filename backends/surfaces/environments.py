@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.surfaces.daylight import CLEAREST, HAZIEST, SUNRISE, SUNSET, daylight
-from scenelang.backends.surfaces.dome import UNIFORM, Dome, Panorama, Sky, Softbox, panorama_of
+from scenelang.backends.surfaces.dome import UNIFORM, Dome, Panorama, Sky, Softbox, direction_at, panorama_of
 from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.backends.surfaces.panoramas import LUMINANCE, panorama_from, without_sun
 from scenelang.grammar.diagnostics import SceneError, suggest
@@ -186,8 +186,7 @@ def studio_for(
         chosen = replace(chosen, backdrop=backdrop)
     camera = 0.0 if chosen.is_fixed else math.atan2(-right[2], right[0])
     turn, height = camera + math.radians(chosen.turn), math.radians(chosen.height)
-    flat = math.cos(height)
-    direction = np.array([math.sin(turn) * flat, math.sin(height), math.cos(turn) * flat])
+    direction = direction_at(turn, height)
     name = ground or chosen.ground
     panorama = chosen.panorama or panorama_of(chosen.sky, chosen.ambient)
     dome = Dome(panorama, math.degrees(camera) + chosen.spin, chosen.strength)
@@ -328,10 +327,10 @@ def _setting(item: str, *, is_sky: bool) -> tuple[str, float]:
 
 def _changed(environment: Environment, strength: float, turn: float | None) -> Environment:
     """Return an environment with its light multiplied, and turned by degrees in the world."""
-    behind = None if environment.backdrop is None else _times(environment.backdrop, strength)
+    behind = None if environment.backdrop is None else times(environment.backdrop, strength)
     out = replace(
-        environment, backdrop=behind, ambient=_times(environment.ambient, strength),
-        key=_times(environment.key, strength),
+        environment, backdrop=behind, ambient=times(environment.ambient, strength),
+        key=times(environment.key, strength),
         strength=environment.strength * (1.0 if environment.panorama is None else strength),
     )  # fmt: skip
     if turn is None:
@@ -339,7 +338,7 @@ def _changed(environment: Environment, strength: float, turn: float | None) -> E
     return replace(out, is_fixed=True, turn=out.turn + turn, spin=out.spin + turn)
 
 
-def _times(color: Color, factor: float) -> Color:
+def times(color: Color, factor: float) -> Color:
     """Return a color multiplied by a factor."""
     red, green, blue = (channel * factor for channel in color)
     return red, green, blue
