@@ -37,20 +37,18 @@ from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.film import FINAL_EXTRA, PictureOptions
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
-from scenelang.backends.pictures.mitsuba_materials import Lobe, Paint
+from scenelang.backends.pictures.mitsuba_materials import Lobe, bitmap_paint
 from scenelang.backends.pictures.mitsuba_materials import surface as bsdf_of
 from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
 from scenelang.backends.pictures.stage import Staging, box_of, staging_of, still, unit_size
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
-from scenelang.backends.surfaces.tiles import tile_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
-from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix
 
 # Mitsuba's scene dictionaries as XML elements.
@@ -268,7 +266,9 @@ class _Shapes:
             return {"type": "mesh_attribute", "name": f"vertex_lobe{len(lobes) - 1}_color"}
 
         texture = patch.look.texture
-        painted = bsdf_of(replace(patch.look, color=WHITE), paint if texture is None else self._bitmaps(texture))
+        painted = bsdf_of(
+            replace(patch.look, color=WHITE), paint if texture is None else bitmap_paint(texture, self._image)
+        )
         _write_ply(file, surface, lobes)
         shape: dict[str, Any] = {"type": "ply", "filename": file.name, "bsdf": painted}
         if patch.pose != IDENTITY:
@@ -277,20 +277,13 @@ class _Shapes:
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": patch.look.emission}}
         return shape
 
-    def _bitmaps(self, texture: Texture) -> Paint:
-        """Return the paint of a texture: the lobes of its material are images beside the scene, written once."""
-        reflectance = tile_of(texture).image[::-1].astype(np.float64) * BRIGHTEST  # row 0 of Mitsuba is at v = 0
-
-        def paint(lobe: Lobe) -> dict[str, Any]:
-            """Return the image of a lobe."""
-            values = np.ascontiguousarray(lobe(reflectance.reshape(-1, 3)).reshape(reflectance.shape), np.float32)
-            key = values.tobytes()
-            if key not in self.images:
-                self.images[key] = f"{self.path.stem}-image{len(self.images) + 1:03d}.exr"
-                require("mitsuba", FINAL_EXTRA).Bitmap(values).write(str(self.path.with_name(self.images[key])))
-            return {"type": "bitmap", "filename": self.images[key], "raw": True, "wrap_mode": "repeat"}
-
-        return paint
+    def _image(self, values: npt.NDArray[np.float32]) -> dict[str, Any]:
+        """Return the file of an image (H, W, 3) beside the scene, written once."""
+        key = values.tobytes()
+        if key not in self.images:
+            self.images[key] = f"{self.path.stem}-image{len(self.images) + 1:03d}.exr"
+            require("mitsuba", FINAL_EXTRA).Bitmap(values).write(str(self.path.with_name(self.images[key])))
+        return {"filename": self.images[key]}
 
 
 def _shown(solid: Solid, look: Look) -> ExportSurface | None:

@@ -16,6 +16,8 @@ import numpy.typing as npt
 
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, Look
+from scenelang.backends.surfaces.tiles import tile_of
+from scenelang.interpreter.scene.primitives.textures import Texture
 
 _MIN_ROUGHNESS = 0.03  # below, highlights of the key light are noise that few samples do not average
 _MIN_IOR = 1.001  # Mitsuba rejects an index of 1, which does not refract
@@ -56,6 +58,7 @@ _SHEEN_STRENGTH, _SHEEN_ALBEDO = 100.0, 0.12
 
 
 FloatArray = npt.NDArray[np.float64]
+Float32Array = npt.NDArray[np.float32]
 Lobe = Callable[[FloatArray], FloatArray]  # from colors (K, 3) of surfaces to those (K, 3) of one lobe of their BSDF
 Paint = Callable[[Lobe], dict[str, Any]]  # returns the texture of a lobe
 
@@ -63,6 +66,22 @@ Paint = Callable[[Lobe], dict[str, Any]]  # returns the texture of a lobe
 def rgb(color: Any) -> dict[str, Any]:
     """Return a color for Mitsuba, linear sRGB."""
     return {"type": "rgb", "value": [float(channel) for channel in color]}
+
+
+def bitmap_paint(texture: Texture, source: Callable[[Float32Array], dict[str, Any]]) -> Paint:
+    """Return the paint of a surface with a texture: the lobes of a BSDF are images.
+
+    ``source`` takes an image (H, W, 3), linear sRGB, and returns the entry of a bitmap that holds or names it.
+    """
+    image = tile_of(texture).image[::-1]  # row 0 of Mitsuba is at v = 0
+    reflectance = image.reshape(-1, 3).astype(np.float64) * BRIGHTEST
+
+    def paint(lobe: Lobe) -> dict[str, Any]:
+        """Return the image of a lobe."""
+        values = np.ascontiguousarray(lobe(reflectance).reshape(image.shape), np.float32)
+        return {"type": "bitmap", **source(values), "raw": True, "wrap_mode": "repeat"}
+
+    return paint
 
 
 def is_glass(look: Look) -> bool:

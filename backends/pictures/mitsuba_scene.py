@@ -12,18 +12,17 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.declared import emitters
-from scenelang.backends.pictures.mitsuba_materials import Lobe, Paint, is_glass, kind_of, rgb, surface
+from scenelang.backends.pictures.mitsuba_materials import bitmap_paint, is_glass, kind_of, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.dome import Dome
 from scenelang.backends.surfaces.environments import CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
-from scenelang.backends.surfaces.tiles import corner_coordinates, tile_of
+from scenelang.backends.surfaces.tiles import corner_coordinates
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed
-from scenelang.interpreter.scene.primitives.textures import Texture
 
 # Instancing: a cut through the entity DAG. Mitsuba has one level of instancing and no emitters inside instances, so
 # each path from the root to a primitive is cut once: below the cut are prototypes, shared entities whose solids become
@@ -421,7 +420,11 @@ def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_fla
         return {"type": "mesh_attribute", "name": name}
 
     texture, colors = part.look.texture, part.solids.looks.color * BRIGHTEST
-    paint = (lambda lobe: of_faces(lobe(colors))) if texture is None else _bitmap_paint(mi, texture)
+    paint = (
+        (lambda lobe: of_faces(lobe(colors)))
+        if texture is None
+        else bitmap_paint(texture, lambda image: {"bitmap": mi.Bitmap(image)})
+    )
     opacity = of_faces(part.solids.looks.opacity[:, None]) if part.is_clear else None
     props = mi.Properties()
     props["bsdf"] = mi.load_dict(surface(part.look, paint, opacity))
@@ -444,19 +447,6 @@ def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_fla
         mesh.add_attribute(name, values.shape[1], values.astype(np.float32).ravel())
     _fill(mi, mesh, vertices, shading, faces, places)
     return mesh
-
-
-def _bitmap_paint(mi: Any, texture: Texture) -> Paint:
-    """Return the paint of a surface with a texture: the lobes of a BSDF are images."""
-    image = tile_of(texture).image[::-1]  # row 0 of Mitsuba is at v = 0
-    reflectance = image.reshape(-1, 3).astype(np.float64) * BRIGHTEST
-
-    def paint(lobe: Lobe) -> dict[str, Any]:
-        """Return the image of a lobe."""
-        shown = np.ascontiguousarray(lobe(reflectance).reshape(image.shape), np.float32)
-        return {"type": "bitmap", "bitmap": mi.Bitmap(shown), "raw": True, "wrap_mode": "repeat"}
-
-    return paint
 
 
 def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:
