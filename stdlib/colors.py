@@ -131,11 +131,14 @@ def hsv(rt: Runtime, hue: Any, saturation: Any, value: Any) -> Vector:
 
 @registry.define(
     "texture",
-    "name::String [:scale::Number] [:turn::Number] [:colors] [:projection::String] [:text::String]",
+    "name::String [:scale::Number] [:turn::Number] [:colors] [:projection::String] [:text::String] [:side::String] "
+    "[:at] [:bump::Number]",
     "List",
     "Return a texture for `:texture`: the pattern or image `name`, with elements of size `:scale` in scene "
     "units, turned by `:turn` degrees, in two `:colors`. `:projection` is box, planar, cylindrical or spherical. The "
-    "pattern text shows `:text`.",
+    "pattern text shows `:text`. With `:side` (front, back, left, right, top or bottom), an image or a text is on that "
+    "side alone, once, and displaced by `:at` [right up]. `:bump` is the depth of a relief in units of `:scale`: the "
+    "first color is higher than the second.",
     ('(texture "brick" :scale .3)', '("brick" "scale" 0.3)'),
     picture='(call "cube" :texture (texture "brick" :scale .4))',
 )

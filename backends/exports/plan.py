@@ -530,12 +530,14 @@ class Patch:
     pose: Matrix = IDENTITY
 
 
-def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = None) -> tuple[Patch, ...]:
+def merged(
+    entity: Entity, segments: int = SEGMENTS, tolerance: float | None = None, by_depth: bool = False
+) -> tuple[Patch, ...]:
     """Return all primitives below ``entity``, in its frame, as patches, one per material, ignoring color.
 
     Where single precision cannot hold all copies of a material in one frame, they are several patches with poses. With
     a ``tolerance`` of the entity's frame, every copy has the sides that it needs; raises LimitError if they are too
-    many.
+    many. ``by_depth`` gives the reliefs of textures the depth that they have in that frame.
     """
     frame = flatten_entity(entity, snap_blocks=False)
     copies: dict[Look, list[tuple[Look, ExportSurface, FloatArray]]] = {}
@@ -558,8 +560,21 @@ def merged(entity: Entity, segments: int = SEGMENTS, tolerance: float | None = N
             remaining -= len(copies_of_count) * len(surface.vertices)
             if remaining < 0:
                 raise too_fine(entity.word)
-            copies.setdefault(replace(look, color=WHITE), []).append((look, surface, copies_of_count))
+            groups = deepened(look, copies_of_count) if by_depth else ((look, copies_of_count),)
+            for shown, chosen in groups:
+                copies.setdefault(replace(shown, color=WHITE), []).append((shown, surface, chosen))
     return tuple(patch for look, parts in copies.items() for patch in _patches(look, parts))
+
+
+def deepened(look: Look, matrices: FloatArray) -> Iterator[tuple[Look, FloatArray]]:
+    """Yield poses (K, 3, 4) with equal growth of lengths, each with the look whose relief is as deep as under them."""
+    if look.texture is None or not look.texture.bump:
+        yield look, matrices
+        return
+    growth = np.abs(np.linalg.det(matrices[:, :, :3])) ** (1.0 / 3.0)
+    rounded = np.array([float(f"{value:.3g}") for value in growth.tolist()])
+    for value in np.unique(rounded).tolist():
+        yield replace(look, texture=replace(look.texture, bump=look.texture.bump * value)), matrices[rounded == value]
 
 
 def _patches(shared_look: Look, parts: Sequence[tuple[Look, ExportSurface, FloatArray]]) -> Iterator[Patch]:

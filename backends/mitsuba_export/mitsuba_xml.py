@@ -26,6 +26,7 @@ from scenelang.backends.exports.plan import (
     Patch,
     Solid,
     cut_below,
+    deepened,
     distinct,
     joined,
     merged,
@@ -37,9 +38,15 @@ from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.film import FINAL_EXTRA, PictureOptions
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
-from scenelang.backends.pictures.mitsuba_materials import Lobe, bitmap_paint
+from scenelang.backends.pictures.mitsuba_materials import Lobe, bitmap_paint, relief
 from scenelang.backends.pictures.mitsuba_materials import surface as bsdf_of
-from scenelang.backends.pictures.mitsuba_scene import UNIT_SEGMENTS, dissolves, surroundings, unit_parts
+from scenelang.backends.pictures.mitsuba_scene import (
+    UNIT_SEGMENTS,
+    dissolves,
+    is_instantiable,
+    surroundings,
+    unit_parts,
+)
 from scenelang.backends.pictures.stage import Staging, box_of, staging_of, still, unit_size
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
@@ -78,6 +85,7 @@ _TAGS = {
     "srgb": "texture",
     "bitmap": "texture",
     "mask": "bsdf",
+    "bumpmap": "bsdf",
     "mesh_attribute": "texture",
     "checkerboard": "texture",
 }  # all others are shapes
@@ -182,10 +190,10 @@ class _Shapes:
         """
         if item.merged:
             instanced, emitters = self._merged(item)
+            self._add_loose([replace(patch, look=_deeper(patch.look, place)) for patch in emitters], place)
             if _is_flat(place):
-                self._add_loose([*instanced, *emitters], place)
+                self._add_loose(instanced, place)
                 return None
-            self._add_loose(emitters, place)
             if id(item.entity) not in self.groups:
                 self._add_group(id(item.entity), [self._mesh(patch) for patch in instanced], new_groups)
             group = self.groups[id(item.entity)]
@@ -195,12 +203,12 @@ class _Shapes:
             return None
         solid_pose = pose.compose(place, solid.pose)
         if (
-            any(look.emission)
+            not is_instantiable(look)
             or _is_flat(solid_pose)
             or (solid.form is not None and _dissolves(solid.form, solid_pose))
         ):
             surface = _shown(solid, look)
-            self._add_loose([] if surface is None else [Patch(look, surface)], solid_pose)
+            self._add_loose([] if surface is None else [Patch(_deeper(look, place), surface)], solid_pose)
             return None
         key = solid.key_with(look)
         if key not in self.groups:
@@ -213,11 +221,11 @@ class _Shapes:
         return None if group is None else (group, solid_pose)
 
     def _merged(self, item: ExportItem) -> tuple[list[Patch], list[Patch]]:
-        """Return the patches of a merged item: those that can be instances, and emitters."""
+        """Return the patches of a merged item: those that can be instances, and the others."""
         if id(item.entity) not in self.patches:
-            patches = merged(item.entity, self.segments)
-            non_emitters = [patch for patch in patches if not any(patch.look.emission)]
-            self.patches[id(item.entity)] = non_emitters, [patch for patch in patches if any(patch.look.emission)]
+            patches = merged(item.entity, self.segments, by_depth=True)
+            instanced = [patch for patch in patches if is_instantiable(patch.look)]
+            self.patches[id(item.entity)] = instanced, [patch for patch in patches if not is_instantiable(patch.look)]
         return self.patches[id(item.entity)]
 
     def _own(self, solid: Solid, look: Look) -> list[dict[str, Any]]:
@@ -265,10 +273,13 @@ class _Shapes:
             lobes.append(values)
             return {"type": "mesh_attribute", "name": f"vertex_lobe{len(lobes) - 1}_color"}
 
-        texture = patch.look.texture
-        painted = bsdf_of(
-            replace(patch.look, color=WHITE), paint if texture is None else bitmap_paint(texture, self._image)
-        )
+        texture, look = patch.look.texture, replace(patch.look, color=WHITE)
+        if texture is None:
+            painted = bsdf_of(look, paint)
+        else:
+            painted = bsdf_of(
+                look, bitmap_paint(texture, self._image), bump=relief(texture, texture.depth, self._image)
+            )
         _write_ply(file, surface, lobes)
         shape: dict[str, Any] = {"type": "ply", "filename": file.name, "bsdf": painted}
         if patch.pose != IDENTITY:
@@ -284,6 +295,11 @@ class _Shapes:
             self.images[key] = f"{self.path.stem}-image{len(self.images) + 1:03d}.exr"
             require("mitsuba", FINAL_EXTRA).Bitmap(values).write(str(self.path.with_name(self.images[key])))
         return {"filename": self.images[key]}
+
+
+def _deeper(look: Look, place: Matrix) -> Look:
+    """Return a look whose relief has the depth that it has under the pose ``place``."""
+    return next(deepened(look, np.array(place, np.float64).reshape(1, 3, 4)))[0]
 
 
 def _shown(solid: Solid, look: Look) -> ExportSurface | None:

@@ -38,6 +38,7 @@ from scenelang.backends.pictures.draft_light import (
     key_reach,
     occlusion,
     radiance_of,
+    relieved,
     rows_of,
     samples_at,
     shadow_map,
@@ -557,9 +558,10 @@ def _shaded(
     albedo = albedo_of(stage, visible)
     normals = visible.normals.astype(np.float32, copy=False)
     empty = (visible.ids < 0 if _has_level_horizon(stage) else visible.ids == SKY).astype(np.float32)[:, None]
-    radiance = radiance_of(stage, visible, albedo, reach)
+    lit = relieved(stage, visible)
+    radiance = radiance_of(stage, lit, albedo, reach)
     if lamps is not None:
-        radiance += lamps.radiance(visible, albedo, *places)
+        radiance += lamps.radiance(lit, albedo, *places)
     cover = np.zeros((len(visible.ids), 2), np.float32)
     cover[:, 0] = visible.ids >= 0
     if stage.is_clear:
@@ -569,9 +571,10 @@ def _shaded(
     hidden = hidden_share(stage.solids).astype(np.float32) if layers else np.zeros(0, np.float32)
     for at, part, light, seen in reversed(layers):
         layer_albedo, share = albedo_of(stage, part), hidden[part.ids][:, None]
-        shade = radiance_of(stage, part, layer_albedo, light)
+        lit = relieved(stage, part)
+        shade = radiance_of(stage, lit, layer_albedo, light)
         if lamps is not None:
-            shade += lamps.radiance(part, layer_albedo, *seen)
+            shade += lamps.radiance(lit, layer_albedo, *seen)
         for under, over in (
             (color, tone_map(shade, environment).astype(np.float32)),
             (radiance, shade),

@@ -21,8 +21,9 @@ from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS
 from scenelang.backends.surfaces.environments import GROUND_EDGE, Studio, ground_colors
 from scenelang.backends.surfaces.solids import Solids
-from scenelang.backends.surfaces.tiles import coordinates, tile_of
+from scenelang.backends.surfaces.tiles import coordinates, relief_of, tile_of
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
+from scenelang.interpreter.scene.primitives.textures import Texture
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -676,6 +677,54 @@ def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightes
 
 
 _MIN_FACING = 0.06  # cosine of the grazing angle from which textures are not blurred further
+
+
+def relieved(stage: Stage, visible: Surface) -> Surface:
+    """Return the samples with the normals of the reliefs of their textures, which light alone shows (Blinn, 1978)."""
+    solids = stage.solids
+    if not any(look.texture is not None and look.texture.bump for look in solids.looks.rows):
+        return visible
+    solid = np.flatnonzero(visible.ids >= 0)
+    look = solids.look[visible.ids[solid]]
+    normals = np.array(visible.normals, np.float32)
+    for number in np.unique(look).tolist():
+        texture = solids.looks.rows[number].texture
+        if texture is not None and texture.bump:
+            rows = solid[look == number]
+            normals[rows] = _tilted(stage, visible, rows, texture)
+    return replace(visible, normals=normals)
+
+
+def _tilted(stage: Stage, visible: Surface, rows: IntArray, texture: Texture) -> FloatArray:
+    """Return the normals (K, 3) of a relief where the samples ``rows`` see it."""
+    points, normals, size = _in_primitive(stage, visible, rows)
+    normals /= np.linalg.norm(normals, axis=1)[:, None].clip(1e-300)
+    tile, scale = relief_of(texture), texture.scale or 1.0
+    period = math.sqrt(tile.size[0] * tile.size[1]) * scale
+    step = np.maximum(0.5 * size, period / max(tile.image.shape))[:, None]  # half a pixel of the picture or the image
+
+    def height(at: FloatArray) -> FloatArray:
+        """Return the heights (K,) at points near the seen ones, in the frame of the primitive."""
+        return np.asarray(tile.at(coordinates(texture, at, normals), size / period).mean(axis=1), np.float64)
+
+    first = np.cross(normals, np.eye(3)[np.argmin(np.abs(normals), axis=1)])
+    first /= np.linalg.norm(first, axis=1)[:, None]
+    raised = normals.copy()
+    for tangent in (first, np.cross(normals, first)):
+        change = height(points + step * tangent) - height(points - step * tangent)
+        raised -= (texture.depth * change)[:, None] / (2.0 * step) * tangent
+    ids, index = np.unique(visible.ids[rows], return_inverse=True)
+    out = np.einsum("nji,nj->ni", stage.solids.into_primitives(ids)[0][index], raised)
+    out /= np.linalg.norm(out, axis=1)[:, None].clip(1e-300)
+    view = visible.view[rows]
+    facing, flat = (-np.einsum("ni,ni->n", values, view) for values in (out, visible.normals[rows]))
+    out -= np.maximum(_LEAST_FACING * flat - facing, 0.0)[:, None] * view
+    return np.asarray(out / np.linalg.norm(out, axis=1)[:, None].clip(1e-300), np.float64)
+
+
+# Of the cosine between a surface and the viewer, the share that its relief keeps: what is seen does not face away, and
+# nearly grazing facets would reflect like mirrors, which their neighbors hide in final images.
+_LEAST_FACING = 0.6
 
 
 def _in_primitive(stage: Stage, visible: Surface, rows: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, Look
-from scenelang.backends.surfaces.tiles import tile_of
+from scenelang.backends.surfaces.tiles import relief_of, tile_of
 from scenelang.interpreter.scene.primitives.textures import Texture
 
 _MIN_ROUGHNESS = 0.03  # below, highlights of the key light are noise that few samples do not average
@@ -79,9 +79,23 @@ def bitmap_paint(texture: Texture, source: Callable[[Float32Array], dict[str, An
     def paint(lobe: Lobe) -> dict[str, Any]:
         """Return the image of a lobe."""
         values = np.ascontiguousarray(lobe(reflectance).reshape(image.shape), np.float32)
-        return {"type": "bitmap", **source(values), "raw": True, "wrap_mode": "repeat"}
+        return _bitmap(texture, source(values))
 
     return paint
+
+
+def _bitmap(texture: Texture, image: dict[str, Any]) -> dict[str, Any]:
+    """Return the plug-in of an image that repeats as the texture does."""
+    return {"type": "bitmap", **image, "raw": True, "wrap_mode": "clamp" if texture.side else "repeat"}
+
+
+def relief(texture: Texture, depth: float, source: Callable[[Float32Array], dict[str, Any]]) -> dict[str, Any]:
+    """Return the plug-in ``bumpmap``, without its BSDF, of a texture whose relief is ``depth`` deep in the frame of
+    the scene; empty without a relief. ``source`` is that of ``bitmap_paint``."""
+    if not depth:
+        return {}
+    heights = np.ascontiguousarray(relief_of(texture).image[::-1].mean(axis=2, keepdims=True), np.float32)
+    return {"type": "bumpmap", "scale": float(depth), "heights": _bitmap(texture, source(heights))}
 
 
 def is_glass(look: Look) -> bool:
@@ -103,7 +117,12 @@ def kind_of(look: Look) -> Look:
     )
 
 
-def surface(look: Look, paint: Paint | None = None, opacity: dict[str, Any] | None = None) -> dict[str, Any]:
+def surface(
+    look: Look,
+    paint: Paint | None = None,
+    opacity: dict[str, Any] | None = None,
+    bump: dict[str, Any] | None = None,
+) -> dict[str, Any]:
     """Return the BSDF of a look.
 
     Parameters
@@ -112,11 +131,15 @@ def surface(look: Look, paint: Paint | None = None, opacity: dict[str, Any] | No
         Returns the texture of a lobe, for meshes of several colors; by default the lobe has the color of the look.
     opacity
         A texture that replaces the opacity of the look.
+    bump
+        Result of ``relief``.
     """
     paint = paint or uniform(look.color)
     opaque = _opaque(look, paint)
     if is_glass(look):
-        return _blend(1.0 - look.opacity, opaque, _glass(look, paint))
+        glass = _blend(1.0 - look.opacity, opaque, _glass(look, paint))
+        return bump | {"bsdf": glass} if bump else glass
+    opaque = bump | {"bsdf": opaque} if bump else opaque
     both = {"type": "twosided", "bsdf": opaque}
     if opacity is None and look.opacity == 1.0:
         return both

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.declared import emitters
-from scenelang.backends.pictures.mitsuba_materials import bitmap_paint, is_glass, kind_of, rgb, surface
+from scenelang.backends.pictures.mitsuba_materials import bitmap_paint, is_glass, kind_of, relief, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
 from scenelang.backends.surfaces.dome import Dome
@@ -124,9 +124,14 @@ def _count(root: Entity) -> _Counts:
     for entity in order:
         below = [id(part.car) for part in entity.children]
         solids[id(entity)] = _solids_in(entity) + sum(solids[child] for child in below)
-        can_be_instanced = not (entity.is_primitive and any(look_of(entity).emission))  # emitters cannot be instanced
+        can_be_instanced = not entity.is_primitive or is_instantiable(look_of(entity))
         allowed[id(entity)] = can_be_instanced and all(allowed[child] for child in below)
     return _Counts(order, solids, instance_counts(order), allowed)
+
+
+def is_instantiable(look: Look) -> bool:
+    """Return whether instances of any size may share a surface: no emitter, and no relief, which has a depth."""
+    return not any(look.emission) and (look.texture is None or not look.texture.bump)
 
 
 def _solids_in(entity: Entity) -> int:
@@ -388,23 +393,37 @@ def merged_meshes(mi: Any, solids: Solids, segments: IntArray) -> Iterator[Any]:
     kinds = np.array([numbers.setdefault(kind_of(look), len(numbers)) for look in solids.looks.rows], np.int64)
     looks = tuple(numbers)
     clear = (solids.opacity < 1.0) & ~np.array([is_glass(look) for look in looks], bool)[kinds][solids.look]
-    keys = np.column_stack([emission, kinds[solids.look], flat, clear])
+    keys = np.column_stack([emission, kinds[solids.look], flat, clear, _depths(solids)])
     groups, group = np.unique(keys, axis=0, return_inverse=True)
     for k, key in enumerate(groups):
         rows = np.flatnonzero(group.reshape(-1) == k)
         radiance = {"type": "area", "radiance": rgb(key[:3])} if key[:3].any() else None
-        part = _Part(solids.take(rows), segments[rows], looks[int(key[3])], is_clear=bool(key[5]))
+        part = _Part(solids.take(rows), segments[rows], looks[int(key[3])], bool(key[5]), float(key[6]))
         yield _merged_mesh(mi, part, radiance, is_flat=bool(key[4]))
+
+
+def _depths(solids: Solids) -> FloatArray:
+    """Return the depths (N,) of the reliefs of solids in the frame of reference, to a thousandth; 0 without one."""
+    depths = np.array([0.0 if look.texture is None else look.texture.depth for look in solids.looks.rows])[solids.look]
+    rows = np.flatnonzero(depths)
+    if len(rows):
+        linear, _ = solids.into_primitives(rows)
+        depths[rows] /= np.abs(np.linalg.det(linear)) ** (1.0 / 3.0)
+        digit = 10.0 ** (np.floor(np.log10(np.abs(depths[rows]))) - 2.0)
+        depths[rows] = np.rint(depths[rows] / digit) * digit
+    return depths
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Part:
-    """Solids of one mesh: their numbers of sides, what their materials share, and whether some are transparent."""
+    """Solids of one mesh: their numbers of sides, what their materials share, whether some are transparent, and the
+    depth of their relief."""
 
     solids: Solids
     segments: IntArray
     look: Look
     is_clear: bool
+    depth: float
 
 
 def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_flat: bool) -> Any:
@@ -419,15 +438,16 @@ def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_fla
         attributes[name] = values[look]
         return {"type": "mesh_attribute", "name": name}
 
+    def bitmap(image: npt.NDArray[np.float32]) -> dict[str, Any]:
+        """Return the entry of a bitmap that holds an image."""
+        return {"bitmap": mi.Bitmap(image)}
+
     texture, colors = part.look.texture, part.solids.looks.color * BRIGHTEST
-    paint = (
-        (lambda lobe: of_faces(lobe(colors)))
-        if texture is None
-        else bitmap_paint(texture, lambda image: {"bitmap": mi.Bitmap(image)})
-    )
+    paint = (lambda lobe: of_faces(lobe(colors))) if texture is None else bitmap_paint(texture, bitmap)
     opacity = of_faces(part.solids.looks.opacity[:, None]) if part.is_clear else None
+    bump = None if texture is None else relief(texture, part.depth, bitmap)
     props = mi.Properties()
-    props["bsdf"] = mi.load_dict(surface(part.look, paint, opacity))
+    props["bsdf"] = mi.load_dict(surface(part.look, paint, opacity, bump))
     props["face_normals"] = is_flat
     if emitter is not None:
         props["emitter"] = mi.load_dict(emitter)

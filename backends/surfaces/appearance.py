@@ -29,7 +29,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.primitives import items_of
 from scenelang.interpreter.scene.primitives.base import WHITE
 from scenelang.interpreter.scene.primitives.substances import SUBSTANCES, Substance
-from scenelang.interpreter.scene.primitives.textures import PATTERNS, Texture
+from scenelang.interpreter.scene.primitives.textures import PATTERNS, SIDES, Texture
 from scenelang.interpreter.values.values import IDENTITY
 
 FloatArray = npt.NDArray[np.float64]
@@ -45,6 +45,7 @@ _GLASS_ROUGHNESS, _METAL_ROUGHNESS = 0.05, 0.35
 # One-line descriptions of the material attributes; `:color` belongs to the shape.
 MATERIALS: Mapping[str, str] = MappingProxyType({attribute.name: attribute.doc for attribute in primitives.MATERIALS})
 READ = tuple(MATERIALS)
+_DECAL_SHARE = 0.6  # width of a decal, as a share of the shorter extent of its side
 _OF_SUBSTANCES = ("roughness", "metallic", "ior", "opacity", "coat", "sheen")  # attributes that a substance sets
 
 
@@ -172,7 +173,11 @@ def _texture(entity: Entity, value: Any) -> Texture | None:
         return None
     texture = primitives.texture_of(entity.word, "texture", value)
     box = shape.box_under(IDENTITY)
-    size = 1.0 if box is None else max(high - low for low, high in zip(box[:3], box[3:], strict=True)) or 1.0
+    lengths = [1.0] * 3 if box is None else [high - low for low, high in zip(box[:3], box[3:], strict=True)]
+    size = max(lengths) or 1.0
+    if texture.side:
+        axis, _ = SIDES[texture.side]
+        size = _DECAL_SHARE * (min(lengths[:axis] + lengths[axis + 1 :]) or size)
     is_colored = shape.color != WHITE
     if texture.is_image:
         colors: tuple[Point, ...] = (shape.color,) if is_colored else ()

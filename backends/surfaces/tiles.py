@@ -22,7 +22,7 @@ import numpy.typing as npt
 from scenelang.backends.base import require
 from scenelang.backends.surfaces.image_files import checked_image, encode, from_srgb
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.primitives.textures import PATTERNS, Color, Texture
+from scenelang.interpreter.scene.primitives.textures import PATTERNS, SIDES, Color, Texture
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -33,6 +33,8 @@ _SIZE = 128 if sys.platform == "emscripten" else 512
 _LARGEST = 2048  # pixels per side of an image from a file, which is reduced to it
 _JOINT = 0.055  # width of mortar and joints, relative to `:scale`
 _KEPT = 16  # images that are kept
+_MARGIN = 0.125  # of the surface's color on each side of a decal, as shares of its image with them
+_TURNED_AWAY = 0.05  # cosine between a normal and the side of a decal up to which a surface does not show it
 _ON_AXIS = 1e-6  # share of the largest distance from the axis within which a point has no angle of its own
 
 
@@ -46,10 +48,13 @@ class Tile:
         Linear sRGB images (H, W, 3), each half as large as the one before, down to one pixel.
     size
         Width and height of the period in units of ``Texture.scale``.
+    repeats
+        Whether the image repeats; that of a decal has a margin of the surface's color, which continues beyond.
     """
 
     levels: tuple[Float32Array, ...]
     size: tuple[float, float]
+    repeats: bool = True
 
     @property
     def image(self) -> Float32Array:
@@ -58,8 +63,9 @@ class Tile:
 
     @property
     def mean(self) -> Color:
-        """Mean color."""
-        red, green, blue = self.levels[-1].reshape(-1, 3).mean(axis=0).tolist()
+        """Mean color; of a decal that of the surface, most of which does not show it."""
+        shown = self.levels[-1] if self.repeats else self.image[:1, :1]
+        red, green, blue = shown.reshape(-1, 3).mean(axis=0).tolist()
         return (red, green, blue)
 
     def png(self) -> bytes:
@@ -74,6 +80,8 @@ class Tile:
         Both are in periods. Between the two nearest levels and their four nearest pixels the colors are interpolated.
         """
         height, width = self.image.shape[:2]
+        if not self.repeats:
+            uv = np.clip(uv, 0.5 / max(height, width), 1.0 - 0.5 / max(height, width))
         pixels = np.maximum(footprint * math.sqrt(width * height), 1.0)
         level = np.clip(np.log2(pixels), 0.0, len(self.levels) - 1.0)
         below = np.minimum(level.astype(np.int64), max(0, len(self.levels) - 2))
@@ -107,12 +115,39 @@ def tile_of(texture: Texture) -> Tile:
 
 def pictured(texture: Texture) -> Texture:
     """Return a texture without what does not change its image: textures of one image are equal."""
-    return replace(texture, scale=None, turn=0.0, projection="box")
+    side = next(iter(SIDES)) if texture.side else ""
+    return replace(texture, scale=None, turn=0.0, projection="box", side=side, at=(0.0, 0.0), bump=0.0)
+
+
+def relief_of(texture: Texture) -> Tile:
+    """Return the heights of a texture's relief, the same in all channels: 1 where its first color is, or white in an
+    image, and 0 for the second, or black.
+
+    Its edges are bevels: steps would be thinner than pixels, and none would show them.
+    """
+    return _relief(replace(pictured(texture), colors=((1.0, 1.0, 1.0),) if texture.is_image else _HEIGHTS))
+
+
+@lru_cache(maxsize=_KEPT)
+def _relief(texture: Texture) -> Tile:
+    """Return the relief of a texture that is ``pictured`` in black and white."""
+    tile = _tile(texture)
+    heights = tile.image.mean(axis=2)
+    reach = max(1, round(_BEVEL * max(heights.shape)))
+    for axis in (0, 0, 1, 1):  # two boxes of one width are a slope
+        heights = sum(np.roll(heights, shift, axis) for shift in range(-reach, reach + 1)) / (2 * reach + 1)
+    return replace(tile, levels=_levels(np.repeat(heights[:, :, None], 3, axis=2)))
+
+
+_HEIGHTS: tuple[Color, ...] = ((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+_BEVEL = 1.0 / 256.0  # half the width of the boxes that blur the heights, as a share of the image's longer side
 
 
 @lru_cache(maxsize=_KEPT)
 def _tile(texture: Texture) -> Tile:
     """Return the period of a texture that is ``pictured``."""
+    if texture.side:
+        return _decal(texture)
     if texture.is_image:
         image = _image_of(texture.name)
         if texture.colors:
@@ -125,8 +160,23 @@ def _tile(texture: Texture) -> Tile:
     return Tile(_levels(draw(texture, u, 1.0 - v, colors)), size)
 
 
-def _image_of(path: str) -> Float32Array:
-    """Return the linear sRGB of an image file (H, W, 3); transparent pixels are mixed with white."""
+def _decal(texture: Texture) -> Tile:
+    """Return an image or a text within a margin of the surface's color, which is the first of its colors."""
+    around = texture.colors[0] if texture.colors else (1.0, 1.0, 1.0)
+    if texture.is_image:
+        image = _image_of(texture.name, around)
+    else:
+        image = _tile(replace(texture, side="")).image
+    height, width = image.shape[:2]
+    margin = max(1, math.ceil(max(height, width) * _MARGIN / (1.0 - 2.0 * _MARGIN)))
+    framed = np.empty((height + 2 * margin, width + 2 * margin, 3), np.float32)
+    framed[:] = around
+    framed[margin:-margin, margin:-margin] = image
+    return Tile(_levels(framed), (framed.shape[1] / width, framed.shape[0] / width), repeats=False)
+
+
+def _image_of(path: str, behind: Color = (1.0, 1.0, 1.0)) -> Float32Array:
+    """Return the linear sRGB of an image file (H, W, 3); transparent pixels are mixed with the color ``behind``."""
     opened = checked_image(Path(path), path)  # says if Pillow is missing
     from PIL import Image
 
@@ -134,7 +184,8 @@ def _image_of(path: str) -> Float32Array:
     if opened.mode.startswith("I"):  # 16 bits of gray, which Pillow would clip
         opened = Image.fromarray((np.asarray(opened, np.float64) / 257.0).clip(0.0, 255.0).astype(np.uint8))
     rgba = opened.convert("RGBA")
-    flat = Image.alpha_composite(Image.new("RGBA", rgba.size, "white"), rgba).convert("RGB")
+    back = Image.new("RGBA", rgba.size, (*encode(np.array(behind)).tolist(), 255))
+    flat = Image.alpha_composite(back, rgba).convert("RGB")
     return from_srgb(np.asarray(flat, np.float32) / np.float32(255.0)).astype(np.float32)
 
 
@@ -315,7 +366,9 @@ def coordinates(
         one side of the seam.
     """
     x, y, z = points.T
-    if texture.projection == "box":
+    if texture.side:
+        flat = _upright(points, *SIDES[texture.side]) - np.array(texture.at)
+    elif texture.projection == "box":
         flat = _box(points, normals)
     elif texture.projection == "planar":
         flat = np.stack([x, y], axis=1)
@@ -331,7 +384,12 @@ def coordinates(
     turn = math.radians(texture.turn)
     cosine, sine = math.cos(turn), math.sin(turn)
     turned = flat @ np.array([[cosine, -sine], [sine, cosine]])
-    return np.asarray(turned / np.array(period_of(texture)) + middle_of(texture), np.float64)
+    periods = np.asarray(turned / np.array(period_of(texture)) + middle_of(texture), np.float64)
+    if texture.side:
+        axis, is_positive = SIDES[texture.side]
+        facing = (normals[:, axis] if is_positive else -normals[:, axis]) / np.linalg.norm(normals, axis=1).clip(1e-300)
+        periods[facing <= _TURNED_AWAY] = 0.0  # a corner of the margin
+    return periods
 
 
 def period_of(texture: Texture) -> tuple[float, float]:
@@ -358,9 +416,14 @@ def angles(points: FloatArray) -> FloatArray:
 
 def _box(points: FloatArray, normals: FloatArray) -> FloatArray:
     """Return coordinates (N, 2) on the side that each point faces, upright on the four vertical ones."""
-    x, y, z = points.T
     axis = np.argmax(np.abs(normals), axis=1)
-    sign = np.where(np.take_along_axis(normals, axis[:, None], 1)[:, 0] < 0.0, -1.0, 1.0)
+    return _upright(points, axis, np.take_along_axis(normals, axis[:, None], 1)[:, 0] >= 0.0)
+
+
+def _upright(points: FloatArray, axis: IntArray | int, is_positive: npt.NDArray[np.bool_] | bool) -> FloatArray:
+    """Return coordinates (N, 2) on the side that faces an end of an axis, upright on the four vertical ones."""
+    x, y, z = points.T
+    sign = np.where(is_positive, 1.0, -1.0)
     across = np.choose(axis, [-z * sign, x, x * sign])
     upward = np.choose(axis, [y, -z * sign, y])
     return np.stack([across, upward], axis=1)

@@ -26,7 +26,8 @@ def textured(texture: str, shape: str = '"cube" :scale [2 2 2]') -> sl.Scene:
 
 def seen(scene: sl.Scene, quality: str = "draft", **view: Any) -> np.ndarray:
     """Return the front of a cube of side 2 that fills the image, unlit."""
-    camera = Viewpoint(0.0, 0.0, orthographic=True, target=(0.0, 0.0, 0.0), distance=3.1716, **view)
+    view = {"azimuth": 0.0, "elevation": 0.0} | view
+    camera = Viewpoint(orthographic=True, target=(0.0, 0.0, 0.0), distance=3.1716, **view)
     options = PictureOptions(width=SIZE, height=SIZE, camera=camera, environment="flat")
     return draw(scene.graph, options, picture_backend(quality)).picture
 
@@ -121,6 +122,97 @@ def test_an_image_is_upright_and_not_mirrored(tmp_path: Path) -> None:
         picture = seen(scene, quality)
         quarters = [picture[SIZE * r // 4, SIZE * c // 4].tolist() for r, c in ((1, 1), (1, 3), (3, 1), (3, 3))]
         assert quarters == [[255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0]]
+
+
+@pytest.mark.parametrize("quality", ["draft", "final"])
+@pytest.mark.parametrize(("side", "azimuth", "elevation"), [
+    ("front", 0, 0), ("back", 180, 0), ("right", 90, 0), ("left", -90, 0), ("top", 0, 90), ("bottom", 0, -90),
+])  # fmt: skip
+def test_a_decal_is_upright_on_its_side_alone(
+    side: str, azimuth: float, elevation: float, quality: str, tmp_path: Path
+) -> None:
+    """Half the width of a face, .3 to the right and .2 upwards, as a person sees it who faces that side."""
+    if quality == "final" and not _has_mitsuba():
+        pytest.skip("needs mitsuba")
+    corners = np.zeros((64, 64, 3), np.uint8)
+    corners[:32, :32], corners[:32, 32:], corners[32:, :32] = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+    Image.fromarray(corners).save(tmp_path / "flag.png")
+    color = "[0 1 1]"
+    texture = f'(texture "flag.png" :scale 1 :side "{side}" :at [.3 .2])'
+    (tmp_path / "a.scene").write_text(
+        f'(bind "a" (lambda () (call "cube" :scale [2 2 2] :color {color} :texture {texture})))'
+    )
+    scene = sl.load(tmp_path / "a.scene")
+    picture = seen(scene, quality, azimuth=azimuth, elevation=elevation)
+
+    def at(x: float, y: float) -> list[int]:
+        return picture[round((1 - y) / 2 * SIZE), round((x + 1) / 2 * SIZE)].tolist()
+
+    assert [at(x, y) for x, y in ((0.05, 0.45), (0.55, 0.45), (0.05, -0.05), (0.55, -0.05))] == [
+        [255, 0, 0], [0, 255, 0], [0, 0, 255], [0, 0, 0],
+    ]  # fmt: skip
+    around = [at(x, y) for x, y in ((-0.5, 0.2), (0.9, 0.2), (0.3, 0.9), (0.3, -0.5))]
+    assert around == [[0, 255, 255]] * 4
+    others = seen(scene, quality, azimuth=azimuth + 180, elevation=-elevation)
+    assert (others[10:-10, 10:-10] == (0, 255, 255)).all()
+
+
+def test_transparent_parts_of_a_decal_show_the_color_of_the_surface(tmp_path: Path) -> None:
+    data = np.zeros((32, 32, 4), np.uint8)
+    data[:16] = (255, 0, 0, 255)
+    Image.fromarray(data).save(tmp_path / "half.png")
+    (tmp_path / "a.scene").write_text(
+        '(bind "a" (lambda () (call "cube" :scale [2 2 2] :color [0 1 0] :texture (texture "half.png" :side "front" :scale 1))))'
+    )
+    picture = seen(sl.load(tmp_path / "a.scene"))
+    assert picture[SIZE // 2 - 10, SIZE // 2].tolist() == [255, 0, 0]
+    assert picture[SIZE // 2 + 10, SIZE // 2].tolist() == [0, 255, 0]
+
+
+@pytest.mark.parametrize(("settings", "message"), [
+    ('"brick" :side "front"', "only images and texts"),
+    ('"text" :text "A" :side "frnt"', "must be one of front"),
+    ('"text" :text "A" :at [0 0]', "without `:side`"),
+    ('"text" :text "A" :side "top" :at [0 0 0]', "two numbers"),
+    ('"text" :text "A" :side "top" :projection "box"', "both a `:side` and the projection"),
+    ('"brick" :bump "deep"', "bump"),
+    ('"brick" :bump 1000', "from -10 to 10"),
+])  # fmt: skip
+def test_wrong_settings_of_decals_and_reliefs_are_named(settings: str, message: str) -> None:
+    with pytest.raises(sl.SceneError, match=message):
+        textured(f"(texture {settings})")
+
+
+@pytest.mark.parametrize("quality", ["draft", "final"])
+@pytest.mark.parametrize("pose", ["", "(scale [-1 1 1])"])
+def test_a_relief_tilts_towards_the_light_as_its_closed_form(quality: str, pose: str) -> None:
+    """The pattern gradient rises along y by bump * scale over half a period of scale: slopes of 2 * bump up and down.
+
+    By the cosine law, the halves differ from a flat face as tilted planes do.
+    """
+    if quality == "final" and not _has_mitsuba():
+        pytest.skip("needs mitsuba")
+    slope = 0.2
+    white = ":colors [[.5 .5 .5] [.5 .5 .5]]"
+    program = """(environment "night")(light "sun" :direction [-1 -1 -1] :strength 30)
+      (bind "a" (lambda () (transform (call "cube" :scale [2 2 2] :texture {}) {})))"""
+    camera = Viewpoint(0.0, 0.0, orthographic=True, target=(0.0, 0.0, 0.0), distance=3.1716)
+
+    def front(texture: str) -> np.ndarray:
+        scene = sl.evaluate(program.format(texture, pose or "(translate [0 0 0])"))
+        options = PictureOptions(
+            width=SIZE, height=SIZE, camera=camera, ground="none",
+            settings={"samples": 64} if quality == "final" else {},
+        )  # fmt: skip
+        return draw(scene.graph, options, picture_backend(quality)).radiance.mean(axis=2)
+
+    flat = front(f'(texture "gradient" :scale 2 {white})')
+    tilted = front(f'(texture "gradient" :scale 2 :bump {slope / 2} {white})')
+    ratio = (tilted / flat)[:, SIZE // 4 : -SIZE // 4].mean(axis=1)
+    normal = 1.0 / np.sqrt(1.0 + slope**2)
+    # The first color is in the middle of the face (v = 0), so that its upper half slopes upwards: its normal is up.
+    assert ratio[SIZE // 8 : SIZE // 2 - SIZE // 8].mean() == pytest.approx((1 + slope) * normal, rel=0.02)
+    assert ratio[SIZE // 2 + SIZE // 8 : -SIZE // 8].mean() == pytest.approx((1 - slope) * normal, rel=0.02)
 
 
 def _has_mitsuba() -> bool:

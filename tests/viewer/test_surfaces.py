@@ -25,7 +25,7 @@ from scenelang.backends.surfaces.tiles import coordinates, tile_of
 from scenelang.backends.viewer import texture_columns as textures
 from scenelang.backends.viewer.packet import packet_of, studio_constants
 from scenelang.backends.viewer.start import backdrop_of, camera_of
-from scenelang.interpreter.scene.primitives.textures import PROJECTIONS
+from scenelang.interpreter.scene.primitives.textures import PROJECTIONS, SIDES
 from scenelang.session.session import Options, Session, definition
 from scenelang.viewer.workspace import evaluator
 
@@ -65,6 +65,12 @@ def uv_of(row: Any, points: Any, normals: Any) -> Any:
         v = np.choose(along, [y, -z * sign, y])
     elif projection == 1:
         u, v = x, y
+    elif projection >= len(PROJECTIONS):
+        side = list(SIDES)[projection - len(PROJECTIONS)]
+        u, v = {
+            "front": (x, y), "back": (-x, y), "right": (-z, y), "left": (z, y), "top": (x, -z), "bottom": (x, z)
+        }[side]  # fmt: skip
+        u, v = u - row[22], v - row[23]
     else:
         u = np.arctan2(x, z) * around
         v = y if projection == 2 else np.arctan2(y, np.hypot(x, z)) * around
@@ -88,13 +94,29 @@ def test_the_numbers_of_a_texture_are_those_of_its_coordinates(name: str, projec
     assert np.allclose(uv_of(columns["primitiveTexture"], points, normals), wanted, atol=1e-4)
 
 
+@pytest.mark.parametrize("side", list(SIDES))
+def test_the_numbers_of_a_decal_are_those_of_its_coordinates(side: str) -> None:
+    made = f'(texture "text" :text "A" :side "{side}" :at [.1 -.2] :turn 20)'
+    scene = sl.evaluate(shape(f":scale [2 1.2 .5] :texture {made}")).graph
+    _, columns = decoded(packet_of(scene))
+    texture = look_of(scene.frames[0].children[0].car).texture
+    assert texture is not None
+    random = np.random.default_rng(4)
+    points, normals = random.normal(size=(200, 3)), random.normal(size=(200, 3))
+    axis, is_positive = SIDES[side]
+    facing = normals[:, axis] * (1 if is_positive else -1) / np.linalg.norm(normals, axis=1) > 0.05
+    wanted = coordinates(texture, points, normals)
+    assert np.allclose(uv_of(columns["primitiveTexture"], points, normals)[facing], wanted[facing], atol=1e-4)
+    assert (wanted[~facing] == 0).all()
+
+
 @pytest.mark.parametrize(
     ("kind", "attributes", "half"),
     [("cube", ":scale [2 1.2 .2]", [1, 0.6, 0.1]), ("cylinder", ":radius .4 :p0 [1 2 3] :p1 [1 4 3]", [0.4, 1, 0.4])],
 )
 def test_the_pose_leads_from_the_geometry_to_the_primitive(kind: str, attributes: str, half: list[float]) -> None:
     _, columns = packet(shape(f'{attributes} :texture "checker"', kind))
-    pose = columns["primitiveTexture"][8:].reshape(3, 4)
+    pose = columns["primitiveTexture"][8:20].reshape(3, 4)
     points = columns["geometry0Positions"].reshape(-1, 3) @ pose[:, :3].T + pose[:, 3]
     assert np.allclose(np.ptp(points, axis=0) / 2, half, atol=1e-5)
 
@@ -280,6 +302,29 @@ def test_surfaces_look_as_in_drafts(program: Make, serve: Make, show: Make) -> N
     assert np.median(away[things]) <= 4
     assert away[things].mean() < 9
     assert np.abs(picture[4, 4] - drawn[4, 4]).max() <= 2, "both have the same tone"
+
+
+RELIEFS = """(bind "a" (lambda () (union
+  (transform (call "cube" :scale [2 2 2] :color [.7 .3 .1] :texture (texture "text" :text "MILK" :side "front"
+    :colors [[.7 .3 .1] [1 1 1]])) (translate [-2.6 1 0]))
+  (transform (call "cube" :scale [2 2 2] :texture (texture "tiles" :scale .6 :bump .1)) (translate [0 1 0]))
+  (transform (call "cylinder" :radius 1 :p0 [0 0 0] :p1 [0 2 0]
+    :texture (texture "dots" :projection "cylindrical" :bump -.1)) (@ (translate [2.6 0 0]) (scale [1 1 -1]))))))
+"""
+
+
+@pytest.mark.browser
+def test_reliefs_and_decals_look_as_in_drafts(program: Make, serve: Make, show: Make) -> None:
+    path = program(RELIEFS)
+    picture, drawn = pictures(show, serve(path), sl.load(path).graph)
+    away = np.abs(picture - drawn)
+    objects = np.abs(drawn - drawn[4, 4]).max(axis=2) > 12
+    assert np.median(away[objects]) <= 4
+    assert away[objects].mean() < 9
+    flat = program(RELIEFS.replace(":bump .1", "").replace(":bump -.1", ""), "flat.scene")
+    without = render(sl.load(flat).graph, PictureOptions(width=drawn.shape[1], height=drawn.shape[0], labels=False))
+    relief = np.abs(drawn - without.astype(int)).max(axis=2) > 25
+    assert relief.sum() > 1000, "the relief is seen"
 
 
 @pytest.mark.browser

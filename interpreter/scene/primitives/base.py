@@ -232,6 +232,8 @@ def texture_of(word: str, name: str, value: Any) -> Texture:
         if len(colors) != 2:
             raise SceneError("attribute", f"`:colors` of {where} must be two colors")
         settings["colors"] = tuple(color_of(word, color) for color in colors)
+    if settings.get("at") is not None:
+        settings["at"] = items_of(settings["at"]) or ()
     return texture(parts[0], settings, where)
 
 

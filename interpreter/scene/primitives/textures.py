@@ -23,6 +23,11 @@ PROJECTIONS: Mapping[str, str] = MappingProxyType({
     "cylindrical": "around the y axis",
     "spherical": "around the y axis and from pole to pole",
 })  # fmt: skip
+# The axis that each side faces, and whether it faces its positive end: where ``:side`` puts an image or a text.
+SIDES: Mapping[str, tuple[int, bool]] = MappingProxyType({
+    "front": (2, True), "back": (2, False), "right": (0, True), "left": (0, False), "top": (1, True),
+    "bottom": (1, False),
+})  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +71,9 @@ PATTERNS: Mapping[str, PatternKind] = MappingProxyType({
     "text": PatternKind("the string `:text`, in squares of side `:scale`", (_WHITE, _BLACK), 1.0, "planar"),
 })  # fmt: skip
 
-_SETTINGS = ("scale", "turn", "colors", "projection", "text")
+_SETTINGS = ("scale", "turn", "colors", "projection", "text", "side", "at", "bump")
 _MAX_TEXT = 200  # characters
+_MAX_BUMP = 10.0  # in units of ``:scale``
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +93,13 @@ class Texture:
         Two colors of the pattern, linear sRGB; none for its own, or those of the surface.
     projection
         Name in ``PROJECTIONS``.
+    side
+        Name in ``SIDES``: the only side that shows the image or the text, once; empty for a texture that repeats.
+    at
+        Displacement of a decal to the right and upwards from the middle of its side, in scene units.
+    bump
+        Depth of the relief in units of ``scale``: what has the first color, or is white in an image, is so much higher
+        than what has the second, or is black.
     """
 
     name: str
@@ -95,6 +108,14 @@ class Texture:
     colors: tuple[Color, ...] = ()
     projection: str = "box"
     text: str = ""
+    side: str = ""
+    at: tuple[float, float] = (0.0, 0.0)
+    bump: float = 0.0
+
+    @property
+    def depth(self) -> float:
+        """Depth of the relief in scene units, in the frame of the primitive."""
+        return self.bump * (self.scale or 1.0)
 
     @property
     def is_image(self) -> bool:
@@ -123,16 +144,42 @@ def texture(name: str, settings: Mapping[str, Any], where: str) -> Texture:
     scale = settings.get("scale")
     if scale is not None and not (type(scale) in (int, float) and 0.0 < scale < math.inf):
         raise SceneError("attribute", f"`:scale` of {where} must be a finite number above 0")
-    turn = settings.get("turn", 0.0)
+    turn = settings.get("turn") or 0.0
     if type(turn) not in (int, float) or not math.isfinite(turn):
         raise SceneError("attribute", f"`:turn` of {where} must be a finite number of degrees")
-    projection = settings.get("projection") or (pattern.projection if pattern else "box")
-    if projection not in PROJECTIONS:
-        hint = suggest(str(projection), PROJECTIONS) or f"projections: {', '.join(PROJECTIONS)}"
-        raise SceneError("attribute", f"`:projection` of {where} must be one of {', '.join(PROJECTIONS)}", hint)
+    bump = settings.get("bump") or 0.0
+    if type(bump) not in (int, float) or not abs(bump) <= _MAX_BUMP:
+        raise SceneError("attribute", f"`:bump` of {where} must be a number from -{_MAX_BUMP:g} to {_MAX_BUMP:g}")
     text = settings.get("text") or ""
     if type(text) is not str or len(text) > _MAX_TEXT or (name == "text" and not text.strip()):
         raise SceneError("attribute", f"`:text` of {where} must be a string of 1 to {_MAX_TEXT} characters")
-    return Texture(
-        name, None if scale is None else float(scale), float(turn), settings.get("colors") or (), projection, text
-    )
+    side, at = _place(name, settings, where)
+    projection = settings.get("projection") or ("planar" if side else pattern.projection if pattern else "box")
+    if projection not in PROJECTIONS:
+        hint = suggest(str(projection), PROJECTIONS) or f"projections: {', '.join(PROJECTIONS)}"
+        raise SceneError("attribute", f"`:projection` of {where} must be one of {', '.join(PROJECTIONS)}", hint)
+    if side and projection != "planar":
+        raise SceneError("attribute", f"{where} has both a `:side` and the projection {projection}", _ONCE)
+    scale = None if scale is None else float(scale)
+    return Texture(name, scale, float(turn), settings.get("colors") or (), projection, text, side, at, float(bump))
+
+
+_ONCE = "a `:side` shows an image or a text once, without distortion: leave `:projection` out"
+
+
+def _place(name: str, settings: Mapping[str, Any], where: str) -> tuple[str, tuple[float, float]]:
+    """Return the side of a decal, empty for another texture, and its displacement there; raises SceneError."""
+    side, at = settings.get("side") or "", settings.get("at")
+    if side and side not in SIDES:
+        hint = suggest(str(side), SIDES) or f"sides: {', '.join(SIDES)}"
+        raise SceneError("attribute", f"`:side` of {where} must be one of {', '.join(SIDES)}", hint)
+    if side and not is_image(name) and name != "text":
+        hint = f'another object that is thin has the pattern: `(call "cube" :scale [1 1 .01] :texture "{name}")`'
+        raise SceneError("attribute", f"{where} has a `:side`, which only images and texts have", hint)
+    if at is None:
+        return side, (0.0, 0.0)
+    if not side:
+        raise SceneError("attribute", f"{where} has `:at` without `:side`", 'write `:side "front" :at [right up]`')
+    if len(at) != 2 or not all(type(number) in (int, float) and math.isfinite(number) for number in at):
+        raise SceneError("attribute", f"`:at` of {where} must be two numbers: to the right and upwards")
+    return side, (float(at[0]), float(at[1]))

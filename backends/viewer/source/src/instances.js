@@ -2,7 +2,7 @@
 import { BufferAttribute, BufferGeometry, DataArrayTexture, DataTexture, DynamicDrawUsage, FloatType, Group, InstancedBufferAttribute, InstancedMesh, LinearFilter, LinearMipmapLinearFilter, NearestFilter, RepeatWrapping, RGBAFormat, SRGBColorSpace } from "three";
 
 const LOOK = 12; // floats a primitive
-const PLACEMENT = 20;
+const PLACEMENT = 24;
 const COARSE = 7; // pixels of half diagonal up to which a round solid of few sides looks the same
 const MOST_FINE = 4000;
 

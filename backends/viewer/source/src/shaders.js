@@ -1,11 +1,11 @@
 // The light and the film of backends/pictures/draft_light.py and draft.py as shaders, so that the page agrees with draft pictures.
 
-// Where a texture lies (backends/viewer/texture_columns.py), five texels a primitive.
+// Where a texture lies (backends/viewer/texture_columns.py), six texels a primitive.
 const PLACEMENT = /* glsl */ `
   #ifdef TEXTURED
     uniform sampler2D placements;
     vec4 placement(float primitive, int part) {
-      int at = int(primitive + 0.5) * 5 + part;
+      int at = int(primitive + 0.5) * 6 + part;
       int width = textureSize(placements, 0).x;
       return texelFetch(placements, ivec2(at % width, at / width), 0);
     }
@@ -100,14 +100,48 @@ const TEXTURE = /* glsl */ `
       float angle = atan(p.x, abs(p.z) < 1e-9 ? 1e-9 : p.z) * around;
       return vec2(angle, projection == 2 ? p.y : atan(p.y, max(length(p.xz), 1e-9)) * around);
     }
-    vec3 textured(vec3 color, float side) {
+    // The direction that the side of a decal faces: front, back, right, left, top, bottom.
+    vec3 facing(int side) {
+      float end = side % 2 == 0 ? 1.0 : -1.0;
+      return side < 2 ? vec3(0.0, 0.0, end) : side < 4 ? vec3(end, 0.0, 0.0) : vec3(0.0, end, 0.0);
+    }
+    // The place in the image that a point shows, in periods: a corner of its margin where it shows no decal.
+    vec2 placeOf(vec3 p, vec3 n) {
       vec4 image = placement(vInstance.x, 0), turn = placement(vInstance.x, 1);
-      if (image.x < 0.0) return color;
-      vec2 p = projected(int(image.y + 0.5), vOwnPoint, vOwnNormal * side, turn.w);
-      vec2 at = vec2(dot(p, turn.xy), dot(p, vec2(-turn.y, turn.x))) / image.zw + turn.z;
+      int projection = int(image.y + 0.5);
+      vec2 flat_ = projection < 4 ? projected(projection, p, n, turn.w) : ontoBox(p, facing(projection - 4)) - placement(vInstance.x, 5).zw;
+      vec2 at = vec2(dot(flat_, turn.xy), dot(flat_, vec2(-turn.y, turn.x))) / image.zw + turn.z;
+      if (projection < 4) return at;
+      return dot(normalize(n), facing(projection - 4)) > 0.05 ? clamp(at, 0.002, 0.998) : vec2(0.002);
+    }
+    // The level of detail at which a pixel covers one texel.
+    float levelHere() {
+      vec4 image = placement(vInstance.x, 0);
       float away = isOrthographic ? 1.0 : -(viewMatrix * vec4(vPoint, 1.0)).z;
       float covered = away * pixel * vGrowth / sqrt(image.z * image.w) * float(textureSize(tiles, 0).x);
-      return textureLod(tiles, vec3(at.x, 1.0 - at.y, image.x), log2(max(covered, 1.0))).rgb;
+      return log2(max(covered, 1.0));
+    }
+    vec3 textured(vec3 color, float side) {
+      float layer = placement(vInstance.x, 0).x;
+      if (layer < 0.0) return color;
+      vec2 at = placeOf(vOwnPoint, vOwnNormal * side);
+      return textureLod(tiles, vec3(at.x, 1.0 - at.y, layer), levelHere()).rgb;
+    }
+    // The normal of a relief (draft_light.py, relieved), by Mikkelsen's way (2010): the height at the pixel and beside it.
+    vec3 relieved(vec3 n, vec3 v, float side) {
+      vec4 bump = placement(vInstance.x, 5);
+      vec3 right = dFdx(vPoint), up = dFdy(vPoint), ownRight = dFdx(vOwnPoint), ownUp = dFdy(vOwnPoint);
+      if (bump.x < 0.0) return n;
+      float level = levelHere(), heights[3];
+      for (int k = 0; k < 3; k++) {
+        vec2 at = placeOf(vOwnPoint + (k == 1 ? ownRight : k == 2 ? ownUp : vec3(0.0)), vOwnNormal * side);
+        heights[k] = textureLod(tiles, vec3(at.x, 1.0 - at.y, bump.x), level).r * bump.y / vGrowth;
+      }
+      vec3 first = cross(up, n), second = cross(n, right);
+      float area = dot(right, first);
+      vec3 slope = sign(area) * ((heights[1] - heights[0]) * first + (heights[2] - heights[0]) * second);
+      vec3 raised = normalize(abs(area) * n - side * slope);
+      return normalize(raised + max(0.6 * dot(n, v) - dot(raised, v), 0.0) * v);
     }
   #endif
 `;
@@ -333,15 +367,17 @@ export const SOLID_FRAGMENT = /* glsl */ `
       if (gl_FrontFacing == (vMirrored > 0.5)) discard;
     #endif
     vec4 surface = look(0), glow = look(1), finish = look(2);
+    vec3 l = lightAxes[2];
+    float lit = dot(n, l) > 0.0 ? keyShare(vPoint, n) : 0.0;
+    float sky = skyShare(vPoint, n);
     #ifdef TEXTURED
-      vec3 albedo = textured(surface.rgb, gl_FrontFacing == (vMirrored > 0.5) ? -1.0 : 1.0) * brightest;
+      float outside = gl_FrontFacing == (vMirrored > 0.5) ? -1.0 : 1.0;
+      vec3 albedo = textured(surface.rgb, outside) * brightest;
+      n = relieved(n, v, outside);
     #else
       vec3 albedo = surface.rgb * vTint * brightest;
     #endif
-    vec3 l = lightAxes[2];
     float facing = max(dot(n, l), 0.0);
-    float lit = facing > 0.0 ? keyShare(vPoint, n) : 0.0;
-    float sky = skyShare(vPoint, n);
     vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
     if (finish.x >= 0.0) color = glossy(color, albedo, n, v, vec2(sky, lit), glow.w, finish);
     color = exposed(color + glow.rgb);
