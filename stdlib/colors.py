@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -129,6 +130,18 @@ def hsv(rt: Runtime, hue: Any, saturation: Any, value: Any) -> Vector:
     return Vector(map(float, hsv_to_rgb(hue, saturation, value)))
 
 
+def check_texture(name: str, **settings: Any) -> None:
+    """Raise SceneError for a texture that does not exist, and for invalid settings."""
+    _checked(name, settings)
+
+
+def _checked(name: str, settings: Mapping[str, Any]) -> Any:
+    """Return the list that describes a texture; raises SceneError."""
+    value = make_list([name, *(item for setting in settings.items() for item in setting)])
+    texture_of("texture", "texture", value, "`texture`")
+    return value
+
+
 @registry.define(
     "texture",
     "name::String [:scale::Number] [:turn::Number] [:colors] [:projection::String] [:text::String] [:side::String] "
@@ -140,12 +153,8 @@ def hsv(rt: Runtime, hue: Any, saturation: Any, value: Any) -> Vector:
     "side alone, once, and displaced by `:at` [right up]. `:bump` is the depth of a relief in units of `:scale`: the "
     "first color is higher than the second.",
     ('(texture "brick" :scale .3)', '("brick" "scale" 0.3)'),
+    check=check_texture,
     picture='(call "cube" :texture (texture "brick" :scale .4))',
 )
 def texture(rt: Runtime, name: str, **settings: Any) -> Any:
-    given = [name]
-    for key, value in settings.items():
-        given += [key, value]
-    value = make_list(given)
-    texture_of("texture", "texture", value)
-    return value
+    return _checked(name, settings)

@@ -435,7 +435,12 @@ TURN = 2 * math.pi  # radians
 
 
 def check_values(
-    inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any], kinds: Sequence[Kind]
+    inference: KindInference,
+    node: ast.Application,
+    builtin: Builtin,
+    nodes: Sequence[Any],
+    kinds: Sequence[Kind],
+    keywords: Sequence[tuple[str, Any, Any]] = (),
 ) -> bool:
     """Check the arguments of a builtin whose values are known: divisors, indices, angles, and what its entry checks.
 
@@ -447,6 +452,8 @@ def check_values(
         The builtin that it calls.
     nodes, kinds
         Positional arguments, and their kinds.
+    keywords
+        Keyword arguments: names, and nodes of keywords and values.
 
     Returns
     -------
@@ -495,8 +502,9 @@ def check_values(
     if builtin.check is not None and all(
         type(literal) is ast.Constant and literal.value is not None for literal in nodes
     ):
+        given = {key: value.value for key, _, value in keywords if type(value) is ast.Constant}
         try:
-            builtin.check(*(literal.value for literal in nodes))
+            builtin.check(*(literal.value for literal in nodes), **given)
         except SceneError as error:
             inference.report(error.name, error.message, node.span, error.hint, fixes=_near_fixes(error, nodes),
                              expected=f"a valid argument of `{name}`", found=" ".join(n.span.text for n in nodes),

@@ -249,6 +249,7 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
     """
     signature = builtin.signature
     nodes: Sequence[Any] = node.arguments
+    keywords: Sequence[tuple[str, Any, Any]] = ()
     if signature.keywords:
         parts = split(inference, node, nodes, f"`{builtin.name}`", builtin.usage)
         if parts is None:
@@ -279,7 +280,7 @@ def call_builtin(inference: KindInference, node: ast.Application, builtin: Built
             return _report_type(inference, node, builtin, parameter, index, nodes)
         else:
             report_half(inference, argument, kind, parameter.type.name)
-    if not check_values(inference, node, builtin, nodes, kinds):
+    if not check_values(inference, node, builtin, nodes, kinds, keywords):
         return ANY
     callback = _CALLBACKS.get(builtin.name)
     if callback is not None:

@@ -430,6 +430,13 @@ def _check_attribute(inference: KindInference, word: str, attribute: Attribute, 
             signature=_usage_of(word),
         )  # fmt: skip
         return
+    if type(value) is ast.Constant and type(value.value) is str and attribute.read is not None:
+        try:
+            attribute.read(word, attribute.name, value.value)
+        except SceneError as error:
+            inference.report(error.name, error.message, value.span, error.hint or attribute.doc,
+                             expected=attribute.type, found=value.span.text, near=error.near)  # fmt: skip
+            return
     _check_range(inference, word, attribute, value)
 
 

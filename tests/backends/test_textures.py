@@ -320,3 +320,15 @@ def test_16_bit_images_keep_their_tones(tmp_path: Path) -> None:
     assert image[0, 0, 0] < 0.01
     assert image[0, 63, 0] > 0.98
     assert 0.15 < image[0, 32, 0] < 0.3
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    ('"cube" :material "oakk"', 'names no known substance: "oakk"'),
+    ('"sphere" :texture "chekker"', 'names no pattern or image: "chekker"'),
+    ('"cube" :texture (texture "bric" :scale 2)', '`texture` names no pattern or image: "bric"'),
+    ('"cube" :texture (texture "brick" :scale -2)', "`:scale` of `texture` must be a finite number above 0"),
+    ('"cube" :density "oakk"', 'names no known substance: "oakk"'),
+])  # fmt: skip
+def test_check_tries_names_without_a_run(call: str, message: str) -> None:
+    report = sl.check(f'(bind "a" (lambda () (call {call})))(scene "a")')
+    assert [message in error.message for error in report.diagnostics if error.is_error] == [True]

@@ -212,13 +212,13 @@ def _substance(word: str, name: str, value: str, known: Mapping[str, Any]) -> st
     return value
 
 
-def texture_of(word: str, name: str, value: Any) -> Texture:
+def texture_of(word: str, name: str, value: Any, where: str | None = None) -> Texture:
     """Return the texture that the value of an attribute describes.
 
     ``word`` and ``name`` are the word of the call and the attribute, for the message of SceneError("attribute"), which
-    is raised for an unknown pattern and an invalid setting.
+    is raised for an unknown pattern and an invalid setting. ``where`` replaces them there.
     """
-    where = f'the attribute `:{name}` of "{word}"'
+    where = where or f'the attribute `:{name}` of "{word}"'
     if type(value) is str:
         return texture(value, {}, where)
     parts = list(items_of(value) or ())
