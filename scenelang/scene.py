@@ -72,7 +72,7 @@ class Scene(LoadedScene):
         environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
-        exposure: float | None = None,
+        exposure: float | str | None = None,
         tone: str | None = None,
         labels: bool = True,
         figure: Figure | None = None,
@@ -103,8 +103,9 @@ class Scene(LoadedScene):
             of the objects alone, or with their shadow in black.
         background : str, optional
             Flat color behind the objects, without a ground: a CSS name or ``#rrggbb``.
-        exposure : float, optional
-            Stops by which the image is brighter; default: what the program declares, else 0.
+        exposure : float or "auto", optional
+            Stops by which the image is brighter; default: what the program declares, else 0. "auto" is the exposure at
+            which what the image shows is neither dark nor burnt out.
         tone : str, optional
             Tone curve: "soft" (colors of matte surfaces stay as they are) or "agx" (bright colors fade to white).
         labels : bool
@@ -158,7 +159,7 @@ class Scene(LoadedScene):
         environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
-        exposure: float | None = None,
+        exposure: float | str | None = None,
         tone: str | None = None,
         labels: bool = True,
         figure: Figure | None = None,
@@ -197,7 +198,7 @@ class Scene(LoadedScene):
         environment: str | None = None,
         ground: str | None = None,
         background: str | None = None,
-        exposure: float | None = None,
+        exposure: float | str | None = None,
         tone: str | None = None,
         labels: bool = True,
         figure: Figure | None = None,
@@ -296,7 +297,7 @@ class Scene(LoadedScene):
         frame: int | None = None,
         environment: str | None = None,
         ground: str | None = None,
-        exposure: float | None = None,
+        exposure: float | str | None = None,
         tone: str | None = None,
         seed: int = 0,
         settings: Mapping[str, Any] | None = None,

@@ -12,25 +12,29 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.surfaces.appearance import Color
-from scenelang.backends.surfaces.environments import tone
+from scenelang.backends.surfaces.environments import Environment, tone_map
+from scenelang.backends.surfaces.panoramas import LUMINANCE
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 # Radiance of the tones in the order of preference: the light gray of a studio, a lighter one, slate, charcoal, gray.
+# Other environments have the same shares of the radiance of their own backdrop.
 TONES: tuple[Color, ...] = (
     (0.60, 0.61, 0.625), (0.93, 0.935, 0.945), (0.085, 0.088, 0.095), (0.030, 0.031, 0.034), (0.30, 0.31, 0.325),
 )  # fmt: skip
 _ENOUGH = 25.0  # median difference in L*: the eye sees 20 at a glance
 _SIDE = 240  # pixels of the longer side of the small draft
 _REACH = 1  # pixels from the outline at which lightness is compared
-# CIE L* of a radiance: 116 times its cube root minus 16, linear near black.
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+# The exposure by the scene gives its objects this luminance in the geometric mean: a little more than the 18 % of a
+# gray card, because the tone curve keeps colors up to 70 %. It changes light by at most 2 ** 12.
+_METERED, _MAX_STOPS = 0.25, 12.0
+_BLACK = 1e-5  # luminance below which pixels do not count
 
 
 def lightness(linear: npt.NDArray[np.floating]) -> FloatArray:
-    """Return CIE L* (...) of linear sRGB (..., 3)."""
-    luminance = np.asarray(linear, np.float64) @ _LUMINANCE
+    """Return CIE L* (...) of linear sRGB (..., 3): 116 times the cube root of luminance minus 16, linear near black."""
+    luminance = np.asarray(linear, np.float64) @ LUMINANCE
     return np.asarray(np.where(luminance > 0.008856, 116.0 * np.cbrt(luminance) - 16.0, 903.3 * luminance), np.float64)
 
 
@@ -42,25 +46,39 @@ def small(camera: Camera) -> Camera:
     return camera.resized(max(1, round(camera.width * ratio)), max(1, round(camera.height * ratio)))
 
 
-def tone_for(radiance: npt.NDArray[np.floating], solid: Mask, current: Color) -> Color:
-    """Return the tone of the backdrop before which the outline of the objects is visible.
+def tone_for(radiance: npt.NDArray[np.floating], solid: Mask, environment: Environment) -> Color:
+    """Return the backdrop before which the outline of the objects is visible, as a factor of that of ``environment``.
 
     Parameters
     ----------
     radiance : (H, W, 3)
-        Of a draft before a backdrop of radiance ``current``.
+        Of a draft before the backdrop of ``environment``.
     solid : (H, W)
         Pixels of objects.
     """
     inside, outside = _beside(solid)
     if not len(inside):
-        return current
+        return (1.0, 1.0, 1.0)
     flat = radiance.reshape(-1, 3)
-    within = lightness(tone(flat[inside]))
-    shadow = flat[outside] / np.array(current)  # what shadows leave of the light on the ground
-    differences = [float(np.median(np.abs(within - lightness(tone(shadow * np.array(color)))))) for color in TONES]
-    enough = [color for color, difference in zip(TONES, differences, strict=True) if difference >= _ENOUGH]
-    return enough[0] if enough else TONES[int(np.argmax(differences))]
+    within = lightness(tone_map(flat[inside], environment))
+    factors = np.array(TONES) / np.array(TONES[0])
+    beside = [lightness(tone_map(flat[outside] * factor, environment)) for factor in factors]
+    differences = np.array([np.median(np.abs(within - behind)) for behind in beside])
+    chosen = int(np.argmax(differences >= _ENOUGH)) if differences.max() >= _ENOUGH else int(np.argmax(differences))
+    red, green, blue = factors[chosen].tolist()
+    return (red, green, blue)
+
+
+def stops_for(radiance: npt.NDArray[np.floating], solid: Mask) -> float:
+    """Return the stops by which an image must be brighter so that its objects are neither dark nor burnt out.
+
+    ``radiance`` (H, W, 3) is that of the image without an exposure, ``solid`` (H, W) the pixels of objects.
+    """
+    luminance = (radiance[solid] if solid.any() else radiance.reshape(-1, 3)).astype(np.float64) @ LUMINANCE
+    lit = luminance[luminance > _BLACK]
+    if not len(lit):
+        return 0.0
+    return float(np.clip(np.log2(_METERED) - np.log2(lit).mean(), -_MAX_STOPS, _MAX_STOPS))
 
 
 def _beside(solid: Mask) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:

@@ -325,6 +325,8 @@ class Lighting:
         Degrees by which the environment is turned about the vertical, in the world; None to turn with the camera.
     exposure
         Stops.
+    is_metered
+        Whether the first image changes the exposure by what it shows.
     has_key
         Whether the environment's key light shines.
     tone
@@ -337,6 +339,7 @@ class Lighting:
     exposure: float = 0.0
     has_key: bool = True
     tone: str | None = None
+    is_metered: bool = False
 
     def studio(self, studio: Studio) -> Studio:
         """Return the lighting of an image as the program declares it."""

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Option, Progress, Work, sub_progress
-from scenelang.backends.pictures.backdrops import small, tone_for
+from scenelang.backends.pictures.backdrops import small, stops_for, tone_for
 from scenelang.backends.pictures.draft_lamps import Lamps
 from scenelang.backends.pictures.draft_light import (
     GROUND,
@@ -216,7 +216,8 @@ def toned(staging: Staging, shot: Shot) -> Staging:
     """Return a staging whose backdrop shows the outline of the scene in ``shot``, unless a ground is asked for."""
     environment = environment_of(staging.environment)
     has_lights = staging.lighting is not None and bool(staging.lighting.lights)
-    if staging.ground is not None or environment.ground != "seamless" or environment.backdrop is None or has_lights:
+    is_chosen = staging.ground is not None or staging.backdrop is not None or has_lights
+    if is_chosen or environment.ground != "seamless" or environment.backdrop is None:
         return staging
     stage = staging.stage(replace(shot, camera=small(shot.camera)))
     rays = camera_rays(stage.camera, _SAMPLES)
@@ -230,8 +231,22 @@ def toned(staging: Staging, shot: Shot) -> Staging:
     # Occlusion by neighboring pixels alone: the maps of the sky would take longer than all else.
     near = occlusion(points, normals, depth, (seen.ids >= 0).reshape(size), stage.camera.focal[1])
     radiance = radiance_of(stage, seen, albedo_of(stage, seen), Reach(key, near.reshape(-1)))
-    chosen = tone_for(radiance.reshape(*size, 3), (seen.ids >= 0).reshape(size), environment.backdrop)
-    return replace(staging, backdrop=chosen)
+    factor = tone_for(radiance.reshape(*size, 3), (seen.ids >= 0).reshape(size), stage.studio.environment)
+    red, green, blue = (own * change for own, change in zip(environment.backdrop, factor, strict=True))
+    return replace(staging, backdrop=(red, green, blue))
+
+
+def adjusted(staging: Staging, shot: Shot) -> Staging:
+    """Return a staging with the backdrop that ``toned`` chooses, and the exposure by what ``shot`` shows if asked for.
+
+    A staging that was adjusted stays the same.
+    """
+    lighting = staging.lighting
+    if lighting is not None and lighting.is_metered:
+        drawn = draw(staging.stage(replace(shot, camera=small(shot.camera))), by_pixel=True)
+        stops = lighting.exposure + stops_for(drawn.radiance, drawn.ids >= 0)
+        staging = replace(staging, lighting=replace(lighting, exposure=stops, is_metered=False))
+    return toned(staging, shot)
 
 
 def _grid(height: int, width: int, step: int) -> tuple[IntArray, IntArray]:
@@ -651,9 +666,8 @@ class DraftPainter:
         self._cache = DraftCache()
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
-        """Draw one shot; see ``Painter``. The first one decides the backdrop."""
-        if self._staging.backdrop is None:
-            self._staging = toned(self._staging, shot)
+        """Draw one shot; see ``Painter``. The first one decides the backdrop and the exposure."""
+        self._staging = adjusted(self._staging, shot)
         stage = self._staging.stage(shot)
         if len(self._staging.moving) == 1:  # one frame, perhaps seen by several cameras
             stage = replace(stage, fixed=len(stage.solids))

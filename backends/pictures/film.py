@@ -59,6 +59,9 @@ _STILL_QUALITY, _WEBP_VIDEO_QUALITY = 92, 88  # percent
 _MAX_INPUT_PIXELS = 64_000_000  # of an image that is read: a 64-megapixel photo, 200 MB as RGB
 
 
+METERED = "auto"  # the exposure by what the first image shows
+
+
 @dataclass(frozen=True, slots=True)
 class PictureOptions(BackendOptions):
     """Options of picture backends.
@@ -73,7 +76,8 @@ class PictureOptions(BackendOptions):
         As ``environment_of`` reads it, and a name in ``GROUNDS`` or ``CLEAR_GROUNDS``; the ground is by default that of
         the environment.
     exposure
-        Stops by which images are brighter; by default what the program declares.
+        Stops by which images are brighter, by default what the program declares; ``METERED`` for those by which what
+        the first image shows is neither dark nor burnt out.
     tone
         Name of the tone curve, in ``TONES``.
     background
@@ -100,8 +104,11 @@ class PictureOptions(BackendOptions):
         "turn=DEGREES,strength=X",
         metavar="NAME",
     )
-    exposure: float | None = setting(
-        None, "stops by which images are brighter", metavar="STOPS", read=within(-30.0, 30.0)
+    exposure: float | str | None = setting(
+        None,
+        "stops by which images are brighter, or auto: by what the first image shows",
+        metavar="STOPS",
+        read=lambda text: METERED if text == METERED else within(-30.0, 30.0)(text),
     )
     tone: str | None = setting(None, "tone curve: soft (default) or agx", metavar="NAME")
     ground: str | None = setting(
@@ -260,9 +267,14 @@ def lighting_of(options: PictureOptions) -> Lighting | None:
     """Return what the program declares of its light, with the exposure and the tone curve that the user states."""
     if options.exposure is None and options.tone is None:
         return options.lighting
-    lighting = options.lighting or Lighting()
-    exposure = lighting.exposure if options.exposure is None else options.exposure
-    return replace(lighting, exposure=exposure, tone=options.tone)
+    lighting = replace(options.lighting or Lighting(), tone=options.tone)
+    if options.exposure == METERED:
+        return replace(lighting, exposure=0.0, is_metered=True)
+    if options.exposure is None:
+        return lighting
+    if isinstance(options.exposure, str):
+        raise SceneError("value", f"unknown exposure `{options.exposure[:40]}`", hint=f"stops, or `{METERED}`")
+    return replace(lighting, exposure=options.exposure)
 
 
 def ground_of(options: PictureOptions) -> str | None:

@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Option, Progress, Work, require, sub_progress
-from scenelang.backends.pictures.draft import Draft, DraftCache, draw_lens, toned
+from scenelang.backends.pictures.draft import Draft, DraftCache, adjusted, draw_lens
 from scenelang.backends.pictures.draft_light import backdrop
 from scenelang.backends.pictures.film import (
     FINAL_EXTRA,
@@ -141,8 +141,7 @@ class MitsubaPainter:
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         """Draw one shot; a draft of its geometry guides the denoiser and gives the ids of labels."""
-        if self._staging.backdrop is None:
-            self._staging = toned(self._staging, shot)
+        self._staging = adjusted(self._staging, shot)
         stage = self._staging.stage(shot)
         if stage.is_clear:
             return self._clear(stage, shot, progress)

@@ -15,7 +15,7 @@ from scenelang.backends.base import frame_of, require, sub_progress
 from scenelang.backends.pictures import film, notes
 from scenelang.backends.pictures.camera import Camera, Viewpoint
 from scenelang.backends.pictures.declared import resolved, view_of
-from scenelang.backends.pictures.draft import toned
+from scenelang.backends.pictures.draft import adjusted
 from scenelang.backends.pictures.drawn_over import covered, instances_seen, with_room, zoomed
 from scenelang.backends.pictures.figures import figured
 from scenelang.backends.pictures.film import Image, Painter, Picture, PictureBackend, PictureOptions
@@ -198,8 +198,8 @@ def sheet_of(
 def _drawn(
     cells: Sequence[SheetCell], options: PictureOptions, backend: PictureBackend
 ) -> Iterator[tuple[Staging, Shot, Image]]:
-    """Yield the staging, the shot and the image of each cell; the first one decides the backdrop of all."""
-    backdrop: Any = None
+    """Yield the staging, the shot and the image of each cell; the first one decides backdrop and exposure of all."""
+    first: Staging | None = None
     known: tuple[Any, Staging, list[Painter]] | None = None
     for k, cell in enumerate(cells):
         key = (id(cell.scene), cell.shot.frame)
@@ -213,9 +213,8 @@ def _drawn(
                 options.warn,
                 film.lighting_of(options),
             )
-            if k == 0:
-                backdrop = toned(staging, cell.shot).backdrop
-            staging = replace(staging, backdrop=backdrop)
+            first = first or adjusted(staging, cell.shot)
+            staging = replace(staging, backdrop=first.backdrop, lighting=first.lighting)
             known = key, staging, film.staged_painters(staging, options, [backend], len(cells))
         _, staging, painters = known
         shot = with_room(staging, cell.shot, options.figure, options.camera)

@@ -189,6 +189,25 @@ def test_exposure_doubles_light_and_keeps_radiance(make: Any) -> None:
     assert bright.picture[16, 16].mean() > plain.picture[16, 16].mean() + 10
 
 
+@pytest.mark.parametrize("quality", ["draft", "final"])
+@pytest.mark.parametrize("strength", [0.01, 30.0])
+def test_the_exposure_by_the_scene_does_not_depend_on_the_strength_of_the_light(
+    make: Any, quality: str, strength: float
+) -> None:
+    ball = make.scene(make.primitive("sphere", color=(0.3, 0.3, 0.3)))
+    settings = {} if quality == "draft" else {"samples": 16}
+
+    def middle(strength: float) -> float:
+        options = PictureOptions(
+            width=48, height=48, environment=f"studio,strength={strength}", ground="none", exposure="auto",
+            settings=settings,
+        )  # fmt: skip
+        return float(draw(ball, options, picture_backend(quality)).picture[18:30, 18:30].mean())
+
+    assert middle(strength) == pytest.approx(middle(1.0), abs=4.0)
+    assert 90 < middle(1.0) < 190
+
+
 # --- tone curves ----------------------------------------------------------------------------------------------------
 
 

@@ -32,7 +32,7 @@ from scenelang.backends.neural.splats.gaussians import Splats, gaussians_from, v
 from scenelang.backends.neural.splats.initial import backdrop, shadow_of
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.backends.pictures.draft import toned
+from scenelang.backends.pictures.draft import adjusted
 from scenelang.backends.pictures.film import Image, save_picture
 from scenelang.backends.pictures.stage import Shot, Staging
 from scenelang.backends.surfaces.environments import tone_map
@@ -463,8 +463,7 @@ class DistilledPainter:
         saved = self._saved
         if shot.frame >= saved.frames:
             raise SceneError("value", f"the run in {self._folder} has {saved.frames} frames, not {shot.frame + 1}")
-        if self._staging.backdrop is None:
-            self._staging = toned(self._staging, shot)
+        self._staging = adjusted(self._staging, shot)
         stage = self._staging.stage(shot)
         moved = stage.scale * torch.eye(3), torch.from_numpy(-stage.scale * stage.center).float()
         splats = saved.splats(shot.frame).transformed(*moved) if self._is_visible(shot.frame) else _no_splats()

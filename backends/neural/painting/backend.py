@@ -33,7 +33,7 @@ from scenelang.backends.neural.splats.initial import (
 )
 from scenelang.backends.neural.splats.rasterise import rasterise
 from scenelang.backends.neural.weights import INSTALL
-from scenelang.backends.pictures.draft import draw, toned
+from scenelang.backends.pictures.draft import adjusted, draw
 from scenelang.backends.pictures.draft_light import (
     Shadow,
 )
@@ -82,8 +82,7 @@ class SplatsPainter:
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
         report = progress or (lambda _: None)
-        if self._staging.backdrop is None:
-            self._staging = toned(self._staging, shot)
+        self._staging = adjusted(self._staging, shot)
         stage = self._stage(shot)
         scene_splats = self._scene_splats(shot.frame)
         report(0.3)
