@@ -74,6 +74,7 @@ class Scene(LoadedScene):
         background: str | None = None,
         exposure: float | str | None = None,
         tone: str | None = None,
+        shutter: float = 0.0,
         labels: bool = True,
         figure: Figure | None = None,
         seed: int = 0,
@@ -108,6 +109,8 @@ class Scene(LoadedScene):
             which what the image shows is neither dark nor burnt out.
         tone : str, optional
             Tone curve: "soft" (colors of matte surfaces stay as they are) or "agx" (bright colors fade to white).
+        shutter : float
+            Motion blur of a 4D scene or a moving camera, over this share of the time between two frames, from 0 to 1.
         labels : bool
             Draw the words of semantic primitives onto their boxes.
         figure : Figure, optional
@@ -133,7 +136,7 @@ class Scene(LoadedScene):
 
         options = picture_options(
             camera, size, frame=frame, environment=environment, ground=ground, background=background,
-            exposure=exposure, tone=tone, labels=labels, figure=figure or Figure(), seed=seed,
+            exposure=exposure, tone=tone, shutter=shutter, labels=labels, figure=figure or Figure(), seed=seed,
             settings=dict(settings or {}), limit=limit,
             progress=progress, warn=warn,
         )  # fmt: skip
@@ -161,6 +164,7 @@ class Scene(LoadedScene):
         background: str | None = None,
         exposure: float | str | None = None,
         tone: str | None = None,
+        shutter: float = 0.0,
         labels: bool = True,
         figure: Figure | None = None,
         seed: int = 0,
@@ -178,7 +182,7 @@ class Scene(LoadedScene):
 
         options = picture_options(
             camera, size, environment=environment, ground=ground, background=background, exposure=exposure,
-            tone=tone, labels=labels, figure=figure or Figure(), seed=seed,
+            tone=tone, shutter=shutter, labels=labels, figure=figure or Figure(), seed=seed,
             settings=dict(settings or {}), limit=limit, warn=warn,
         )  # fmt: skip
         return video_of(self, options, quality, frames, orbit)

@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.base import Accepts, Option, Progress, Work, sub_progress
+from scenelang.backends.base import sub_progress
 from scenelang.backends.pictures.backdrops import small, stops_for, tone_for
 from scenelang.backends.pictures.draft_lamps import Lamps
 from scenelang.backends.pictures.draft_light import (
@@ -49,21 +49,10 @@ from scenelang.backends.pictures.draft_light import (
     tap_group,
     through_glass,
 )
-from scenelang.backends.pictures.film import (
-    STILL_ENDINGS,
-    Image,
-    Painter,
-    PictureBackend,
-    PictureOptions,
-    clear_image,
-    labelled,
-    labels_of,
-    write_still,
-)
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
 from scenelang.backends.pictures.stage import Shot, Stage, Staging
 from scenelang.backends.surfaces.environments import environment_of, tone_map
-from scenelang.backends.surfaces.image_files import encode, to_srgb
+from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.solids import Solids
 
 FloatArray = npt.NDArray[np.float64]
@@ -650,50 +639,3 @@ def _interpolated(light: _Light, depth: npt.NDArray[np.float64], row: IntArray, 
             total += share * ambient.reshape(-1)[index]
             weight += share
     return np.asarray(total / weight, np.float32)
-
-
-# Backend registration.
-
-
-class DraftPainter:
-    """Draws shots by casting rays; image and light of static solids are cached from shot to shot."""
-
-    def __init__(self, staging: Staging, options: PictureOptions) -> None:
-        self._staging = staging
-        self._labels = options.labels
-        self._background = options.background
-        self._by_pixel = DRAFT.setting(options, "shading") == "pixel"
-        self._cache = DraftCache()
-
-    def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
-        """Draw one shot; see ``Painter``. The first one decides the backdrop and the exposure."""
-        self._staging = adjusted(self._staging, shot)
-        stage = self._staging.stage(shot)
-        if len(self._staging.moving) == 1:  # one frame, perhaps seen by several cameras
-            stage = replace(stage, fixed=len(stage.solids))
-        drawn = draw_lens(stage, progress, cache=self._cache, by_pixel=self._by_pixel)
-        if stage.is_clear:
-            labels = labels_of(stage.solids, drawn.ids) if self._labels else []
-            return clear_image(drawn.linear, drawn.radiance, drawn.alpha + drawn.shadow, labels, self._background)
-        picture = encode(drawn.linear)
-        return Image(labelled(picture, stage.solids, drawn.ids) if self._labels else picture, drawn.radiance)
-
-
-def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
-    """Create the painter of a staging; see ``PictureBackend``."""
-    return DraftPainter(staging, options)
-
-
-DRAFT = PictureBackend(
-    name="draft",
-    doc="fast pictures by an analytic ray caster, with soft shadows and ambient occlusion",
-    work=Work.PICTURE,
-    endings=STILL_ENDINGS,
-    run=write_still("draft"),
-    options=(Option("shading", "shade the edges of shadows by sample, or by pixel", "sample", ("sample", "pixel")),),
-    accepts=Accepts(),
-    packages=("PIL",),
-    install="pillow",
-    painter=_painter,
-    has_alpha=True,
-)

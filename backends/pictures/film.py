@@ -80,6 +80,8 @@ class PictureOptions(BackendOptions):
         the first image shows is neither dark nor burnt out.
     tone
         Name of the tone curve, in ``TONES``.
+    shutter
+        Share of the time between two frames during which what moves is blurred; 0 draws sharp images.
     background
         Flat color behind the scene, which then has no ground but perhaps its shadow: a CSS name or ``#rrggbb``.
     seed
@@ -111,6 +113,12 @@ class PictureOptions(BackendOptions):
         read=lambda text: METERED if text == METERED else within(-30.0, 30.0)(text),
     )
     tone: str | None = setting(None, "tone curve: soft (default) or agx", metavar="NAME")
+    shutter: float = setting(
+        0.0,
+        "motion blur over this share of the time between frames, such as 0.5",
+        metavar="SHARE",
+        read=within(0.0, 1.0),
+    )
     ground: str | None = setting(
         None,
         "ground: seamless, none, white, dark, meadow, earth, checker; transparent or shadow: an image with alpha",
@@ -232,7 +240,32 @@ def painters(
     scene: Scene, options: PictureOptions, backends: Sequence[PictureBackend], shots: Sequence[Shot]
 ) -> list[Painter]:
     """Return the painters of several backends for the same ``shots`` of a ``figured`` scene; raises SceneError."""
-    return staged_painters(_staging(scene, shots, options), options, backends, len(shots))
+    if not options.shutter:
+        return staged_painters(_staging(scene, shots, options), options, backends, len(shots))
+    from scenelang.backends.pictures.draft import adjusted
+    from scenelang.backends.pictures.motion_blur import BlurPainter, instants_of
+
+    scene, instants = instants_of(scene, shots, options.shutter)
+    every = [instant for each in instants for instant in each]
+    staging = adjusted(_staging(scene, every, options), every[0])
+    backends = [_shared_out(backend, len(instants[0])) for backend in backends]
+    sharp = staged_painters(staging, options, backends, len(every))
+    return [BlurPainter(painter, staging, shots, instants) for painter in sharp]
+
+
+def _shared_out(backend: PictureBackend, instants: int) -> PictureBackend:
+    """Return a backend whose samples of a pixel are shared by the instants of an image."""
+    if all(option.name != "samples" for option in backend.options):
+        return backend
+    paint = backend.painter
+    assert paint is not None
+
+    def painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:
+        """Create a painter of instants."""
+        samples = -(-int(backend.setting(options, "samples")) // instants)
+        return paint(staging, replace(options, settings={**options.settings, "samples": samples}), shots)
+
+    return replace(backend, painter=painter)
 
 
 def staged_painters(

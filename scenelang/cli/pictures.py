@@ -102,7 +102,7 @@ def add_render(parser: argparse.ArgumentParser) -> None:
     add_fields(parser, film.PictureOptions, ("frame",), frame="frame of a 4D scene to render, counted from 0")
     parser.add_argument("--part", metavar="PATH", help="render only these instances, such as `chair/leg[2]`")
     _add_view(parser)
-    add_fields(parser, film.PictureOptions, ("background", "labels"))
+    add_fields(parser, film.PictureOptions, ("background", "labels", "shutter"))
     add_fields(parser.add_argument_group("publication figures"), Figure)
     add_fields(parser.add_argument_group("video"), film.FilmOptions)
     add_backend_options(parser, base.Work.PICTURE)

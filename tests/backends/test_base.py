@@ -14,7 +14,7 @@ import pytest
 from scenelang.backends import base
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.files import atomic_write
-from scenelang.backends.pictures.draft import DRAFT
+from scenelang.backends.pictures.draft_painter import DRAFT
 from scenelang.backends.pictures.film import save_picture
 from scenelang.backends.pictures.mitsuba import MITSUBA
 from scenelang.grammar.diagnostics import SceneError
@@ -36,7 +36,7 @@ LIGHT = (
     "exports.usd",
     "mitsuba_export.mitsuba_xml",
     "pictures.mitsuba",
-    "pictures.draft",
+    "pictures.draft_painter",
     "pictures.camera",
     "pictures.film",
 )

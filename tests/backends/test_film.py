@@ -13,7 +13,7 @@ from PIL import Image
 from support import evaluate
 
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
-from scenelang.backends.pictures.draft import DRAFT
+from scenelang.backends.pictures.draft_painter import DRAFT
 from scenelang.backends.pictures.film import Image as DrawnImage
 from scenelang.backends.pictures.film import PictureOptions, painters
 from scenelang.backends.pictures.mitsuba import MITSUBA

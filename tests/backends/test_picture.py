@@ -12,7 +12,8 @@ from support import calls
 
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.pictures.camera import Viewpoint
-from scenelang.backends.pictures.draft import DRAFT, draw
+from scenelang.backends.pictures.draft import draw
+from scenelang.backends.pictures.draft_painter import DRAFT
 from scenelang.backends.pictures.film import (
     Image,
     PictureOptions,
