@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from searching import many
 from support import calls, evaluate, peak_bytes
 
+import scenelang as sl
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.inspection.difference import (
     ComparedFrame,
@@ -26,7 +27,7 @@ from scenelang.interpreter.inspection.difference import (
     solid_of,
 )
 from scenelang.interpreter.scene.flatten import flatten
-from scenelang.session.scene_changes import read_compared_frames
+from scenelang.session.scene_changes import compared_frames, read_compared_frames
 
 CORPUS = Path(__file__).parent / "corpus"
 Row = tuple[ComparedSolid, Any]  # a solid and the upper rows of its matrix
@@ -413,3 +414,23 @@ def test_no_file_crashes_the_reader(anything: Any, changes: list[dict[str, Any]]
                     assert compare_frames(frame, frame).equal
             except SceneError:
                 pass
+
+
+@pytest.mark.parametrize("attributes", [
+    ':material "oak"', ':texture "brick"', ":metallic 1", ":roughness .2", ":opacity .5", ":coat 1",
+    ":emission 1", ":ior 1.5 :opacity .3",
+])  # fmt: skip
+def test_another_material_is_a_difference(attributes: str) -> None:
+    plain, other = (
+        sl.evaluate(f'(bind "a" (lambda () (call "cube" :color [.5 .5 .5] {more})))') for more in ("", attributes)
+    )
+    difference = compare_frames(*(compared_frames(scene.graph, 10)[0] for scene in (plain, other)))
+    assert (difference.matched, len(difference.recolored)) == (0, 1)
+
+
+def test_defaults_and_rounding_are_no_difference() -> None:
+    plain, other = (
+        sl.evaluate(f'(bind "a" (lambda () (call "cube" {more})))')
+        for more in (":roughness .3", ":roughness (+ .1 .2) :metallic 0 :opacity 1")
+    )
+    assert compare_frames(*(compared_frames(scene.graph, 10)[0] for scene in (plain, other))).equal

@@ -1,8 +1,8 @@
 """Comparison of two flattened scenes as multisets of primitives, by world-space geometry.
 
-Two primitives are equal if their word and color agree, and their position and second moments agree within a tolerance
-relative to the size of the scene (so a cube rotated by 90 degrees about itself is the same cube). Minecraft blocks are
-equal if position, size, type, fill and keywords agree. Second moments of a cube do not depend on its orientation, so
+Two primitives are equal if their word, color and material agree, and their position and second moments agree within a
+tolerance relative to the size of the scene (so a cube rotated by 90 degrees about itself is the same cube). Minecraft
+blocks are equal if position, size, type, fill and keywords agree. Second moments of a cube do not depend on its orientation, so
 the fourth moments of its edge directions are compared as well; assets and words without a known geometry are compared
 by their whole pose. The remaining primitives of both sides are then paired as recolored (same geometry) or moved (same
 size and color), so that each change is reported once.
@@ -30,7 +30,7 @@ import numpy as np
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.flatten import FlatFrame
-from scenelang.interpreter.scene.primitives import Primitive, class_of, find
+from scenelang.interpreter.scene.primitives import MATERIALS, Primitive, class_of, find
 from scenelang.interpreter.scene.primitives.base import Symmetry
 
 if TYPE_CHECKING:
@@ -76,7 +76,8 @@ class ComparedSolid:
     kind
         Word ("block" for all block words) and properties that no pose can change, such as the file of a mesh file.
     look
-        Appearance of a block, which replaces its color; "" for other primitives.
+        Appearance of a block, which replaces its color; of other primitives the attributes of the material that differ
+        from their defaults, such as ``:material "oak"``.
     size
         Size of a primitive without an axis.
     p0, p1, radius
@@ -130,18 +131,35 @@ def solid_of(word: str, attributes: Mapping[str, Any], use_block_scale: bool = T
     if cls.is_block or word == _BLOCK:
         size = _size(values.get("scale")) if use_block_scale else _ONES
         return ComparedSolid(_BLOCK, _BLOCK, _block_look(values), _ORIGIN, size)
-    color = _color(values.get("color"))
+    color, look = _color(values.get("color")), _material(values)
     if isinstance(values.get("solid"), str):
-        return ComparedSolid(word, f"{word} {values['solid']}", "", color, is_computed=True)
+        return ComparedSolid(word, f"{word} {values['solid']}", look, color, is_computed=True)
     numbers = {name: _checked(values[name]) for name in _geometry_of(cls) if values.get(name) is not None}
     detail, fixed_size = cls.comparison_key({**values, **numbers})
     kind = f"{word} {detail}" if detail else word
     if cls.symmetry.axis:
         p0, p1 = _point(values.get("p0", _ORIGIN)), _point(values.get("p1", (0.0, 1.0, 0.0)))
         radius = _number(values.get("radius", 1.0))
-        return ComparedSolid(word, kind, "", color, p0=p0, p1=p1, radius=radius)
+        return ComparedSolid(word, kind, look, color, p0=p0, p1=p1, radius=radius)
     size = _size(values.get("scale")) if fixed_size is None else fixed_size
-    return ComparedSolid(word, kind, "", color, size)
+    return ComparedSolid(word, kind, look, color, size)
+
+
+def _material(values: Mapping[str, Any]) -> str:
+    """Format the attributes of a material that differ from their defaults, such as ``:metallic 1 :roughness 0.2``."""
+    given = ((attribute, values.get(attribute.name)) for attribute in MATERIALS)
+    return " ".join(
+        f":{attribute.name} {_written(value)}"
+        for attribute, value in given
+        if value is not None and value != attribute.default
+    )
+
+
+def _written(value: Any) -> str:
+    """Format a value of plain data; numbers that differ by rounding are equal."""
+    if isinstance(value, (list, tuple)):
+        return f"[{' '.join(map(_written, value))}]"
+    return f"{value + 0.0:.6g}" if type(value) in (int, float) else json.dumps(value, sort_keys=True)
 
 
 def _geometry_of(cls: type[Primitive]) -> Iterator[str]:

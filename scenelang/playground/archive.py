@@ -24,7 +24,8 @@ WITHOUT = (
     "mcp", "notebook", "repairs.repairing", "repl", "translation", "viewer.server",
     "backends.blender", "backends.deepslate", "backends.geometry", "backends.labels", "backends.language_models",
     "backends.mitsuba_export", "backends.neural", "backends.openscad", "backends.physics", "backends.pictures.draft",
-    "backends.pictures.draft_painter", "backends.pictures.mitsuba", "backends.pictures.motion_blur", "backends.minecraft.export", "interpreter.lift", "interpreter.transpile",
+    "backends.pictures.draft_painter", "backends.pictures.mitsuba", "backends.pictures.motion_blur",
+    "backends.minecraft.export", "interpreter.lift", "interpreter.transpile",
     "grammar.export",
 )  # fmt: skip
 PACKAGES = ("pygls", "lsprotocol", "cattrs", "attr", "attrs", "typing_extensions", "fontTools")

@@ -173,6 +173,8 @@ def _side(frame: ComparedFrame, row: int, label: str, place: Any) -> dict[str, A
     """Describe a primitive as one side of a change."""
     solid = frame.solid(row)
     look: dict[str, Any] = {"block": solid.look} if solid.is_block else {"color": list(solid.color)}
+    if solid.look and not solid.is_block:
+        look["material"] = solid.look
     return {"path": label, "at": place.tolist(), **look}
 
 
@@ -257,8 +259,10 @@ def _change_line(change: Change, kind: str) -> str:
 
 
 def _look(side: dict[str, Any]) -> str:
-    """Format the block or the color of a side."""
-    return _clean(side["block"]) if "block" in side else _point(side["color"])
+    """Format the block or the color of a side, with what else its material has."""
+    if "block" in side:
+        return _clean(side["block"])
+    return " ".join([_point(side["color"]), *([_clean(side["material"])] if "material" in side else [])])
 
 
 def _point(numbers: Sequence[float]) -> str:
