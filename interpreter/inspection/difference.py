@@ -2,10 +2,10 @@
 
 Two primitives are equal if their word, color and material agree, and their position and second moments agree within a
 tolerance relative to the size of the scene (so a cube rotated by 90 degrees about itself is the same cube). Minecraft
-blocks are equal if position, size, type, fill and keywords agree. Second moments of a cube do not depend on its orientation, so
-the fourth moments of its edge directions are compared as well; assets and words without a known geometry are compared
-by their whole pose. The remaining primitives of both sides are then paired as recolored (same geometry) or moved (same
-size and color), so that each change is reported once.
+blocks are equal if position, size, type, fill and keywords agree. Second moments of a cube do not depend on its
+orientation, so the fourth moments of its edge directions are compared as well; assets and words without a known
+geometry are compared by their whole pose. The remaining primitives of both sides are then paired as recolored (same
+geometry) or moved (same size and look), so that each change is reported once.
 
 All steps are near-linear in the number of primitives: rows are paired by hashes of their features rounded to a grid, on
 several shifted grids because equal features may lie on both sides of a cell boundary (locality-sensitive hashing);
