@@ -51,6 +51,7 @@ from scenelang.backends.surfaces.precision import (
 )
 from scenelang.backends.surfaces.solids import composed
 from scenelang.backends.surfaces.stand_ins import drawn_scene
+from scenelang.backends.surfaces.tiles import pictured, tile_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
@@ -60,6 +61,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, count_words, desce
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.modelling.solid import joined as joined_solid
+from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair
 
 FloatArray = npt.NDArray[np.float64]
@@ -557,6 +559,30 @@ def safe_name(word: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "-", word)[:60].strip("-") or "part"
 
 
+_UNWRITTEN = re.compile("[\x00-\x1f\x7f\ud800-\udfff@\\[\\]]")  # what texts that name files cannot have
+
+
+class TextureFiles:
+    """Writes the images of textures beside the file at ``path``, each once: ``OUT-brick.png``."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._names: dict[Texture, str] = {}
+
+    def name_of(self, texture: Texture) -> str:
+        """Return the name of the image of one period of a texture, written on first use; raises SceneError("file")."""
+        image = pictured(texture)
+        if image not in self._names:
+            base = f"{_UNWRITTEN.sub('_', self._path.stem)}-{safe_name(Path(texture.name).stem)}"
+            name, number, taken = f"{base}.png", 1, {name.lower() for name in self._names.values()}
+            while name.lower() in taken:
+                number += 1
+                name = f"{base}-{number}.png"
+            self._path.with_name(name).write_bytes(tile_of(texture).png())
+            self._names[image] = name
+        return self._names[image]
+
+
 # --- parts -----------------------------------------------------------------------------------------------------
 
 
@@ -855,11 +881,14 @@ class Surfaces:
     ``shares``: the faces of a primitive share points (``plan.shared``).
     """
 
-    def __init__(self, job: Job, ending: str, shares: bool = False) -> None:
-        """Flatten the job's frame and choose the sides of round primitives."""
+    def __init__(self, job: Job, ending: str, shares: bool = False, textured: bool = False) -> None:
+        """Flatten the job's frame and choose the sides of round primitives.
+
+        ``textured``: the surfaces of looks with textures have coordinates, which separates the corners of their faces.
+        """
         unsupported_frames(job.plan.roots, ending)
         self.leaves = leaves_of(job.plan, min(job.limit, MAX_VERTICES))
-        self._job, self.shares = job, shares
+        self._job, self.shares, self._textured = job, shares, textured
         self._merged = _scales_of_merged(self.leaves) if job.tolerance is not None else {}
         self._sides = self._fitting(f"the {ending} file")
         self._row_sides = self._sides_of_rows()
@@ -959,9 +988,10 @@ class Surfaces:
         look, solid = look_of(item.entity), solid_of(item.entity)
         if solid is None or look.opacity == 0.0:
             return []
-        key = solid.key, sides
+        texture = look.texture if self._textured else None
+        key = solid.key_in(texture), sides
         if key not in self._shared:
-            unshared = solid.surface(sides)
+            unshared = solid.surface(sides, texture)
             self._shared[key] = shared(unshared) if unshared is not None and self.shares else unshared
         surface = self._shared[key]
         return [] if surface is None else [LeafPiece(look, surface, _rows_of(solid.pose))]

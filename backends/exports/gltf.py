@@ -34,11 +34,13 @@ from scenelang.backends.exports.export import (
 )
 from scenelang.backends.exports.gltf_setup import LIGHTS, camera_nodes, light_nodes
 from scenelang.backends.exports.plan import (
+    COAT_ROUGHNESS,
     SEGMENTS,
     ExportItem,
     ExportPlan,
     ExportSurface,
     Solid,
+    as_material,
     cut_below,
     distinct,
     merged,
@@ -106,11 +108,9 @@ class GltfDocument:
         """Add the shared mesh of a primitive with its look; return its index, None if it is invisible."""
         if look.opacity == 0.0:
             return None
-        key = (solid.key, segments) if look.texture is None else (solid.key_with(look), segments)
+        key = solid.key_in(look.texture), segments
         if key not in self._surfaces:
-            surface = solid.surface(segments)
-            if surface is not None and look.texture is not None:
-                surface = surface.textured(look.texture, solid.pose)
+            surface = solid.surface(segments, look.texture)
             if surface is not None and self.shares:
                 surface = shared(surface)
             self._surfaces[key] = None if surface is None else self._add_surface(surface)
@@ -187,6 +187,7 @@ class GltfDocument:
 
     def _material(self, look: Look) -> int:
         """Return the index of the material of a look, added on first use."""
+        look = as_material(look)
         if look not in self._material_numbers:
             self._material_numbers[look] = len(self.materials)
             fields = material(look)
@@ -355,7 +356,6 @@ def material(look: Look) -> dict[str, Any]:
     return fields | ({"extensions": extensions} if extensions else {})
 
 
-_COAT_ROUGHNESS = 0.05  # of varnish, as the renderers have it
 _SHEEN_ROUGHNESS = 0.5
 _THICKNESS = 1.0  # of refracting volumes, in the frames of meshes: half the size of unit solids
 
@@ -370,7 +370,7 @@ def _extensions(look: Look) -> dict[str, Any]:
             extensions["KHR_materials_volume"] = {"thicknessFactor": _THICKNESS}
     if look.coat > 0.0:
         extensions["KHR_materials_clearcoat"] = {
-            "clearcoatFactor": look.coat, "clearcoatRoughnessFactor": _COAT_ROUGHNESS
+            "clearcoatFactor": look.coat, "clearcoatRoughnessFactor": COAT_ROUGHNESS
         }  # fmt: skip
     if look.sheen > 0.0:
         extensions["KHR_materials_sheen"] = {

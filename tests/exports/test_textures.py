@@ -1,0 +1,112 @@
+"""Textures in USD and OBJ files, read by usd-core and by hand, have the colors of the definition at points of surfaces."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from exports.textured import NEAR, Textured, nearest, pixels_at, sampled, textured_scene, worst
+from scenelang.backends.base import BackendOptions
+from scenelang.backends.exports.mesh_files import OBJ
+from scenelang.backends.exports.usd import USD
+from scenelang.interpreter.scene.entity import Scene
+
+Rows = Iterator[tuple[int, np.ndarray, np.ndarray, np.ndarray]]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Scene, list[Textured]]:
+    return textured_scene(tmp_path_factory.mktemp("textured"))
+
+
+def check(objects: list[Textured], rows: Rows) -> None:
+    found = worst(objects, rows)
+    assert len(found) == len(objects) == 72
+    assert {name: one for name, one in found.items() if one[0] > NEAR} == {}
+    assert np.mean([share for _, share in found.values()]) > 0.3
+
+
+def usd_rows(path: Path) -> Rows:
+    """What usd-core says of each textured mesh: the coordinates by the name that its material reads, its image."""
+    from pxr import Usd, UsdGeom, UsdShade
+
+    stage = Usd.Stage.Open(str(path))
+    places = UsdGeom.XformCache()
+    for prim in Usd.PrimRange(stage.GetDefaultPrim(), Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)):
+        if not prim.IsA(UsdGeom.Mesh):
+            continue
+        material = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
+        source = material.ComputeSurfaceSource()[0].GetInput("diffuseColor").GetConnectedSources()[0][0].source
+        image = UsdShade.Shader(source.GetPrim())
+        assert image.GetIdAttr().Get() == "UsdUVTexture"
+        assert {image.GetInput(f"wrap{side}").Get() for side in "ST"} == {"repeat"}
+        assert image.GetInput("sourceColorSpace").Get() == "sRGB"
+        reader = UsdShade.Shader(image.GetInput("st").GetConnectedSources()[0][0].source.GetPrim())
+        primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar(reader.GetInput("varname").Get())
+        faces = np.array(prim.GetAttribute("faceVertexIndices").Get()).reshape(-1, 3)
+        uv = np.array(primvar.ComputeFlattened(), float)
+        uv = uv[faces] if primvar.GetInterpolation() == "vertex" else uv.reshape(-1, 3, 2)
+        world = np.array(places.GetLocalToWorldTransform(prim)).T
+        corners = (np.array(prim.GetAttribute("points").Get(), float) @ world[:3, :3].T + world[:3, 3])[faces]
+        points, normals, at = sampled(corners, uv)
+        (number,) = np.unique(nearest(points))
+        file = opened(image.GetInput("file").Get().resolvedPath)
+        yield int(number), points, normals, pixels_at(file, at)
+
+
+def opened(path: str) -> Image.Image:
+    """An image that a stage refers to, also within a package."""
+    from pxr import Ar
+
+    return Image.open(io.BytesIO(Ar.GetResolver().OpenAsset(Ar.ResolvedPath(path)).GetBuffer()))
+
+
+@pytest.mark.parametrize("ending", [".usda", ".usdc", ".usdz"])
+def test_usd(ending: str, made: tuple[Scene, list[Textured]], tmp_path: Path) -> None:
+    pytest.importorskip("pxr", reason="usd-core is not installed")
+    from pxr import Usd
+
+    from exports.usd_reader import complaints
+
+    scene, objects = made
+    path = tmp_path / f"été 1{ending}"
+    USD.run(scene, path, BackendOptions())
+    check(objects, usd_rows(path))
+    assert complaints(Usd.Stage.Open(str(path))) == []
+    assert len(list(tmp_path.iterdir())) == (1 if ending == ".usdz" else 13)
+
+
+def obj_rows(path: Path) -> Rows:
+    """The textured objects of an OBJ file, with the images of its materials."""
+    lines = [line.split() for line in path.read_text().splitlines()]
+    points, uv = (np.array([line[1:4] for line in lines if line[:1] == [key]], float) for key in ("v", "vt"))
+    images, name = {}, ""
+    for line in path.with_suffix(".mtl").read_text().splitlines():
+        key, _, value = line.partition(" ")
+        name = value if key == "newmtl" else name
+        if key == "map_Kd":
+            images[name] = Image.open(path.parent / value)
+    faces: list[tuple[str, list[list[int]]]] = []
+    for line in lines:
+        if line[:1] == ["usemtl"]:
+            faces.append((line[1], []))
+        elif line[:1] == ["f"]:
+            faces[-1][1].append([int(number) for corner in line[1:] for number in corner.split("/")])
+    for material, numbers in faces:
+        corner = np.array(numbers).reshape(-1, 3, 3) - 1
+        at, normals, coordinates = sampled(points[corner[:, :, 0]], uv[corner[:, :, 1]])
+        (number,) = np.unique(nearest(at))
+        yield int(number), at, normals, pixels_at(images[material], coordinates)
+
+
+def test_obj(made: tuple[Scene, list[Textured]], tmp_path: Path) -> None:
+    scene, objects = made
+    path = tmp_path / "été 1.obj"
+    OBJ.run(scene, path, BackendOptions())
+    check(objects, obj_rows(path))
+    assert len(list(tmp_path.iterdir())) == 14
