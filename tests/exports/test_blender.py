@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 from sampling import one_in
 from support import evaluate
 
 from exports.gltf_reader import Gltf
 from exports.oracle import EXAMPLES, example, expected
-from scenelang.backends.base import BackendOptions
+from exports.textured import NEAR, nearest, textured_scene, worst
+from scenelang.backends.base import Backend, BackendOptions
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.plan import solid_of, surface_of
 from scenelang.backends.exports.usd import USD
@@ -278,3 +280,25 @@ def test_a_scene_in_motion_is_one_action(tmp_path: Path) -> None:
     (found,) = reimported([(scene, tmp_path / "a.glb", [0])])
     assert list(found["actions"]) == [scene.word]
     assert found["actions"][scene.word] > 20
+
+
+# --- textures --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("ending", "backend"), [(".glb", GLTF), (".usdc", USD)])
+def test_textures_are_drawn_where_they_are(ending: str, backend: Backend, tmp_path: Path) -> None:
+    """Every texture on every shape in an image by Cycles has the colors of the definition, where that is flat."""
+    scene, objects = textured_scene(tmp_path)
+    backend.run(scene, tmp_path / f"a{ending}", BackendOptions())
+    in_blender("blender_textures.py", *(str(tmp_path / name) for name in (f"a{ending}", "drawn.png", "points.npz")))
+    drawn = np.asarray(Image.open(tmp_path / "drawn.png").convert("RGBA"), float)
+    seen = dict(np.load(tmp_path / "points.npz"))
+    colors = drawn[tuple(seen["pixels"].T)]
+    inside = colors[:, 3] == 255  # of silhouettes, on which a ray may meet what the image does not show
+    assert inside.mean() > 0.999
+    points, normals, colors = seen["points"][inside], seen["normals"][inside], colors[inside, :3]
+    owner = nearest(points)
+    rows = ((k, points[owner == k], normals[owner == k], colors[owner == k]) for k in range(len(objects)))
+    found = worst(objects, rows)
+    assert {name: one for name, one in found.items() if one[0] > NEAR} == {}
+    assert np.mean([share for _, share in found.values()]) > 0.3
