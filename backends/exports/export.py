@@ -37,6 +37,7 @@ from scenelang.backends.exports.plan import (
 from scenelang.backends.files import atomic_write_all
 from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.convex import clusters
+from scenelang.backends.surfaces.cuts import cut, planes_of
 from scenelang.backends.surfaces.distance import neighbours
 from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.precision import (
@@ -296,6 +297,21 @@ INSTANCING = Option(
     None,
     minimum=0,
 )
+
+
+def _check_section(text: str) -> None:
+    """Raise SceneError("value") for a text that says no planes."""
+    if text:
+        planes_of(text)
+
+
+SECTION = Option(
+    "section",
+    "cut the scene open, as `render` does: y=1.5, -x=0 for the other side, x=50%,z=50% for a corner; svg draws the "
+    "section of one plane (default: the silhouette)",
+    "",
+    check=_check_section,
+)
 WHOLE = Option("solid", "join everything to one watertight body", False)
 MAX_FILES = 10_000  # of an export with a file for each part
 Node = TypeVar("Node", ExportItem, Entity)
@@ -368,7 +384,7 @@ def mesh_backend(
         return _export(backend, write, scene, Path(path), settings, unit)
 
     accepts = Accepts(attributes=attributes, animated=animated)
-    common = (DEPTH, PARTS, WHOLE)
+    common = (DEPTH, PARTS, WHOLE, SECTION)
     backend = Backend(name, doc, Work.EXPORT, endings, run, (*common, *options), accepts, packages, install)
     return backend
 
@@ -384,6 +400,12 @@ def _export(
     tolerance = None
     if isinstance(tolerance_setting, Tolerance):
         tolerance = tolerance_setting.in_scene(scene, _setting(backend, options, "unit") or unit) or None
+    section = backend.setting(options, "section")
+    if section:
+        if backend.setting(options, "solid"):
+            message = "a section opens bodies, so it cannot be one watertight body: leave out `--solid` or `--section`"
+            raise SceneError("value", message, hint="`difference` in the program removes a part of a solid")
+        scene, frame = cut(chosen(scene, frame), planes_of(section), options.limit, options.warn), None
     if backend.setting(options, "solid"):
         scene = drawn_scene(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None

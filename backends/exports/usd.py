@@ -718,8 +718,8 @@ def _run(scene: Scene, path: Path, options: BackendOptions) -> Sequence[Path]:
     plain = replace(options, settings=settings)
     if not USD.setting(options, PHYSICS.name):
         return PLAIN_USD.run(scene, path, plain) or [path]
-    if settings.get("parts") or settings.get("depth") is not None or settings.get("solid"):
-        message = "`--physics` needs the parts as they are: leave out `--parts`, `--depth` and `--solid`"
+    if any(settings.get(name) for name in ("parts", "solid", "section")) or settings.get("depth") is not None:
+        message = "`--physics` needs the parts as they are: leave out `--parts`, `--depth`, `--section` and `--solid`"
         raise SceneError("value", message)
     written: Sequence[Path] = SERVICES.find("usd-physics")(scene, path, plain)
     return written
