@@ -343,6 +343,8 @@ class Job:
     solid
         Whether the plan is one body. Its faces share points in formats that number them, because a body is closed by
         its numbers alone: readers split points that have several normals or materials.
+    draco
+        Whether meshes are compressed.
     warn
         Called with warnings about content that the format cannot hold.
     """
@@ -357,6 +359,7 @@ class Job:
     unit: str = "millimeter"
     instancing: int | None = None
     solid: bool = False
+    draco: bool = False
     warn: Callable[[Diagnostic], None] = field(default=lambda _: None)
 
 
@@ -411,7 +414,9 @@ def _export(
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
         _warn_of_crowded_edges(scene, options.warn or (lambda _: None))
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
-    fields = {name: name for name in ("fps", "segments", "unit", "instancing")} | {"instances": "instance-limit"}
+    fields = {name: name for name in ("fps", "segments", "unit", "instancing", "draco")} | {
+        "instances": "instance-limit"
+    }
     others = {field: _setting(backend, options, name) for field, name in fields.items()}
     job = Job(
         plan,

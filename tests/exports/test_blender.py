@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -106,12 +107,14 @@ SOLIDS = """
 """
 
 
-@pytest.mark.parametrize("instancing", [0, 2])
-def test_solids_have_their_volumes_and_colours(instancing: int, tmp_path: Path) -> None:
-    """Every solid and primitive, also mirrored, sheared and as an instance, in USD and GLB."""
+@pytest.mark.parametrize(("instancing", "draco"), [(0, False), (2, False), (0, True)])
+def test_solids_have_their_volumes_and_colours(instancing: int, draco: bool, tmp_path: Path) -> None:
+    """Every solid and primitive, also mirrored, sheared and as an instance, in USD and GLB, also compressed."""
+    if draco:
+        pytest.importorskip("DracoPy", reason="DracoPy is not installed")
     scene = evaluate(SOLIDS)
     given = BackendOptions(settings={"instancing": instancing})
-    GLTF.run(scene, tmp_path / "a.glb", given)
+    GLTF.run(scene, tmp_path / "a.glb", replace(given, settings={**given.settings, "draco": draco}))
     USD.run(scene, tmp_path / "a.usdc", given)
     wanted = sorted(map(_solid, expected(scene)), key=lambda row: row[0])
     for found in imported(0, tmp_path / "a.glb", tmp_path / "a.usdc"):
