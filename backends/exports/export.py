@@ -16,6 +16,7 @@ from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Opt
 from scenelang.backends.exports.plan import (
     MAX_VERTICES,
     SEGMENTS,
+    WHITE,
     ExportItem,
     ExportPlan,
     ExportSurface,
@@ -50,6 +51,7 @@ from scenelang.backends.surfaces.precision import (
     chunks_of,
     own_offset,
 )
+from scenelang.backends.surfaces.restyling import in_mean_colors
 from scenelang.backends.surfaces.solids import composed
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.backends.surfaces.tiles import pictured, tile_of
@@ -375,7 +377,7 @@ def mesh_backend(
     options: tuple[Option, ...] = (),
     packages: tuple[str, ...] = (),
     install: str = "scenelang",
-    attributes: tuple[str, ...] = LOOKS,
+    attributes: tuple[str, ...] = (*LOOKS, "texture"),
     unit: str = "millimeter",
 ) -> Backend:
     """Return an export backend that writes meshes with ``write``; adds ``--depth``, ``--parts`` and ``--solid``.
@@ -409,6 +411,9 @@ def _export(
             message = "a section opens bodies, so it cannot be one watertight body: leave out `--solid` or `--section`"
             raise SceneError("value", message, hint="`difference` in the program removes a part of a solid")
         scene, frame = cut(chosen(scene, frame), planes_of(section), options.limit, options.warn), None
+    reads = backend.accepts.attributes
+    if "color" in reads and ("texture" not in reads or backend.setting(options, "solid")):
+        _warn_of_textures(scene, path, options.warn or (lambda _: None))
     if backend.setting(options, "solid"):
         scene = drawn_scene(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
@@ -447,6 +452,16 @@ def _warn_of_crowded_edges(scene: Scene, warn: Callable[[Diagnostic], None]) -> 
         warn(Diagnostic("crowded-edge", message, None, "let the bodies overlap, or leave a gap between them"))
 
 
+def _warn_of_textures(scene: Scene, path: Path, warn: Callable[[Diagnostic], None]) -> None:
+    """Warn once of textures that a file cannot have: its meshes have their mean colors."""
+    primitives = (entity for entity in descendants(*scene.frames) if entity.is_primitive)
+    count = sum(entity.embedding.attributes.get("texture") is not None for entity in primitives)
+    if count:
+        textures = "the texture of 1 primitive" if count == 1 else f"the textures of {count:,} primitives"
+        message = f"{path.name} has the mean color instead of {textures}"
+        warn(Diagnostic("lost-attribute", message, None, "write .glb, .usd or .obj, and leave out `--solid`"))
+
+
 def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
     """Return the value of a setting, None if the backend lacks it."""
     return backend.setting(options, name) if any(option.name == name for option in backend.options) else None
@@ -454,8 +469,8 @@ def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
 
 def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> Scene:
     """Return the scene with each frame as one computed solid."""
-    roots = [_as_solid(scene.word, root, segments or SEGMENTS, tolerance) for root in scene.frames]
-    return scene.with_frames(roots)
+    frames = in_mean_colors(scene).frames
+    return scene.with_frames([_as_solid(scene.word, root, segments or SEGMENTS, tolerance) for root in frames])
 
 
 def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> Entity:
@@ -469,8 +484,8 @@ def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> E
         return int(sides_within(entity, largest[id(entity)] * np.eye(3, 4)[None], tolerance)[0])
 
     parts = [(joined_solid(part, sides_of), offset) for part, offset in _near_parts(root)]
-    look = next((e.embedding for e in descendants(root) if e.is_primitive), ANONYMOUS)
-    material = {name: value for name, value in look.attributes.items() if name in LOOKS and name != "color"}
+    first = next((entity for entity in descendants(root) if entity.is_primitive), None)
+    material = {} if first is None else _material_of(first)
     solids = [
         (Entity(word, Embedding(None, None, material), (), SolidShape.of(expression, material)), offset)
         for expression, offset in parts
@@ -481,6 +496,16 @@ def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> E
     if len(solids) == 1 and solids[0][1] is None:
         return solids[0][0]
     return Entity(word, ANONYMOUS, tuple(Pair(solid, translation(offset)) for solid, offset in solids))
+
+
+_OF_BODIES = ("roughness", "metallic", "opacity", "ior", "coat", "sheen")  # what a body takes from its first primitive
+
+
+def _material_of(entity: Entity) -> dict[str, Any]:
+    """Return the attributes of a primitive's look besides its color and texture, those of its substance included."""
+    look, emission = look_of(entity), entity.embedding.attributes.get("emission")
+    values = {name: getattr(look, name) for name in _OF_BODIES if getattr(look, name) != getattr(Look(WHITE), name)}
+    return values if emission is None else values | {"emission": emission}
 
 
 def _near_parts(root: Entity) -> list[tuple[Entity, FloatArray | None]]:

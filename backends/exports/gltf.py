@@ -145,7 +145,7 @@ class GltfDocument:
 
     def _add_surface(self, surface: ExportSurface) -> dict[str, Any]:
         """Add the arrays of a surface and return the fields of its glTF primitive."""
-        columns = {"POSITION": surface.vertices.astype(np.float32)}
+        columns: dict[str, npt.NDArray[Any]] = {"POSITION": surface.vertices.astype(np.float32)}
         if not self.shares:
             columns["NORMAL"] = surface.normals.astype(np.float32)
         if surface.colors is not None:

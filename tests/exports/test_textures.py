@@ -9,12 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from support import evaluate
 
+from exports.gltf_reader import Gltf
 from exports.textured import NEAR, Textured, nearest, pixels_at, sampled, textured_scene, worst
-from scenelang.backends.base import BackendOptions
-from scenelang.backends.exports.mesh_files import OBJ
+from scenelang.backends.base import Backend, BackendOptions
+from scenelang.backends.exports.gltf import GLTF
+from scenelang.backends.exports.mesh_files import OBJ, PLY, STL
+from scenelang.backends.exports.threemf import THREE_MF
 from scenelang.backends.exports.usd import USD
-from scenelang.interpreter.scene.entity import Scene
+from scenelang.backends.surfaces.appearance import look_of
+from scenelang.grammar.diagnostics import Diagnostic
+from scenelang.interpreter.scene.entity import Scene, descendants
 
 Rows = Iterator[tuple[int, np.ndarray, np.ndarray, np.ndarray]]
 
@@ -110,3 +116,38 @@ def test_obj(made: tuple[Scene, list[Textured]], tmp_path: Path) -> None:
     OBJ.run(scene, path, BackendOptions())
     check(objects, obj_rows(path))
     assert len(list(tmp_path.iterdir())) == 14
+
+
+@pytest.mark.parametrize(
+    ("given", "form"),
+    [
+        (':texture "brick"', '(call "cube" {})'),
+        (':material "gold"', '(call "sphere" {})'),
+        (':texture "wood" :material "oak"', '(difference (list (call "cube" {})) (list (call "cylinder" :radius .2)))'),
+    ],
+)
+def test_a_body_has_the_mean_color_and_the_surface_of_its_first_part(given: str, form: str, tmp_path: Path) -> None:
+    """What `--solid` joins has no textures, which it says, but their colors and the substances' other values."""
+    scene = evaluate(f'(bind "it" (lambda () {form.format(given)}))')
+    (look,) = {look_of(entity) for entity in descendants(scene.root) if entity.is_primitive}
+    warned: list[Diagnostic] = []
+    GLTF.run(scene, tmp_path / "a.glb", BackendOptions(settings={"solid": True}, warn=warned.append))
+    (one,) = Gltf(tmp_path / "a.glb").seen()
+    assert one.colors[0] == pytest.approx(look.color, abs=1e-4)
+    values = one.material["pbrMetallicRoughness"]
+    assert (values["metallicFactor"], values["roughnessFactor"]) == pytest.approx((look.metallic, look.gloss))
+    assert [each.name for each in warned] == (["lost-attribute"] if "texture" in given else [])
+
+
+@pytest.mark.parametrize(
+    ("backend", "ending", "says"),
+    [(PLY, ".ply", True), (THREE_MF, ".3mf", True), (STL, ".stl", False), (OBJ, ".obj", False), (GLTF, ".glb", False)],
+)
+def test_formats_without_textures_say_so_once(backend: Backend, ending: str, says: bool, tmp_path: Path) -> None:
+    """An STL file has no colors at all."""
+    scene = evaluate('(bind "it" (lambda () (list (call "cube" :texture "brick") (call "cone" :texture "dots"))))')
+    warned: list[Diagnostic] = []
+    backend.run(scene, tmp_path / f"a{ending}", BackendOptions(warn=warned.append))
+    assert [each.message for each in warned] == (
+        [f"a{ending} has the mean color instead of the textures of 2 primitives"] if says else []
+    )
