@@ -97,7 +97,7 @@ OTHER := $(VENV)/$(notdir $(PY))
 NEURAL := clip diffusion distillation grounding imagine inversion metrics splats wording
 $(OTHER)/.ready: pyproject.toml constraints.txt
 	$(PY) -m venv $(OTHER)
-	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[final,text,repl,meshes,minecraft,usd,lm,lsp,mcp,notebook,video,site,datasets]" \
+	$(OTHER)/bin/python -m pip install --quiet --disable-pip-version-check -c constraints.txt ".[final,text,repl,meshes,minecraft,usd,draco,lm,lsp,mcp,notebook,video,site,datasets]" \
 	  webdataset datasets pycolmap trackeval lark pytest pytest-xdist hypothesis pexpect pytest-lsp nbclient ipykernel pycocotools build setuptools nbtlib mcschematic llguidance
 	touch $@
 

@@ -234,7 +234,7 @@ CODES: dict[str, DiagnosticCode] = {
     "crowded-edge": DiagnosticCode(
         "W642", "Bodies touch along an edge, which has four faces for readers that join points at one place."
     ),
-    "script-loss": DiagnosticCode("W644", "The exported program lacks attributes that its language does not have."),
+    "lost-attribute": DiagnosticCode("W644", "The exported file lacks attributes that its format does not have."),
     "large-file": DiagnosticCode("W643", "The exported file will be larger than 200 MB."),
     "too-new": DiagnosticCode("W620", "The block does not exist in the target version of Minecraft."),
     "lost-contents": DiagnosticCode(
@@ -980,7 +980,7 @@ _WARNINGS = {
     "single-precision": "Move the scene to the origin, or write a format with offsets or double precision.",
     "crossing-profile": "Give the corners in order, or say what is inside with `:fill :nonzero` or `:fill :even-odd`.",
     "crowded-edge": "Let the bodies overlap a little, or leave a gap between them; repairs of such edges differ.",
-    "script-loss": "Export to Blender (`--to bpy`) or to .glb, which have these attributes.",
+    "lost-attribute": "Export to Blender (`--to bpy`) or to .glb, which have these attributes.",
     "large-file": "Write a format that shares repeated parts, such as .glb, or use fewer :segments.",
     "too-new": "Set a newer version with `--mc-version`, or use a block that the older version has.",
     "lost-contents": "No action is required; fill chests and write signs in the game.",

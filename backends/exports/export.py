@@ -16,6 +16,7 @@ from scenelang.backends.base import LOOKS, Accepts, Backend, BackendOptions, Opt
 from scenelang.backends.exports.plan import (
     MAX_VERTICES,
     SEGMENTS,
+    WHITE,
     ExportItem,
     ExportPlan,
     ExportSurface,
@@ -37,6 +38,7 @@ from scenelang.backends.exports.plan import (
 from scenelang.backends.files import atomic_write_all
 from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.convex import clusters
+from scenelang.backends.surfaces.cuts import cut, planes_of
 from scenelang.backends.surfaces.distance import neighbours
 from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.precision import (
@@ -49,8 +51,10 @@ from scenelang.backends.surfaces.precision import (
     chunks_of,
     own_offset,
 )
+from scenelang.backends.surfaces.restyling import in_mean_colors
 from scenelang.backends.surfaces.solids import composed
 from scenelang.backends.surfaces.stand_ins import drawn_scene
+from scenelang.backends.surfaces.tiles import normals_png, pictured, tile_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.runtime.show import plain_attributes
@@ -60,6 +64,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, count_words, desce
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.modelling.solid import joined as joined_solid
+from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair
 
 FloatArray = npt.NDArray[np.float64]
@@ -294,6 +299,21 @@ INSTANCING = Option(
     None,
     minimum=0,
 )
+
+
+def _check_section(text: str) -> None:
+    """Raise SceneError("value") for a text that says no planes."""
+    if text:
+        planes_of(text)
+
+
+SECTION = Option(
+    "section",
+    "cut the scene open, as `render` does: y=1.5, -x=0 for the other side, x=50%,z=50% for a corner; svg draws the "
+    "section of one plane (default: the silhouette)",
+    "",
+    check=_check_section,
+)
 WHOLE = Option("solid", "join everything to one watertight body", False)
 MAX_FILES = 10_000  # of an export with a file for each part
 Node = TypeVar("Node", ExportItem, Entity)
@@ -325,6 +345,8 @@ class Job:
     solid
         Whether the plan is one body. Its faces share points in formats that number them, because a body is closed by
         its numbers alone: readers split points that have several normals or materials.
+    draco
+        Whether meshes are compressed.
     warn
         Called with warnings about content that the format cannot hold.
     """
@@ -339,6 +361,7 @@ class Job:
     unit: str = "millimeter"
     instancing: int | None = None
     solid: bool = False
+    draco: bool = False
     warn: Callable[[Diagnostic], None] = field(default=lambda _: None)
 
 
@@ -354,7 +377,7 @@ def mesh_backend(
     options: tuple[Option, ...] = (),
     packages: tuple[str, ...] = (),
     install: str = "scenelang",
-    attributes: tuple[str, ...] = LOOKS,
+    attributes: tuple[str, ...] = (*LOOKS, "texture"),
     unit: str = "millimeter",
 ) -> Backend:
     """Return an export backend that writes meshes with ``write``; adds ``--depth``, ``--parts`` and ``--solid``.
@@ -366,7 +389,7 @@ def mesh_backend(
         return _export(backend, write, scene, Path(path), settings, unit)
 
     accepts = Accepts(attributes=attributes, animated=animated)
-    common = (DEPTH, PARTS, WHOLE)
+    common = (DEPTH, PARTS, WHOLE, SECTION)
     backend = Backend(name, doc, Work.EXPORT, endings, run, (*common, *options), accepts, packages, install)
     return backend
 
@@ -382,12 +405,23 @@ def _export(
     tolerance = None
     if isinstance(tolerance_setting, Tolerance):
         tolerance = tolerance_setting.in_scene(scene, _setting(backend, options, "unit") or unit) or None
+    section = backend.setting(options, "section")
+    if section:
+        if backend.setting(options, "solid"):
+            message = "a section opens bodies, so it cannot be one watertight body: leave out `--solid` or `--section`"
+            raise SceneError("value", message, hint="`difference` in the program removes a part of a solid")
+        scene, frame = cut(chosen(scene, frame), planes_of(section), options.limit, options.warn), None
+    reads = backend.accepts.attributes
+    if "color" in reads and ("texture" not in reads or backend.setting(options, "solid")):
+        _warn_of_textures(scene, path, options.warn or (lambda _: None))
     if backend.setting(options, "solid"):
         scene = drawn_scene(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
         _warn_of_crowded_edges(scene, options.warn or (lambda _: None))
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
-    fields = {name: name for name in ("fps", "segments", "unit", "instancing")} | {"instances": "instance-limit"}
+    fields = {name: name for name in ("fps", "segments", "unit", "instancing", "draco")} | {
+        "instances": "instance-limit"
+    }
     others = {field: _setting(backend, options, name) for field, name in fields.items()}
     job = Job(
         plan,
@@ -418,6 +452,16 @@ def _warn_of_crowded_edges(scene: Scene, warn: Callable[[Diagnostic], None]) -> 
         warn(Diagnostic("crowded-edge", message, None, "let the bodies overlap, or leave a gap between them"))
 
 
+def _warn_of_textures(scene: Scene, path: Path, warn: Callable[[Diagnostic], None]) -> None:
+    """Warn once of textures that a file cannot have: its meshes have their mean colors."""
+    primitives = (entity for entity in descendants(*scene.frames) if entity.is_primitive)
+    count = sum(entity.embedding.attributes.get("texture") is not None for entity in primitives)
+    if count:
+        textures = "the texture of 1 primitive" if count == 1 else f"the textures of {count:,} primitives"
+        message = f"{path.name} has the mean color instead of {textures}"
+        warn(Diagnostic("lost-attribute", message, None, "write .glb, .usd or .obj, and leave out `--solid`"))
+
+
 def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
     """Return the value of a setting, None if the backend lacks it."""
     return backend.setting(options, name) if any(option.name == name for option in backend.options) else None
@@ -425,8 +469,8 @@ def _setting(backend: Backend, options: BackendOptions, name: str) -> Any:
 
 def _as_solids(scene: Scene, segments: int | None, tolerance: float | None) -> Scene:
     """Return the scene with each frame as one computed solid."""
-    roots = [_as_solid(scene.word, root, segments or SEGMENTS, tolerance) for root in scene.frames]
-    return scene.with_frames(roots)
+    frames = in_mean_colors(scene).frames
+    return scene.with_frames([_as_solid(scene.word, root, segments or SEGMENTS, tolerance) for root in frames])
 
 
 def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> Entity:
@@ -440,8 +484,8 @@ def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> E
         return int(sides_within(entity, largest[id(entity)] * np.eye(3, 4)[None], tolerance)[0])
 
     parts = [(joined_solid(part, sides_of), offset) for part, offset in _near_parts(root)]
-    look = next((e.embedding for e in descendants(root) if e.is_primitive), ANONYMOUS)
-    material = {name: value for name, value in look.attributes.items() if name in LOOKS and name != "color"}
+    first = next((entity for entity in descendants(root) if entity.is_primitive), None)
+    material = {} if first is None else _material_of(first)
     solids = [
         (Entity(word, Embedding(None, None, material), (), SolidShape.of(expression, material)), offset)
         for expression, offset in parts
@@ -452,6 +496,16 @@ def _as_solid(word: str, root: Entity, sides: int, tolerance: float | None) -> E
     if len(solids) == 1 and solids[0][1] is None:
         return solids[0][0]
     return Entity(word, ANONYMOUS, tuple(Pair(solid, translation(offset)) for solid, offset in solids))
+
+
+_OF_BODIES = ("roughness", "metallic", "opacity", "ior", "coat", "sheen")  # what a body takes from its first primitive
+
+
+def _material_of(entity: Entity) -> dict[str, Any]:
+    """Return the attributes of a primitive's look besides its color and texture, those of its substance included."""
+    look, emission = look_of(entity), entity.embedding.attributes.get("emission")
+    values = {name: getattr(look, name) for name in _OF_BODIES if getattr(look, name) != getattr(Look(WHITE), name)}
+    return values if emission is None else values | {"emission": emission}
 
 
 def _near_parts(root: Entity) -> list[tuple[Entity, FloatArray | None]]:
@@ -555,6 +609,34 @@ def _write_parts(write: Writer, job: Job, folder: Path, path: Path) -> list[str]
 def safe_name(word: str) -> str:
     """Return ``word`` reduced to letters, digits and dashes for use in a file name; never empty."""
     return re.sub(r"[^A-Za-z0-9]+", "-", word)[:60].strip("-") or "part"
+
+
+_UNWRITTEN = re.compile("[\x00-\x1f\x7f\ud800-\udfff@\\[\\]]")  # what texts that name files cannot have
+
+
+class TextureFiles:
+    """Writes the images of textures beside the file at ``path``, each once: ``OUT-brick.png``."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._names: dict[tuple[Texture, float], str] = {}
+
+    def name_of(self, texture: Texture, is_relief: bool = False) -> str:
+        """Return the name of the image of one period of a texture, or of the normals of its relief.
+
+        It is written on first use; raises SceneError("file").
+        """
+        image = pictured(texture), texture.bump if is_relief else 0.0
+        if image not in self._names:
+            base = f"{_UNWRITTEN.sub('_', self._path.stem)}-{safe_name(Path(texture.name).stem)}"
+            base += "-relief" if is_relief else ""
+            name, number, taken = f"{base}.png", 1, {name.lower() for name in self._names.values()}
+            while name.lower() in taken:
+                number += 1
+                name = f"{base}-{number}.png"
+            self._path.with_name(name).write_bytes(normals_png(texture) if is_relief else tile_of(texture).png())
+            self._names[image] = name
+        return self._names[image]
 
 
 # --- parts -----------------------------------------------------------------------------------------------------
@@ -855,11 +937,14 @@ class Surfaces:
     ``shares``: the faces of a primitive share points (``plan.shared``).
     """
 
-    def __init__(self, job: Job, ending: str, shares: bool = False) -> None:
-        """Flatten the job's frame and choose the sides of round primitives."""
+    def __init__(self, job: Job, ending: str, shares: bool = False, textured: bool = False) -> None:
+        """Flatten the job's frame and choose the sides of round primitives.
+
+        ``textured``: the surfaces of looks with textures have coordinates, which separates the corners of their faces.
+        """
         unsupported_frames(job.plan.roots, ending)
         self.leaves = leaves_of(job.plan, min(job.limit, MAX_VERTICES))
-        self._job, self.shares = job, shares
+        self._job, self.shares, self._textured = job, shares, textured
         self._merged = _scales_of_merged(self.leaves) if job.tolerance is not None else {}
         self._sides = self._fitting(f"the {ending} file")
         self._row_sides = self._sides_of_rows()
@@ -959,9 +1044,10 @@ class Surfaces:
         look, solid = look_of(item.entity), solid_of(item.entity)
         if solid is None or look.opacity == 0.0:
             return []
-        key = solid.key, sides
+        texture = look.texture if self._textured else None
+        key = solid.key_in(texture), sides
         if key not in self._shared:
-            unshared = solid.surface(sides)
+            unshared = solid.surface(sides, texture)
             self._shared[key] = shared(unshared) if unshared is not None and self.shares else unshared
         surface = self._shared[key]
         return [] if surface is None else [LeafPiece(look, surface, _rows_of(solid.pose))]

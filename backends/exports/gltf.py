@@ -15,6 +15,7 @@ from urllib.parse import quote
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.base import Option, require
 from scenelang.backends.exports.export import (
     FPS,
     INSTANCES,
@@ -34,11 +35,13 @@ from scenelang.backends.exports.export import (
 )
 from scenelang.backends.exports.gltf_setup import LIGHTS, camera_nodes, light_nodes
 from scenelang.backends.exports.plan import (
+    COAT_ROUGHNESS,
     SEGMENTS,
     ExportItem,
     ExportPlan,
     ExportSurface,
     Solid,
+    as_material,
     cut_below,
     distinct,
     merged,
@@ -48,7 +51,7 @@ from scenelang.backends.exports.plan import (
 from scenelang.backends.surfaces.appearance import Look, look_of, material_name
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
 from scenelang.backends.surfaces.solids import composed
-from scenelang.backends.surfaces.tiles import tile_of
+from scenelang.backends.surfaces.tiles import normals_png, pictured, tile_of
 from scenelang.backends.surfaces.trs import Decomposition, decompose, decompose_track
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene import pose
@@ -73,6 +76,7 @@ class GltfDocument:
 
     segments: int = SEGMENTS  # of merged meshes
     shares: bool = False  # whether the faces of primitives share points; then they are flat, without normals
+    compresses: bool = False  # whether meshes are compressed by Draco
     required: set[str] = field(default_factory=set)
     nodes: list[dict[str, Any]] = field(default_factory=list)
     meshes: list[dict[str, Any]] = field(default_factory=list)
@@ -89,9 +93,10 @@ class GltfDocument:
     _mesh_numbers: dict[Hashable, int | None] = field(default_factory=dict)
     _merged: dict[tuple[int, float | None], list[PlacedMesh]] = field(default_factory=dict)
     images: list[dict[str, Any]] = field(default_factory=list)
+    textures: list[dict[str, Any]] = field(default_factory=list)
     _material_numbers: dict[Look, int] = field(default_factory=dict)
     _material_names: Counter[str] = field(default_factory=Counter)
-    _texture_numbers: dict[Texture, int] = field(default_factory=dict)
+    _texture_numbers: dict[tuple[Texture, bool], int] = field(default_factory=dict)
 
     # --- meshes ---
 
@@ -106,11 +111,9 @@ class GltfDocument:
         """Add the shared mesh of a primitive with its look; return its index, None if it is invisible."""
         if look.opacity == 0.0:
             return None
-        key = (solid.key, segments) if look.texture is None else (solid.key_with(look), segments)
+        key = solid.key_in(look.texture), segments
         if key not in self._surfaces:
-            surface = solid.surface(segments)
-            if surface is not None and look.texture is not None:
-                surface = surface.textured(look.texture, solid.pose)
+            surface = solid.surface(segments, look.texture)
             if surface is not None and self.shares:
                 surface = shared(surface)
             self._surfaces[key] = None if surface is None else self._add_surface(surface)
@@ -143,55 +146,83 @@ class GltfDocument:
 
     def _add_surface(self, surface: ExportSurface) -> dict[str, Any]:
         """Add the arrays of a surface and return the fields of its glTF primitive."""
-        attributes = {"POSITION": self.add_array(surface.vertices.astype(np.float32), "VEC3", _ARRAY_BUFFER)}
+        columns: dict[str, npt.NDArray[Any]] = {"POSITION": surface.vertices.astype(np.float32)}
         if not self.shares:
-            attributes["NORMAL"] = self.add_array(surface.normals.astype(np.float32), "VEC3", _ARRAY_BUFFER)
+            columns["NORMAL"] = surface.normals.astype(np.float32)
         if surface.colors is not None:
             # linear; 8 bits would cause banding in dark colors
             shades = np.full((len(surface.colors), 4), 65535, np.uint16)
             shades[:, :3] = np.rint(np.clip(surface.colors, 0.0, 1.0) * 65535.0)
-            attributes["COLOR_0"] = self.add_array(shades, "VEC4", _ARRAY_BUFFER, normalized=True)
+            columns["COLOR_0"] = shades
         if surface.uv is not None:
             downward = surface.uv * [1.0, -1.0] + [0.0, 1.0]  # v grows downwards in glTF
-            attributes["TEXCOORD_0"] = self.add_array(downward.astype(np.float32), "VEC2", _ARRAY_BUFFER)
+            columns["TEXCOORD_0"] = downward.astype(np.float32)
         small = len(surface.vertices) < 65535
         indices = surface.faces.astype(np.uint16 if small else np.uint32).reshape(-1)
+        if self.compresses:
+            return self._compressed(columns, indices)
+        attributes = {
+            name: self.add_array(column, f"VEC{column.shape[1]}", _ARRAY_BUFFER, name == "COLOR_0")
+            for name, column in columns.items()
+        }
         return {"attributes": attributes, "indices": self.add_array(indices, "SCALAR", _ELEMENT_BUFFER)}
+
+    def _compressed(self, columns: dict[str, npt.NDArray[Any]], indices: npt.NDArray[Any]) -> dict[str, Any]:
+        """Add the columns of a surface as one Draco mesh and return the fields of its glTF primitive.
+
+        Draco may join and sort vertices, so accessors describe what it decodes to.
+        """
+        data, read, faces = compressed(columns, indices.reshape(-1, 3))
+        extension = {"bufferView": self._add_view(data, {}), "attributes": {name: read[name][0] for name in read}}
+        self.required.add(DRACO)
+        accessors = {
+            name: self._add_accessor(column, f"VEC{column.shape[1]}", name == "COLOR_0")
+            for name, (_, column) in read.items()
+        }
+        numbers = self._add_accessor(faces.reshape(-1).astype(indices.dtype), "SCALAR")
+        return {"attributes": accessors, "indices": numbers, "extensions": {DRACO: extension}}
 
     # --- arrays ---
 
     def add_array(self, array: npt.NDArray[Any], kind: str, target: int | None = None, normalized: bool = False) -> int:
         """Add an accessor for ``array``, one element per row, and return its index."""
-        data = array.tobytes()
-        data += b"\0" * (-len(data) % 4)
-        view: dict[str, Any] = {"buffer": 0, "byteOffset": self.size, "byteLength": array.nbytes}
+        number = self._add_accessor(array, kind, normalized)
+        view = self._add_view(array.tobytes(), {} if target is None else {"target": target})
+        self.accessors[number] = {"bufferView": view} | self.accessors[number]
+        return number
+
+    def _add_accessor(self, array: npt.NDArray[Any], kind: str, normalized: bool = False) -> int:
+        """Add an accessor that describes ``array`` and has no data yet, and return its index."""
         accessor: dict[str, Any] = {
-            "bufferView": len(self.views),
             "componentType": _COMPONENTS[array.dtype.name],
             "count": len(array),
             "type": kind,
             "min": np.atleast_1d(array.min(axis=0)).tolist(),
             "max": np.atleast_1d(array.max(axis=0)).tolist(),
         }
-        if target is not None:
-            view["target"] = target
-        if normalized:
-            accessor["normalized"] = True
-        self.views.append(view)
-        self.accessors.append(accessor)
-        self.chunks.append(data)
-        self.size += len(data)
+        self.accessors.append(accessor | ({"normalized": True} if normalized else {}))
         return len(self.accessors) - 1
+
+    def _add_view(self, data: bytes, fields: dict[str, int]) -> int:
+        """Add bytes to the buffer, with the fields of their view, and return its index."""
+        self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": len(data)} | fields)
+        padded = data + b"\0" * (-len(data) % 4)
+        self.chunks.append(padded)
+        self.size += len(padded)
+        return len(self.views) - 1
 
     # --- materials ---
 
     def _material(self, look: Look) -> int:
         """Return the index of the material of a look, added on first use."""
+        look = as_material(look)
         if look not in self._material_numbers:
             self._material_numbers[look] = len(self.materials)
             fields = material(look)
             if look.texture is not None:
                 fields["pbrMetallicRoughness"]["baseColorTexture"] = {"index": self._texture(look.texture)}
+                if look.texture.bump:
+                    fields["normalTexture"] = {"index": self._texture(look.texture, is_relief=True)}
             same = self._material_names[fields["name"]]
             self._material_names[fields["name"]] += 1
             if same:
@@ -199,19 +230,19 @@ class GltfDocument:
             self.materials.append(fields)
         return self._material_numbers[look]
 
-    def _texture(self, texture: Texture) -> int:
-        """Return the index of a texture, whose image is added on first use; it repeats by default."""
-        if texture not in self._texture_numbers:
-            data = tile_of(texture).png()
-            view = {"buffer": 0, "byteOffset": self.size, "byteLength": len(data)}
-            padded = data + b"\0" * (-len(data) % 4)
-            name = Path(texture.name).stem
-            self.images.append({"name": name, "mimeType": "image/png", "bufferView": len(self.views)})
-            self.views.append(view)
-            self.chunks.append(padded)
-            self.size += len(padded)
-            self._texture_numbers[texture] = len(self.images) - 1
-        return self._texture_numbers[texture]
+    def _texture(self, texture: Texture, is_relief: bool = False) -> int:
+        """Return the index of a texture, or of the normals of its relief, whose image is added on first use.
+
+        It repeats by default.
+        """
+        key = texture if is_relief else pictured(texture), is_relief
+        if key not in self._texture_numbers:
+            view = self._add_view(normals_png(texture) if is_relief else tile_of(texture).png(), {})
+            name = f"{Path(texture.name).stem}{' relief' if is_relief else ''}"
+            self.images.append({"name": name, "mimeType": "image/png", "bufferView": view})
+            self.textures.append({"source": len(self.images) - 1, **({"sampler": 0} if texture.side else {})})
+            self._texture_numbers[key] = len(self.images) - 1
+        return self._texture_numbers[key]
 
     # --- cameras and lights ---
 
@@ -261,7 +292,8 @@ class GltfDocument:
             "nodes": self.nodes,
             "meshes": self.meshes,
             "materials": self.materials,
-            "textures": [{"source": number} for number in range(len(self.images))],
+            "textures": self.textures,
+            "samplers": [_ONCE] if any("sampler" in texture for texture in self.textures) else [],
             "images": self.images,
             "animations": self.animations,
             "cameras": self.cameras,
@@ -289,6 +321,43 @@ class GltfDocument:
     def is_too_large(self) -> bool:
         """Whether the arrays alone exceed the size of a .glb file."""
         return self.size > _MAX_GLB_BYTES
+
+
+_ONCE = {"wrapS": 33071, "wrapT": 33071}  # sampler of decals: the margin goes on
+DRACO = "KHR_draco_mesh_compression"
+# Bits of positions and texture coordinates, of the largest extent of a mesh: 16 are .0015 % of it. A ball of 64 sides
+# takes a seventh of its space.
+_BITS, _NORMAL_BITS, _LEVEL = 16, 10, 7
+_KINDS = {
+    0: "POSITION",
+    1: "NORMAL",
+    3: "TEXCOORD_0",
+    4: "COLOR_0",
+}  # by Draco's types of attributes; 4 is a generic one
+
+
+def compressed(
+    columns: dict[str, npt.NDArray[Any]], faces: npt.NDArray[Any]
+) -> tuple[bytes, dict[str, tuple[int, npt.NDArray[Any]]], npt.NDArray[Any]]:
+    """Return a mesh as Draco writes it, and what it decodes to: by name the id and the column, and the faces."""
+    draco = require("DracoPy", "'scenelang[draco]'")
+    others = {name: columns[key].astype(np.float64) for name, key in _DOUBLES.items() if key in columns}
+    data = draco.encode(
+        columns["POSITION"],
+        faces.astype(np.uint32),
+        quantization_bits=_BITS,
+        compression_level=_LEVEL,
+        tex_coord_quantization_bits=_BITS,
+        normal_quantization_bits=_NORMAL_BITS,
+        generic_attributes={7: columns["COLOR_0"]} if "COLOR_0" in columns else None,
+        **others,
+    )
+    mesh = draco.decode(data)
+    read = {_KINDS[one["attribute_type"]]: (one["unique_id"], one["data"]) for one in mesh.attributes}
+    return data, {name: (key, rows.astype(columns[name].dtype)) for name, (key, rows) in read.items()}, mesh.faces
+
+
+_DOUBLES = {"normals": "NORMAL", "tex_coord": "TEXCOORD_0"}  # by the arguments of DracoPy
 
 
 def read_name(name: str) -> str:
@@ -355,7 +424,6 @@ def material(look: Look) -> dict[str, Any]:
     return fields | ({"extensions": extensions} if extensions else {})
 
 
-_COAT_ROUGHNESS = 0.05  # of varnish, as the renderers have it
 _SHEEN_ROUGHNESS = 0.5
 _THICKNESS = 1.0  # of refracting volumes, in the frames of meshes: half the size of unit solids
 
@@ -370,7 +438,7 @@ def _extensions(look: Look) -> dict[str, Any]:
             extensions["KHR_materials_volume"] = {"thicknessFactor": _THICKNESS}
     if look.coat > 0.0:
         extensions["KHR_materials_clearcoat"] = {
-            "clearcoatFactor": look.coat, "clearcoatRoughnessFactor": _COAT_ROUGHNESS
+            "clearcoatFactor": look.coat, "clearcoatRoughnessFactor": COAT_ROUGHNESS
         }  # fmt: skip
     if look.sheen > 0.0:
         extensions["KHR_materials_sheen"] = {
@@ -805,6 +873,9 @@ def _filled(items: Sequence[ExportItem | None]) -> list[ExportItem]:
     return filled
 
 
+COMPRESSED = Option(
+    "draco", "compress meshes (KHR_draco_mesh_compression): readers must know it, and positions have 16 bits", False
+)
 _HINT = "raise --instance-limit, or export a part of the scene"
 
 
@@ -827,7 +898,7 @@ def document_of(job: Job) -> GltfDocument:
     """Return the glTF document of a plan; raises LimitError if it would be too large."""
     plan = _within_limits(job)
     merged_entities = [item.entity for item in distinct(*plan.roots) if item.merged]
-    document = GltfDocument(merged_sides(job, merged_entities, _HINT), job.solid)
+    document = GltfDocument(merged_sides(job, merged_entities, _HINT), job.solid, job.draco)
     fine = fineness(job, plan.roots)
     nodes = Nodes(document, fine.of, fine.within, job.instancing or 0)
     if plan.animated:
@@ -879,6 +950,6 @@ GLTF = mesh_backend(
     (".glb", ".gltf"),
     write,
     animated=True,
-    options=(INSTANCES, INSTANCING, SIDES, TOLERANCE, FPS),
+    options=(INSTANCES, INSTANCING, COMPRESSED, SIDES, TOLERANCE, FPS),
     unit="meter",
 )

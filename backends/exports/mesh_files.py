@@ -1,10 +1,10 @@
 """Export of triangle meshes: Wavefront OBJ with an .mtl file, PLY, and binary STL.
 
-An OBJ file has one object for each leaf, named by the words from the root to it. It numbers positions and normals
-separately, which halves the files of boxes.
+An OBJ file has one object for each leaf, named by the words from the root to it. It numbers positions, normals and
+texture coordinates separately, which halves the files of boxes.
 
 By convention colors in .mtl files are sRGB-encoded, so ``Kd`` is. A merged part, whose colors vary, has vertex
-colors (``v x y z r g b``), which most programs support.
+colors (``v x y z r g b``), which most programs support. Images of textures are files beside the .mtl file.
 """
 
 from __future__ import annotations
@@ -20,7 +20,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.exports.export import SIDES, TOLERANCE, Job, LeafPiece, Surfaces, WorldBlock, mesh_backend
+from scenelang.backends.exports.export import (
+    SIDES,
+    TOLERANCE,
+    Job,
+    LeafPiece,
+    Surfaces,
+    TextureFiles,
+    WorldBlock,
+    mesh_backend,
+)
+from scenelang.backends.exports.plan import WHITE, as_material
 from scenelang.backends.surfaces.appearance import Look, material_name
 from scenelang.backends.surfaces.contraction import contracted
 from scenelang.backends.surfaces.image_files import to_srgb
@@ -32,14 +42,15 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
 _CONTROLS = re.compile(r"[\x00-\x1f\x7f]")
-_HEAD, _ROW, _NORMAL_ROW = 60, 34, 24  # bytes of the lines of an object, of a point and of a normal in an OBJ file
+# bytes of the lines of an object, of a point, of a normal and of texture coordinates in an OBJ file
+_HEAD, _ROW, _NORMAL_ROW, _COORDINATE_ROW = 60, 34, 24, 20
 _UNNAMED = re.compile(r"[^A-Za-z0-9_-]+")  # names in .mtl files end at white space, and # begins a comment
 _MAX_SHININESS = 1000.0  # maximum of Ns, whose minimum 0 is a rough surface
 
 
 def _write_obj(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``, with a material file; raises SceneError and LimitError."""
-    surfaces = Surfaces(job, ".obj", shares=job.solid)
+    surfaces = Surfaces(job, ".obj", shares=job.solid, textured=True)
     text = _ObjText(surfaces)
     surfaces.announce(text.estimated_size(), ".obj")
     # a name is any bytes, and a line of the file
@@ -48,33 +59,43 @@ def _write_obj(job: Job, path: Path) -> None:
         file.write(f"# scenelang: y up, colours are sRGB\nmtllib {library.name}\n")
         for block in surfaces.blocks():
             file.writelines(text.objects(block))
-    materials = (_material(name, look) for look, name in text.materials.items())
-    library.write_text("".join(materials), encoding="ascii")
+    images = TextureFiles(path)
+    materials = [_material(name, look, images) for look, name in text.materials.items()]
+    library.write_text("".join(materials), encoding="utf-8")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outline:
-    """Surface as an OBJ object, with distinct positions and normals.
+    """Surface as an OBJ object, with distinct positions, texture coordinates and normals.
 
     Attributes
     ----------
     points, normals
         Numbers of the vertices that they are taken from. A body has no normals, for which readers would split its
         points.
+    uv : (T, 2), optional
+        Coordinates in a texture.
     colors : (P, 3), optional
         Colors of the points.
     faces, mirrored
-        Numbers of the position and normal at each corner, from 0, and those of the mirrored surface.
+        Numbers at each corner of those of position, texture coordinates and normal that there are, in this order, from
+        0, and those of the mirrored surface.
     form
         Text of the object, with formats for its numbers.
     """
 
     points: IntArray
     normals: IntArray | None
+    uv: FloatArray | None
     colors: FloatArray | None
     faces: IntArray
     mirrored: IntArray
     form: str
+
+    @property
+    def kinds(self) -> list[int]:
+        """What corners have a number of: 0 for positions, 1 for texture coordinates, 2 for normals."""
+        return [0, *([] if self.uv is None else [1]), *([] if self.normals is None else [2])]
 
 
 def _outline(piece: LeafPiece, number: str, *, is_body: bool) -> _Outline:
@@ -87,7 +108,8 @@ def _outline(piece: LeafPiece, number: str, *, is_body: bool) -> _Outline:
     if is_body:
         form = "s off\n" + _vertex_form(columns, number) * len(columns) + "f %d %d %d\n" * len(surface.faces)
         faces = surface.faces
-        return _Outline(np.arange(len(columns)), None, colors, faces.reshape(-1), faces[:, ::-1].reshape(-1), form)
+        mirrored = faces[:, ::-1].reshape(-1)
+        return _Outline(np.arange(len(columns)), None, None, colors, faces.reshape(-1), mirrored, form)
     if surface.joints is None or colors is not None:
         points, place = _firsts(columns)
         point = place[surface.faces]
@@ -95,11 +117,17 @@ def _outline(piece: LeafPiece, number: str, *, is_body: bool) -> _Outline:
         _, first, place = np.unique(surface.joints, return_index=True, return_inverse=True)
         points, point = surface.faces.ravel()[first], place.reshape(surface.faces.shape)
     normals, normal = _firsts(surface.normals)
-    corners = np.stack([point, normal[surface.faces]], axis=2)
-    form = _vertex_form(columns, number) * len(points) + "vn %.6g %.6g %.6g\n" * len(normals)
-    form += "f %d//%d %d//%d %d//%d\n" * len(surface.faces)
+    form, corner = _vertex_form(columns, number) * len(points), "%d//%d"
+    numbers, uv = [point, normal[surface.faces]], None
+    if surface.uv is not None:
+        first, place = _firsts(surface.uv)
+        uv, corner = surface.uv[first], "%d/%d/%d"
+        form += "vt %.7g %.7g\n" * len(uv)
+        numbers.insert(1, place[surface.faces])
+    form += "vn %.6g %.6g %.6g\n" * len(normals) + f"f {corner} {corner} {corner}\n" * len(surface.faces)
+    corners = np.stack(numbers, axis=2)
     point_colors = None if colors is None else colors[points]
-    return _Outline(points, normals, point_colors, corners.reshape(-1), corners[:, ::-1].reshape(-1), form)
+    return _Outline(points, normals, uv, point_colors, corners.reshape(-1), corners[:, ::-1].reshape(-1), form)
 
 
 def _vertex_form(columns: FloatArray, number: str) -> str:
@@ -118,7 +146,7 @@ def _firsts(rows: FloatArray) -> tuple[IntArray, IntArray]:
 
 
 class _ObjText:
-    """Writes the objects of an OBJ file, which number positions and normals through the file."""
+    """Writes the objects of an OBJ file, which number positions, coordinates and normals through the file."""
 
     def __init__(self, surfaces: Surfaces) -> None:
         """Choose nine digits, or all if rounding to nine would change the volume of a body."""
@@ -129,7 +157,7 @@ class _ObjText:
         self._outlines: dict[Hashable, _Outline] = {}
         self._names: dict[tuple[int, str], str] = {}
         self._numbers: dict[str, int] = {}
-        self._next = np.array([1, 1])
+        self._next = np.array([1, 1, 1])
 
     def estimated_size(self) -> float:
         """Return the approximate size of the objects in bytes, within a fifth."""
@@ -140,8 +168,9 @@ class _ObjText:
             for piece in pieces:
                 outline = self._outline(piece)
                 normals = 0 if outline.normals is None else len(outline.normals)
-                corners = len(outline.faces) * (digits + 1)
-                size += count * (_HEAD + _ROW * len(outline.points) + _NORMAL_ROW * normals + corners)
+                coordinates = 0 if outline.uv is None else len(outline.uv)
+                rows = _ROW * len(outline.points) + _NORMAL_ROW * normals + _COORDINATE_ROW * coordinates
+                size += count * (_HEAD + rows + len(outline.faces) * (digits + 1))
         return size
 
     def objects(self, block: WorldBlock) -> Iterator[str]:
@@ -156,10 +185,10 @@ class _ObjText:
             if outline.normals is not None:
                 normals = block.normals[starts[number] + outline.normals] + 0.0
             faces = outline.mirrored if mirrored[number] else outline.faces
-            kinds = 1 if outline.normals is None else 2
-            corners = (faces.reshape(-1, kinds) + self._next[:kinds]).ravel()
-            self._next = self._next + np.array([len(points), len(normals)])
-            numbers = (*points.ravel().tolist(), *normals.ravel().tolist(), *corners.tolist())
+            uv = np.zeros((0, 2)) if outline.uv is None else outline.uv
+            corners = (faces.reshape(-1, len(outline.kinds)) + self._next[outline.kinds]).ravel()
+            self._next = self._next + np.array([len(points), len(uv), len(normals)])
+            numbers = tuple(number for rows in (points, uv, normals, corners) for number in rows.ravel().tolist())
             yield self._head(leaf[number], piece.look)
             yield outline.form % numbers
 
@@ -179,6 +208,7 @@ class _ObjText:
             self._names[key] = "/".join(words)
         name = self._names[key]
         number = self._numbers[name] = self._numbers.get(name, 0) + 1
+        look = as_material(look)
         material = self.materials.get(look)
         if material is None:
             base = _UNNAMED.sub("_", material_name(look).replace("#", "color_"))
@@ -194,14 +224,20 @@ def _escaped(word: str) -> str:
     return re.sub(r"[\s/#\\]+", "_", word.encode("utf-8", "replace").decode()) or "_"
 
 
-def _material(name: str, look: Look) -> str:
-    """Return the lines of a material; Pr, Pm and Ke are the PBR extension of MTL."""
+def _material(name: str, look: Look, images: TextureFiles) -> str:
+    """Return the lines of a material; Pr, Pm, Ke and norm are MTL's PBR extension, in which ``map_Kd`` is times Kd."""
 
     def spelled(linear: tuple[float, ...]) -> str:
         """Return a linear color as three sRGB numbers."""
         return " ".join(f"{x:.6f}" for x in to_srgb(np.clip(np.array(linear), 0.0, 1.0)).tolist())
 
-    lines = [f"newmtl {name}", f"Kd {spelled(look.color)}", f"d {look.opacity:g}"]
+    color = look.color if look.texture is None else WHITE
+    lines = [f"newmtl {name}", f"Kd {spelled(color)}", f"d {look.opacity:g}"]
+    if look.texture is not None:
+        clamp = "-clamp on " if look.texture.side else ""
+        lines.append(f"map_Kd {clamp}{images.name_of(look.texture)}")
+        if look.texture.bump:
+            lines.append(f"norm {clamp}{images.name_of(look.texture, is_relief=True)}")
     if not look.is_matte:
         lines += [f"Ns {_MAX_SHININESS * (1.0 - look.gloss) ** 2:g}", f"Pr {look.gloss:g}"]
     if look.metallic:

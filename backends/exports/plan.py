@@ -20,7 +20,8 @@ from scenelang.backends.surfaces.contraction import contracted, crowded_edges
 from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
-from scenelang.backends.surfaces.tiles import corner_coordinates
+from scenelang.backends.surfaces.tiles import corner_coordinates, pictured
+from scenelang.backends.surfaces.unwrapping import divided
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count
@@ -310,14 +311,17 @@ class ExportSurface:
     def textured(self, texture: Texture, place: Matrix) -> ExportSurface:
         """Return the surface with coordinates in a texture; ``place`` brings it into the frame of its primitive.
 
-        Every face has its own corners, because faces with one vertex may have different coordinates there.
+        Every face has its own corners, because faces with one vertex may have different coordinates there. Faces are
+        divided where coordinates are not linear between their corners.
         """
-        corners = self.vertices[self.faces]
         pose = np.array(place, np.float64).reshape(3, 4)
-        uv = corner_coordinates(texture, corners @ pose[:, :3].T + pose[:, 3]).reshape(-1, 2)
-        flat = self.faces.reshape(-1)
+        rows = [self.vertices @ pose[:, :3].T + pose[:, 3], self.vertices, self.normals]
+        corners = divided(texture, np.concatenate(rows, axis=1)[self.faces])
+        uv = corner_coordinates(texture, corners[:, :, :3]).reshape(-1, 2)
+        flat = corners.reshape(-1, 9)
+        joints = self.joints if len(corners) == len(self.faces) else None
         faces = np.arange(len(flat)).reshape(-1, 3)
-        return ExportSurface(self.vertices[flat], self.normals[flat], faces, uv=uv)
+        return ExportSurface(flat[:, 3:6], _unit_normals(flat[:, 6:]), faces, joints=joints, uv=uv)
 
     def moved(self, offset: FloatArray) -> ExportSurface:
         """Return the surface translated by an offset (3,)."""
@@ -434,6 +438,8 @@ def _unit_normals(normals: FloatArray) -> FloatArray:
     return unit
 
 
+COAT_ROUGHNESS = 0.05  # of varnish, as final images have it
+
 # --- shared meshes -----------------------------------------------------------------------------------------------
 
 
@@ -458,16 +464,23 @@ class Solid:
         """Cache key of the shared mesh."""
         return (self.form, self.ratios) if self.form is not None else (self.shape.key, self.own_colors)
 
-    def key_with(self, look: Look) -> Hashable:
-        """Return the cache key of the shared mesh with a look: where a texture is depends on the pose."""
-        return (self.key, look) if look.texture is None else (self.key, look, self.pose)
+    def key_in(self, texture: Texture | None) -> Hashable:
+        """Return the cache key of the shared mesh with coordinates in a texture, which depend on the pose."""
+        return self.key if texture is None else (self.key, texture, self.pose)
 
-    def surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
-        """Return the triangles of the shared mesh, without the pose."""
+    def key_with(self, look: Look) -> Hashable:
+        """Return the cache key of the shared mesh with a look."""
+        return self.key_in(look.texture), look
+
+    def surface(self, segments: int = SEGMENTS, texture: Texture | None = None) -> ExportSurface | None:
+        """Return the triangles of the shared mesh, without the pose; with coordinates in a texture if one is given."""
         if self.form is not None:
-            return unit_surface(self.form, self.ratios, segments)
-        surface = self.own_surface(segments)
-        return surface if surface is None or self.pose is IDENTITY else surface.moved(-np.array(self.pose[3::4]))
+            surface: ExportSurface | None = unit_surface(self.form, self.ratios, segments)
+        else:
+            surface = self.own_surface(segments)
+            if surface is not None and self.pose is not IDENTITY:
+                surface = surface.moved(-np.array(self.pose[3::4]))
+        return surface if surface is None or texture is None else surface.textured(texture, self.pose)
 
     def own_surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
         """Return the triangles in the primitive's frame."""
@@ -476,6 +489,18 @@ class Solid:
             return unit_surface(placed.form, placed.ratios, segments).under(placed.matrix[None])
         mesh = own_mesh(self.shape)
         return None if mesh is None else _of_mesh(mesh, own_colors=self.own_colors)
+
+
+def as_material(look: Look) -> Look:
+    """Return a look without where its texture is, which meshes have as coordinates: equal ones are one material.
+
+    The depth of a relief belongs to the material.
+    """
+    texture = look.texture
+    if texture is None:
+        return look
+    plain = pictured(texture)
+    return replace(look, texture=replace(plain, bump=texture.bump, scale=texture.scale) if texture.bump else plain)
 
 
 def solid_of(entity: Entity) -> Solid | None:
@@ -520,7 +545,7 @@ _SIDE_CHOICES = (SEGMENTS, 48, 32, 24, 16, 12, 8)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patch:
-    """The triangles of one material; the look's color is white because ``surface.colors`` (V, 3) contains it.
+    """The triangles of one material; the look's color is white if ``surface.colors`` (V, 3) contains it.
 
     ``pose`` translates the surface to its place, if it is too far from the origin for single precision.
     """
@@ -562,7 +587,8 @@ def merged(
                 raise too_fine(entity.word)
             groups = deepened(look, copies_of_count) if by_depth else ((look, copies_of_count),)
             for shown, chosen in groups:
-                copies.setdefault(replace(shown, color=WHITE), []).append((shown, surface, chosen))
+                shared_look = as_material(shown) if shown.texture is not None else replace(shown, color=WHITE)
+                copies.setdefault(shared_look, []).append((shown, surface, chosen))
     return tuple(patch for look, parts in copies.items() for patch in _patches(look, parts))
 
 

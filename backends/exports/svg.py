@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,13 +10,17 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import Accepts, Backend, BackendOptions, Option, Work, check_settings
+from scenelang.backends.exports.export import SECTION
 from scenelang.backends.exports.plan import SEGMENTS, chosen
 from scenelang.backends.files import atomic_write
+from scenelang.backends.surfaces.cuts import CutPlane, planes_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.modelling.computing import manifold_of
 from scenelang.interpreter.scene.modelling.solid import joined
+from scenelang.interpreter.scene.pose import AXES
 
 if TYPE_CHECKING:
     from manifold3d import CrossSection
@@ -32,17 +35,6 @@ _SIDES = {
 }
 _ACROSS = {"x": "right", "y": "top", "z": "front"}
 _UNITS = {"millimeter": "mm", "centimeter": "cm", "inch": "in"}
-_PLANE = re.compile(r"([xyz])=([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)", re.I)
-
-
-def _check_plane(text: str) -> None:
-    """Raise SceneError("value") for a text that is not a plane."""
-    if text and _PLANE.fullmatch(text) is None:
-        hint = "write an axis and a number, such as y=1.5"
-        raise SceneError("value", f"`--section` must be a plane, not `{text[:40]}`", hint)
-
-
-SECTION = Option("section", "plane to cut, such as y=1.5 (default: the silhouette)", "", check=_check_plane)
 SIDE = Option("side", "side that a silhouette is seen from", "front", tuple(_SIDES))
 SIDES = Option("segments", "sides of a full circle", SEGMENTS, minimum=3, maximum=1024)
 UNIT = Option("unit", "what a scene unit is in print", "millimeter", tuple(_UNITS))
@@ -52,27 +44,39 @@ def _run(scene: Scene, path: Path, options: BackendOptions) -> None:
     """Write the outline of one frame."""
     check_settings(options, [SVG])
     frame = drawn_scene(chosen(scene, options.frame or 0), options.limit, options.warn)
-    section, side = str(SVG.setting(options, "section")), str(SVG.setting(options, "side"))
-    drawn = outline_of(frame.root, section, side, int(SVG.setting(options, "segments")))
+    plane, side = _plane(frame, str(SVG.setting(options, "section"))), str(SVG.setting(options, "side"))
+    drawn = outline_of(frame.root, plane, side, int(SVG.setting(options, "segments")))
     with atomic_write(path) as temporary, temporary.open("w", encoding="ascii", newline="\n") as file:
         file.writelines(_document(drawn, _UNITS[str(SVG.setting(options, "unit"))]))
 
 
-def outline_of(root: Entity, section: str, side: str, segments: int = SEGMENTS) -> list[FloatArray]:
-    """Return the contours (K, 2) of a section, or of a silhouette if ``section`` is empty, in scene units.
+def _plane(frame: Scene, section: str) -> CutPlane | None:
+    """Return the plane of a section, None for a silhouette; raises SceneError("value") for several."""
+    planes = planes_of(section) if section else ()
+    if len(planes) > 1 or any(plane.keeps_far for plane in planes):
+        raise SceneError("value", f"an .svg file draws one plane, not `{section[:40]}`", "write `--section y=1.5`")
+    if not planes or not planes[0].is_share:
+        return planes[0] if planes else None
+    box, axis = entity_box(frame.root), planes[0].axis
+    assert box is not None  # of a scene that was chosen for an export
+    return CutPlane(axis, box[axis] + planes[0].position * (box[axis + 3] - box[axis]))
+
+
+def outline_of(root: Entity, plane: CutPlane | None, side: str, segments: int = SEGMENTS) -> list[FloatArray]:
+    """Return the contours (K, 2) of a section, or of a silhouette without a plane, in scene units.
 
     Outer contours are counter-clockwise, holes clockwise. Raises SceneError("solid") if there is nothing.
     """
     expression = joined(root, lambda _: segments)
     if expression is None:
         raise SceneError("solid", f'the scene "{root.word}" has nothing with a volume')
-    match = _PLANE.fullmatch(section)
-    axes = np.array(_SIDES[side if match is None else _ACROSS[match[1].lower()]])
+    axes = np.array(_SIDES[side if plane is None else _ACROSS[AXES[plane.axis]]])
     rotated = manifold_of(expression).manifold.transform(np.concatenate([axes, np.zeros((3, 1))], axis=1))
-    drawn: CrossSection = rotated.project() if match is None else rotated.slice(float(match[2]))
+    drawn: CrossSection = rotated.project() if plane is None else rotated.slice(plane.position)
     contours = [np.array(polygon, np.float64) for polygon in drawn.to_polygons()]
     if not contours:
-        raise SceneError("solid", f"the plane {section} meets nothing of the scene")
+        where = "" if plane is None else f" {AXES[plane.axis]}={plane.position:g}"
+        raise SceneError("solid", f"the plane{where} meets nothing of the scene")
     return contours
 
 

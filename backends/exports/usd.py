@@ -11,7 +11,9 @@ from __future__ import annotations
 import errno
 import json
 import re
+import tempfile
 from collections.abc import Hashable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ from scenelang.backends.exports.export import (
     Fineness,
     Job,
     Moving,
+    TextureFiles,
     facts_of,
     fineness,
     matched,
@@ -37,18 +40,19 @@ from scenelang.backends.exports.export import (
     variants,
 )
 from scenelang.backends.exports.plan import (
+    COAT_ROUGHNESS,
     SEGMENTS,
     ExportItem,
     ExportPlan,
     ExportSurface,
     Solid,
+    as_material,
     distinct,
     merged,
     points_of,
     shared,
     solid_of,
     translation,
-    unit_surface,
 )
 from scenelang.backends.surfaces.appearance import Look, look_of, material_name
 from scenelang.backends.surfaces.precision import about, common_offset, size_of
@@ -57,7 +61,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Scene
-from scenelang.interpreter.scene.primitives.forms import CanonicalForm
+from scenelang.interpreter.scene.primitives.textures import Texture
 from scenelang.interpreter.values.values import IDENTITY, Matrix
 
 FloatArray = npt.NDArray[np.float64]
@@ -68,6 +72,7 @@ IntArray = npt.NDArray[np.int64]
 
 INSTALL = "'scenelang[usd]'"
 SHAPES = "Shapes"  # parent prim of the canonical solids
+COORDINATES = "primvars:st"  # of textures, as readers expect them
 _UNIFORM = ("subdivisionScheme", "xformOpOrder", "axis")
 
 
@@ -203,33 +208,31 @@ class Prims:
         """Add a canonical form as a reference to a shared prim.
 
         The prim has a built-in USD schema if the form has one, such as Capsule, which is exact; else it is a mesh.
-        There is one for each form, because Blender 5 binds materials to meshes only.
+        There is one for each form, because Blender 5 binds materials to meshes only, and one for each place of a
+        texture on it.
         """
         form = solid.form
         assert form is not None
-        schema = form.usd(solid.ratios)
-        prim = self.prim(parent, name, "Mesh" if schema is None else schema[0])
-        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solid(form, solid.ratios, segments))]
-        self._paint(prim, np.array([look.color]), "constant", look)
-        return prim
-
-    def _solid(self, form: CanonicalForm, ratios: tuple[float, ...], segments: int) -> Any:
-        """Return the path of a canonical form's prim, adding it on first use."""
-        schema = form.usd(ratios)
-        key = (form, ratios, segments if schema is None else None)
+        schema = None if look.texture is not None else form.usd(solid.ratios)
+        key = solid.key_in(look.texture), segments if schema is None else None
         if key not in self._solids:
             root = self.layer.GetPrimAtPath(f"/{self.layer.defaultPrim}")
             holder = root.nameChildren.get(SHAPES) or self.prim(root, SHAPES, "", abstract=True)
             shape_prim = self.prim(holder, self._shape_names.fresh(form.name), "Mesh" if schema is None else schema[0])
             if schema is None:
-                self._triangles(shape_prim, unit_surface(form, ratios, segments))
+                surface = solid.surface(segments, look.texture)
+                assert surface is not None
+                self._triangles(shape_prim, surface)
             else:
-                for name, (kind, value) in schema[1].items():
-                    self.attribute(shape_prim, name, kind, value)
-                reach = np.abs(form.hull(ratios)).max(axis=0)
+                for attribute, (kind, value) in schema[1].items():
+                    self.attribute(shape_prim, attribute, kind, value)
+                reach = np.abs(form.hull(solid.ratios)).max(axis=0)
                 self.attribute(shape_prim, "extent", "Float3Array", self.points(np.stack([-reach, reach])))
             self._solids[key] = shape_prim.path
-        return self._solids[key]
+        prim = self.prim(parent, name, "Mesh" if schema is None else schema[0])
+        prim.referenceList.prependedItems = [self.sdf.Reference("", self._solids[key])]
+        self._paint(prim, np.array([look.color]), "constant", look)
+        return prim
 
     def instancer(
         self, prim: Any, prototypes: Sequence[Any], index: IntArray, poses: FloatArray, ids: IntArray
@@ -291,6 +294,9 @@ class Prims:
         normals.SetInfo("interpolation", interpolation)
         self.attribute(prim, "extent", "Float3Array", self.points(np.stack([low, high])))
         self.attribute(prim, "doubleSided", "Bool", True)
+        if surface.uv is not None:
+            coordinates = self.vt.Vec2fArray.FromNumpy(np.ascontiguousarray(surface.uv, np.float32))
+            self.attribute(prim, COORDINATES, "TexCoord2fArray", coordinates).SetInfo("interpolation", "vertex")
 
     def _paint(self, prim: Any, colors: npt.NDArray[np.float64], interpolation: str, look: Look) -> None:
         """Set the display color and opacity of a prim."""
@@ -311,15 +317,20 @@ def _text(text: str) -> str:
 
 @dataclass(slots=True)
 class Materials:
-    """Adds materials below ``scope``; ``painted`` ones take their color from the mesh's vertices."""
+    """Adds materials below ``scope``; ``painted`` ones take their color from the mesh's vertices.
+
+    Those with a texture take it from an image, which ``images`` writes.
+    """
 
     prims: Prims
     scope: Any
+    images: TextureFiles
     names: PrimNames = field(default_factory=PrimNames)
     _made: dict[tuple[Look, bool], Any] = field(default_factory=dict)
 
     def bind(self, prim: Any, look: Look, painted: bool = False) -> None:
         """Bind the material of ``look`` to the geometry ``prim``."""
+        look = as_material(look)
         key = (look, painted)
         if key not in self._made:
             self._made[key] = self._add(
@@ -337,8 +348,13 @@ class Materials:
         surface = prims.prim(material, "surface", "Shader")
         prims.attribute(surface, "info:id", "Token", "UsdPreviewSurface")
         color = prims.attribute(surface, "inputs:diffuseColor", "Color3f", gf.Vec3f(*look.color))
-        if painted:
-            color.connectionPathList.explicitItems = [self._reader(material)]
+        if look.texture is not None:
+            color.connectionPathList.explicitItems = [self._image(material, look.texture, look)]
+            if look.texture.bump:
+                normal = prims.attribute(surface, "inputs:normal", "Normal3f", gf.Vec3f(0.0, 0.0, 1.0))
+                normal.connectionPathList.explicitItems = [self._image(material, look.texture, look, is_relief=True)]
+        elif painted:
+            color.connectionPathList.explicitItems = [self._reader(material, "color", 3, "displayColor")]
         prims.attribute(surface, "inputs:roughness", "Float", look.gloss)
         prims.attribute(surface, "inputs:metallic", "Float", look.metallic)
         if look.opacity < 1.0:
@@ -347,18 +363,41 @@ class Materials:
             prims.attribute(surface, "inputs:emissiveColor", "Color3f", gf.Vec3f(*look.emission))
         if look.ior is not None:
             prims.attribute(surface, "inputs:ior", "Float", look.ior)
+        if look.coat > 0.0:
+            prims.attribute(surface, "inputs:clearcoat", "Float", look.coat)
+            prims.attribute(surface, "inputs:clearcoatRoughness", "Float", COAT_ROUGHNESS)
         prims.attribute(surface, "outputs:surface", "Token")
         output = prims.attribute(material, "outputs:surface", "Token")
         output.connectionPathList.explicitItems = [surface.path.AppendProperty("outputs:surface")]
         return material.path
 
-    def _reader(self, material: Any) -> Any:
-        """Return the output of a shader node that reads the vertex colors."""
-        reader = self.prims.prim(material, "color", "Shader")
-        self.prims.attribute(reader, "info:id", "Token", "UsdPrimvarReader_float3")
-        self.prims.attribute(reader, "inputs:varname", "String", "displayColor")
-        self.prims.attribute(reader, "outputs:result", "Float3")
+    def _reader(self, material: Any, name: str, size: int, primvar: str) -> Any:
+        """Return the output of a shader node that reads ``size`` numbers of the mesh at each point."""
+        reader = self.prims.prim(material, name, "Shader")
+        self.prims.attribute(reader, "info:id", "Token", f"UsdPrimvarReader_float{size}")
+        self.prims.attribute(reader, "inputs:varname", "String", primvar)
+        self.prims.attribute(reader, "outputs:result", f"Float{size}")
         return reader.path.AppendProperty("outputs:result")
+
+    def _image(self, material: Any, texture: Texture, look: Look, is_relief: bool = False) -> Any:
+        """Return the output of a shader node that reads the image of a texture, or the normals of its relief."""
+        prims, names = self.prims, ("relief_coordinates", "relief") if is_relief else ("coordinates", "texture")
+        coordinates = self._reader(material, names[0], 2, COORDINATES.removeprefix("primvars:"))
+        image = prims.prim(material, names[1], "Shader")
+        file = self.images.name_of(texture, is_relief)
+        prims.attribute(image, "info:id", "Token", "UsdUVTexture")
+        prims.attribute(image, "inputs:file", "Asset", prims.sdf.AssetPath(f"./{file}"))
+        if is_relief:  # numbers from -1 to 1, not colors
+            prims.attribute(image, "inputs:scale", "Float4", prims.gf.Vec4f(2.0, 2.0, 2.0, 1.0))
+            prims.attribute(image, "inputs:bias", "Float4", prims.gf.Vec4f(-1.0, -1.0, -1.0, 0.0))
+        else:
+            prims.attribute(image, "inputs:fallback", "Float4", prims.gf.Vec4f(*look.color, 1.0))
+        prims.attribute(image, "inputs:sourceColorSpace", "Token", "raw" if is_relief else "sRGB")
+        for side in "ST":
+            prims.attribute(image, f"inputs:wrap{side}", "Token", "clamp" if texture.side else "repeat")
+        prims.attribute(image, "inputs:st", "Float2").connectionPathList.explicitItems = [coordinates]
+        prims.attribute(image, "outputs:rgb", "Float3")
+        return image.path.AppendProperty("outputs:rgb")
 
 
 MAX_PRIMS = 1_000_000  # of a file
@@ -373,14 +412,15 @@ def write(job: Job, path: Path) -> None:
     """Write the plan to ``path``; raises SceneError("backend") without usd-core, LimitError for too many prims."""
     sdf = require("pxr.Sdf", INSTALL)
     layer = sdf.Layer.CreateAnonymous(".usda" if path.suffix.lower() == ".usda" else ".usdc")
-    with sdf.ChangeBlock():
-        _fill(layer, job)
-    job.progress(0.8)
+    is_package = path.suffix.lower() == ".usdz"
     try:
-        if path.suffix.lower() == ".usdz":
-            _package(layer, path)
-        elif not layer.Export(str(path)):
-            raise _not_written(path)
+        with tempfile.TemporaryDirectory() if is_package else nullcontext(path.parent) as folder:
+            main = Path(folder) / (f"{path.stem}.usdc" if is_package else path.name)
+            with sdf.ChangeBlock():
+                _fill(layer, job, TextureFiles(main))
+            job.progress(0.8)
+            if not layer.Export(str(main)) or (is_package and not package(main, path)):
+                raise _not_written(path)
     except require("pxr.Tf", INSTALL).ErrorException:  # which says neither why nor, as the file is temporary, which
         raise _not_written(path) from None
 
@@ -390,18 +430,13 @@ def _not_written(path: Path) -> OSError:
     return OSError(errno.EIO, "USD cannot write the file; the disk may be full", str(path))
 
 
-def _package(layer: Any, path: Path) -> None:
-    """Write a .usdz file: the layer as one binary file in an uncompressed archive."""
+def package(main: Path, path: Path) -> bool:
+    """Write a .usdz file, an uncompressed archive of a USD file and its images; return whether that was possible."""
     utils, sdf = require("pxr.UsdUtils", INSTALL), require("pxr.Sdf", INSTALL)
-    inner = path.with_suffix(".usdc")
-    try:
-        if not layer.Export(str(inner)) or not utils.CreateNewUsdzPackage(sdf.AssetPath(str(inner)), str(path)):
-            raise _not_written(path)
-    finally:
-        inner.unlink(missing_ok=True)
+    return bool(utils.CreateNewUsdzPackage(sdf.AssetPath(str(main)), str(path)))
 
 
-def _fill(layer: Any, job: Job) -> None:
+def _fill(layer: Any, job: Job, images: TextureFiles) -> None:
     """Fill a layer with the scene: metadata, materials and the hierarchy."""
     plan = job.plan
     merged_entities = [item.entity for item in distinct(*plan.roots) if item.merged]
@@ -416,7 +451,7 @@ def _fill(layer: Any, job: Job) -> None:
     for name, value in metadata.items():
         layer.pseudoRoot.SetInfo(name, value)
     prims.hint_extent(root, plan.roots)
-    materials = Materials(prims, prims.prim(root, "Materials", "Scope"))
+    materials = Materials(prims, prims.prim(root, "Materials", "Scope"), images)
     segments = merged_sides(job, merged_entities)
     least = INSTANCER_COPIES if job.instancing is None else job.instancing
     tree = _Tree(prims, materials, root, segments, fineness(job, plan.roots), least)
@@ -590,7 +625,7 @@ class _Tree:
             geometry = self.prims.shape(prim, name, solid, look, self.fine.of(item))
             self.materials.bind(geometry, look)
         else:
-            surface = solid.surface(self.fine.of(item))
+            surface = solid.surface(self.fine.of(item), look.texture)
             if surface is None:
                 return None
             geometry = self.prims.mesh(prim, name, surface, look)
@@ -672,7 +707,7 @@ def _fixed_items(root: Moving) -> list[ExportItem]:
 
 PLAIN_USD = mesh_backend(
     "usd",
-    "OpenUSD with instanceable prototypes, materials, words and 4D time samples",
+    "OpenUSD with instanceable prototypes, materials, textures, words and 4D time samples",
     (".usd", ".usda", ".usdc", ".usdz"),
     write,
     animated=True,
@@ -691,8 +726,8 @@ def _run(scene: Scene, path: Path, options: BackendOptions) -> Sequence[Path]:
     plain = replace(options, settings=settings)
     if not USD.setting(options, PHYSICS.name):
         return PLAIN_USD.run(scene, path, plain) or [path]
-    if settings.get("parts") or settings.get("depth") is not None or settings.get("solid"):
-        message = "`--physics` needs the parts as they are: leave out `--parts`, `--depth` and `--solid`"
+    if any(settings.get(name) for name in ("parts", "solid", "section")) or settings.get("depth") is not None:
+        message = "`--physics` needs the parts as they are: leave out `--parts`, `--depth`, `--section` and `--solid`"
         raise SceneError("value", message)
     written: Sequence[Path] = SERVICES.find("usd-physics")(scene, path, plain)
     return written

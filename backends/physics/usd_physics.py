@@ -9,6 +9,7 @@ their approximation, because physics allows no scale on spheres, cylinders and c
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.base import BackendOptions, frame_of, require
-from scenelang.backends.exports.usd import INSTALL, PLAIN_USD
-from scenelang.backends.files import atomic_write
+from scenelang.backends.exports.usd import INSTALL, PLAIN_USD, package
+from scenelang.backends.files import atomic_write_all
 from scenelang.backends.physics.colliders import SEGMENTS, Collider, FloatArray
 from scenelang.backends.physics.dynamics import FRICTION, GRAVITY, check_weight, quaternion
 from scenelang.backends.physics.grouping import BodySet, RigidBody, bodies_of
@@ -72,24 +73,25 @@ def write_with_physics(scene: Scene, path: Path, options: BackendOptions) -> lis
     for body in bodies.bodies:
         check_weight(bodies, body)
     still = Scene(scene.word, [regrouped(root, bodies)], False)
-    with tempfile.TemporaryDirectory() as folder, atomic_write(path) as target:
-        draft = Path(folder) / "scene.usdc"
+    with tempfile.TemporaryDirectory() as drafts, atomic_write_all(path.parent, path) as folder:
+        draft = Path(drafts) / f"{path.stem}.usdc"
         PLAIN_USD.run(still, draft, replace(options, frame=None))
         usd = require("pxr.Usd", INSTALL)
         stage = usd.Stage.Open(str(draft))
         _Physics(stage, bodies).add()
         stage.GetRootLayer().Save()
-        _save(stage, draft, target, path.suffix.lower())
+        _save(stage, draft, folder / path.name)
     return [path]
 
 
-def _save(stage: Any, draft: Path, target: Path, ending: str) -> None:
-    """Write a stage to a file, packed if it is a USDZ; raises OSError."""
-    if ending == ".usdz":
-        utils, sdf = require("pxr.UsdUtils", INSTALL), require("pxr.Sdf", INSTALL)
-        done = utils.CreateNewUsdzPackage(sdf.AssetPath(str(draft)), str(target))
+def _save(stage: Any, draft: Path, target: Path) -> None:
+    """Write a stage to a file, packed if it is a USDZ, and the images of its draft; raises OSError."""
+    if target.suffix.lower() == ".usdz":
+        done = package(draft, target)
     else:
         done = stage.GetRootLayer().Export(str(target))
+        for image in draft.parent.glob("*.png"):
+            shutil.copyfile(image, target.with_name(image.name))
     if not done:
         raise OSError(5, "USD cannot write the file", str(target))
 

@@ -19,10 +19,12 @@ from scenelang.backends.surfaces.dome import Dome
 from scenelang.backends.surfaces.environments import CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
 from scenelang.backends.surfaces.tiles import corner_coordinates
+from scenelang.backends.surfaces.unwrapping import divided
 from scenelang.interpreter.scene.entity import Entity, descendants, instance_counts
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.primitives.forms import TRIANGLE, CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import inverses_of, posed
+from scenelang.interpreter.scene.primitives.textures import Texture
 
 # Instancing: a cut through the entity DAG. Mitsuba has one level of instancing and no emitters inside instances, so
 # each path from the root to a primitive is cut once: below the cut are prototypes, shared entities whose solids become
@@ -429,6 +431,9 @@ class _Part:
 def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_flat: bool) -> Any:
     """Return one mesh of solids with the colors and opacities of its faces as attributes, or with a texture."""
     vertices, normals, faces, owner = _merged(part.solids, part.segments)
+    texture, places = part.look.texture, None
+    if texture is not None:
+        vertices, normals, faces, owner, places = _unwrapped(texture, part.solids, vertices, normals, faces, owner)
     look = part.solids.look[owner]
     attributes: dict[str, FloatArray] = {}
 
@@ -442,7 +447,7 @@ def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_fla
         """Return the entry of a bitmap that holds an image."""
         return {"bitmap": mi.Bitmap(image)}
 
-    texture, colors = part.look.texture, part.solids.looks.color * BRIGHTEST
+    colors = part.solids.looks.color * BRIGHTEST
     paint = (lambda lobe: of_faces(lobe(colors))) if texture is None else bitmap_paint(texture, bitmap)
     opacity = of_faces(part.solids.looks.opacity[:, None]) if part.is_clear else None
     bump = None if texture is None else relief(texture, part.depth, bitmap)
@@ -451,22 +456,32 @@ def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_fla
     props["face_normals"] = is_flat
     if emitter is not None:
         props["emitter"] = mi.load_dict(emitter)
-    shading = None if is_flat else normals
-    places = None
-    if texture is not None:  # corners of one vertex may have different coordinates
-        linear, offset = part.solids.into_primitives(owner)
-        corners = np.einsum("fij,fcj->fci", linear, vertices[faces]) + offset[:, None]
-        places = corner_coordinates(texture, corners).reshape(-1, 2)
-        vertices, shading = vertices[faces.reshape(-1)], None if shading is None else shading[faces.reshape(-1)]
-        faces = np.arange(len(vertices)).reshape(-1, 3)
     mesh = mi.Mesh(
         "solids", len(vertices), len(faces), has_vertex_normals=not is_flat, has_vertex_texcoords=places is not None,
         props=props,
     )  # fmt: skip
     for name, values in attributes.items():
         mesh.add_attribute(name, values.shape[1], values.astype(np.float32).ravel())
-    _fill(mi, mesh, vertices, shading, faces, places)
+    _fill(mi, mesh, vertices, None if is_flat else normals, faces, places)
     return mesh
+
+
+def _unwrapped(
+    texture: Texture, solids: Solids, vertices: FloatArray, normals: FloatArray, faces: IntArray, owner: IntArray
+) -> tuple[FloatArray, FloatArray, IntArray, IntArray, FloatArray]:
+    """Return a mesh of solids as ``_merged`` does, with three vertices for each face, and their coordinates (V, 2).
+
+    Corners of one vertex may have different coordinates. Faces are divided where coordinates bend.
+    """
+    linear, offset = solids.into_primitives(owner)
+    own = np.einsum("fij,fcj->fci", linear, vertices[faces]) + offset[:, None]
+    owners = np.broadcast_to(owner[:, None, None].astype(np.float64), (len(faces), 3, 1))
+    corners = divided(texture, np.concatenate([own, vertices[faces], normals[faces], owners], axis=2))
+    flat = corners[:, :, 3:9].reshape(-1, 6)
+    shading = flat[:, 3:] / np.linalg.norm(flat[:, 3:], axis=1)[:, None].clip(1e-300)
+    places = corner_coordinates(texture, corners[:, :, :3]).reshape(-1, 2)
+    owner = np.rint(corners[:, 0, 9]).astype(np.int64)
+    return flat[:, :3], shading, np.arange(len(flat)).reshape(-1, 3), owner, places
 
 
 def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:

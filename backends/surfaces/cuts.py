@@ -27,6 +27,7 @@ from scenelang.interpreter.scene.modelling.computing import leaf_mesh, surface_o
 from scenelang.interpreter.scene.modelling.operations import PRIMITIVE, Expression, Operand
 from scenelang.interpreter.scene.modelling.solid import SolidShape, has_volume
 from scenelang.interpreter.scene.pose import AXES, compose
+from scenelang.interpreter.scene.primitives import items_of
 from scenelang.interpreter.scene.primitives.base import Box, Point, Primitive
 from scenelang.interpreter.scene.primitives.cube import Cube
 from scenelang.interpreter.scene.primitives.mesh import Mesh
@@ -314,9 +315,15 @@ def _face_color(color: Point) -> Point:
 
 
 def _part(entity: Entity, shape: Primitive, rest: Mesh) -> Entity:
-    """Return a primitive with the part ``rest`` of its surface, and its own look."""
-    surface = CutSurface(surface=rest, color=_base_color(entity, shape), image=shape.image)
-    return Entity(entity.word, entity.embedding, (), surface, entity.tainted, entity.call_sites)
+    """Return a primitive with the part ``rest`` of its surface, and its own look; a texture has the size it had."""
+    texture, embedding, color = look_of(entity).texture, entity.embedding, _base_color(entity, shape)
+    if texture is not None:
+        value = embedding.attributes["texture"]
+        parts = (value,) if isinstance(value, str) else tuple(items_of(value) or ())
+        scaled = {**embedding.attributes, "texture": (*parts, "scale", texture.scale)}
+        embedding, color = Embedding(embedding.handle, embedding.text, scaled), shape.color
+    surface = CutSurface(surface=rest, color=color, image=shape.image)
+    return Entity(entity.word, embedding, (), surface, entity.tainted, entity.call_sites)
 
 
 # --- clipping --------------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from scenelang.backends.surfaces.appearance import look_of
 from scenelang.backends.surfaces.cuts import CutSurface, two_sided
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.datum import replace
@@ -42,6 +43,21 @@ def in_clay(scene: Scene, limit: int, warn: Warn | None) -> Scene:
 
 
 _LOOK = frozenset(attribute.name for attribute in MATERIALS)
+
+
+def in_mean_colors(scene: Scene) -> Scene:
+    """Return a scene whose shapes have the colors of their substances and the mean colors of their textures."""
+
+    def plain(entity: Entity) -> Entity:
+        """Return a primitive whose shape has one color; one without a substance or a texture as it is."""
+        shape, attributes = entity.shape, entity.embedding.attributes
+        if shape is None or all(attributes.get(name) is None for name in ("material", "texture")):
+            return entity
+        own, color = entity.embedding, look_of(entity).color
+        embedding = Embedding(own.handle, own.text, {**attributes, "color": Vector(color)})
+        return Entity(entity.word, embedding, (), replace(shape, color=color), entity.tainted, entity.call_sites)
+
+    return with_frames(scene, _with_primitives(scene.frames, plain))
 
 
 def in_triangles(scene: Scene, limit: int, warn: Warn | None) -> Scene:

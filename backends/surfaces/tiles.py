@@ -70,9 +70,7 @@ class Tile:
 
     def png(self) -> bytes:
         """Return the image at full resolution as a PNG file."""
-        data = io.BytesIO()
-        require("PIL.Image", "pillow").fromarray(encode(self.image)).save(data, "PNG")
-        return data.getvalue()
+        return _png(encode(self.image))
 
     def at(self, uv: FloatArray, footprint: FloatArray) -> Float32Array:
         """Return the colors (N, 3) at coordinates ``uv`` (N, 2), averaged over squares of side ``footprint`` (N,).
@@ -93,6 +91,13 @@ class Tile:
             coarse = _bilinear(self.levels[min(number + 1, len(self.levels) - 1)], uv[rows])
             out[rows] = fine + (coarse - fine) * share
         return out
+
+
+def _png(pixels: npt.NDArray[np.uint8]) -> bytes:
+    """Return an image (H, W, 3) as a PNG file."""
+    data = io.BytesIO()
+    require("PIL.Image", "pillow").fromarray(pixels).save(data, "PNG")
+    return data.getvalue()
 
 
 def _bilinear(image: Float32Array, uv: FloatArray) -> Float32Array:
@@ -137,6 +142,20 @@ def _relief(texture: Texture) -> Tile:
     for axis in (0, 0, 1, 1):  # two boxes of one width are a slope
         heights = sum(np.roll(heights, shift, axis) for shift in range(-reach, reach + 1)) / (2 * reach + 1)
     return replace(tile, levels=_levels(np.repeat(heights[:, :, None], 3, axis=2)))
+
+
+def normals_png(texture: Texture) -> bytes:
+    """Return the normals of a relief as a PNG file: x along u, y along v and z outwards, from -1 to 1 as 0 to 255.
+
+    Slopes are lengths divided by lengths, so that the file serves every size of the surface.
+    """
+    tile = relief_of(texture)
+    heights, (width, height) = tile.image[:, :, 0], tile.size
+    across = (np.roll(heights, -1, 1) - np.roll(heights, 1, 1)) * (heights.shape[1] / (2.0 * width))
+    upwards = (np.roll(heights, 1, 0) - np.roll(heights, -1, 0)) * (heights.shape[0] / (2.0 * height))
+    normals = np.dstack([-texture.bump * across, -texture.bump * upwards, np.ones_like(heights)])
+    normals /= np.linalg.norm(normals, axis=2)[:, :, None]
+    return _png(np.rint((0.5 + 0.5 * normals) * 255.0).astype(np.uint8))
 
 
 _HEIGHTS: tuple[Color, ...] = ((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))

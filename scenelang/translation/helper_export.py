@@ -39,7 +39,7 @@ def _write(scene: Scene, path: Path, options: BackendOptions) -> None:
     text = writer.text(frames, scene.word, scene.animated and options.frame is None)
     if writer.left_out and options.warn is not None:
         listed = ", ".join(f"`:{name}`" for name in sorted(writer.left_out))
-        options.warn(Diagnostic("script-loss", f"the helper API has colors only: {listed} left out", None))
+        options.warn(Diagnostic("lost-attribute", f"the helper API has colors only: {listed} left out", None))
     write_text(path, text)
 
 

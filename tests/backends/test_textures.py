@@ -332,3 +332,21 @@ def test_16_bit_images_keep_their_tones(tmp_path: Path) -> None:
 def test_check_tries_names_without_a_run(call: str, message: str) -> None:
     report = sl.check(f'(bind "a" (lambda () (call {call})))(scene "a")')
     assert [message in error.message for error in report.diagnostics if error.is_error] == [True]
+
+
+@pytest.mark.parametrize("projection", ["cylindrical", "spherical"])
+def test_draft_and_final_agree_where_coordinates_bend(projection: str) -> None:
+    """On the front of a cube, the angle around the axis is not linear between its corners."""
+    pytest.importorskip("mitsuba")
+    scene = textured(f'(texture "checker" :scale .25 :projection "{projection}" :colors [[1 1 1] [0 0 0]])')
+    camera = Viewpoint(0.0, 0.0, orthographic=True, target=(0.0, 0.0, 0.0), distance=3.1716)
+    pictures = [
+        draw(
+            scene.graph,
+            PictureOptions(width=SIZE, height=SIZE, camera=camera, ground="none", settings=settings),
+            picture_backend(quality),
+        ).radiance.mean(axis=2)
+        for quality, settings in (("draft", {}), ("final", {"samples": 64, "bounces": 2}))
+    ]
+    first, second = (picture[4:-4, 4:-4].reshape(-1) for picture in pictures)
+    assert np.corrcoef(first, second)[0, 1] > 0.97

@@ -103,7 +103,7 @@ def test_helper_python_runs_in_the_reference_model(tmp_path: Path) -> None:
             )
         else:
             assert np.allclose(np.abs(matrix[:, 3]), np.abs(pose[:3, 3]), atol=1e-6)
-    assert [d.name for d in warned] == ["script-loss"]
+    assert [d.name for d in warned] == ["lost-attribute"]
 
 
 def test_helper_python_has_three_primitives(tmp_path: Path) -> None:

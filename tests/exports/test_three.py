@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import shutil
@@ -14,10 +15,12 @@ import numpy as np
 import pytest
 from backends.conftest import MIRROR, SHEAR, Make
 from extremes import EXTREMES
+from PIL import Image
 from sampling import one_in
 from support import evaluate
 
 from exports.gltf_reader import Gltf
+from exports.textured import NEAR, nearest, pixels_at, sampled, textured_scene, worst
 from scenelang.backends.base import BackendOptions
 from scenelang.backends.exports.gltf import GLTF
 from scenelang.backends.exports.plan import surface_of
@@ -254,3 +257,32 @@ def test_extreme_scenes_load(part: int, tmp_path: Path) -> None:
         points, box = np.concatenate(reach), np.reshape(entity_box(scene.root), (2, 3))
         found = np.stack([points.min(axis=0), points.max(axis=0)])
         assert (np.abs(found - box) < 0.01 * np.ptp(box, axis=0)).all(), name  # of round shapes with sides
+
+
+# --- textures --------------------------------------------------------------------------------------------------------
+
+
+def test_textures_are_where_they_are(tmp_path: Path) -> None:
+    """Every texture on every shape: the coordinates, the image and how it repeats, as the loader has them."""
+    scene, objects = textured_scene(tmp_path)
+    path, _ = written(scene, tmp_path / "a.glb")
+    document = Gltf(path)
+    views = [document.document["bufferViews"][image["bufferView"]] for image in document.document["images"]]
+    data = [document.buffer[view["byteOffset"] : view["byteOffset"] + view["byteLength"]] for view in views]
+    images = [Image.open(io.BytesIO(each)) for each in data]
+    command = [str(NODE), str(HERE / "three_textures.mjs"), str(FOLDER), str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+
+    def rows() -> Iterator[tuple[int, np.ndarray, np.ndarray, np.ndarray]]:
+        """The number of each object, points, normals and colors."""
+        for one in json.loads(done.stdout):
+            state = [one[key] for key in ("color", "flipY", "wrapS", "wrapT", "colorSpace", "repeat", "offset")]
+            assert state == [[1, 1, 1], False, 1000, 1000, "srgb", [1, 1], [0, 0]]
+            uv = np.reshape(one["places"], (-1, 3, 2)) * [1.0, -1.0] + [0.0, 1.0]  # rows are not upside down
+            points, normals, at = sampled(np.reshape(one["corners"], (-1, 3, 3)), uv)
+            (number,) = np.unique(nearest(points))
+            yield int(number), points, normals, pixels_at(images[one["image"]], at)
+
+    found = worst(objects, rows())
+    assert len(found) == 72
+    assert {name: one for name, one in found.items() if one[0] > NEAR} == {}

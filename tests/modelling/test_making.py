@@ -372,7 +372,7 @@ def test_drawings_are_the_right_way_up(tmp_path: Path) -> None:
 
 
 def test_planes_that_are_wrong_or_meet_nothing_are_told(thing: sl.Scene, tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="must be a plane, not `w=2`"):
+    with pytest.raises(SceneError, match="`w=2` is no section"):
         thing.export(tmp_path / "a.svg", settings={"section": "w=2"})
     with pytest.raises(SceneError, match="the plane y=9 meets nothing"):
         thing.export(tmp_path / "a.svg", settings={"section": "y=9"})
