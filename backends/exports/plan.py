@@ -20,7 +20,7 @@ from scenelang.backends.surfaces.contraction import contracted, crowded_edges
 from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
-from scenelang.backends.surfaces.tiles import corner_coordinates, pictured
+from scenelang.backends.surfaces.tiles import coordinates, corner_coordinates, pictured
 from scenelang.backends.surfaces.unwrapping import divided
 from scenelang.grammar.diagnostics import Diagnostic, LimitError, SceneError
 from scenelang.interpreter.scene.bounds import entity_box
@@ -288,6 +288,8 @@ class ExportSurface:
         Colors of the faces of a surface whose faces share points (``shared``), whose ``colors`` are means.
     uv : (V, 2), optional
         Coordinates in a texture, in periods: u to the right, v upwards.
+    chart : (V, 2), optional
+        Texture coordinates of a mesh file.
     """
 
     vertices: FloatArray
@@ -297,6 +299,7 @@ class ExportSurface:
     joints: IntArray | None = None
     face_colors: FloatArray | None = None
     uv: FloatArray | None = None
+    chart: FloatArray | None = None
 
     def under(self, matrices: FloatArray) -> ExportSurface:
         """Return copies of the surface under the poses (K, 3, 4), concatenated."""
@@ -314,6 +317,8 @@ class ExportSurface:
         Every face has its own corners, because faces with one vertex may have different coordinates there. Faces are
         divided where coordinates are not linear between their corners.
         """
+        if texture.projection == "uv":
+            return self._by_own_coordinates(texture)
         pose = np.array(place, np.float64).reshape(3, 4)
         rows = [self.vertices @ pose[:, :3].T + pose[:, 3], self.vertices, self.normals]
         corners = divided(texture, np.concatenate(rows, axis=1)[self.faces])
@@ -322,6 +327,14 @@ class ExportSurface:
         joints = self.joints if len(corners) == len(self.faces) else None
         faces = np.arange(len(flat)).reshape(-1, 3)
         return ExportSurface(flat[:, 3:6], _unit_normals(flat[:, 6:]), faces, joints=joints, uv=uv)
+
+    def _by_own_coordinates(self, texture: Texture) -> ExportSurface:
+        """Return the surface with the texture coordinates of its file; raises SceneError if it has none."""
+        if self.chart is None or not np.isfinite(self.chart).all():
+            hint = "write `:projection` box, planar, cylindrical or spherical"
+            raise SceneError("attribute", "a mesh file whose texture has the projection uv has no coordinates", hint)
+        points = np.concatenate([self.chart, np.zeros((len(self.chart), 1))], axis=1)
+        return replace(self, uv=coordinates(texture, points, points), colors=None)
 
     def moved(self, offset: FloatArray) -> ExportSurface:
         """Return the surface translated by an offset (3,)."""
@@ -426,7 +439,8 @@ def _of_mesh(mesh: Mesh, *, own_colors: bool) -> ExportSurface:
     shading = flat if mesh.normals is None else _unit_normals(mesh.normals[mesh.faces].reshape(-1, 3))
     colors = None if mesh.colors is None or not own_colors else np.repeat(mesh.colors, 3, axis=0)
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
-    return ExportSurface(corners.reshape(-1, 3), shading, faces, colors, mesh.joints)
+    chart = None if mesh.uv is None else mesh.uv.reshape(-1, 2)
+    return ExportSurface(corners.reshape(-1, 3), shading, faces, colors, mesh.joints, chart=chart)
 
 
 def _unit_normals(normals: FloatArray) -> FloatArray:

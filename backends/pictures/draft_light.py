@@ -21,7 +21,7 @@ from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS
 from scenelang.backends.surfaces.environments import GROUND_EDGE, Studio, ground_colors
 from scenelang.backends.surfaces.solids import Solids
-from scenelang.backends.surfaces.tiles import coordinates, relief_of, tile_of
+from scenelang.backends.surfaces.tiles import coordinates, period_of, relief_of, tile_of
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
 from scenelang.interpreter.scene.primitives.textures import Texture
 
@@ -671,8 +671,7 @@ def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightes
         if texture is not None:
             rows = solid[look == number]
             points, normals, size = _in_primitive(stage, visible, rows)
-            tile = tile_of(texture)
-            period = math.sqrt(tile.size[0] * tile.size[1]) * (texture.scale or 1.0)
+            tile, period = tile_of(texture), math.sqrt(math.prod(period_of(texture)))
             albedo[rows] = tile.at(coordinates(texture, points, normals), size / period) * np.float32(brightest)
 
 
@@ -699,8 +698,7 @@ def _tilted(stage: Stage, visible: Surface, rows: IntArray, texture: Texture) ->
     """Return the normals (K, 3) of a relief where the samples ``rows`` see it."""
     points, normals, size = _in_primitive(stage, visible, rows)
     normals /= np.linalg.norm(normals, axis=1)[:, None].clip(1e-300)
-    tile, scale = relief_of(texture), texture.scale or 1.0
-    period = math.sqrt(tile.size[0] * tile.size[1]) * scale
+    tile, period = relief_of(texture), math.sqrt(math.prod(period_of(texture)))
     step = np.maximum(0.5 * size, period / max(tile.image.shape))[:, None]  # half a pixel of the picture or the image
 
     def height(at: FloatArray) -> FloatArray:

@@ -178,6 +178,11 @@ def _texture(entity: Entity, value: Any) -> Texture | None:
     if texture.side:
         axis, _ = SIDES[texture.side]
         size = _DECAL_SHARE * (min(lengths[:axis] + lengths[axis + 1 :]) or size)
+    if texture.projection == "uv":
+        if not shape.is_file:
+            message = f'the attribute `:texture` of "{entity.word}" has the projection uv, which only mesh files have'
+            raise SceneError("attribute", message, "leave `:projection` out, or write box, cylindrical or spherical")
+        size = 1.0 if texture.is_image else 1.0 / PATTERNS[texture.name].share
     is_colored = shape.color != WHITE
     if texture.is_image:
         colors: tuple[Point, ...] = (shape.color,) if is_colored else ()

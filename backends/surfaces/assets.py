@@ -12,6 +12,7 @@ import struct
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,13 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.surfaces.image_files import IMAGE_FORMATS, MAX_PIXELS, checked_image, from_srgb
+from scenelang.backends.surfaces.image_files import (
+    IMAGE_FORMATS,
+    MAX_PIXELS,
+    checked_image,
+    from_srgb,
+    linear_pixels,
+)
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives import MESH_ENDINGS
 from scenelang.interpreter.scene.primitives.mesh import Mesh
@@ -676,12 +683,54 @@ def _mesh(path: Path, references: References) -> Mesh:
         raise SceneError("file", f"the mesh file {name} has vertices with non-finite coordinates")
     faces = np.concatenate([np.asarray(m.faces, np.int64) + start for m, start in zip(meshes, starts, strict=True)])
     factors = None if document is None else _gltf_factors(document)
-    images: dict[int, npt.NDArray[np.uint8]] = {}
-    colors = [_colors(mesh, factors, images) for mesh in meshes]
-    if all(color is None for color in colors):
-        return Mesh(vertices, None, faces)
-    filled = [np.ones((len(m.faces), 3)) if c is None else c for m, c in zip(meshes, colors, strict=True)]
-    return Mesh(vertices, None, faces, np.concatenate(filled))
+    images: dict[int, _Image] = {}
+    paints = [_paint(mesh, factors, images) for mesh in meshes]
+    uv = None
+    if any(paint.uv is not None for paint in paints):
+        uv = np.concatenate([np.full((len(p), 3, 2), np.nan) if p.uv is None else p.uv for p in paints])
+    if all(paint.color is None for paint in paints):
+        return Mesh(vertices, None, faces, uv=uv)
+    colors = np.concatenate([np.ones((len(p), 3)) if p.color is None else p.color for p in paints])
+    if not images:
+        return Mesh(vertices, None, faces, colors, uv=uv)
+    image = np.concatenate([np.full(len(paint), paint.image) for paint in paints])
+    tint = np.concatenate([np.tile(paint.factor, (len(paint), 1)) for paint in paints])
+    pixels = tuple(image.pixels for image in images.values())
+    return Mesh(vertices, None, faces, colors, uv=uv, image=image, images=pixels, tint=tint)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Image:
+    """A color image of a file: its number, and its linear pixels (H, W, 3)."""
+
+    number: int
+    pixels: npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Paint:
+    """The colors of a part with ``count`` faces.
+
+    Attributes
+    ----------
+    color : (F, 3) or None
+        Linear sRGB of its faces; where it has an image, that at the middle of each face.
+    uv : (F, 3, 2) or None
+        Texture coordinates of the corners.
+    image
+        Number of its image, -1 without one.
+    factor : (3,)
+        What its image is multiplied by.
+    """
+
+    count: int
+    color: FloatArray | None = None
+    uv: FloatArray | None = None
+    image: int = -1
+    factor: FloatArray = field(default_factory=lambda: np.ones(3))
+
+    def __len__(self) -> int:
+        return self.count
 
 
 def _check_faces(mesh: Any, name: str) -> None:
@@ -712,36 +761,48 @@ def _gltf_factors(document: dict[str, Any]) -> dict[str, FloatArray]:
     return {name: np.array(factor[:3], np.float64) for name, factor in factors if name and named[name] == 1}
 
 
-def _colors(
-    mesh: Any, factors: dict[str, FloatArray] | None, images: dict[int, npt.NDArray[np.uint8]]
-) -> FloatArray | None:
-    """Return the linear colors (F, 3) of a mesh's faces, from its vertices or faces, or from its material and texture.
+def _paint(mesh: Any, factors: dict[str, FloatArray] | None, images: dict[int, _Image]) -> _Paint:
+    """Return the colors of a part, from its vertices or faces, or from its material and the image of this.
 
     ``factors`` are the material colors of a glTF file, whose vertex colors are linear too; None for other files.
-    ``images`` caches the pixels of textures by ``id``, since many parts may share one.
+    ``images`` are those of the file by ``id``, since many parts may share one; new ones are added.
     """
-    visual = mesh.visual
+    visual, count = mesh.visual, len(mesh.faces)
     if visual.kind in ("vertex", "face"):
         if visual.kind == "vertex":
             encoded = np.asarray(visual.vertex_colors, np.float64)[:, :3][mesh.faces].mean(axis=1)
         else:
             encoded = np.asarray(visual.face_colors, np.float64)[:, :3]
         share = encoded / 255.0
-        return np.asarray(share if factors is not None else from_srgb(share), np.float64)
+        return _Paint(count, np.asarray(share if factors is not None else from_srgb(share), np.float64))
     material = getattr(visual, "material", None)
+    uv = _coordinates(visual, mesh)
     if material is None:
-        return None
+        return _Paint(count, None, uv)
     factor, texture = _factor_and_texture(material)
     factor = (factors or {}).get(getattr(material, "name", None) or "", factor)
-    uv = getattr(visual, "uv", None)
     if factor is None and texture is None:
+        return _Paint(count, None, uv)
+    factor = np.ones(3) if factor is None else factor
+    colors = np.tile(factor, (count, 1))
+    if texture is None or uv is None:
+        return _Paint(count, colors, uv)
+    if id(texture) not in images:
+        images[id(texture)] = _Image(len(images), linear_pixels(texture))
+    image = images[id(texture)]
+    return _Paint(count, colors * _sample(image.pixels, uv.mean(axis=1)), uv, image.number, factor)
+
+
+def _coordinates(visual: Any, mesh: Any) -> FloatArray | None:
+    """Return the texture coordinates (F, 3, 2) of a part, None if it has none or invalid ones."""
+    uv = getattr(visual, "uv", None)
+    if uv is None or len(uv) != len(mesh.vertices):
         return None
-    colors = np.tile(np.ones(3) if factor is None else factor, (len(mesh.faces), 1))
-    if texture is not None and uv is not None and len(uv) == len(mesh.vertices):
-        if id(texture) not in images:
-            images[id(texture)] = np.asarray(texture.convert("RGB"))
-        colors *= _sample(images[id(texture)], np.asarray(uv, np.float64)[mesh.faces].mean(axis=1))
-    return colors
+    corners = np.asarray(uv, np.float64)[:, :2][mesh.faces]
+    return corners if np.isfinite(corners).all() and np.abs(corners).max(initial=0.0) < _MAX_COORDINATE else None
+
+
+_MAX_COORDINATE = 1e6  # of textures: beyond, single precision leaves no digits within a period
 
 
 def _factor_and_texture(material: Any) -> tuple[FloatArray | None, Any]:
@@ -761,9 +822,9 @@ def _unit(values: npt.NDArray[Any]) -> FloatArray:
     return values.astype(np.float64) / 255.0 if values.dtype.kind in "ui" else np.clip(values.astype(np.float64), 0, 1)
 
 
-def _sample(pixels: npt.NDArray[np.uint8], uv: FloatArray) -> FloatArray:
-    """Sample ``pixels`` (H, W, 3) at ``uv`` (F, 2), repeated beyond [0, 1], as linear colors (F, 3)."""
+def _sample(pixels: npt.NDArray[np.float32], uv: FloatArray) -> FloatArray:
+    """Sample linear ``pixels`` (H, W, 3) at ``uv`` (F, 2), repeated beyond [0, 1]."""
     height, width = pixels.shape[:2]
     column = np.floor(np.mod(uv[:, 0], 1.0) * width).astype(np.int64) % width
     row = np.floor(np.mod(1.0 - uv[:, 1], 1.0) * height).astype(np.int64) % height
-    return np.asarray(from_srgb(pixels[row, column].astype(np.float64) / 255.0), np.float64)
+    return np.asarray(pixels[row, column], np.float64)

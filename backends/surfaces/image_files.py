@@ -15,6 +15,7 @@ from scenelang.grammar.diagnostics import SceneError
 AnyFloats = npt.NDArray[np.floating]
 
 MAX_PIXELS = 1 << 25  # of all images of a mesh file together, and of an image of a texture: 8192 x 4096
+LARGEST = 2048  # pixels per side of an image on a surface, which is reduced to it
 IMAGE_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TGA", "TIFF", "PPM")  # whose decoders start no other program
 
 
@@ -32,6 +33,27 @@ def checked_image(path: Path, name: str) -> Any:
     if image.width * image.height > MAX_PIXELS:
         raise SceneError("file", f"the image `{name[:80]}` has more than {MAX_PIXELS:,} pixels")
     return image
+
+
+def linear_pixels(
+    image: Any, behind: tuple[float, float, float] | None = None, most: int = LARGEST
+) -> npt.NDArray[np.float32]:
+    """Return the linear sRGB (H, W, 3) of an image of Pillow, reduced to at most ``most`` pixels on a side.
+
+    Transparent pixels are mixed with the linear color ``behind``, in encoded values as browsers do; without one, alpha
+    is ignored.
+    """
+    from PIL import Image
+
+    image = image.copy()
+    image.thumbnail((most, most))
+    if image.mode.startswith("I"):  # 16 bits of gray, which Pillow would clip
+        image = Image.fromarray((np.asarray(image, np.float64) / 257.0).clip(0.0, 255.0).astype(np.uint8))
+    if behind is not None:
+        rgba = image.convert("RGBA")
+        back = Image.new("RGBA", rgba.size, (*encode(np.array(behind)).tolist(), 255))
+        image = Image.alpha_composite(back, rgba)
+    return from_srgb(np.asarray(image.convert("RGB"), np.float32) / np.float32(255.0)).astype(np.float32)
 
 
 def encode(linear: AnyFloats) -> npt.NDArray[np.uint8]:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from scenelang.backends.surfaces.appearance import Look, Looks, look_of, looks_of
 from scenelang.backends.surfaces.assets import MAX_TRIANGLES
+from scenelang.backends.surfaces.tiles import tile_of
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import FlatFrame
@@ -22,6 +23,8 @@ from scenelang.interpreter.scene.primitives import Placed, standard_forms
 from scenelang.interpreter.scene.primitives.base import Primitive, mesh_of
 from scenelang.interpreter.scene.primitives.forms import FACE, SMOOTH_FACE, TRIANGLE, CanonicalForm, Ratios
 from scenelang.interpreter.scene.primitives.mesh import Mesh, cofactors_of, inverses_of
+from scenelang.interpreter.scene.primitives.mesh_file import MeshFile
+from scenelang.interpreter.scene.primitives.textures import Texture
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -197,7 +200,8 @@ class _Triangles:
     """Drawable of a distinct primitive: K triangles with local poses (K, 3, 4) and looks (K,).
 
     ``normals`` (K, 9) are those at the corners, in the dual of each triangle's frame, None for the meshes of files,
-    which may be open.
+    which may be open. ``charts`` (K, 3, 4) map the triangles to where textures are: into the frame of the primitive, or
+    to texture coordinates of the file.
     """
 
     local: FloatArray
@@ -205,6 +209,7 @@ class _Triangles:
     normals: FloatArray | None = None
     part: IntArray | None = None
     part_words: tuple[str, ...] = ()
+    charts: FloatArray | None = None
 
 
 class FormTable:
@@ -347,7 +352,7 @@ def _triangle_columns(
         "semantic": np.zeros(total, bool),
         "instance": np.repeat(instance, count),
         "part": np.tile(_part_numbers(mesh, parts), len(instance)),
-        "local": np.tile(mesh.local.reshape(count, 12), (len(instance), 1)),
+        "local": np.tile((mesh.local if mesh.charts is None else mesh.charts).reshape(count, 12), (len(instance), 1)),
     }
 
 
@@ -394,9 +399,9 @@ def own_mesh(shape: Primitive) -> Mesh | None:
 
 
 def keeps_own_colors(entity: Entity, mesh: Mesh) -> bool:
-    """Return whether a mesh shows its own colors; ``:color`` and ``:material`` of the primitive replace them."""
+    """Return whether a mesh shows its own colors; a color, a material or a texture of the primitive replaces them."""
     given = entity.embedding.attributes
-    return mesh.colors is not None and given.get("color") is None and given.get("material") is None
+    return mesh.colors is not None and all(given.get(name) is None for name in ("color", "material", "texture"))
 
 
 def _piece(entity: Entity, table: _LookTable) -> _Piece | _Triangles | None:
@@ -419,10 +424,63 @@ def _triangles(entity: Entity, mesh: Mesh, look: Look, table: _LookTable) -> _Tr
         normals = _corner_normals(mesh, local, valid)
     part = None if mesh.part is None else mesh.part[valid]
     if mesh.colors is None or not keeps_own_colors(entity, mesh):
-        return _Triangles(local, np.full(len(local), table.number(look)), normals, part, mesh.part_words)
+        numbers = np.full(len(local), table.number(look))
+        charts = None
+        if look.texture is not None and look.texture.projection == "uv":
+            charts = _charts(coordinates_of(entity, mesh)[valid], local)
+        return _Triangles(local, numbers, normals, part, mesh.part_words, charts)
     colors, inverse = np.unique(mesh.colors[valid], axis=0, return_inverse=True)
-    numbers = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
-    return _Triangles(local, np.array(numbers, np.int64)[inverse.reshape(-1)], normals, part, mesh.part_words)
+    looks = [table.number(replace(look, color=tuple(color))) for color in colors.tolist()]
+    numbers, charts = np.array(looks, np.int64)[inverse.reshape(-1)], local
+    if mesh.images:
+        numbers, charts = _imaged(entity, mesh, look, table, numbers, valid, local)
+    return _Triangles(local, numbers, normals, part, mesh.part_words, charts)
+
+
+def coordinates_of(entity: Entity, mesh: Mesh) -> FloatArray:
+    """Return the texture coordinates (F, 3, 2) of a mesh file; raises SceneError if not all faces have some."""
+    if mesh.uv is None or not np.isfinite(mesh.uv).all():
+        message = f'the mesh file of "{entity.word}" has no texture coordinates'
+        raise SceneError("attribute", message, "write `:projection` box, planar, cylindrical or spherical")
+    return mesh.uv
+
+
+def _charts(uv: FloatArray, local: FloatArray) -> FloatArray:
+    """Return maps (K, 3, 4) from canonical triangles to texture coordinates (K, 3, 2), with 0 for the third.
+
+    The thickness of the triangles ``local`` grows as their sides do, so that a volume tells how lengths grow.
+    """
+    a, b, c = uv[:, 0], uv[:, 1], uv[:, 2]
+    charts = np.zeros((len(uv), 3, 4))
+    charts[:, :2] = np.stack([(b - a) / 2.0, (c - a) / 2.0, np.zeros_like(a), (b + c) / 2.0], axis=2)
+    area = np.abs(charts[:, 0, 0] * charts[:, 1, 1] - charts[:, 0, 1] * charts[:, 1, 0])
+    own = np.linalg.norm(np.cross(local[:, :, 0], local[:, :, 1]), axis=1)
+    charts[:, 2, 2] = np.sqrt(area / own) * np.linalg.norm(local[:, :, 2], axis=1)
+    return charts
+
+
+def _imaged(
+    entity: Entity, mesh: Mesh, look: Look, table: _LookTable, numbers: IntArray, valid: IntArray, local: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Return the looks (K,) and charts (K, 3, 4) of the triangles ``valid`` with the images of their file.
+
+    ``numbers`` (K,) are the looks of faces without an image.
+    """
+    file, uv, image, tint = entity.shape, mesh.uv, mesh.image, mesh.tint
+    if not isinstance(file, MeshFile) or file.file is None or uv is None or image is None or tint is None:
+        return numbers, local
+    numbers, charts, shown = numbers.copy(), local.copy(), image[valid]
+    for number in np.unique(shown[shown >= 0]).tolist():
+        rows = np.flatnonzero(shown == number)
+        charts[rows] = _charts(uv[valid[rows]], local[rows])
+        tints, which = np.unique(tint[valid[rows]], axis=0, return_inverse=True)
+        looks = []
+        for factor in tints.tolist():
+            source = (str(file.root), number)
+            texture = Texture(file.file, 1.0, colors=(tuple(factor),), projection="uv", source=source)
+            looks.append(table.number(replace(look, color=tile_of(texture).mean, texture=texture)))
+        numbers[rows] = np.array(looks, np.int64)[which.reshape(-1)]
+    return numbers, charts
 
 
 def _corner_normals(mesh: Mesh, local: FloatArray, valid: IntArray) -> FloatArray:

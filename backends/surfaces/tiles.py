@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import require
-from scenelang.backends.surfaces.image_files import checked_image, encode, from_srgb
+from scenelang.backends.surfaces.image_files import checked_image, encode, linear_pixels
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives.textures import PATTERNS, SIDES, Color, Texture
 
@@ -30,7 +30,6 @@ IntArray = npt.NDArray[np.int64]
 
 # Pixels per side of a pattern's image; fewer in a browser, where arrays are plain Python.
 _SIZE = 128 if sys.platform == "emscripten" else 512
-_LARGEST = 2048  # pixels per side of an image from a file, which is reduced to it
 _JOINT = 0.055  # width of mortar and joints, relative to `:scale`
 _KEPT = 16  # images that are kept
 _MARGIN = 0.125  # of the surface's color on each side of a decal, as shares of its image with them
@@ -168,7 +167,7 @@ def _tile(texture: Texture) -> Tile:
     if texture.side:
         return _decal(texture)
     if texture.is_image:
-        image = _image_of(texture.name)
+        image = _image_of(texture)
         if texture.colors:
             image = image * np.array(texture.colors[0], np.float32)
         return Tile(_levels(image), (1.0, len(image) / image.shape[1]))
@@ -183,7 +182,7 @@ def _decal(texture: Texture) -> Tile:
     """Return an image or a text within a margin of the surface's color, which is the first of its colors."""
     around = texture.colors[0] if texture.colors else (1.0, 1.0, 1.0)
     if texture.is_image:
-        image = _image_of(texture.name, around)
+        image = _image_of(texture, around)
     else:
         image = _tile(replace(texture, side="")).image
     height, width = image.shape[:2]
@@ -194,18 +193,14 @@ def _decal(texture: Texture) -> Tile:
     return Tile(_levels(framed), (framed.shape[1] / width, framed.shape[0] / width), repeats=False)
 
 
-def _image_of(path: str, behind: Color = (1.0, 1.0, 1.0)) -> Float32Array:
-    """Return the linear sRGB of an image file (H, W, 3); transparent pixels are mixed with the color ``behind``."""
-    opened = checked_image(Path(path), path)  # says if Pillow is missing
-    from PIL import Image
+def _image_of(texture: Texture, behind: Color = (1.0, 1.0, 1.0)) -> Float32Array:
+    """Return the linear sRGB (H, W, 3) of a texture's image; transparent pixels have the color ``behind``."""
+    if texture.source is not None:
+        from scenelang.backends.surfaces.assets import load_asset
 
-    opened.thumbnail((_LARGEST, _LARGEST))
-    if opened.mode.startswith("I"):  # 16 bits of gray, which Pillow would clip
-        opened = Image.fromarray((np.asarray(opened, np.float64) / 257.0).clip(0.0, 255.0).astype(np.uint8))
-    rgba = opened.convert("RGBA")
-    back = Image.new("RGBA", rgba.size, (*encode(np.array(behind)).tolist(), 255))
-    flat = Image.alpha_composite(back, rgba).convert("RGB")
-    return from_srgb(np.asarray(flat, np.float32) / np.float32(255.0)).astype(np.float32)
+        folder, number = texture.source
+        return load_asset(texture.name, folder).images[number]
+    return linear_pixels(checked_image(Path(texture.name), texture.name), behind)  # says if Pillow is missing
 
 
 def _levels(image: npt.NDArray[np.floating]) -> tuple[Float32Array, ...]:
@@ -379,7 +374,7 @@ def coordinates(
     Parameters
     ----------
     points, normals : (N, 3)
-        In the frame of the primitive.
+        In the frame of the primitive; for the projection "uv" the coordinates of a mesh file, with any third.
     around : (N,), optional
         Angles near which those of cylindrical and spherical projections are, so that the corners of a triangle are on
         one side of the seam.
@@ -387,6 +382,8 @@ def coordinates(
     x, y, z = points.T
     if texture.side:
         flat = _upright(points, *SIDES[texture.side]) - np.array(texture.at)
+    elif texture.projection == "uv":
+        flat = points[:, :2]
     elif texture.projection == "box":
         flat = _box(points, normals)
     elif texture.projection == "planar":
@@ -412,14 +409,16 @@ def coordinates(
 
 
 def period_of(texture: Texture) -> tuple[float, float]:
-    """Return the width and the height of the period, in units of the primitive's frame."""
+    """Return the width and the height of the period, in units of the primitive's frame or of a file's coordinates."""
     scale, (width, height) = texture.scale or 1.0, tile_of(texture).size
+    if texture.projection == "uv" and texture.is_image:
+        return scale, scale  # an image fills the unit square
     return width * scale, height * scale
 
 
 def middle_of(texture: Texture) -> float:
     """Return both coordinates of the primitive's origin: images and texts are centered on it."""
-    return 0.5 if texture.is_image or texture.name == "text" else 0.0
+    return 0.5 if (texture.is_image or texture.name == "text") and texture.projection != "uv" else 0.0
 
 
 def around_of(texture: Texture) -> float:

@@ -34,7 +34,7 @@ def divided(texture: Texture, corners: FloatArray) -> FloatArray:
         Positions in the frame of the primitive, and values beside them, which are interpolated. Triangles that share an
         edge are divided at the same points, so that a closed surface stays closed.
     """
-    if texture.projection in ("box", "planar"):
+    if texture.projection not in ("cylindrical", "spherical"):
         return corners
     shortest = _SHORTEST * float(np.ptp(corners[:, :, :3], axis=(0, 1)).max(initial=0.0))
     for _ in range(_MOST_LEVELS):

@@ -36,7 +36,7 @@ from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, Color, Look, look_of
 from scenelang.backends.surfaces.environments import ENVIRONMENTS, SHOULDER
 from scenelang.backends.surfaces.precision import own_offset
-from scenelang.backends.surfaces.solids import composed, is_semantic, keeps_own_colors, own_mesh
+from scenelang.backends.surfaces.solids import composed, coordinates_of, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.backends.viewer.start import backdrop_of, camera_of
 from scenelang.backends.viewer.texture_columns import texture_columns
@@ -164,7 +164,8 @@ def _place_row(span: Span) -> dict[str, Any]:
 
 FloatArray = npt.NDArray[np.float64]
 _FormKey = tuple[CanonicalForm, tuple[float, ...]]
-_MeshKey = tuple[Primitive, bool]  # a primitive that is a mesh, and whether it shows its own colors
+_PLAIN, _OWN, _CHARTED = "plain", "colors of its own", "texture coordinates"  # of the mesh of a file
+_MeshKey = tuple[Primitive, str]
 IntArray = npt.NDArray[np.int64]
 
 # Level of detail: round solids have two tessellations, of which the coarse one is used for small objects.
@@ -179,6 +180,7 @@ class Geometry:
     """Mesh in its own frame.
 
     ``positions`` and ``normals`` (3 V), ``indices`` (3 F), and ``colors`` (3 V), linear sRGB, if the mesh has its own.
+    ``chart`` (2 V) are the texture coordinates of a mesh file, for textures with the projection uv.
     ``is_closed`` marks a canonical solid, without holes. ``coarse`` is the index of the geometry that replaces it at a
     small size on the screen.
     """
@@ -187,6 +189,7 @@ class Geometry:
     normals: npt.NDArray[np.float32]
     indices: npt.NDArray[np.uint32]
     colors: npt.NDArray[np.float32] | None = None
+    chart: npt.NDArray[np.float32] | None = None
     is_closed: bool = True
     coarse: int | None = None
 
@@ -321,7 +324,7 @@ def _add(geometries: list[Geometry], key: _FormKey | _MeshKey, *, has_coarse: bo
         assert mesh is not None, "a mesh without faces has no key"
         offset = own_offset(mesh.vertices, mesh.faces)
         near = mesh if offset is None else replace(mesh, vertices=mesh.vertices - offset)
-        geometries.append(_mesh_geometry(near, own_colors=bool(detail)))
+        geometries.append(_mesh_geometry(near, own_colors=detail is _OWN, has_chart=detail is _CHARTED))
         return len(geometries) - 1
     assert isinstance(detail, tuple)
     if shape.is_curved and has_coarse:
@@ -348,7 +351,11 @@ def _geometry_key(entity: Entity) -> tuple[_FormKey | _MeshKey | None, FloatArra
         return None, identity
     offset = own_offset(mesh.vertices, mesh.faces)  # positions are float32
     pose = identity if offset is None else np.column_stack([np.eye(3), offset])
-    return (shape.key, keeps_own_colors(entity, mesh)), pose
+    texture = look_of(entity).texture
+    if texture is not None and texture.projection == "uv":
+        coordinates_of(entity, mesh)  # which says if it has none
+        return (shape.key, _CHARTED), pose
+    return (shape.key, _OWN if keeps_own_colors(entity, mesh) else _PLAIN), pose
 
 
 def _form_geometry(form: CanonicalForm, ratios: tuple[float, ...], sides: int) -> Geometry:
@@ -365,7 +372,7 @@ def _smooth_geometry(mesh: Mesh) -> Geometry:
     )
 
 
-def _mesh_geometry(mesh: Mesh, *, own_colors: bool) -> Geometry:
+def _mesh_geometry(mesh: Mesh, *, own_colors: bool, has_chart: bool) -> Geometry:
     """Return a primitive's own mesh, flat-shaded if it has no normals; it may be open."""
     if mesh.normals is not None and not own_colors:
         return _smooth_geometry(mesh)
@@ -375,6 +382,7 @@ def _mesh_geometry(mesh: Mesh, *, own_colors: bool) -> Geometry:
         np.repeat(triangle_normals(corners), 3, axis=0).astype(np.float32).reshape(-1),
         np.arange(3 * len(corners), dtype=np.uint32),
         None if colors is None else np.repeat(colors, 3, axis=0).astype(np.float32).reshape(-1),
+        None if mesh.uv is None or not has_chart else mesh.uv.astype(np.float32).reshape(-1),
         is_closed=False,
     )
 
@@ -656,13 +664,18 @@ def _add_instances(columns: _Columns, header: dict[str, Any], instances: Instanc
     header["textureSide"] = instances.texture_side
     header["paths"] = [[words[word] for word in path] for path in instances.paths]
     for number, geometry in enumerate(instances.geometries):
-        properties = {"colors": geometry.colors is not None, "closed": geometry.is_closed, "coarse": geometry.coarse}
+        properties = {
+            "colors": geometry.colors is not None, "chart": geometry.chart is not None, "closed": geometry.is_closed,
+            "coarse": geometry.coarse,
+        }  # fmt: skip
         header["geometries"].append(properties)
         columns.add(f"geometry{number}Positions", geometry.positions)
         columns.add(f"geometry{number}Normals", geometry.normals)
         columns.add(f"geometry{number}Indices", geometry.indices)
         if geometry.colors is not None:
             columns.add(f"geometry{number}Colors", geometry.colors)
+        if geometry.chart is not None:
+            columns.add(f"geometry{number}Chart", geometry.chart)
     for name, array in instances.columns.items():
         columns.add(name, array)
 

@@ -68,7 +68,7 @@ def test_far_patterns_are_their_mean_and_not_noise() -> None:
     assert abs(int(picture[48, 48, 0]) - int(encode(np.array([0.5]))[0])) <= 2
 
 
-@pytest.mark.parametrize("projection", list(PROJECTIONS))
+@pytest.mark.parametrize("projection", [name for name in PROJECTIONS if name != "uv"])
 @pytest.mark.parametrize("shape", ["cube", "sphere", "cylinder"])
 def test_a_projection_has_no_seam_across_a_triangle(projection: str, shape: str) -> None:
     trimesh = pytest.importorskip("trimesh")

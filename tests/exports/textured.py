@@ -30,6 +30,8 @@ IMAGE = "photo.png"
 NEAR = 3.0  # of 255
 SHIFTS = (-4.0, -2.0, 0.0, 2.0, 4.0)  # pixels
 
+OF_SHAPES = [name for name in PROJECTIONS if name != "uv"]  # which only mesh files have
+
 
 @dataclass(frozen=True)
 class Textured:
@@ -72,7 +74,7 @@ def textured_scene(folder: Path) -> tuple[Scene, list[Textured]]:
     parts, names = [], []
     for row, (shape, form) in enumerate(SHAPES.items()):
         for column, name in enumerate([*PATTERNS, IMAGE]):
-            projection = list(PROJECTIONS)[(row + column) % len(PROJECTIONS)]
+            projection = OF_SHAPES[(row + column) % len(OF_SHAPES)]
             text = ' :text "Ab"' if name == "text" else ""
             given = f':texture (texture "{name}" :projection "{projection}" :turn {10 * (column % 3)}{text})'
             solid = form.format(BLOCK.format(given) if shape == "holed" else given)

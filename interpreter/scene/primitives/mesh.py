@@ -43,6 +43,12 @@ class Mesh:
     joints : (F, 3) or None
         For each corner, the number of its point in the closed surface: vertices that differ in normals only share it.
         None if vertices at the same place are the same point.
+    uv : (F, 3, 2) or None
+        Texture coordinates of the corners, u to the right and v upwards; nan where there are none.
+    image : (F,) or None
+        For each face, the index in ``images`` of its color image, -1 without one.
+    images
+        Linear sRGB images (H, W, 3), which ``tint`` (F, 3) multiplies.
     """
 
     vertices: FloatArray
@@ -52,6 +58,10 @@ class Mesh:
     part: IntArray | None = None
     part_words: tuple[str, ...] = ()
     joints: IntArray | None = None
+    uv: FloatArray | None = None
+    image: IntArray | None = None
+    images: tuple[npt.NDArray[np.float32], ...] = ()
+    tint: FloatArray | None = None
 
     @property
     def corners(self) -> FloatArray:

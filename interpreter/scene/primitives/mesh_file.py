@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.scene.primitives.base import Attribute, Box, Primitive, Support, Symmetry, color_of
+from scenelang.interpreter.scene.primitives.base import (
+    Attribute,
+    Box,
+    Primitive,
+    Support,
+    Symmetry,
+    color_of,
+    texture_of,
+)
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -113,10 +121,10 @@ class MeshFile(Primitive):
     @classmethod
     def from_attributes(cls, word: str, attributes: Mapping[str, Any], asset: Any = None) -> Primitive:
         """Create the primitive; ``load_asset`` of the runtime has checked and resolved the file."""
-        color = attributes.get("color")
-        if color is None:
-            return cls(file=attributes.get("file"), asset=asset)
-        return cls(file=attributes.get("file"), asset=asset, color=color_of(word, color))
+        values = {"color": color_of(word, color)} if (color := attributes.get("color")) is not None else {}
+        chosen = None if attributes.get("texture") is None else texture_of(word, "texture", attributes["texture"])
+        image = chosen.name if chosen is not None and chosen.is_image else None
+        return cls(file=attributes.get("file"), asset=asset, image=image, **values)
 
     @classmethod
     def comparison_key(cls, given: Mapping[str, Any]) -> tuple[str, tuple[float, float, float] | None]:

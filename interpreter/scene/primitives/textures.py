@@ -22,6 +22,7 @@ PROJECTIONS: Mapping[str, str] = MappingProxyType({
     "planar": "along z, onto the front and through to the back",
     "cylindrical": "around the y axis",
     "spherical": "around the y axis and from pole to pole",
+    "uv": "where the texture coordinates of a mesh file put it",
 })  # fmt: skip
 # The axis that each side faces, and whether it faces its positive end: where ``:side`` puts an image or a text.
 SIDES: Mapping[str, tuple[int, bool]] = MappingProxyType({
@@ -97,6 +98,9 @@ class Texture:
         Name in ``SIDES``: the only side that shows the image or the text, once; empty for a texture that repeats.
     at
         Displacement of a decal to the right and upwards from the middle of its side, in scene units.
+    source
+        For an image inside of the mesh file ``name``: the folder that must contain what the file refers to, and the
+        number of the image in the file.
     bump
         Depth of the relief in units of ``scale``: what has the first color, or is white in an image, is so much higher
         than what has the second, or is black.
@@ -111,6 +115,7 @@ class Texture:
     side: str = ""
     at: tuple[float, float] = (0.0, 0.0)
     bump: float = 0.0
+    source: tuple[str, int] | None = None
 
     @property
     def depth(self) -> float:
@@ -119,8 +124,8 @@ class Texture:
 
     @property
     def is_image(self) -> bool:
-        """Whether the name is that of an image file."""
-        return is_image(self.name)
+        """Whether it is an image rather than a pattern."""
+        return self.source is not None or is_image(self.name)
 
 
 def is_image(name: str) -> bool:

@@ -220,6 +220,7 @@ function geometryOf(columns, number) {
   geometry.setAttribute("position", new BufferAttribute(part("Positions"), 3));
   geometry.setAttribute("normal", new BufferAttribute(part("Normals"), 3));
   if (part("Colors")) geometry.setAttribute("tint", new BufferAttribute(part("Colors"), 3));
+  if (part("Chart")) geometry.setAttribute("chart", new BufferAttribute(part("Chart"), 2));
   geometry.setIndex(new BufferAttribute(part("Indices"), 1));
   geometry.computeBoundingBox();
   return geometry;

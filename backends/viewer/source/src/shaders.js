@@ -24,8 +24,11 @@ const INSTANCE = /* glsl */ `
   #ifdef HAS_COLORS
     attribute vec3 tint;
   #endif
+  #ifdef HAS_CHART
+    attribute vec2 chart; // texture coordinates of a mesh file
+  #endif
   #ifdef TEXTURED
-    varying vec3 vOwnPoint, vOwnNormal; // in the frame of the primitive
+    varying vec3 vOwnPoint, vOwnNormal; // in the frame of the primitive, or a point in texture coordinates
     flat varying float vGrowth; // of lengths, from the stage to that frame
     void placeTexture(mat3 m) {
       vec4 x = placement(instance.x, 2), y = placement(instance.x, 3), z = placement(instance.x, 4);
@@ -34,6 +37,9 @@ const INSTANCE = /* glsl */ `
       vOwnPoint = own * position + vec3(x.w, y.w, z.w);
       vOwnNormal = mat3(cross(own[1], own[2]), cross(own[2], own[0]), cross(own[0], own[1])) * normal * sign(volume);
       vGrowth = pow(abs(volume) / max(abs(determinant(m)), 1e-30), 1.0 / 3.0);
+      #ifdef HAS_CHART
+        vOwnPoint = vec3(chart, 0.0);
+      #endif
     }
   #endif
   vec4 placed() {
@@ -96,7 +102,7 @@ const TEXTURE = /* glsl */ `
     // The plane coordinates of a point by a projection; \`around\` is the length of a radian.
     vec2 projected(int projection, vec3 p, vec3 n, float around) {
       if (projection == 0) return ontoBox(p, n);
-      if (projection == 1) return p.xy;
+      if (projection == 1 || projection == 4) return p.xy;
       float angle = atan(p.x, abs(p.z) < 1e-9 ? 1e-9 : p.z) * around;
       return vec2(angle, projection == 2 ? p.y : atan(p.y, max(length(p.xz), 1e-9)) * around);
     }
@@ -109,10 +115,10 @@ const TEXTURE = /* glsl */ `
     vec2 placeOf(vec3 p, vec3 n) {
       vec4 image = placement(vInstance.x, 0), turn = placement(vInstance.x, 1);
       int projection = int(image.y + 0.5);
-      vec2 flat_ = projection < 4 ? projected(projection, p, n, turn.w) : ontoBox(p, facing(projection - 4)) - placement(vInstance.x, 5).zw;
+      vec2 flat_ = projection < 5 ? projected(projection, p, n, turn.w) : ontoBox(p, facing(projection - 5)) - placement(vInstance.x, 5).zw;
       vec2 at = vec2(dot(flat_, turn.xy), dot(flat_, vec2(-turn.y, turn.x))) / image.zw + turn.z;
-      if (projection < 4) return at;
-      return dot(normalize(n), facing(projection - 4)) > 0.05 ? clamp(at, 0.002, 0.998) : vec2(0.002);
+      if (projection < 5) return at;
+      return dot(normalize(n), facing(projection - 5)) > 0.05 ? clamp(at, 0.002, 0.998) : vec2(0.002);
     }
     // The level of detail at which a pixel covers one texel.
     float levelHere() {

@@ -49,8 +49,8 @@ export class Stage {
   }
 
   // The material of solids; mirrored instances are wound the other way round, so both sides are drawn.
-  solidMaterial(isClear, isTextured, { colors, closed }) {
-    const defines = { ...(colors && { HAS_COLORS: "1" }), ...(isClear && closed && { CLOSED: "1" }), ...(isTextured && { TEXTURED: "1" }) };
+  solidMaterial(isClear, isTextured, { colors, chart, closed }) {
+    const defines = { ...(colors && { HAS_COLORS: "1" }), ...(chart && { HAS_CHART: "1" }), ...(isClear && closed && { CLOSED: "1" }), ...(isTextured && { TEXTURED: "1" }) };
     return this.material(shaders.SOLID_VERTEX, shaders.SOLID_FRAGMENT, { side: DoubleSide, transparent: isClear, depthWrite: !isClear, defines });
   }
 
