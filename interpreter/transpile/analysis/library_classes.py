@@ -1,4 +1,4 @@
-"""Values of Python's library as objects of classes of the program: complex numbers, frozen sets, and iterators.
+"""Values of libraries as objects of classes of the program: complex numbers, frozen sets, iterators, and rotations.
 
 A frozen set is one where a program has it as an item or a key, an iterator one from which the program takes items by
 `next`. What else a program does with them is then an error of the translation.
@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 
 from scenelang.interpreter.transpile.analysis.inlining import is_endless, is_generator
 from scenelang.interpreter.transpile.analysis.library import COMPLEX, FROZEN_SET, ITERATORS
+from scenelang.interpreter.transpile.analysis.library_rotations import with_rotations
 from scenelang.interpreter.transpile.analysis.python_text import variable_of, walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, parents_of, placed
 
@@ -39,7 +40,10 @@ _CHANGING = (
 
 def with_library_classes(tree: ast.Module, path_of: PathOf) -> list[ast.stmt]:
     """Write such values, in place, as objects; return the classes of these."""
-    sources = [*_frozen_sets(tree), *_complex_numbers(tree, path_of), *_iterators(tree, path_of)]
+    sources = [
+        *_frozen_sets(tree), *_complex_numbers(tree, path_of), *_iterators(tree, path_of),
+        *with_rotations(tree, path_of),
+    ]  # fmt: skip
     return [each for source in sources for each in ast.parse(source).body]
 
 

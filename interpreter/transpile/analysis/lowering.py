@@ -23,6 +23,7 @@ from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, witho
 from scenelang.interpreter.transpile.analysis.inlining import without_managers
 from scenelang.interpreter.transpile.analysis.library import COUNTER_METHODS, EAGER, GETTERS, LIBRARY, OWN_METHODS
 from scenelang.interpreter.transpile.analysis.library_classes import with_library_classes
+from scenelang.interpreter.transpile.analysis.library_rotations import ROTATIONS
 from scenelang.interpreter.transpile.analysis.matches import Matches
 from scenelang.interpreter.transpile.analysis.plain_classes import with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
@@ -121,7 +122,7 @@ def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
             return False
         if (_path(node, paths) or "") in _REWRITTEN or _method(node) in OWN_METHODS:
             return False
-    return not any(path in ("functools.partial", *_SILENT) for path in paths.values())
+    return not any(path in ("functools.partial", ROTATIONS, *_SILENT) for path in paths.values())
 
 
 def _at(node: ast.AST, line: int) -> None:

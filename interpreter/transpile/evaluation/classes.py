@@ -21,6 +21,7 @@ from scenelang.interpreter.transpile.evaluation import (
     instead_of,
     outer_product,
 )
+from scenelang.interpreter.transpile.evaluation.libraries.scientific import library_attribute, library_class
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -381,6 +382,9 @@ def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> 
         raise UnsupportedPython(f"`{name}` of a value of the finished scene is not supported")
     if isinstance(value, Module):
         raise UnsupportedPython(f"`{value.path}.{name}` is not supported", instead_of(f"{value.path}.{name}"))
+    cls = value if type(value) is PythonClass else getattr(value, "cls", None)
+    if type(cls) is PythonClass and cls.options.get("is_partial"):
+        raise UnsupportedPython(f"`{name}` of a {cls.name} is not supported")
     kind = type(value) if not isinstance(value, (Native, PythonClass)) else None
     if kind is not None and not isinstance(value, ValueObject) and hasattr(kind, name) and not name.startswith("_"):
         raise UnsupportedPython(f"`{name}` of a {type_name(value)} is not supported")
@@ -420,7 +424,8 @@ def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
             return _own_attribute(evaluator, value, name)
     if isinstance(value, _VIEWS) and name in ("isdisjoint",):
         return Native(name, getattr(value, name))
-    return MISSING
+    row = library_class(value)
+    return MISSING if row is None else library_attribute(value, row, name, MISSING)
 
 
 def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:

@@ -28,6 +28,8 @@ from typing import Any
 
 import numpy as np
 
+from scenelang.interpreter.transpile.analysis.library_rotations import MODULE as ROTATION_MODULE
+from scenelang.interpreter.transpile.analysis.library_rotations import ROTATION, STACKS
 from scenelang.interpreter.transpile.evaluation import (
     CREATORS,
     LINALG,
@@ -61,6 +63,8 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     type_of,
 )
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
+from scenelang.interpreter.transpile.evaluation.libraries.noise import NOISE, noise_names
+from scenelang.interpreter.transpile.evaluation.libraries.scientific import FUNCTIONS, library_names
 from scenelang.interpreter.transpile.evaluation.modules import plain_modules, silent_modules
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
@@ -121,17 +125,30 @@ class PythonLibrary:
         self.modules["numpy"] = self.modules["np"] = Module("np", numpy_names(evaluator))
         for path in ("linalg", "random"):
             self.modules[f"numpy.{path}"] = self.modules["numpy"].names[path]
+        self._loaders: dict[str, Callable[[], dict[str, Any]]] = {
+            **{path: functools.partial(library_names, path) for path in FUNCTIONS},
+            **{path: functools.partial(noise_names, path) for path in NOISE},
+            ROTATION_MODULE: lambda: _rotations(evaluator),
+        }
+        self._packages = {path[:end] for path in self._loaders for end in range(len(path)) if path[end] == "."}
         self.builtins = self._builtins()
         evaluator.mixin = functools.partial(_mixin, evaluator)
         evaluator.module_of = self.module_of
 
     def module_of(self, path: str) -> Any:
         """Return a module, or what is an error when it is used."""
+        if path in self._loaders or path in self._packages:
+            if path not in self.modules:
+                load = self._loaders.get(path, dict)
+                self.modules[path] = Module(path, _Names(path, load(), self._submodule))
         if path in self.modules:
             return self.modules[path]
         top = path.partition(".")[0]
         kind = "python-forbidden" if top in _UNSAFE else "python-unsupported"
         return refused(UnsupportedPython(f"the module `{path}` cannot be used", instead_of(top), kind))
+
+    def _submodule(self, path: str) -> Any:
+        return self.module_of(path) if path in self._loaders or path in self._packages else MISSING
 
     # --- builtins ----------------------------------------------------------------------------------------------
 
@@ -493,6 +510,18 @@ class PythonLibrary:
             "MappingProxyType": Native("types.MappingProxyType", dict),
             **{name: type_named(self.evaluator, kind) for name, kind in kinds.items()},
         }
+
+
+class _Names(dict[str, Any]):
+    """Names of a module, with those of its submodules, which are loaded when they are read."""
+
+    def __init__(self, path: str, names: dict[str, Any], submodule: Callable[[str], Any]) -> None:
+        super().__init__(names)
+        self._path, self._submodule = path, submodule
+
+    def get(self, name: str, default: Any = None) -> Any:
+        found = self._submodule(f"{self._path}.{name}")
+        return super().get(name, default) if found is MISSING else found
 
 
 _TYPING = words(
@@ -975,6 +1004,27 @@ class UserList(MutableSequence):
     def insert(self, index, value):
         self.data.insert(index, value)
 """
+
+
+def _rotations(evaluator: PythonEvaluator) -> dict[str, Any]:
+    """Return the names of scipy's module of rotations, which is evaluated as a program is."""
+    names = {name: evaluator.modules[name] for name in ("math", "np")}
+    frame = Frame({**names, "dataclass": evaluator.modules["dataclasses"].names["dataclass"]}, None)
+    frame.names["unsupported"] = Native("unsupported", _unsupported)
+    tree = ast.parse(ROTATION + STACKS)
+    for node in ast.walk(tree):
+        if hasattr(node, "lineno"):
+            node.lineno = 0
+    for _ in evaluator.execute(tree.body, frame):
+        pass
+    found = {name: frame.names[name] for name in ("Rotation", "Slerp")}
+    for cls in (*found.values(), frame.names["RotationStack"]):
+        cls.options["is_partial"] = True
+    return found
+
+
+def _unsupported(message: str) -> None:
+    raise UnsupportedPython(message)
 
 
 def _mixin(evaluator: PythonEvaluator, name: str) -> Any:

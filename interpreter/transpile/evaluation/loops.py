@@ -22,6 +22,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from scenelang.interpreter.transpile.evaluation.libraries.scientific import library_class
 from scenelang.interpreter.transpile.evaluation.list_usage import ListUsage, leaves
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
@@ -878,6 +879,9 @@ def _items(value: Any) -> list[Any] | None:
         return [value.steps]
     if isinstance(value, (Iterator, *_STREAMS)):
         return []  # nobody may advance it
+    row = library_class(value)
+    if row is not None:
+        return [getattr(value, name) for name in row.state]
     is_plain = type(value).__name__ in _UNCHANGING
     return [] if is_plain or isinstance(value, Exception) else None
 

@@ -7,6 +7,7 @@ refused, or tainted as ``Elapsed``; messages to people (``logging``, ``warnings`
 from __future__ import annotations
 
 import base64
+import calendar
 import csv
 import datetime
 import decimal
@@ -95,6 +96,11 @@ def plain_modules() -> dict[str, dict[str, Any]]:
             "reader": Native("csv.reader", lambda lines, **options: csv.reader(lines, **options)),
             "DictReader": Native("csv.DictReader", lambda lines, *rest, **named: csv.DictReader(lines, *rest, **named)),
             "QUOTE_MINIMAL": csv.QUOTE_MINIMAL, "QUOTE_NONE": csv.QUOTE_NONE, "QUOTE_NONNUMERIC": csv.QUOTE_NONNUMERIC,
+        },
+        "calendar": {
+            **{name: Native(f"calendar.{name}", getattr(calendar, name)) for name in words("isleap monthrange weekday")},
+            "monthcalendar": Native("calendar.monthcalendar", calendar.monthcalendar),
+            **{name: list(getattr(calendar, name)) for name in words("day_abbr day_name month_abbr month_name")},
         },
         "io": {"StringIO": Native("io.StringIO", io.StringIO, io.StringIO)},
         "datetime": _dates(),
