@@ -98,10 +98,8 @@ class Rotation:
         return 2 * math.atan2(size, abs(self.w))
 
     def canonical_sign(self):
-        for part in (self.w, self.x, self.y, self.z):
-            if part != 0:
-                return -1.0 if part < 0 else 1.0
-        return 1.0
+        parts = [part for part in (self.w, self.x, self.y, self.z) if part != 0]
+        return -1.0 if parts[0] < 0 else 1.0
 
     def as_quat(self, canonical=False, scalar_first=False):
         s = self.canonical_sign() if canonical else 1.0
@@ -143,13 +141,13 @@ class Rotation:
         d = q[k] * sign if is_symmetric else q[k] * sign - q[i]
         middle = 2 * math.atan2(math.hypot(c, d), math.hypot(a, b))
         half_sum, half_difference = math.atan2(b, a), math.atan2(d, c)
-        first, third = half_sum - half_difference, half_sum + half_difference
+        less = half_sum - half_difference
+        more = half_sum + half_difference
+        first, third = (less, more) if is_fixed else (more, less)
         if abs(middle) <= 1e-7:
             first, third = 2 * half_sum, 0.0
         elif abs(middle - math.pi) <= 1e-7:
             first, third = 2 * half_difference * (-1 if is_fixed else 1), 0.0
-        if not is_fixed:
-            first, third = third, first
         if not is_symmetric:
             if is_fixed:
                 third *= sign

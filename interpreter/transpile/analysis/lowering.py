@@ -39,6 +39,7 @@ from scenelang.interpreter.transpile.analysis.rewriting import (
 )
 
 _SILENT = ("logging", "warnings")  # modules whose functions only tell people something
+_SILENT_CALLS = ("sys.setrecursionlimit", "sys.stdout.flush", "sys.stderr.flush", "sys.stderr.write")
 
 _TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
 _ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
@@ -122,7 +123,7 @@ def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
             return False
         if (_path(node, paths) or "") in _REWRITTEN or _method(node) in OWN_METHODS:
             return False
-    return not any(path in ("functools.partial", ROTATIONS, *_SILENT) for path in paths.values())
+    return not any(path in ("functools.partial", ROTATIONS, "sys", *_SILENT) for path in paths.values())
 
 
 def _at(node: ast.AST, line: int) -> None:
@@ -498,12 +499,15 @@ class _Silent(ast.NodeTransformer):
 
     def __init__(self, paths: Mapping[str, str]) -> None:
         self._names = {name for name, path in paths.items() if path.partition(".")[0] in _SILENT}
+        self._has_streams = paths.get("sys") == "sys"
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
         for each in node.body:
             if isinstance(each, ast.Assign) and isinstance(each.targets[0], ast.Name) and self._is_silent(each.value):
                 self._names.add(each.targets[0].id)
         self.generic_visit(node)
+        if self._has_streams and not any(isinstance(n, ast.Name) and n.id == "sys" for n in walk_tree(node)):
+            self._names.add("sys")
         node.body = [each for each in node.body if not self._is_left_out(each)]
         return node
 
@@ -524,7 +528,15 @@ class _Silent(ast.NodeTransformer):
             isinstance(each, (ast.Call, ast.NamedExpr)) and each is not node.value and not self._is_pure(each)
             for each in walk_tree(node.value)
         )
-        return ast.copy_location(ast.Pass(), node) if is_plain and self._is_silent(node.value) else node
+        is_silent = self._is_silent(node.value) or self._is_aside(node.value)
+        return ast.copy_location(ast.Pass(), node) if is_plain and is_silent else node
+
+    def _is_aside(self, node: ast.expr) -> bool:
+        """Return whether a call sets up Python itself, or writes to people beside what the program prints."""
+        if not self._has_streams or not isinstance(node, ast.Call):
+            return False
+        is_error = any(each.arg == "file" and ast.unparse(each.value) == "sys.stderr" for each in node.keywords)
+        return ast.unparse(node.func) in _SILENT_CALLS or (is_error and ast.unparse(node.func) == "print")
 
     @staticmethod
     def _is_pure(node: ast.AST) -> bool:

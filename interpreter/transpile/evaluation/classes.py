@@ -16,6 +16,7 @@ import numpy as np
 from scenelang.interpreter.transpile.evaluation import (
     MAX_ITEMS,
     METHODS,
+    UNSAFE,
     UnsupportedPython,
     enlarged,
     instead_of,
@@ -381,7 +382,9 @@ def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> 
     if type(value) is Residual:
         raise UnsupportedPython(f"`{name}` of a value of the finished scene is not supported")
     if isinstance(value, Module):
-        raise UnsupportedPython(f"`{value.path}.{name}` is not supported", instead_of(f"{value.path}.{name}"))
+        path = f"{value.path}.{name}"
+        kind_of_error = "python-forbidden" if value.path in UNSAFE else "python-unsupported"
+        raise UnsupportedPython(f"`{path}` is not supported", instead_of(path), kind_of_error)
     cls = value if type(value) is PythonClass else getattr(value, "cls", None)
     if type(cls) is PythonClass and cls.options.get("is_partial"):
         raise UnsupportedPython(f"`{name}` of a {cls.name} is not supported")

@@ -984,7 +984,8 @@ class PythonEvaluator:
             raise because(error, plain)
 
     def _argument(self, value: Any) -> Any:
-        if isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject):
+        is_iterator = isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject)
+        if is_iterator and library_class(value) is None:
             return value if type(value) is PythonGenerator else self.metered(value)
         return self.metered(iter(value)) if type(value) is range and len(value) > MAX_ITEMS else value
 

@@ -38,6 +38,7 @@ from scenelang.interpreter.transpile.evaluation import (
     NUMPY,
     NUMPY_TYPES,
     PRODUCTS,
+    UNSAFE,
     UnsupportedPython,
     check_repetitions,
     check_size,
@@ -91,8 +92,6 @@ from scenelang.interpreter.transpile.evaluation.objects import (
 )
 from scenelang.interpreter.transpile.evaluation.residue import Residual, formatted, is_shape
 
-_UNSAFE = ("os", "sys", "subprocess", "socket", "pickle", "shutil", "pathlib", "io", "importlib", "ctypes", "inspect")
-
 
 class PythonLibrary:
     """Builtins and modules for one evaluator, which calls functions of the program."""
@@ -139,12 +138,15 @@ class PythonLibrary:
         """Return a module, or what is an error when it is used."""
         if path in self._loaders or path in self._packages:
             if path not in self.modules:
-                load = self._loaders.get(path, dict)
-                self.modules[path] = Module(path, _Names(path, load(), self._submodule))
+                try:
+                    names = self._loaders.get(path, dict)()
+                except UnsupportedPython as error:  # without the extra
+                    return refused(error)
+                self.modules[path] = Module(path, _Names(path, names, self._submodule))
         if path in self.modules:
             return self.modules[path]
         top = path.partition(".")[0]
-        kind = "python-forbidden" if top in _UNSAFE else "python-unsupported"
+        kind = "python-forbidden" if top in UNSAFE else "python-unsupported"
         return refused(UnsupportedPython(f"the module `{path}` cannot be used", instead_of(top), kind))
 
     def _submodule(self, path: str) -> Any:

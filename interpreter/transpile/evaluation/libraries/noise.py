@@ -123,6 +123,7 @@ def _simplex(*point: Any) -> Any:
 def _steps(first: list[Any]) -> list[tuple[int, ...]]:
     """Return the corners of a simplex, from the origin along the longest coordinates."""
     n = len(first)
+    middle: list[tuple[int, ...]]
     if n == 2:
         middle = [(1, 0) if first[0] > first[1] else (0, 1)]
     else:
@@ -203,7 +204,7 @@ def snoise3(x: float, y: float, z: float, octaves: int = 1, persistence: float =
 # --- opensimplex ------------------------------------------------------------------------------------------------------
 
 
-_GRADIENTS = {
+_GRADIENTS: dict[int, list[tuple[int, ...]]] = {
     2: [(5, 2), (2, 5), (-5, 2), (-2, 5), (5, -2), (2, -5), (-5, -2), (-2, -5)],
     3: [(a * x, b * y, c * z) for c, b, a in itertools.product((1, -1), repeat=3)
         for x, y, z in ((-11, 4, 4), (-4, 11, 4), (-4, 4, 11))],

@@ -107,14 +107,15 @@ def _class_of(kind: type) -> LibraryClass | None:
 
 def library_class(value: Any) -> LibraryClass | None:
     """Return the row of the class of a value, None if it is of no library."""
-    return _class_of(type(value))
+    kind: Any = type(value)
+    return _class_of(kind)
 
 
 # --- sizes ------------------------------------------------------------------------------------------------------------
 
 
 def _geometric(ratio: int, height: int) -> int:
-    return min(max(abs(ratio), 1), 10**6) ** min(max(height, 0), 40)
+    return int(min(max(abs(ratio), 1), 10**6) ** min(max(height, 0), 40))
 
 
 _COUNTS: Mapping[str, Callable[..., int]] = MappingProxyType({  # of what a call makes, by its arguments
@@ -157,7 +158,7 @@ def _check(path: str, arguments: tuple[Any, ...], named: Mapping[str, Any]) -> N
         raise UnsupportedPython(f"this call of `{path}` is too large")
     if any(isinstance(each, np.ndarray) and each.dtype == object for each in given):
         raise UnsupportedPython(f"`{path}` of an array of objects is not supported")
-    points = arguments[0] if arguments else None
+    points: Any = arguments[0] if arguments else None
     if path.startswith("scipy.spatial.") and np.ndim(points) == 2 and np.shape(points)[1] > _MOST_AXES:
         raise UnsupportedPython(f"`{path}` of points with more than {_MOST_AXES} coordinates is not supported")
 
@@ -168,9 +169,7 @@ def _size(value: Any) -> int:
     if isinstance(value, (list, tuple)):
         return sum(map(_size, value)) if value and isinstance(value[0], (list, tuple, np.ndarray)) else len(value)
     if hasattr(value, "coords") or hasattr(value, "geoms"):
-        from shapely import get_num_coordinates
-
-        return int(get_num_coordinates(value))
+        return int(require("shapely", EXTRA).get_num_coordinates(value))
     return len(value) if isinstance(value, (str, dict, set)) or (library_class(value) is not None and (
         hasattr(value, "__len__")
     )) else 1  # fmt: skip
