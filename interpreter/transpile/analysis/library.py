@@ -55,7 +55,18 @@ def zip_longest(*rows, fillvalue=None):
     size = max([len(row) for row in lists]) if lists else 0
     return [tuple([row[n] if n < len(row) else fillvalue for row in lists]) for n in range(size)]
 """,
+    "numpy": """
+def fill_diagonal(a, val):
+    for i in range(min(a.shape)):
+        a[i, i] = val
+""",
     "operator": """
+def or_(a, b):
+    return a | b
+def and_(a, b):
+    return a & b
+def xor(a, b):
+    return a ^ b
 def add(a, b):
     return a + b
 def mul(a, b):

@@ -155,7 +155,7 @@ def _iterators(tree: ast.Module, path_of: PathOf) -> list[str]:
         return []  # which the program expects
     generators = {
         n.name for n in tree.body
-        if isinstance(n, ast.FunctionDef) and is_generator(n) and not is_endless(n) and _is_pure(n)
+        if isinstance(n, ast.FunctionDef) and is_generator(n) and not is_endless(n) and is_pure(n)
     }  # fmt: skip
     changed = {*_changed(nodes)}
     parents = parents_of(tree)
@@ -189,25 +189,16 @@ def _changed(nodes: Iterable[ast.AST]) -> Iterable[str]:
 
 
 _PURE = (
-    "range",
-    "len",
-    "abs",
-    "min",
-    "max",
-    "round",
-    "int",
-    "float",
-    "str",
-    "sorted",
-    "zip",
-    "enumerate",
-    "list",
-    "tuple",
-)
-_READING = ("split", "splitlines", "items", "keys", "values", "strip", "lower", "upper")
+    "abs", "all", "any", "divmod", "enumerate", "float", "int", "isinstance", "iter", "len", "list", "max", "min",
+    "range", "reversed", "round", "set", "sorted", "str", "sum", "tuple", "zip",
+)  # fmt: skip
+_READING = (
+    "endswith", "isalpha", "isdigit", "islower", "isspace", "isupper", "items", "keys", "lower", "split", "splitlines",
+    "startswith", "strip", "upper", "values",
+)  # fmt: skip
 
 
-def _is_pure(node: ast.AST, *own: str) -> bool:
+def is_pure(node: ast.AST, *own: str) -> bool:
     """Return whether it does not matter when the items of an iterator are computed: all that it calls is pure."""
     if isinstance(node, ast.FunctionDef):
         own = (node.name,)
@@ -228,7 +219,7 @@ def _kind(call: ast.Call, path_of: PathOf, generators: set[str]) -> str | None:
         return "iter"
     is_iter = isinstance(call.func, ast.Name) and call.func.id == "iter" and len(call.args) == 1
     path = "iter" if is_iter else path_of(call.func)
-    return path if path in _CLASSES and all(map(_is_pure, call.args)) else None
+    return path if path in _CLASSES and all(map(is_pure, call.args)) else None
 
 
 def _is_own(name: str, nodes: Iterable[ast.AST]) -> bool:

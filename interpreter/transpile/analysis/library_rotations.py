@@ -49,6 +49,10 @@ class Rotation:
         values = [angles] if len(seq) == 1 else list(angles)
         if len(values) != len(seq):
             raise ValueError("Expected last dimension of `angles` to match number of sequence axes specified.")
+        lower = seq.lower()
+        is_known = all(axis in "xyz" for axis in lower) and seq in (lower, seq.upper())
+        if not is_known or "xx" in lower or "yy" in lower or "zz" in lower:
+            raise ValueError("Expected axes from `seq` to be from ['x', 'y', 'z'] or ['X', 'Y', 'Z'].")
         turned = Rotation(0.0, 0.0, 0.0, 1.0)
         for axis, value in zip(seq, values):
             half = (math.radians(float(value)) if degrees else float(value)) / 2
@@ -59,7 +63,7 @@ class Rotation:
                 sine if axis in ("z", "Z") else 0.0,
                 math.cos(half),
             )
-            turned = turn * turned if seq == seq.lower() else turned * turn
+            turned = turn * turned if seq == lower else turned * turn
         return turned
 
     @staticmethod
@@ -367,6 +371,9 @@ class Slerp:
 _MEMBERS = frozenset(
     node.name for node in ast.walk(ast.parse(ROTATION)) if isinstance(node, ast.FunctionDef) and node.name[0] != "_"
 )
+_NOT_SINGLE = {  # members of scipy's rotations that the class has not
+    "approx_equal", "as_davenport", "as_mrp", "create_group", "from_davenport", "from_mrp", "reduce",
+}  # fmt: skip
 
 
 def with_rotations(tree: ast.Module, path_of: Callable[[ast.AST], str | None]) -> list[str]:
@@ -381,6 +388,7 @@ def with_rotations(tree: ast.Module, path_of: Callable[[ast.AST], str | None]) -
     used = {each.attr for each in nodes if isinstance(each, ast.Attribute) and path_of(each.value) == ROTATIONS}
     others = {path for each in nodes if (path := path_of(each) or "").startswith("scipy.")} - {ROTATIONS, MODULE}
     others = {path for path in others if not path.startswith(f"{ROTATIONS}.") and not MODULE.startswith(path)}
+    others |= {each.attr for each in nodes if isinstance(each, ast.Attribute)} & _NOT_SINGLE
     bound = {each.name for each in nodes if isinstance(each, (ast.ClassDef, ast.FunctionDef))}
     if not uses or not used <= _MEMBERS or others or "Rotation" in bound:
         return []

@@ -22,10 +22,10 @@ from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, without_bases, without_hooks
 from scenelang.interpreter.transpile.analysis.inlining import without_managers
 from scenelang.interpreter.transpile.analysis.library import COUNTER_METHODS, EAGER, GETTERS, LIBRARY, OWN_METHODS
-from scenelang.interpreter.transpile.analysis.library_classes import with_library_classes
+from scenelang.interpreter.transpile.analysis.library_classes import is_pure, with_library_classes
 from scenelang.interpreter.transpile.analysis.library_rotations import ROTATIONS
 from scenelang.interpreter.transpile.analysis.matches import Matches
-from scenelang.interpreter.transpile.analysis.plain_classes import with_plain_classes
+from scenelang.interpreter.transpile.analysis.plain_classes import name_rest, with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import (
     OPERATOR_METHODS,
@@ -79,6 +79,8 @@ def lowered(tree: ast.Module) -> ast.Module:
     whole, tree = tree, copy.deepcopy(tree)
     before = ast.dump(tree)
     path_of = lambda node: _path(node, paths)
+    tree.body = [each for each in tree.body if not _is_unused(each, tree)]
+    _without_names_of_types(tree)
     tree = Grids(path_of).visit(tree)
     classes_of_library = with_library_classes(tree, path_of)
     tree.body[_first_statement(tree) : 0] = [placed(each, _FIRST, is_new=True) for each in classes_of_library]
@@ -94,6 +96,7 @@ def lowered(tree: ast.Module) -> ast.Module:
         cls.bases = [base for base in cls.bases if is_tested or not _is_marker(base)]
     without_hooks(tree)
     without_bases(tree)
+    name_rest(tree)
     is_sorted = any(map(_orders, walk_tree(tree)))
     for cls in classes:
         _lower_class(cls, is_sorted)
@@ -104,6 +107,48 @@ def lowered(tree: ast.Module) -> ast.Module:
         _at(node, 1)
     tree.body[_first_statement(tree) : 0] = made
     return tree if made or ast.dump(tree) != before else whole
+
+
+def _without_names_of_types(tree: ast.Module) -> None:
+    """Leave the name of a type out of the messages of exceptions, in place, if no handler reads them.
+
+    Where such an exception ends the program, its message comes from the evaluator, which knows the name.
+    """
+    nodes = walk_tree(tree)
+    if any(isinstance(each, ast.ExceptHandler) and each.name for each in nodes):
+        return
+    for node in walk_tree(*(each.exc for each in nodes if isinstance(each, ast.Raise) and each.exc is not None)):
+        if isinstance(node, ast.FormattedValue) and _is_name_of_type(node.value):
+            node.value = placed(ast.Constant("object"), node.value)
+        elif isinstance(node, ast.Call):
+            node.args = [placed(ast.Constant("object"), e) if _is_name_of_type(e) else e for e in node.args]
+
+
+def _is_name_of_type(node: ast.expr) -> bool:
+    if not isinstance(node, ast.Attribute) or node.attr != "__name__":
+        return False
+    kind = node.value
+    return (isinstance(kind, ast.Attribute) and kind.attr == "__class__") or (
+        isinstance(kind, ast.Call) and isinstance(kind.func, ast.Name) and kind.func.id == "type"
+    )
+
+
+def _is_unused(node: ast.stmt, tree: ast.Module) -> bool:
+    """Return whether a statement defines a class that nothing names, and that does nothing else."""
+    if not isinstance(node, ast.ClassDef) or node.decorator_list or node.keywords or _is_derived(node, tree):
+        return False
+    if not all(isinstance(each, (ast.Pass, ast.FunctionDef, ast.Expr)) for each in node.body):
+        return False
+    named = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == node.name]
+    inside = [n for n in walk_tree(node) if isinstance(n, ast.Name) and n.id == node.name]
+    texts = (n.value for n in walk_tree(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str))
+    return len(named) == len(inside) and not any(node.name in each for each in texts)
+
+
+def _is_derived(node: ast.ClassDef, tree: ast.Module) -> bool:
+    """Return whether a class is derived from another of the program, which may do something about it."""
+    names = {each.name for each in tree.body if isinstance(each, ast.ClassDef)}
+    return any(isinstance(n, ast.Name) and n.id in names for base in node.bases for n in walk_tree(base))
 
 
 def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
@@ -118,6 +163,8 @@ def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
         if isinstance(node, ast.Name) and node.id in ("frozenset", "iter", "next", "complex", "SimpleNamespace"):
             return False
         if isinstance(node, ast.Constant) and type(node.value) is complex:
+            return False
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and node.slice.value is None:
             return False
         if isinstance(node, (ast.For, ast.comprehension)) and _Targets.is_meant(node.target):
             return False
@@ -259,6 +306,9 @@ class _Library(ast.NodeTransformer):
 
     def visit_For(self, node: ast.For) -> Any:
         """Write a loop over all numbers as one that counts, and one over the indices of an array as nested ones."""
+        written = self._named_index(node.target, node.iter, node.body)
+        if written is not None:
+            node.target, node.body = written
         self.generic_visit(node)
         clauses = self._indices(node.target, node.iter)
         if clauses is not None and not node.orelse and not any(isinstance(n, ast.Break) for n in walk_tree(*node.body)):
@@ -284,6 +334,20 @@ class _Library(ast.NodeTransformer):
         for each in made:
             placed(each, node)
         return made
+
+    def _named_index(self, target: ast.expr, items: ast.expr, body: list[Any]) -> tuple[ast.expr, list[Any]] | None:
+        """Return a target with a name for each number of an index of ``np.ndindex``, and the body with those names."""
+        is_index = isinstance(items, ast.Call) and _path(items.func, self._paths) == "numpy.ndindex"
+        if not is_index or not isinstance(items, ast.Call) or not isinstance(target, ast.Name):
+            return None
+        uses = [n for n in walk_tree(*body) if isinstance(n, ast.Name) and n.id == target.id]
+        sizes = (ast.Starred, ast.Attribute, ast.Tuple)
+        if any(isinstance(each, sizes) for each in items.args) or not all(isinstance(n.ctx, ast.Load) for n in uses):
+            return None
+        names = [self._new(f"{target.id}_{n}") for n in range(len(items.args))]
+        index = ast.Tuple([ast.Name(name, ast.Load()) for name in names], ast.Load())
+        written = [placed(Substitution({target.id: index}).visit(each), items) for each in body]
+        return ast.Tuple([ast.Name(name, ast.Store()) for name in names], ast.Store()), written
 
     def _indices(self, target: ast.expr, items: ast.expr) -> tuple[Any, ...] | None:
         """Return the array over whose indices a loop goes, its name, and the nested clauses of that loop."""
@@ -415,7 +479,9 @@ def _method_of_text(node: ast.expr) -> ast.expr:
 
 
 def _listed(node: ast.expr) -> ast.expr:
-    """Return a list in place of an iterator that is used up at once."""
+    """Return a list in place of an iterator, or of a view of a table, that is used up at once."""
+    if _method(node) in (("keys", 0), ("values", 0), ("items", 0)):
+        return placed(ast.Call(ast.Name("list", ast.Load()), [node], []), node)
     return ast.copy_location(ast.ListComp(node.elt, node.generators), node) if type(node) is ast.GeneratorExp else node
 
 
@@ -639,6 +705,8 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
         ast.copy_location(ast.Pass(), node)
     ]
     own = {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
+    if "__getitem__" in own and not own & {"__iter__", "__len__"}:
+        node.body += _iteration_by_index(node)
     for each in node.body:
         setter = each.decorator_list[0] if isinstance(each, ast.FunctionDef) and each.decorator_list else None
         if isinstance(each, ast.FunctionDef) and setter is not None and ast.unparse(setter) == f"{each.name}.setter":
@@ -651,7 +719,7 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
         plain = _dunder(each.name)
         if plain in _ORDER and is_sorted:
             continue  # which they decide, too
-        if plain is not None and plain not in own and (plain != "iter" or _is_quiet(each)):
+        if plain is not None and plain not in own and (plain != "iter" or is_pure(each)):
             each.name = plain
             if plain == "iter":
                 _without_iterator(each)
@@ -667,6 +735,21 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
     finish = next((e for e in node.body if isinstance(e, ast.FunctionDef) and e.name == "__post_init__"), None)
     if finish is not None and "__init__" not in own and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
         _write_constructor(node, finish)
+
+
+def _iteration_by_index(node: ast.ClassDef) -> list[ast.stmt]:
+    """Return the ``__iter__`` that a class has by a ``__getitem__`` which says where its items end."""
+    method = next(each for each in node.body if isinstance(each, ast.FunctionDef) and each.name == "__getitem__")
+    names = [each.arg for each in method.args.args]
+    first = method.body[0]
+    if len(names) != 2 or not isinstance(first, ast.If) or "raise IndexError" not in ast.unparse(first.body[0]):
+        return []
+    owner, index = names
+    end = re.fullmatch(rf"not 0 <= {index} < (.+)|(?:{index} < 0 or )?{index} >= (.+)", ast.unparse(first.test))
+    if end is None or first.orelse or not is_pure(ast.Module([*method.body[1:]], [])):
+        return []
+    text = f"def __iter__({owner}):\n    return [{owner}[{index}] for {index} in range({end[1] or end[2]})]"
+    return [placed(each, method, is_new=True) for each in ast.parse(text).body]
 
 
 def _is_steady(method: ast.FunctionDef) -> bool:
@@ -709,12 +792,6 @@ def _write_constructor(node: ast.ClassDef, finish: ast.FunctionDef) -> None:
             ast.copy_location(each, finish)
     finish.name = "post_init"
     node.body.insert(node.body.index(finish), made.body[0])
-
-
-def _is_quiet(method: ast.FunctionDef) -> bool:
-    """Return whether it does not matter when an iteration takes its items: nothing that it calls draws or changes."""
-    calls = [each for each in walk_tree(method) if isinstance(each, ast.Call)]
-    return all(isinstance(each.func, ast.Name) and each.func.id in (*_CONSUMERS, *_PURE) for each in calls)
 
 
 def _without_iterator(method: ast.FunctionDef) -> None:

@@ -792,7 +792,15 @@ def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
     found["array"] = Native("np.array", _array_function("array", np.array))
     found["asarray"] = Native("np.asarray", _array_function("asarray", np.asarray))
     found["vectorize"] = Native("np.vectorize", _vectorized)
-    found |= {"pi": np.pi, "e": np.e, "inf": np.inf, "nan": np.nan, "newaxis": None}
+    found |= {
+        "pi": np.pi,
+        "e": np.e,
+        "inf": np.inf,
+        "nan": np.nan,
+        "newaxis": None,
+        "True_": np.True_,
+        "False_": np.False_,
+    }
     linalg: dict[str, Any] = {
         name: Native(f"np.linalg.{name}", _array_function(name, getattr(np.linalg, name)), None, True)
         for name in LINALG
