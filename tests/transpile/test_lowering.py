@@ -142,6 +142,25 @@ LOWERED = {
     "an index of an array by its name": ("", "a = np.array([[1., 2], [4, 6]])\nfor idx in np.ndindex(2, 2):\n    parts.append(bar(a[idx], idx[0]))"),
     "a union of many sets": ("", "cells = reduce(operator.or_, ({(i, 0), (0, i)} for i in range(3)))\nparts += [bar(x, y) for x, y in sorted(cells)]"),
     "counts of a table's values": ("from collections import Counter", "kinds = {1: 'a', 2: 'b'}\nkinds[3] = 'a'\nfor k, n in sorted(Counter(kinds.values()).items()):\n    parts.append(bar(n, len(k)))"),
+    "managers that are left early": ("from contextlib import contextmanager\nclass Pen:\n    def __init__(self):\n        self.stack = [0]\n"
+        "    @contextmanager\n    def at(self, x):\n        self.stack.append(self.stack[-1] + x)\n        try:\n            yield len(self.stack)\n"
+        "        finally:\n            self.stack.pop()\n"
+        "def places(pen, xs):\n    found = []\n    for x in xs:\n        with pen.at(x) as depth:\n            if x < 2:\n                continue\n"
+        "            found.append((pen.stack[-1], depth))\n            if x > 5:\n                break\n"
+        "    with pen.at(.5):\n        if len(found) > 2:\n            return found, pen.stack[-1]\n    return found, -1",
+        "pen = Pen()\nwith pen.at(10):\n    found, last = places(pen, range(9))\nparts += [bar(x, y) for x, y in found] + [bar(last, len(pen.stack))]\n"
+        "found, last = places(pen, [3])\nparts += [bar(last, len(pen.stack), .5)]"),
+    "a method that yields and draws, as the loop does": ("@dataclass\nclass Oak:\n    rng: object\n    depth: int = 3\n    def grow(self, x, level=0):\n"
+        "        yield x, level\n        if level >= self.depth:\n            return\n        for k in range(2):\n"
+        "            yield from self.grow(x + self.rng.uniform(-1, 1), level + 1)",
+        "rng = random.Random(3)\nfor x, y in Oak(rng).grow(0.0):\n    parts.append(bar(x, y, .5 + rng.random()))"),
+    "arguments fixed of a method of what is made there": ("import random", "shake = partial(random.Random(4).uniform, -1, 1)\nparts += [bar(shake(), shake()) for _ in range(3)]"),
+    "a module as a parameter": ("import random\ndef shaken(x, amount, rng=random):\n    return x + rng.uniform(-amount, amount)",
+        "shake = partial(shaken, amount=.1)\nparts += [bar(shake(x), shaken(1, .2)) for x in range(3)]"),
+    "what is computed of all numbers, up to a limit": ("width = 2.0",
+        "for x in itertools.takewhile(lambda w: w > .5, (width - .3 * k for k in itertools.count())):\n    parts.append(bar(x))"),
+    "a default of a field that the class completes": ("@dataclass\nclass Mill:\n    height: float = 3\n    sail: float = field(default=0.0, repr=False)\n"
+        "    def __post_init__(self):\n        self.sail = self.sail or self.height / 2", "parts += [bar(m.height, m.sail) for m in (Mill(), Mill(sail=1))]"),
     "what tells people": ("import sys\nsys.setrecursionlimit(5000)", "print('a part', file=sys.stderr)\nparts.append(bar(1))"),
     "a log": ("import logging\nlog = logging.getLogger('a')", "log.info('%d parts', len(parts))\nparts.append(bar(1))"),
 }  # fmt: skip

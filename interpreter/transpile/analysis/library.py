@@ -29,6 +29,13 @@ def counted_while(predicate, start=0, step=1):
         taken.append(item)
         item = item + step
     return taken
+def mapped_while(predicate, value, start=0, step=1):
+    taken = []
+    item = start
+    while predicate(value(item)):
+        taken.append(value(item))
+        item = item + step
+    return taken
 def first_of_cycle(items, start, stop=None):
     row = list(items)
     first, last = (0, start) if stop is None else (start, stop)

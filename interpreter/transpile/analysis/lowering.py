@@ -31,14 +31,17 @@ from scenelang.interpreter.transpile.analysis.rewriting import (
     OPERATOR_METHODS,
     Substitution,
     free_name,
+    is_registered,
     is_registering,
     is_repeatable,
     is_sized,
     name_of,
+    names_in,
     placed,
 )
 
 _SILENT = ("logging", "warnings")  # modules whose functions only tell people something
+_MODULES = ("random", "numpy.random", "math")  # which a program passes on as a parameter
 _SILENT_CALLS = ("sys.setrecursionlimit", "sys.stdout.flush", "sys.stderr.flush", "sys.stderr.write")
 
 _TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
@@ -89,6 +92,7 @@ def lowered(tree: ast.Module) -> ast.Module:
     tree = without_enumerations(tree)
     tree = _Silent(paths).visit(tree)
     _with_fixed_arguments(tree, paths)
+    _with_fixed_modules(tree, paths)
     tested = {ast.unparse(each.args[1]) for each in walk_tree(tree) if _is_test_of_class(each)}
     classes = [each for each in tree.body if isinstance(each, ast.ClassDef)]
     for cls in classes:
@@ -170,7 +174,9 @@ def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
             return False
         if (_path(node, paths) or "") in _REWRITTEN or _method(node) in OWN_METHODS:
             return False
-    return not any(path in ("functools.partial", ROTATIONS, "sys", *_SILENT) for path in paths.values())
+    is_meant = any(path in ("functools.partial", ROTATIONS, "sys", *_SILENT) for path in paths.values())
+    defaults = [each for n in walk_tree(tree) if isinstance(n, ast.arguments) for each in n.defaults]
+    return not is_meant and not any(paths.get(name_of(each)) in _MODULES for each in defaults)
 
 
 def _at(node: ast.AST, line: int) -> None:
@@ -286,6 +292,15 @@ class _Library(ast.NodeTransformer):
         if path == "itertools.takewhile" and isinstance(last, ast.Call) and _path(last.func, self._paths) == _COUNT:
             node.func, node.args = self._function("itertools.counted_while", node), [node.args[0], *last.args]
             node.keywords = last.keywords
+            return node
+        if path == "itertools.takewhile" and isinstance(last, ast.GeneratorExp) and self._is_mapped_count(last):
+            clause = last.generators[0]
+            assert isinstance(clause.iter, ast.Call)
+            assert isinstance(clause.target, ast.Name)
+            given = ast.arguments([], [ast.arg(clause.target.id)], None, [], [], None, [])
+            value = placed(ast.Lambda(given, last.elt), last)
+            node.func, node.keywords = self._function("itertools.mapped_while", node), clause.iter.keywords
+            node.args = [node.args[0], value, *clause.iter.args]
             return node
         if isinstance(node.func, ast.Name) and node.func.id == "zip":
             return self._counted(node)
@@ -434,6 +449,13 @@ class _Library(ast.NodeTransformer):
                 clause = ast.comprehension(ast.Name("index", ast.Store()), indices, [], 0)
                 node.args[n] = placed(ast.ListComp(number, [clause]), node)
         return node
+
+    def _is_mapped_count(self, node: ast.GeneratorExp) -> bool:
+        """Return whether a generator gives something for each number, which nothing but the number decides."""
+        clause = node.generators[0]
+        is_count = isinstance(clause.iter, ast.Call) and _path(clause.iter.func, self._paths) == _COUNT
+        is_plain = len(node.generators) == 1 and not clause.ifs and isinstance(clause.target, ast.Name)
+        return is_count and is_plain and is_pure(node.elt)
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         """Write ``np.c_[a, b]`` as the call that it is."""
@@ -624,16 +646,45 @@ def _with_fixed_arguments(tree: ast.Module, paths: Mapping[str, str]) -> None:
         assert isinstance(call, ast.Call)
         uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == target.id and n is not target]
         calls = [n for n in walk_tree(tree) if isinstance(n, ast.Call) and any(n.func is use for use in uses)]
-        given_here = [*call.args, *(k.value for k in call.keywords)]
+        first = call.args[0]
+        is_method = isinstance(first, ast.Attribute) and not is_repeatable(first)
+        given_here = [*(call.args[1:] if is_method else call.args), *(k.value for k in call.keywords)]
         is_simple = all(is_repeatable(each) and _are_constant(each, tree) for each in given_here)
         if len(calls) < len(uses) or not calls or not is_simple:
             continue
+        if is_method and isinstance(first, ast.Attribute):  # of an object that is made once
+            owner = free_name(f"{target.id}_owner", names_in(tree))
+            made = ast.copy_location(ast.Assign([ast.Name(owner, ast.Store())], first.value), statement)
+            _replace(tree, statement, placed(made, statement))
+            call.args[0] = placed(ast.Attribute(ast.Name(owner, ast.Load()), first.attr, ast.Load()), first)
         for each in calls:
             each.func = copy.deepcopy(call.args[0])
             each.args = [*copy.deepcopy(call.args[1:]), *each.args]
             given = {k.arg for k in each.keywords}
             each.keywords += [copy.deepcopy(k) for k in call.keywords if k.arg not in given]
         _replace(tree, statement)
+
+
+def _with_fixed_modules(tree: ast.Module, paths: Mapping[str, str]) -> None:
+    """Write a module for the parameter of which it is the default, in place, if no call passes another."""
+    for function in [each for each in tree.body if isinstance(each, ast.FunctionDef)]:
+        given = function.args
+        if not given.args or not given.defaults or given.posonlyargs or given.vararg or is_registered(function):
+            continue
+        last, default = given.args[-1].arg, given.defaults[-1]
+        if not isinstance(default, ast.Name) or paths.get(default.id) not in _MODULES or last == default.id:
+            continue
+        uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == function.name]
+        calls = [n for n in walk_tree(tree) if isinstance(n, ast.Call) and any(n.func is use for use in uses)]
+        passed = any(
+            len(call.args) >= len(given.args) or any(isinstance(each, ast.Starred) for each in call.args)
+            or any(k.arg in (last, None) for k in call.keywords)
+            for call in calls
+        )  # fmt: skip
+        if len(calls) == len(uses) and not passed:
+            given.args.pop()
+            given.defaults.pop()
+            function.body = [Substitution({last: default}).visit(each) for each in function.body]
 
 
 def _are_constant(node: ast.expr, tree: ast.Module) -> bool:
@@ -643,11 +694,11 @@ def _are_constant(node: ast.expr, tree: ast.Module) -> bool:
     return all(stores.count(name) <= 1 for name in names)
 
 
-def _replace(tree: ast.Module, statement: ast.stmt) -> None:
+def _replace(tree: ast.Module, statement: ast.stmt, other: ast.stmt | None = None) -> None:
     for node in walk_tree(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and statement in body:
-            body[body.index(statement)] = ast.copy_location(ast.Pass(), statement)
+            body[body.index(statement)] = other or ast.copy_location(ast.Pass(), statement)
 
 
 # --- classes -------------------------------------------------------------------------------------------------------
@@ -711,6 +762,8 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
         setter = each.decorator_list[0] if isinstance(each, ast.FunctionDef) and each.decorator_list else None
         if isinstance(each, ast.FunctionDef) and setter is not None and ast.unparse(setter) == f"{each.name}.setter":
             each.name, each.decorator_list = f"set_{each.name}", []
+        if isinstance(each, ast.AnnAssign) and (default := _plain_default(each.value)) is not None:
+            each.value = default
         if isinstance(each, ast.AnnAssign) and each.value is not None and _UNSET.fullmatch(ast.unparse(each.value)):
             each.value = ast.copy_location(ast.Constant(None), each.value)
             each.__dict__["is_unset"] = True
@@ -735,6 +788,14 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
     finish = next((e for e in node.body if isinstance(e, ast.FunctionDef) and e.name == "__post_init__"), None)
     if finish is not None and "__init__" not in own and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
         _write_constructor(node, finish)
+
+
+def _plain_default(value: ast.expr | None) -> ast.expr | None:
+    """Return the default of ``field(default=3, repr=False)``, which a constructor takes as ``= 3``; else None."""
+    if not isinstance(value, ast.Call) or name_of(value) != "field" or value.args:
+        return None
+    given = {each.arg: each.value for each in value.keywords}
+    return given.get("default") if {*given} <= {"default", "repr", "hash"} else None
 
 
 def _iteration_by_index(node: ast.ClassDef) -> list[ast.stmt]:
