@@ -161,6 +161,9 @@ LOWERED = {
         "for x in itertools.takewhile(lambda w: w > .5, (width - .3 * k for k in itertools.count())):\n    parts.append(bar(x))"),
     "a default of a field that the class completes": ("@dataclass\nclass Mill:\n    height: float = 3\n    sail: float = field(default=0.0, repr=False)\n"
         "    def __post_init__(self):\n        self.sail = self.sail or self.height / 2", "parts += [bar(m.height, m.sail) for m in (Mill(), Mill(sail=1))]"),
+    "a constant text of JSON": ("import json", "for row in json.loads('[{\"x\": 1, \"on\": true}, {\"x\": 2.5, \"on\": null}]'):\n"
+        "    parts.append(bar(row['x'], 1 if row['on'] else 2))"),
+    "items as a key": ("", "sizes = [3, 9, 4]\nparts.append(bar(max(range(3), key=sizes.__getitem__), len(string.capwords('a bc'))))"),
     "what tells people": ("import sys\nsys.setrecursionlimit(5000)", "print('a part', file=sys.stderr)\nparts.append(bar(1))"),
     "a log": ("import logging\nlog = logging.getLogger('a')", "log.info('%d parts', len(parts))\nparts.append(bar(1))"),
 }  # fmt: skip

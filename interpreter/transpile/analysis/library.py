@@ -67,6 +67,10 @@ def fill_diagonal(a, val):
     for i in range(min(a.shape)):
         a[i, i] = val
 """,
+    "string": """
+def capwords(s):
+    return " ".join([word[:1].upper() + word[1:].lower() for word in s.split()])
+""",
     "operator": """
 def or_(a, b):
     return a | b

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import json
 import re
 import string
 from collections.abc import Callable, Mapping
@@ -53,8 +54,10 @@ _METHODS = (
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
 _COUNT = "itertools.count"
+_MOST_JSON = 20_000  # characters of a text that becomes literals
 _WRITTEN = (
     _COUNT,
+    "json.loads",
     *GETTERS,
     "itertools.islice",
     "numpy.ndindex",
@@ -164,6 +167,8 @@ def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
             return False
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "str":
             return False
+        if isinstance(node, ast.Attribute) and node.attr == "__getitem__":
+            return False
         if isinstance(node, ast.Name) and node.id in ("frozenset", "iter", "next", "complex", "SimpleNamespace"):
             return False
         if isinstance(node, ast.Constant) and type(node.value) is complex:
@@ -260,6 +265,9 @@ class _Library(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         if _path(node, self._paths) == "numpy.newaxis":
             return ast.copy_location(ast.Constant(None), node)
+        if node.attr == "__getitem__" and is_repeatable(node.value):  # `max(..., key=table.__getitem__)`
+            function = ast.parse(f"lambda key: {ast.unparse(node.value)}[key]", mode="eval").body
+            return placed(function, node, is_new=True)
         return self._replaced(node) if _path(node, self._paths) in (*LIBRARY, *_CONSTANTS) else self._inner(node)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
@@ -288,6 +296,8 @@ class _Library(ast.NodeTransformer):
                 assert isinstance(end.func, ast.Attribute)
                 end.func.attr = name
             return placed(ast.BinOp(ends[0], ast.Sub(), ends[1]), node) if is_repeatable(node.args[0]) else node
+        if path == "json.loads" and len(node.args) == 1 and not node.keywords:
+            return _parsed(node.args[0]) or node
         last = node.args[-1] if node.args else None
         if path == "itertools.takewhile" and isinstance(last, ast.Call) and _path(last.func, self._paths) == _COUNT:
             node.func, node.args = self._function("itertools.counted_while", node), [node.args[0], *last.args]
@@ -498,6 +508,18 @@ def _method_of_text(node: ast.expr) -> ast.expr:
     if not is_method or not isinstance(node, ast.Attribute):
         return node
     return placed(ast.parse(f"lambda text: text.{node.attr}()", mode="eval").body, node, is_new=True)
+
+
+def _parsed(text: ast.expr) -> ast.expr | None:
+    """Return the values that a constant text of JSON means, None if they are no plain ones, or too many."""
+    if not isinstance(text, ast.Constant) or not isinstance(text.value, str) or len(text.value) > _MOST_JSON:
+        return None
+    try:
+        values = repr(json.loads(text.value))
+        ast.literal_eval(values)
+    except (ValueError, RecursionError):  # no text of JSON, or infinite numbers
+        return None
+    return placed(ast.parse(values, mode="eval").body, text, is_new=True)
 
 
 def _listed(node: ast.expr) -> ast.expr:
