@@ -22,7 +22,6 @@ from scenelang.interpreter.transpile.evaluation import (
     instead_of,
     outer_product,
 )
-from scenelang.interpreter.transpile.evaluation.libraries.scientific import library_attribute, library_class
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -57,6 +56,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     is_shape,
     undecided,
 )
+from scenelang.interpreter.transpile.evaluation.scientific import library_attribute, library_class
 
 # --- definition ----------------------------------------------------------------------------------------------------
 

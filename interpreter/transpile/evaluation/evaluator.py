@@ -49,7 +49,6 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     set_attribute,
     type_of,
 )
-from scenelang.interpreter.transpile.evaluation.libraries.scientific import call_of_library, library_class
 from scenelang.interpreter.transpile.evaluation.matching import as_conditions, matches
 from scenelang.interpreter.transpile.evaluation.modules import check_digits
 from scenelang.interpreter.transpile.evaluation.objects import (
@@ -93,6 +92,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     residuals,
     undecided,
 )
+from scenelang.interpreter.transpile.evaluation.scientific import call_of_library, library_class
 from scenelang.interpreter.values.limits import resident_bytes
 
 # Steps of all evaluations of one program. A step takes 1.3 microseconds on the 2-core test machine, and up to 3 where

@@ -64,9 +64,8 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     type_of,
 )
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
-from scenelang.interpreter.transpile.evaluation.libraries.noise import NOISE, noise_names
-from scenelang.interpreter.transpile.evaluation.libraries.scientific import FUNCTIONS, library_names
 from scenelang.interpreter.transpile.evaluation.modules import plain_modules, silent_modules
+from scenelang.interpreter.transpile.evaluation.noise import NOISE, noise_names
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -91,6 +90,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     refused,
 )
 from scenelang.interpreter.transpile.evaluation.residue import Residual, formatted, is_shape
+from scenelang.interpreter.transpile.evaluation.scientific import FUNCTIONS, library_names
 
 
 class PythonLibrary:

@@ -22,7 +22,6 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from scenelang.interpreter.transpile.evaluation.libraries.scientific import library_class
 from scenelang.interpreter.transpile.evaluation.list_usage import ListUsage, leaves
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
@@ -59,6 +58,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     known_result,
     node_of,
 )
+from scenelang.interpreter.transpile.evaluation.scientific import library_class
 from scenelang.interpreter.transpile.evaluation.structures import form_of, leaves_of, parts_of
 
 _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
