@@ -18,8 +18,8 @@ CORE_MEGABYTES = 136
 _SECONDS = "60, 63 and 59"  # venv, pip install and the picture, at a load of 14, November 2026
 MEGABYTES = {
     "final": 269, "text": 30, "repl": 18, "meshes": 4, "neural": 6_300, "cuda": 5_700, "lm": 48, "physics": 99,
-    "minecraft": 143, "usd": 218, "draco": 19, "video": 107, "datasets": 178, "cluster": 431, "lsp": 3, "mcp": 39,
-    "browser": 174, "notebook": 53, "all": 7_700,
+    "minecraft": 143, "python-libraries": 175, "usd": 218, "draco": 19, "video": 107, "datasets": 178,
+    "cluster": 431, "lsp": 3, "mcp": 39, "browser": 174, "notebook": 53, "all": 7_700,
 }  # fmt: skip
 
 _BEFORE = """
@@ -94,7 +94,7 @@ missing. `scenelang doctor --json` is for reports of bugs.
 the environment (`. .venv/bin/activate`), or run `python -m scenelang`.
 """.strip()
 
-_FIRST = re.compile(r"^(?P<name>[a-z]+) = \[.*?(?:#\s*(?P<comment>.*))?$")
+_FIRST = re.compile(r"^(?P<name>[a-z-]+) = \[.*?(?:#\s*(?P<comment>.*))?$")
 
 
 def extras() -> dict[str, tuple[str, tuple[str, ...]]]:

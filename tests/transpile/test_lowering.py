@@ -117,6 +117,54 @@ LOWERED = {
     "a sum of shapes": ("", "parts.append(reduce(operator.add, [bar(1), bar(2)]))"),
     "bisection and means": ("", "i = bisect.bisect_left([1, 3, 5], 4)\nparts.append(bar(i, statistics.mean([1, 2, 6]), statistics.median([5, 1, 3, 2])))"),
     "letters": ("", "for i, c in enumerate(string.ascii_uppercase[:3]):\n    parts.append(bar(i, ord(c) - 64))"),
+    "mixins whose methods ask the next class": ("class Base:\n    def __init__(self, x, y=0):\n        self.x, self.y = x, y\n"
+        "    def parts(self):\n        return [bar(self.x, self.y)]\n"
+        "class Twice:\n    def parts(self):\n        return super().parts() + [bar(self.x, self.y + .5)]\n"
+        "class Shifted:\n    step = 2\n    def __init__(self, *args, by=1, **rest):\n        super().__init__(*args, **rest)\n        self.by = by\n"
+        "    def parts(self):\n        return super().parts() + [bar(self.x + self.by * self.step)]\n"
+        "class A(Twice, Base):\n    pass\nclass B(Shifted, Twice, Base):\n    step = 3\n    def parts(self):\n        return super().parts()[::-1]",
+        "parts += A(1).parts() + B(4, by=2).parts() + B(9, y=3).parts()"),
+    "arguments that constructors pass on": ("class Bay:\n    def __init__(self, x, width=1.5):\n        self.x, self.width = x, width\n"
+        "class Window(Bay):\n    def __init__(self, x, open=True, **kwargs):\n        super().__init__(x, **kwargs)\n        self.open = open\n"
+        "class Balcony(Window):\n    pass", "parts += [bar(b.x, b.width + b.open) for b in (Window(1), Balcony(2, open=False))]"),
+    "fields by name before those by place": ("@dataclass\nclass Node:\n    y: float = field(default=2, kw_only=True)\n"
+        "@dataclass\nclass Rod(Node):\n    x: float\n    size: float = .5", "parts += [bar(r.x, r.y, r.size) for r in (Rod(1), Rod(2, .7, y=5))]"),
+    "items up to an IndexError": ("class Row:\n    def __init__(self, n):\n        self.n = n\n    def __getitem__(self, i):\n"
+        "        if not 0 <= i < self.n:\n            raise IndexError(i)\n        return i * i", "parts += [bar(x, i) for i, x in enumerate(Row(4))]"),
+    "the name of a type in an exception": ("def size(x):\n    if x < 0:\n        raise ValueError(f'{type(x).__name__} below 0')\n    return x",
+        "parts.append(bar(size(2)))"),
+    "a class that nothing uses": ("class Grid(dict):\n    pass", "parts.append(bar(1))"),
+    "the same import twice": ("import numpy as np", "parts.append(bar(*np.array([1, 2]) * .5))"),
+    "masks in place": ("", "keep = np.ones(5, dtype=bool)\nkeep[1] = False\nkeep &= np.arange(5) < 4\n"
+        "parts += [bar(x) for x in np.arange(5)[keep]] + [bar(int(keep.sum()), 1)]"),
+    "a diagonal": ("", "d = np.ones((3, 3))\nnp.fill_diagonal(d, 5)\nparts += [bar(x, y) for x, y, _ in d]"),
+    "a new first axis": ("", "a = np.array([[1., 2], [4, 6]])\nparts += [bar(*x) for x in (a[None] - a[:, None]).sum(axis=0)]"),
+    "an index of an array by its name": ("", "a = np.array([[1., 2], [4, 6]])\nfor idx in np.ndindex(2, 2):\n    parts.append(bar(a[idx], idx[0]))"),
+    "a union of many sets": ("", "cells = reduce(operator.or_, ({(i, 0), (0, i)} for i in range(3)))\nparts += [bar(x, y) for x, y in sorted(cells)]"),
+    "counts of a table's values": ("from collections import Counter", "kinds = {1: 'a', 2: 'b'}\nkinds[3] = 'a'\nfor k, n in sorted(Counter(kinds.values()).items()):\n    parts.append(bar(n, len(k)))"),
+    "managers that are left early": ("from contextlib import contextmanager\nclass Pen:\n    def __init__(self):\n        self.stack = [0]\n"
+        "    @contextmanager\n    def at(self, x):\n        self.stack.append(self.stack[-1] + x)\n        try:\n            yield len(self.stack)\n"
+        "        finally:\n            self.stack.pop()\n"
+        "def places(pen, xs):\n    found = []\n    for x in xs:\n        with pen.at(x) as depth:\n            if x < 2:\n                continue\n"
+        "            found.append((pen.stack[-1], depth))\n            if x > 5:\n                break\n"
+        "    with pen.at(.5):\n        if len(found) > 2:\n            return found, pen.stack[-1]\n    return found, -1",
+        "pen = Pen()\nwith pen.at(10):\n    found, last = places(pen, range(9))\nparts += [bar(x, y) for x, y in found] + [bar(last, len(pen.stack))]\n"
+        "found, last = places(pen, [3])\nparts += [bar(last, len(pen.stack), .5)]"),
+    "a method that yields and draws, as the loop does": ("@dataclass\nclass Oak:\n    rng: object\n    depth: int = 3\n    def grow(self, x, level=0):\n"
+        "        yield x, level\n        if level >= self.depth:\n            return\n        for k in range(2):\n"
+        "            yield from self.grow(x + self.rng.uniform(-1, 1), level + 1)",
+        "rng = random.Random(3)\nfor x, y in Oak(rng).grow(0.0):\n    parts.append(bar(x, y, .5 + rng.random()))"),
+    "arguments fixed of a method of what is made there": ("import random", "shake = partial(random.Random(4).uniform, -1, 1)\nparts += [bar(shake(), shake()) for _ in range(3)]"),
+    "a module as a parameter": ("import random\ndef shaken(x, amount, rng=random):\n    return x + rng.uniform(-amount, amount)",
+        "shake = partial(shaken, amount=.1)\nparts += [bar(shake(x), shaken(1, .2)) for x in range(3)]"),
+    "what is computed of all numbers, up to a limit": ("width = 2.0",
+        "for x in itertools.takewhile(lambda w: w > .5, (width - .3 * k for k in itertools.count())):\n    parts.append(bar(x))"),
+    "a default of a field that the class completes": ("@dataclass\nclass Mill:\n    height: float = 3\n    sail: float = field(default=0.0, repr=False)\n"
+        "    def __post_init__(self):\n        self.sail = self.sail or self.height / 2", "parts += [bar(m.height, m.sail) for m in (Mill(), Mill(sail=1))]"),
+    "a constant text of JSON": ("import json", "for row in json.loads('[{\"x\": 1, \"on\": true}, {\"x\": 2.5, \"on\": null}]'):\n"
+        "    parts.append(bar(row['x'], 1 if row['on'] else 2))"),
+    "items as a key": ("", "sizes = [3, 9, 4]\nparts.append(bar(max(range(3), key=sizes.__getitem__), len(string.capwords('a bc'))))"),
+    "what tells people": ("import sys\nsys.setrecursionlimit(5000)", "print('a part', file=sys.stderr)\nparts.append(bar(1))"),
     "a log": ("import logging\nlog = logging.getLogger('a')", "log.info('%d parts', len(parts))\nparts.append(bar(1))"),
 }  # fmt: skip
 

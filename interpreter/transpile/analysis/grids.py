@@ -19,8 +19,10 @@ class Grids(ast.NodeTransformer):
         self._path_of = path_of
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        """Write ``np.mgrid[0:h, 0:w]`` as the grid of two ranges."""
+        """Write ``np.mgrid[0:h, 0:w]`` as the grid of two ranges, and a new first axis with the others behind it."""
         self.generic_visit(node)
+        if isinstance(node.slice, ast.Constant) and node.slice.value is None and isinstance(node.ctx, ast.Load):
+            node.slice = placed(ast.Tuple([node.slice, ast.Constant(...)], ast.Load()), node)
         parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else []
         if self._path_of(node.value) != "numpy.mgrid" or len(parts) != 2:
             return node

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import ast
 import copy
+import itertools
+from collections.abc import Mapping
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
@@ -41,14 +43,17 @@ def without_hooks(tree: ast.Module) -> None:
     tree.body = body
 
 
-def _line_of(node: ast.ClassDef, classes: dict[str, ast.ClassDef]) -> list[str]:
-    """Return a class and those that it is derived from, each by its first base."""
+def _line_of(node: ast.ClassDef, classes: Mapping[str, ast.ClassDef]) -> list[str]:
+    """Return a class and those of a module that it is derived from, in the order in which Python asks them (C3)."""
+    bases = [each.id for each in node.bases if isinstance(each, ast.Name) and classes.get(each.id, node) is not node]
+    pending = [*(_line_of(classes[each], classes) for each in bases), bases]
     names = [node.name]
-    while bases := classes[names[-1]].bases:
-        base = bases[0]
-        if not isinstance(base, ast.Name) or base.id not in classes or base.id in names:
-            break
-        names.append(base.id)
+    while pending := [each for each in pending if each]:
+        head = next((p[0] for p in pending if not any(p[0] in other[1:] for other in pending)), None)
+        if head is None:
+            return [node.name]  # which is an error of Python's
+        names.append(head)
+        pending = [[each for each in other if each != head] for other in pending]
     return names
 
 
@@ -107,8 +112,12 @@ class _OfClass(ast.NodeTransformer):
 
 
 def without_bases(tree: ast.Module) -> None:
-    """Give the classes of a module, in place, what they inherit from one base that is a class of the module, too."""
+    """Give the classes of a module, in place, what they inherit from bases that are classes of the module, too.
+
+    What `super` means follows from the order of all classes around, so it is asked of the classes as they were written.
+    """
     known: dict[str, ast.ClassDef] = {}
+    written: dict[str, ast.ClassDef] = {}
     heirs: dict[str, list[str]] = {}
     made = {n.func.id for n in walk_tree(tree) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
     for node in tree.body:
@@ -116,12 +125,14 @@ def without_bases(tree: ast.Module) -> None:
             continue
         bases = [each.id for each in node.bases if isinstance(each, ast.Name) and each.id in known]
         is_known = len(bases) == len(node.bases) and not node.keywords
-        if is_known and all(_fits(node, known[each]) for each in bases) and not (len(bases) > 1 and _asks_super(node)):
-            for base in bases:  # the first one that has a member gives it
-                _inherit(node, known[base])
-                for name, others in heirs.items():
-                    if (name == base or base in others) and node.name not in others:
-                        others.append(node.name)
+        written[node.name] = copy.deepcopy(node)
+        if is_known and bases and all(_fits(node, known[each]) for each in bases):
+            line = [copy.deepcopy(written[name]) for name in _line_of(node, written)]
+            for cls, base in reversed([*itertools.pairwise(line)]):
+                _inherit(cls, base)
+            node.body, node.decorator_list = line[0].body, line[0].decorator_list
+            for name in (each.name for each in line[1:]):
+                heirs[name].append(node.name)
             node.bases = []
         if not node.bases and not node.keywords:
             known[node.name] = node
@@ -133,10 +144,6 @@ def without_bases(tree: ast.Module) -> None:
     for call in walk_tree(tree):
         if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "isinstance":
             call.args[1:] = [_with_heirs(each, heirs) for each in call.args[1:]]
-
-
-def _asks_super(node: ast.ClassDef) -> bool:
-    return any(isinstance(n, ast.Name) and n.id == "super" for n in walk_tree(node))
 
 
 def _with_heirs(kind: ast.expr, heirs: dict[str, list[str]]) -> ast.expr:
@@ -194,6 +201,7 @@ def _inherit(node: ast.ClassDef, base: ast.ClassDef) -> None:
     node.body = [*inherited, *(each for each in node.body if _key(each) not in used)]
     if _is_dataclass(base) and not _is_dataclass(node):
         node.decorator_list = copy.deepcopy(base.decorator_list)
+    node.body.sort(key=lambda each: isinstance(each, ast.AnnAssign) and "kw_only=True" in ast.unparse(each))
     if any("kw_only=True" in ast.unparse(each) for each in node.decorator_list):  # whose fields have no order
         node.body.sort(key=lambda each: isinstance(each, ast.AnnAssign) and each.value is not None)
         node.body.sort(key=lambda each: not isinstance(each, ast.AnnAssign))

@@ -357,7 +357,7 @@ class _Generators(_Inlining):
         ):
             raise _Impossible
         scope = self._scopes[-1]
-        if not isinstance(scope, ast.FunctionDef) or function not in self.tree.body:
+        if not isinstance(scope, ast.FunctionDef) or self._owner(function) is None:
             raise _Impossible
         visit = self.fresh("visit")
         copied = self._with_visitor(function)
@@ -373,8 +373,15 @@ class _Generators(_Inlining):
         body += [_Continues().visit(each) for each in node.body]
         arguments = ast.arguments([], [ast.arg(parameter)], None, [], [], None, [])
         definition = ast.FunctionDef(visit, arguments, body, [], None)
-        made = ast.Call(ast.Name(copied.name, ast.Load()), [ast.Name(visit, ast.Load()), *call.args], call.keywords)
+        made = ast.Call(_renamed(call.func, copied.name), [ast.Name(visit, ast.Load()), *call.args], call.keywords)
         return [definition, ast.Expr(made)]
+
+    def _owner(self, function: ast.FunctionDef) -> ast.Module | ast.ClassDef | None:
+        """Return the module or class that has a function, None for an inner one, or a method that is decorated."""
+        owners: list[ast.Module | ast.ClassDef] = [self.tree]
+        owners += [each for each in self.tree.body if isinstance(each, ast.ClassDef)]
+        found = next((each for each in owners if any(part is function for part in each.body)), None)
+        return None if isinstance(found, ast.ClassDef) and function.decorator_list else found
 
     def _with_visitor(self, function: ast.FunctionDef) -> ast.FunctionDef:
         """Return a function that passes to its first argument what the generator yields."""
@@ -383,7 +390,7 @@ class _Generators(_Inlining):
                 return made
         copied = copy.deepcopy(function)
         copied.name = self.fresh(f"{function.name}_each")
-        copied.args.args.insert(0, ast.arg("visit"))
+        copied.args.args.insert(0 if self._owner(function) is self.tree else 1, ast.arg("visit"))
         _Visits(self, function, copied.name).visit(copied)
         _placed([copied], function)
         self._made.append((function, copied))
@@ -392,7 +399,9 @@ class _Generators(_Inlining):
     def finished(self, tree: ast.Module) -> ast.Module:
         """Return the module with the functions that have been made, without generators that nothing uses."""
         for function, made in self._made:
-            tree.body.insert(tree.body.index(function) + 1, made)
+            owner = self._owner(function)
+            assert owner is not None
+            owner.body.insert(owner.body.index(function) + 1, made)
         owners: list[Any] = [tree, *(each for each in tree.body if isinstance(each, ast.ClassDef))]
         for owner in owners:
             kept = [each for each in owner.body if not (_is_own_generator(each) and not self._is_used(tree, each))]
@@ -439,8 +448,8 @@ class _Visits(ast.NodeTransformer):
         if not isinstance(node.value, ast.YieldFrom):
             return node
         inner = node.value.value
-        if isinstance(inner, ast.Call) and isinstance(inner.func, ast.Name) and inner.func.id == self._function.name:
-            call = ast.Call(ast.Name(self._name, ast.Load()), [visit, *inner.args], inner.keywords)
+        if isinstance(inner, ast.Call) and self._inlining.called(inner) is self._function:
+            call = ast.Call(_renamed(inner.func, self._name), [visit, *inner.args], inner.keywords)
             return ast.copy_location(ast.Expr(call), node)
         target = ast.Name(self._inlining.fresh("item"), ast.Store())
         call = ast.Call(visit, [ast.Name(target.id, ast.Load())], [])
@@ -451,9 +460,16 @@ class _Visits(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         self.generic_visit(node)
-        if isinstance(node.func, ast.Name) and node.func.id == self._function.name:
+        if self._inlining.called(node) is self._function:
             raise _Impossible
         return node
+
+
+def _renamed(function: ast.expr, name: str) -> ast.expr:
+    """Return a function, or a method of a value, of another name."""
+    if isinstance(function, ast.Attribute):
+        return ast.copy_location(ast.Attribute(function.value, name, ast.Load()), function)
+    return ast.copy_location(ast.Name(name, ast.Load()), function)
 
 
 class _Continues(ast.NodeTransformer):
@@ -537,21 +553,26 @@ class _Managers(_Inlining):
             and target is None
         ):
             return node.body
-        leaves = any(True for _ in _own(node.body, ast.Return, ast.Yield)) or any(
-            True for _ in _own(node.body, ast.Break, ast.Continue)
-        )
         function = self.called(manager)
         if function is not None and any(ast.unparse(each) in _MANAGERS for each in function.decorator_list):
             assert isinstance(manager, ast.Call)
             before, value, after = self._parts(self.body_for(function, manager, _stored_in(node.body)))
-            if leaves and after:
-                raise _Impossible
+            body = self._left_by(node.body, after)
             self.count += 1
             stores: list[ast.stmt] = [ast.Assign([target], value or ast.Constant(None))] if target is not None else []
-            return [*before, *stores, *node.body, *after]
-        if leaves:
-            raise _Impossible
+            return [*before, *stores, *body]
         return self._by_methods(node, manager, target)
+
+    def _left_by(self, body: list[ast.stmt], after: list[ast.stmt]) -> list[ast.stmt]:
+        """Return the body of a ``with`` statement with what comes after it, wherever it is left."""
+        if not after:
+            return body
+        if any(True for _ in _own(body, ast.Yield, ast.YieldFrom)):
+            raise _Impossible
+        leaving = _Leaving(after, self.fresh)
+        written = [part for each in body for part in _listed(leaving.visit(each))]
+        is_left = bool(body) and isinstance(body[-1], (ast.Return, ast.Break, ast.Continue))
+        return written if is_left else [*written, *after]
 
     @staticmethod
     def _parts(body: list[ast.stmt]) -> tuple[list[ast.stmt], ast.expr | None, list[ast.stmt]]:
@@ -587,8 +608,9 @@ class _Managers(_Inlining):
         enter = ast.Call(ast.Attribute(held, "__enter__", ast.Load()), [], [])
         leaving = ast.Call(ast.Attribute(copy.deepcopy(held), "__exit__", ast.Load()), [], [])
         store: ast.stmt = ast.Assign([target], enter) if target is not None else ast.Expr(enter)
+        body = self._left_by(node.body, [ast.Expr(leaving)])
         self.count += 1
-        return [*before, store, *node.body, ast.Expr(leaving)]
+        return [*before, store, *body]
 
     def finished(self, tree: ast.Module) -> ast.Module:
         """Return the module without managers that nothing uses any longer; their methods get plain names."""
@@ -614,3 +636,37 @@ class _Managers(_Inlining):
             if isinstance(node, ast.FunctionDef) and node.name in ("__enter__", "__exit__") and self._used:
                 node.name = node.name.strip("_")
         return tree
+
+
+class _Leaving(ast.NodeTransformer):
+    """Writes what a manager does at its end before each statement that leaves its body."""
+
+    def __init__(self, after: list[ast.stmt], fresh: Callable[[str], str]) -> None:
+        self._after, self._fresh = after, fresh
+        self._loops = 0
+
+    def visit_Return(self, node: ast.Return) -> list[ast.stmt]:
+        after = copy.deepcopy(self._after)
+        if node.value is None or isinstance(node.value, ast.Constant):
+            return [*after, node]
+        name = self._fresh("result")
+        kept = ast.copy_location(ast.Assign([ast.Name(name, ast.Store())], node.value), node)
+        return [kept, *after, ast.copy_location(ast.Return(ast.Name(name, ast.Load())), node)]
+
+    def _left(self, node: Any) -> list[ast.stmt]:
+        return [node] if self._loops else [*copy.deepcopy(self._after), node]
+
+    visit_Break = visit_Continue = _left
+
+    def _loop(self, node: Any) -> ast.AST:
+        self._loops += 1
+        self.generic_visit(node)
+        self._loops -= 1
+        return node  # type: ignore[no-any-return]
+
+    visit_For = visit_While = _loop
+
+    def _inner(self, node: Any) -> ast.AST:
+        return node  # type: ignore[no-any-return]
+
+    visit_FunctionDef = visit_Lambda = visit_ClassDef = _inner

@@ -100,15 +100,25 @@ def _make_array(
     return _array(infer, node, element if element.kinds else T_FLOAT)
 
 
+def _has_booleans(node: ast.AST) -> bool:
+    """Return whether a call asks for an array of Booleans, which contains 1 and 0."""
+    named = [each.value for each in node.keywords if each.arg == "dtype"] if isinstance(node, ast.Call) else []
+    return any(ast.unparse(each) in ("bool", "np.bool_") for each in named)
+
+
 def _shaped(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
     """Return the type of an array with the shape that is passed as the first argument, as in ``np.zeros(shape)``."""
     shape = args[0] if args else named.get("shape", T_INT)
-    if shape.kinds & (LIST | TUPLE):
-        sites = infer.read_sites(shape)
-        if any(site.items is None or len(site.items) > 1 for site in sites):
-            return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, T_FLOAT, tag="row"))
+    is_matrix = bool(shape.kinds & (LIST | TUPLE)) and any(
+        site.items is None or len(site.items) > 1 for site in infer.read_sites(shape)
+    )
+    if _has_booleans(node):
+        row = infer.container(node, ARRAY, T_INT, T_BOOL, tag="row")
+        return infer.container(node, ARRAY, row if is_matrix else T_INT, T_BOOL)
+    if is_matrix:
+        return infer.grow(infer.site(node, ARRAY), infer.container(node, ARRAY, T_FLOAT, tag="row"))
     return _array(infer, node)
 
 

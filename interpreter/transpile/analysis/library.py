@@ -29,6 +29,13 @@ def counted_while(predicate, start=0, step=1):
         taken.append(item)
         item = item + step
     return taken
+def mapped_while(predicate, value, start=0, step=1):
+    taken = []
+    item = start
+    while predicate(value(item)):
+        taken.append(value(item))
+        item = item + step
+    return taken
 def first_of_cycle(items, start, stop=None):
     row = list(items)
     first, last = (0, start) if stop is None else (start, stop)
@@ -55,7 +62,22 @@ def zip_longest(*rows, fillvalue=None):
     size = max([len(row) for row in lists]) if lists else 0
     return [tuple([row[n] if n < len(row) else fillvalue for row in lists]) for n in range(size)]
 """,
+    "numpy": """
+def fill_diagonal(a, val):
+    for i in range(min(a.shape)):
+        a[i, i] = val
+""",
+    "string": """
+def capwords(s):
+    return " ".join([word[:1].upper() + word[1:].lower() for word in s.split()])
+""",
     "operator": """
+def or_(a, b):
+    return a | b
+def and_(a, b):
+    return a & b
+def xor(a, b):
+    return a ^ b
 def add(a, b):
     return a + b
 def mul(a, b):

@@ -1,4 +1,4 @@
-"""Values of Python's library as objects of classes of the program: complex numbers, frozen sets, and iterators.
+"""Values of libraries as objects of classes of the program: complex numbers, frozen sets, iterators, and rotations.
 
 A frozen set is one where a program has it as an item or a key, an iterator one from which the program takes items by
 `next`. What else a program does with them is then an error of the translation.
@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 
 from scenelang.interpreter.transpile.analysis.inlining import is_endless, is_generator
 from scenelang.interpreter.transpile.analysis.library import COMPLEX, FROZEN_SET, ITERATORS
+from scenelang.interpreter.transpile.analysis.library_rotations import with_rotations
 from scenelang.interpreter.transpile.analysis.python_text import variable_of, walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import is_annotation, parents_of, placed
 
@@ -39,7 +40,10 @@ _CHANGING = (
 
 def with_library_classes(tree: ast.Module, path_of: PathOf) -> list[ast.stmt]:
     """Write such values, in place, as objects; return the classes of these."""
-    sources = [*_frozen_sets(tree), *_complex_numbers(tree, path_of), *_iterators(tree, path_of)]
+    sources = [
+        *_frozen_sets(tree), *_complex_numbers(tree, path_of), *_iterators(tree, path_of),
+        *with_rotations(tree, path_of),
+    ]  # fmt: skip
     return [each for source in sources for each in ast.parse(source).body]
 
 
@@ -151,7 +155,7 @@ def _iterators(tree: ast.Module, path_of: PathOf) -> list[str]:
         return []  # which the program expects
     generators = {
         n.name for n in tree.body
-        if isinstance(n, ast.FunctionDef) and is_generator(n) and not is_endless(n) and _is_pure(n)
+        if isinstance(n, ast.FunctionDef) and is_generator(n) and not is_endless(n) and is_pure(n)
     }  # fmt: skip
     changed = {*_changed(nodes)}
     parents = parents_of(tree)
@@ -185,25 +189,16 @@ def _changed(nodes: Iterable[ast.AST]) -> Iterable[str]:
 
 
 _PURE = (
-    "range",
-    "len",
-    "abs",
-    "min",
-    "max",
-    "round",
-    "int",
-    "float",
-    "str",
-    "sorted",
-    "zip",
-    "enumerate",
-    "list",
-    "tuple",
-)
-_READING = ("split", "splitlines", "items", "keys", "values", "strip", "lower", "upper")
+    "abs", "all", "any", "divmod", "enumerate", "float", "int", "isinstance", "iter", "len", "list", "max", "min",
+    "range", "reversed", "round", "set", "sorted", "str", "sum", "tuple", "zip",
+)  # fmt: skip
+_READING = (
+    "endswith", "isalpha", "isdigit", "islower", "isspace", "isupper", "items", "keys", "lower", "split", "splitlines",
+    "startswith", "strip", "upper", "values",
+)  # fmt: skip
 
 
-def _is_pure(node: ast.AST, *own: str) -> bool:
+def is_pure(node: ast.AST, *own: str) -> bool:
     """Return whether it does not matter when the items of an iterator are computed: all that it calls is pure."""
     if isinstance(node, ast.FunctionDef):
         own = (node.name,)
@@ -224,7 +219,7 @@ def _kind(call: ast.Call, path_of: PathOf, generators: set[str]) -> str | None:
         return "iter"
     is_iter = isinstance(call.func, ast.Name) and call.func.id == "iter" and len(call.args) == 1
     path = "iter" if is_iter else path_of(call.func)
-    return path if path in _CLASSES and all(map(_is_pure, call.args)) else None
+    return path if path in _CLASSES and all(map(is_pure, call.args)) else None
 
 
 def _is_own(name: str, nodes: Iterable[ast.AST]) -> bool:

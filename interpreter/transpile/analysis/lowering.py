@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import json
 import re
 import string
 from collections.abc import Callable, Mapping
@@ -22,22 +23,27 @@ from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, without_bases, without_hooks
 from scenelang.interpreter.transpile.analysis.inlining import without_managers
 from scenelang.interpreter.transpile.analysis.library import COUNTER_METHODS, EAGER, GETTERS, LIBRARY, OWN_METHODS
-from scenelang.interpreter.transpile.analysis.library_classes import with_library_classes
+from scenelang.interpreter.transpile.analysis.library_classes import is_pure, with_library_classes
+from scenelang.interpreter.transpile.analysis.library_rotations import ROTATIONS
 from scenelang.interpreter.transpile.analysis.matches import Matches
-from scenelang.interpreter.transpile.analysis.plain_classes import with_plain_classes
+from scenelang.interpreter.transpile.analysis.plain_classes import name_rest, with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import (
     OPERATOR_METHODS,
     Substitution,
     free_name,
+    is_registered,
     is_registering,
     is_repeatable,
     is_sized,
     name_of,
+    names_in,
     placed,
 )
 
 _SILENT = ("logging", "warnings")  # modules whose functions only tell people something
+_MODULES = ("random", "numpy.random", "math")  # which a program passes on as a parameter
+_SILENT_CALLS = ("sys.setrecursionlimit", "sys.stdout.flush", "sys.stderr.flush", "sys.stderr.write")
 
 _TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
 _ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
@@ -48,8 +54,10 @@ _METHODS = (
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
 _MARKERS = ("ABC", "abc.ABC", "Generic", "typing.Generic", "Protocol", "typing.Protocol")  # bases without methods
 _COUNT = "itertools.count"
+_MOST_JSON = 20_000  # characters of a text that becomes literals
 _WRITTEN = (
     _COUNT,
+    "json.loads",
     *GETTERS,
     "itertools.islice",
     "numpy.ndindex",
@@ -77,6 +85,8 @@ def lowered(tree: ast.Module) -> ast.Module:
     whole, tree = tree, copy.deepcopy(tree)
     before = ast.dump(tree)
     path_of = lambda node: _path(node, paths)
+    tree.body = [each for each in tree.body if not _is_unused(each, tree)]
+    _without_names_of_types(tree)
     tree = Grids(path_of).visit(tree)
     classes_of_library = with_library_classes(tree, path_of)
     tree.body[_first_statement(tree) : 0] = [placed(each, _FIRST, is_new=True) for each in classes_of_library]
@@ -85,6 +95,7 @@ def lowered(tree: ast.Module) -> ast.Module:
     tree = without_enumerations(tree)
     tree = _Silent(paths).visit(tree)
     _with_fixed_arguments(tree, paths)
+    _with_fixed_modules(tree, paths)
     tested = {ast.unparse(each.args[1]) for each in walk_tree(tree) if _is_test_of_class(each)}
     classes = [each for each in tree.body if isinstance(each, ast.ClassDef)]
     for cls in classes:
@@ -92,6 +103,7 @@ def lowered(tree: ast.Module) -> ast.Module:
         cls.bases = [base for base in cls.bases if is_tested or not _is_marker(base)]
     without_hooks(tree)
     without_bases(tree)
+    name_rest(tree)
     is_sorted = any(map(_orders, walk_tree(tree)))
     for cls in classes:
         _lower_class(cls, is_sorted)
@@ -104,6 +116,48 @@ def lowered(tree: ast.Module) -> ast.Module:
     return tree if made or ast.dump(tree) != before else whole
 
 
+def _without_names_of_types(tree: ast.Module) -> None:
+    """Leave the name of a type out of the messages of exceptions, in place, if no handler reads them.
+
+    Where such an exception ends the program, its message comes from the evaluator, which knows the name.
+    """
+    nodes = walk_tree(tree)
+    if any(isinstance(each, ast.ExceptHandler) and each.name for each in nodes):
+        return
+    for node in walk_tree(*(each.exc for each in nodes if isinstance(each, ast.Raise) and each.exc is not None)):
+        if isinstance(node, ast.FormattedValue) and _is_name_of_type(node.value):
+            node.value = placed(ast.Constant("object"), node.value)
+        elif isinstance(node, ast.Call):
+            node.args = [placed(ast.Constant("object"), e) if _is_name_of_type(e) else e for e in node.args]
+
+
+def _is_name_of_type(node: ast.expr) -> bool:
+    if not isinstance(node, ast.Attribute) or node.attr != "__name__":
+        return False
+    kind = node.value
+    return (isinstance(kind, ast.Attribute) and kind.attr == "__class__") or (
+        isinstance(kind, ast.Call) and isinstance(kind.func, ast.Name) and kind.func.id == "type"
+    )
+
+
+def _is_unused(node: ast.stmt, tree: ast.Module) -> bool:
+    """Return whether a statement defines a class that nothing names, and that does nothing else."""
+    if not isinstance(node, ast.ClassDef) or node.decorator_list or node.keywords or _is_derived(node, tree):
+        return False
+    if not all(isinstance(each, (ast.Pass, ast.FunctionDef, ast.Expr)) for each in node.body):
+        return False
+    named = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == node.name]
+    inside = [n for n in walk_tree(node) if isinstance(n, ast.Name) and n.id == node.name]
+    texts = (n.value for n in walk_tree(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str))
+    return len(named) == len(inside) and not any(node.name in each for each in texts)
+
+
+def _is_derived(node: ast.ClassDef, tree: ast.Module) -> bool:
+    """Return whether a class is derived from another of the program, which may do something about it."""
+    names = {each.name for each in tree.body if isinstance(each, ast.ClassDef)}
+    return any(isinstance(n, ast.Name) and n.id in names for base in node.bases for n in walk_tree(base))
+
+
 def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
     """Return whether a module has nothing that is written otherwise, as most answers."""
     for node in walk_tree(tree):
@@ -113,15 +167,21 @@ def _is_plain(tree: ast.Module, paths: Mapping[str, str]) -> bool:
             return False
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "str":
             return False
+        if isinstance(node, ast.Attribute) and node.attr == "__getitem__":
+            return False
         if isinstance(node, ast.Name) and node.id in ("frozenset", "iter", "next", "complex", "SimpleNamespace"):
             return False
         if isinstance(node, ast.Constant) and type(node.value) is complex:
+            return False
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and node.slice.value is None:
             return False
         if isinstance(node, (ast.For, ast.comprehension)) and _Targets.is_meant(node.target):
             return False
         if (_path(node, paths) or "") in _REWRITTEN or _method(node) in OWN_METHODS:
             return False
-    return not any(path in ("functools.partial", *_SILENT) for path in paths.values())
+    is_meant = any(path in ("functools.partial", ROTATIONS, "sys", *_SILENT) for path in paths.values())
+    defaults = [each for n in walk_tree(tree) if isinstance(n, ast.arguments) for each in n.defaults]
+    return not is_meant and not any(paths.get(name_of(each)) in _MODULES for each in defaults)
 
 
 def _at(node: ast.AST, line: int) -> None:
@@ -205,6 +265,9 @@ class _Library(ast.NodeTransformer):
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         if _path(node, self._paths) == "numpy.newaxis":
             return ast.copy_location(ast.Constant(None), node)
+        if node.attr == "__getitem__" and is_repeatable(node.value):  # `max(..., key=table.__getitem__)`
+            function = ast.parse(f"lambda key: {ast.unparse(node.value)}[key]", mode="eval").body
+            return placed(function, node, is_new=True)
         return self._replaced(node) if _path(node, self._paths) in (*LIBRARY, *_CONSTANTS) else self._inner(node)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
@@ -233,10 +296,21 @@ class _Library(ast.NodeTransformer):
                 assert isinstance(end.func, ast.Attribute)
                 end.func.attr = name
             return placed(ast.BinOp(ends[0], ast.Sub(), ends[1]), node) if is_repeatable(node.args[0]) else node
+        if path == "json.loads" and len(node.args) == 1 and not node.keywords:
+            return _parsed(node.args[0]) or node
         last = node.args[-1] if node.args else None
         if path == "itertools.takewhile" and isinstance(last, ast.Call) and _path(last.func, self._paths) == _COUNT:
             node.func, node.args = self._function("itertools.counted_while", node), [node.args[0], *last.args]
             node.keywords = last.keywords
+            return node
+        if path == "itertools.takewhile" and isinstance(last, ast.GeneratorExp) and self._is_mapped_count(last):
+            clause = last.generators[0]
+            assert isinstance(clause.iter, ast.Call)
+            assert isinstance(clause.target, ast.Name)
+            given = ast.arguments([], [ast.arg(clause.target.id)], None, [], [], None, [])
+            value = placed(ast.Lambda(given, last.elt), last)
+            node.func, node.keywords = self._function("itertools.mapped_while", node), clause.iter.keywords
+            node.args = [node.args[0], value, *clause.iter.args]
             return node
         if isinstance(node.func, ast.Name) and node.func.id == "zip":
             return self._counted(node)
@@ -257,6 +331,9 @@ class _Library(ast.NodeTransformer):
 
     def visit_For(self, node: ast.For) -> Any:
         """Write a loop over all numbers as one that counts, and one over the indices of an array as nested ones."""
+        written = self._named_index(node.target, node.iter, node.body)
+        if written is not None:
+            node.target, node.body = written
         self.generic_visit(node)
         clauses = self._indices(node.target, node.iter)
         if clauses is not None and not node.orelse and not any(isinstance(n, ast.Break) for n in walk_tree(*node.body)):
@@ -282,6 +359,20 @@ class _Library(ast.NodeTransformer):
         for each in made:
             placed(each, node)
         return made
+
+    def _named_index(self, target: ast.expr, items: ast.expr, body: list[Any]) -> tuple[ast.expr, list[Any]] | None:
+        """Return a target with a name for each number of an index of ``np.ndindex``, and the body with those names."""
+        is_index = isinstance(items, ast.Call) and _path(items.func, self._paths) == "numpy.ndindex"
+        if not is_index or not isinstance(items, ast.Call) or not isinstance(target, ast.Name):
+            return None
+        uses = [n for n in walk_tree(*body) if isinstance(n, ast.Name) and n.id == target.id]
+        sizes = (ast.Starred, ast.Attribute, ast.Tuple)
+        if any(isinstance(each, sizes) for each in items.args) or not all(isinstance(n.ctx, ast.Load) for n in uses):
+            return None
+        names = [self._new(f"{target.id}_{n}") for n in range(len(items.args))]
+        index = ast.Tuple([ast.Name(name, ast.Load()) for name in names], ast.Load())
+        written = [placed(Substitution({target.id: index}).visit(each), items) for each in body]
+        return ast.Tuple([ast.Name(name, ast.Store()) for name in names], ast.Store()), written
 
     def _indices(self, target: ast.expr, items: ast.expr) -> tuple[Any, ...] | None:
         """Return the array over whose indices a loop goes, its name, and the nested clauses of that loop."""
@@ -369,6 +460,13 @@ class _Library(ast.NodeTransformer):
                 node.args[n] = placed(ast.ListComp(number, [clause]), node)
         return node
 
+    def _is_mapped_count(self, node: ast.GeneratorExp) -> bool:
+        """Return whether a generator gives something for each number, which nothing but the number decides."""
+        clause = node.generators[0]
+        is_count = isinstance(clause.iter, ast.Call) and _path(clause.iter.func, self._paths) == _COUNT
+        is_plain = len(node.generators) == 1 and not clause.ifs and isinstance(clause.target, ast.Name)
+        return is_count and is_plain and is_pure(node.elt)
+
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         """Write ``np.c_[a, b]`` as the call that it is."""
         is_call = _path(node.value, self._paths) == "numpy.c_" and isinstance(node.slice, ast.Tuple)
@@ -412,8 +510,22 @@ def _method_of_text(node: ast.expr) -> ast.expr:
     return placed(ast.parse(f"lambda text: text.{node.attr}()", mode="eval").body, node, is_new=True)
 
 
+def _parsed(text: ast.expr) -> ast.expr | None:
+    """Return the values that a constant text of JSON means, None if they are no plain ones, or too many."""
+    if not isinstance(text, ast.Constant) or not isinstance(text.value, str) or len(text.value) > _MOST_JSON:
+        return None
+    try:
+        values = repr(json.loads(text.value))
+        ast.literal_eval(values)
+    except (ValueError, RecursionError):  # no text of JSON, or infinite numbers
+        return None
+    return placed(ast.parse(values, mode="eval").body, text, is_new=True)
+
+
 def _listed(node: ast.expr) -> ast.expr:
-    """Return a list in place of an iterator that is used up at once."""
+    """Return a list in place of an iterator, or of a view of a table, that is used up at once."""
+    if _method(node) in (("keys", 0), ("values", 0), ("items", 0)):
+        return placed(ast.Call(ast.Name("list", ast.Load()), [node], []), node)
     return ast.copy_location(ast.ListComp(node.elt, node.generators), node) if type(node) is ast.GeneratorExp else node
 
 
@@ -497,12 +609,15 @@ class _Silent(ast.NodeTransformer):
 
     def __init__(self, paths: Mapping[str, str]) -> None:
         self._names = {name for name, path in paths.items() if path.partition(".")[0] in _SILENT}
+        self._has_streams = paths.get("sys") == "sys"
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
         for each in node.body:
             if isinstance(each, ast.Assign) and isinstance(each.targets[0], ast.Name) and self._is_silent(each.value):
                 self._names.add(each.targets[0].id)
         self.generic_visit(node)
+        if self._has_streams and not any(isinstance(n, ast.Name) and n.id == "sys" for n in walk_tree(node)):
+            self._names.add("sys")
         node.body = [each for each in node.body if not self._is_left_out(each)]
         return node
 
@@ -523,7 +638,15 @@ class _Silent(ast.NodeTransformer):
             isinstance(each, (ast.Call, ast.NamedExpr)) and each is not node.value and not self._is_pure(each)
             for each in walk_tree(node.value)
         )
-        return ast.copy_location(ast.Pass(), node) if is_plain and self._is_silent(node.value) else node
+        is_silent = self._is_silent(node.value) or self._is_aside(node.value)
+        return ast.copy_location(ast.Pass(), node) if is_plain and is_silent else node
+
+    def _is_aside(self, node: ast.expr) -> bool:
+        """Return whether a call sets up Python itself, or writes to people beside what the program prints."""
+        if not self._has_streams or not isinstance(node, ast.Call):
+            return False
+        is_error = any(each.arg == "file" and ast.unparse(each.value) == "sys.stderr" for each in node.keywords)
+        return ast.unparse(node.func) in _SILENT_CALLS or (is_error and ast.unparse(node.func) == "print")
 
     @staticmethod
     def _is_pure(node: ast.AST) -> bool:
@@ -545,16 +668,45 @@ def _with_fixed_arguments(tree: ast.Module, paths: Mapping[str, str]) -> None:
         assert isinstance(call, ast.Call)
         uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == target.id and n is not target]
         calls = [n for n in walk_tree(tree) if isinstance(n, ast.Call) and any(n.func is use for use in uses)]
-        given_here = [*call.args, *(k.value for k in call.keywords)]
+        first = call.args[0]
+        is_method = isinstance(first, ast.Attribute) and not is_repeatable(first)
+        given_here = [*(call.args[1:] if is_method else call.args), *(k.value for k in call.keywords)]
         is_simple = all(is_repeatable(each) and _are_constant(each, tree) for each in given_here)
         if len(calls) < len(uses) or not calls or not is_simple:
             continue
+        if is_method and isinstance(first, ast.Attribute):  # of an object that is made once
+            owner = free_name(f"{target.id}_owner", names_in(tree))
+            made = ast.copy_location(ast.Assign([ast.Name(owner, ast.Store())], first.value), statement)
+            _replace(tree, statement, placed(made, statement))
+            call.args[0] = placed(ast.Attribute(ast.Name(owner, ast.Load()), first.attr, ast.Load()), first)
         for each in calls:
             each.func = copy.deepcopy(call.args[0])
             each.args = [*copy.deepcopy(call.args[1:]), *each.args]
             given = {k.arg for k in each.keywords}
             each.keywords += [copy.deepcopy(k) for k in call.keywords if k.arg not in given]
         _replace(tree, statement)
+
+
+def _with_fixed_modules(tree: ast.Module, paths: Mapping[str, str]) -> None:
+    """Write a module for the parameter of which it is the default, in place, if no call passes another."""
+    for function in [each for each in tree.body if isinstance(each, ast.FunctionDef)]:
+        given = function.args
+        if not given.args or not given.defaults or given.posonlyargs or given.vararg or is_registered(function):
+            continue
+        last, default = given.args[-1].arg, given.defaults[-1]
+        if not isinstance(default, ast.Name) or paths.get(default.id) not in _MODULES or last == default.id:
+            continue
+        uses = [n for n in walk_tree(tree) if isinstance(n, ast.Name) and n.id == function.name]
+        calls = [n for n in walk_tree(tree) if isinstance(n, ast.Call) and any(n.func is use for use in uses)]
+        passed = any(
+            len(call.args) >= len(given.args) or any(isinstance(each, ast.Starred) for each in call.args)
+            or any(k.arg in (last, None) for k in call.keywords)
+            for call in calls
+        )  # fmt: skip
+        if len(calls) == len(uses) and not passed:
+            given.args.pop()
+            given.defaults.pop()
+            function.body = [Substitution({last: default}).visit(each) for each in function.body]
 
 
 def _are_constant(node: ast.expr, tree: ast.Module) -> bool:
@@ -564,11 +716,11 @@ def _are_constant(node: ast.expr, tree: ast.Module) -> bool:
     return all(stores.count(name) <= 1 for name in names)
 
 
-def _replace(tree: ast.Module, statement: ast.stmt) -> None:
+def _replace(tree: ast.Module, statement: ast.stmt, other: ast.stmt | None = None) -> None:
     for node in walk_tree(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and statement in body:
-            body[body.index(statement)] = ast.copy_location(ast.Pass(), statement)
+            body[body.index(statement)] = other or ast.copy_location(ast.Pass(), statement)
 
 
 # --- classes -------------------------------------------------------------------------------------------------------
@@ -626,10 +778,14 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
         ast.copy_location(ast.Pass(), node)
     ]
     own = {each.name for each in node.body if isinstance(each, ast.FunctionDef)}
+    if "__getitem__" in own and not own & {"__iter__", "__len__"}:
+        node.body += _iteration_by_index(node)
     for each in node.body:
         setter = each.decorator_list[0] if isinstance(each, ast.FunctionDef) and each.decorator_list else None
         if isinstance(each, ast.FunctionDef) and setter is not None and ast.unparse(setter) == f"{each.name}.setter":
             each.name, each.decorator_list = f"set_{each.name}", []
+        if isinstance(each, ast.AnnAssign) and (default := _plain_default(each.value)) is not None:
+            each.value = default
         if isinstance(each, ast.AnnAssign) and each.value is not None and _UNSET.fullmatch(ast.unparse(each.value)):
             each.value = ast.copy_location(ast.Constant(None), each.value)
             each.__dict__["is_unset"] = True
@@ -638,7 +794,7 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
         plain = _dunder(each.name)
         if plain in _ORDER and is_sorted:
             continue  # which they decide, too
-        if plain is not None and plain not in own and (plain != "iter" or _is_quiet(each)):
+        if plain is not None and plain not in own and (plain != "iter" or is_pure(each)):
             each.name = plain
             if plain == "iter":
                 _without_iterator(each)
@@ -654,6 +810,29 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
     finish = next((e for e in node.body if isinstance(e, ast.FunctionDef) and e.name == "__post_init__"), None)
     if finish is not None and "__init__" not in own and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
         _write_constructor(node, finish)
+
+
+def _plain_default(value: ast.expr | None) -> ast.expr | None:
+    """Return the default of ``field(default=3, repr=False)``, which a constructor takes as ``= 3``; else None."""
+    if not isinstance(value, ast.Call) or name_of(value) != "field" or value.args:
+        return None
+    given = {each.arg: each.value for each in value.keywords}
+    return given.get("default") if {*given} <= {"default", "repr", "hash"} else None
+
+
+def _iteration_by_index(node: ast.ClassDef) -> list[ast.stmt]:
+    """Return the ``__iter__`` that a class has by a ``__getitem__`` which says where its items end."""
+    method = next(each for each in node.body if isinstance(each, ast.FunctionDef) and each.name == "__getitem__")
+    names = [each.arg for each in method.args.args]
+    first = method.body[0]
+    if len(names) != 2 or not isinstance(first, ast.If) or "raise IndexError" not in ast.unparse(first.body[0]):
+        return []
+    owner, index = names
+    end = re.fullmatch(rf"not 0 <= {index} < (.+)|(?:{index} < 0 or )?{index} >= (.+)", ast.unparse(first.test))
+    if end is None or first.orelse or not is_pure(ast.Module([*method.body[1:]], [])):
+        return []
+    text = f"def __iter__({owner}):\n    return [{owner}[{index}] for {index} in range({end[1] or end[2]})]"
+    return [placed(each, method, is_new=True) for each in ast.parse(text).body]
 
 
 def _is_steady(method: ast.FunctionDef) -> bool:
@@ -696,12 +875,6 @@ def _write_constructor(node: ast.ClassDef, finish: ast.FunctionDef) -> None:
             ast.copy_location(each, finish)
     finish.name = "post_init"
     node.body.insert(node.body.index(finish), made.body[0])
-
-
-def _is_quiet(method: ast.FunctionDef) -> bool:
-    """Return whether it does not matter when an iteration takes its items: nothing that it calls draws or changes."""
-    calls = [each for each in walk_tree(method) if isinstance(each, ast.Call)]
-    return all(isinstance(each.func, ast.Name) and each.func.id in (*_CONSUMERS, *_PURE) for each in calls)
 
 
 def _without_iterator(method: ast.FunctionDef) -> None:

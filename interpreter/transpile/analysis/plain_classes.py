@@ -32,7 +32,7 @@ def with_plain_classes(tree: ast.Module) -> ast.Module:
     _leave_out_typed_dicts(tree)
     _leave_out_exceptions(tree)
     _name_classes_of_protocols(tree)
-    _name_rest(tree)
+    name_rest(tree)
     _Namespaces(tree).write()
     return tree
 
@@ -199,7 +199,7 @@ def _all_members(node: ast.ClassDef, classes: list[ast.ClassDef]) -> set[str]:
 # --- arguments that are passed on -----------------------------------------------------------------------------------
 
 
-def _name_rest(tree: ast.Module) -> None:
+def name_rest(tree: ast.Module) -> None:
     """Give functions that only pass ``**rest`` on the parameters by name that their calls pass."""
     for _ in range(4):  # such functions call each other
         functions = [n for n in walk_tree(tree) if isinstance(n, ast.FunctionDef) and n.args.kwarg is not None]
@@ -247,6 +247,9 @@ def _name_rest_of(tree: ast.Module, function: ast.FunctionDef) -> bool:
         first = function.args.args[0].arg if function.args.args and isinstance(owner, ast.ClassDef) else None
         called = owner.name if called == first and isinstance(owner, ast.ClassDef) else called
         default = None if all(each in row for row in given) else _default_of(tree, called, each)
+        if isinstance(owner, ast.ClassDef) and isinstance(passing[0].func, ast.Attribute):  # a method of its own
+            method = next((m for m in owner.body if getattr(m, "name", "") == passing[0].func.attr), None)
+            default = _default_in(method, each) if isinstance(method, ast.FunctionDef) else default
         if default is None and not all(each in row for row in given):
             return False
         defaults[each] = default

@@ -257,6 +257,8 @@ class _Resolver(ast.NodeVisitor):
     def _import(self, name: str, path: str, node: ast.AST) -> None:
         variable = self._store(name, node)
         if variable is not None:
+            if self.names.imports.get(variable) == path:
+                variable.stores.pop()  # the same import again
             self.names.imports[variable] = path
 
     def visit_ExceptHandler(self, node: ast.ExceptHandler) -> None:

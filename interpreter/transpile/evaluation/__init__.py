@@ -274,13 +274,16 @@ _INSTEAD = {
     "np.fft": "add the waves with `np.sin` and `np.cos`", "globals": "put the functions into a dictionary by name",
     "locals": "put the values into a dictionary by name", "pathlib": "write the data into the program",
     "Path": "write the data into the program", "open": "write the data into the program",
-    "scipy": "use numpy", "pandas": "use lists and dictionaries",
-    "noise": "write the noise with numpy, or with `math`", "opensimplex": "write the noise with numpy, or with `math`",
+    "pandas": "use lists and dictionaries",
+    "scipy": "use numpy, or write the solver with a loop",
     "secrets": "use `random`", "uuid": "use `random`", "asyncio": "build the scene in one go, without tasks",
     "threading": "build the scene in one go, without threads", "sys": "leave this out", "os": "leave this out",
     "inspect": "name the functions in a list or dictionary", "argparse": "use constants at the top of the program",
     "trimesh": "build the scene from primitives", "matplotlib": "write colours as tuples of three numbers",
 }  # fmt: skip
+
+
+UNSAFE = ("os", "sys", "subprocess", "socket", "pickle", "shutil", "pathlib", "io", "importlib", "ctypes", "inspect")
 
 
 def instead_of(path: str) -> str | None:

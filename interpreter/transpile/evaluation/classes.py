@@ -16,6 +16,7 @@ import numpy as np
 from scenelang.interpreter.transpile.evaluation import (
     MAX_ITEMS,
     METHODS,
+    UNSAFE,
     UnsupportedPython,
     enlarged,
     instead_of,
@@ -55,6 +56,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     is_shape,
     undecided,
 )
+from scenelang.interpreter.transpile.evaluation.scientific import library_attribute, library_class
 
 # --- definition ----------------------------------------------------------------------------------------------------
 
@@ -380,7 +382,12 @@ def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> 
     if type(value) is Residual:
         raise UnsupportedPython(f"`{name}` of a value of the finished scene is not supported")
     if isinstance(value, Module):
-        raise UnsupportedPython(f"`{value.path}.{name}` is not supported", instead_of(f"{value.path}.{name}"))
+        path = f"{value.path}.{name}"
+        kind_of_error = "python-forbidden" if value.path in UNSAFE else "python-unsupported"
+        raise UnsupportedPython(f"`{path}` is not supported", instead_of(path), kind_of_error)
+    cls = value if type(value) is PythonClass else getattr(value, "cls", None)
+    if type(cls) is PythonClass and cls.options.get("is_partial"):
+        raise UnsupportedPython(f"`{name}` of a {cls.name} is not supported")
     kind = type(value) if not isinstance(value, (Native, PythonClass)) else None
     if kind is not None and not isinstance(value, ValueObject) and hasattr(kind, name) and not name.startswith("_"):
         raise UnsupportedPython(f"`{name}` of a {type_name(value)} is not supported")
@@ -420,7 +427,8 @@ def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
             return _own_attribute(evaluator, value, name)
     if isinstance(value, _VIEWS) and name in ("isdisjoint",):
         return Native(name, getattr(value, name))
-    return MISSING
+    row = library_class(value)
+    return MISSING if row is None else library_attribute(value, row, name, MISSING)
 
 
 def _own_attribute(evaluator: Evaluating, value: Any, name: str) -> Any:

@@ -6,6 +6,7 @@ A statement is a step of a host generator, so that generators of the program can
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -33,6 +34,7 @@ from scenelang.interpreter.transpile.evaluation import (
     NeedsPrimitives,
     UnsupportedPython,
     check_widths,
+    instead_of,
     unknown_statement,
     weigh,
 )
@@ -90,6 +92,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     residuals,
     undecided,
 )
+from scenelang.interpreter.transpile.evaluation.scientific import call_of_library, library_class
 from scenelang.interpreter.values.limits import resident_bytes
 
 # Steps of all evaluations of one program. A step takes 1.3 microseconds on the 2-core test machine, and up to 3 where
@@ -261,7 +264,8 @@ class PythonEvaluator:
         """Evaluate statements; iterate over what they yield."""
         for statement in body:
             self.tick()
-            self.node = statement
+            is_own = statement.lineno > 0  # else it is a library's
+            self.node = statement if is_own else self.node
             try:
                 simple = self._simple.get(type(statement))
                 if simple is not None:
@@ -270,12 +274,12 @@ class PythonEvaluator:
                 compound = self._compound.get(type(statement))
                 yield from compound(statement, frame) if compound is not None else unknown_statement(statement)
             except UnsupportedPython as error:
-                error.node = error.node or statement
+                error.node = error.node or (statement if is_own else None)
                 raise
             except _SIGNALS:
                 raise
             except Exception as error:
-                if self._error is not error:  # the innermost statement is the place
+                if self._error is not error and is_own:  # the innermost statement is the place
                     self._error, self.failed = error, statement
                 raise
 
@@ -482,7 +486,8 @@ class PythonEvaluator:
             elif type(module) is Module:
                 value = module.names.get(alias.name, MISSING)
                 if value is MISSING:
-                    value = refused(UnsupportedPython(f"`{module.path}.{alias.name}` is not supported"))
+                    path = f"{module.path}.{alias.name}"
+                    value = refused(UnsupportedPython(f"`{path}` is not supported", instead_of(path)))
                 self._store_name(alias.asname or alias.name, value, frame)
             else:
                 self._store_name(alias.asname or alias.name, module, frame)
@@ -911,6 +916,9 @@ class PythonEvaluator:
             return self.call(function.function, arguments, named)
         if isinstance(function, HostObject) and callable(function):
             return self._call_native(Native(type_name(function), function), arguments, named)
+        row = library_class(function)
+        if row is not None and "__call__" in row.attributes:
+            return self._call_native(Native("", functools.partial(call_of_library, function)), arguments, named)
         raise TypeError(f"'{type_name(function)}' object is not callable")
 
     def _call_function(self, function: PythonFunction, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
@@ -976,7 +984,8 @@ class PythonEvaluator:
             raise because(error, plain)
 
     def _argument(self, value: Any) -> Any:
-        if isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject):
+        is_iterator = isinstance(value, (PythonGenerator, Iterator)) and not isinstance(value, PythonObject)
+        if is_iterator and library_class(value) is None:
             return value if type(value) is PythonGenerator else self.metered(value)
         return self.metered(iter(value)) if type(value) is range and len(value) > MAX_ITEMS else value
 

@@ -333,7 +333,7 @@ def _problem(text: PythonText, folding: Folding, error: Exception) -> Diagnostic
     if isinstance(error, UnsupportedPython):
         return Diagnostic(error.name, error.message, span, error.hint)
     seen = value_of_error(error)
-    name, message = type_name(seen), "" if isinstance(error, Exhausted) else str(seen)
+    name, message = type_name(seen), "" if isinstance(error, Exhausted) else str(seen).partition("\n")[0]
     return Diagnostic("python-exception", f"Python: {name}: {message}" if message else f"Python: {name}", span)
 
 
@@ -602,8 +602,10 @@ class Folding:
         nodes = {key: node_of(value) for key, value in named.items()}
         return Residual(call_node(name, [node_of(each) for each in arguments], nodes), kind, self)
 
-    def _print(self, *values: Any, sep: Any = " ", end: Any = "\n", **_: Any) -> None:
+    def _print(self, *values: Any, sep: Any = " ", end: Any = "\n", file: Any = None, **_: Any) -> None:
         """Leave a ``print`` to the program, of one text if its values are known."""
+        if getattr(file, "path", "") == "sys.stderr":
+            return
         is_known = not any(type(each) is Residual for each in values)
         text = [str(sep).join(map(str, values)) + str(end).removesuffix("\n")] if is_known else values
         self.parts[-1].statements.append(("", call_node("print", [node_of(each) for each in text])))

@@ -28,6 +28,8 @@ from typing import Any
 
 import numpy as np
 
+from scenelang.interpreter.transpile.analysis.library_rotations import MODULE as ROTATION_MODULE
+from scenelang.interpreter.transpile.analysis.library_rotations import ROTATION, STACKS
 from scenelang.interpreter.transpile.evaluation import (
     CREATORS,
     LINALG,
@@ -36,6 +38,7 @@ from scenelang.interpreter.transpile.evaluation import (
     NUMPY,
     NUMPY_TYPES,
     PRODUCTS,
+    UNSAFE,
     UnsupportedPython,
     check_repetitions,
     check_size,
@@ -62,6 +65,7 @@ from scenelang.interpreter.transpile.evaluation.classes import (
 )
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.modules import plain_modules, silent_modules
+from scenelang.interpreter.transpile.evaluation.noise import NOISE, noise_names
 from scenelang.interpreter.transpile.evaluation.objects import (
     MISSING,
     BoundMethod,
@@ -86,8 +90,7 @@ from scenelang.interpreter.transpile.evaluation.objects import (
     refused,
 )
 from scenelang.interpreter.transpile.evaluation.residue import Residual, formatted, is_shape
-
-_UNSAFE = ("os", "sys", "subprocess", "socket", "pickle", "shutil", "pathlib", "io", "importlib", "ctypes", "inspect")
+from scenelang.interpreter.transpile.evaluation.scientific import FUNCTIONS, library_names
 
 
 class PythonLibrary:
@@ -121,17 +124,33 @@ class PythonLibrary:
         self.modules["numpy"] = self.modules["np"] = Module("np", numpy_names(evaluator))
         for path in ("linalg", "random"):
             self.modules[f"numpy.{path}"] = self.modules["numpy"].names[path]
+        self._loaders: dict[str, Callable[[], dict[str, Any]]] = {
+            **{path: functools.partial(library_names, path) for path in FUNCTIONS},
+            **{path: functools.partial(noise_names, path) for path in NOISE},
+            ROTATION_MODULE: lambda: _rotations(evaluator),
+        }
+        self._packages = {path[:end] for path in self._loaders for end in range(len(path)) if path[end] == "."}
         self.builtins = self._builtins()
         evaluator.mixin = functools.partial(_mixin, evaluator)
         evaluator.module_of = self.module_of
 
     def module_of(self, path: str) -> Any:
         """Return a module, or what is an error when it is used."""
+        if path in self._loaders or path in self._packages:
+            if path not in self.modules:
+                try:
+                    names = self._loaders.get(path, dict)()
+                except UnsupportedPython as error:  # without the extra
+                    return refused(error)
+                self.modules[path] = Module(path, _Names(path, names, self._submodule))
         if path in self.modules:
             return self.modules[path]
         top = path.partition(".")[0]
-        kind = "python-forbidden" if top in _UNSAFE else "python-unsupported"
+        kind = "python-forbidden" if top in UNSAFE else "python-unsupported"
         return refused(UnsupportedPython(f"the module `{path}` cannot be used", instead_of(top), kind))
+
+    def _submodule(self, path: str) -> Any:
+        return self.module_of(path) if path in self._loaders or path in self._packages else MISSING
 
     # --- builtins ----------------------------------------------------------------------------------------------
 
@@ -495,6 +514,18 @@ class PythonLibrary:
         }
 
 
+class _Names(dict[str, Any]):
+    """Names of a module, with those of its submodules, which are loaded when they are read."""
+
+    def __init__(self, path: str, names: dict[str, Any], submodule: Callable[[str], Any]) -> None:
+        super().__init__(names)
+        self._path, self._submodule = path, submodule
+
+    def get(self, name: str, default: Any = None) -> Any:
+        found = self._submodule(f"{self._path}.{name}")
+        return super().get(name, default) if found is MISSING else found
+
+
 _TYPING = words(
     "Any Union Optional Literal Final ClassVar Annotated Generic Protocol NamedTuple TypedDict Iterable Iterator "
     "Generator Sequence Mapping MutableMapping MutableSequence Hashable Sized Container Collection Self Never "
@@ -761,7 +792,15 @@ def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
     found["array"] = Native("np.array", _array_function("array", np.array))
     found["asarray"] = Native("np.asarray", _array_function("asarray", np.asarray))
     found["vectorize"] = Native("np.vectorize", _vectorized)
-    found |= {"pi": np.pi, "e": np.e, "inf": np.inf, "nan": np.nan, "newaxis": None}
+    found |= {
+        "pi": np.pi,
+        "e": np.e,
+        "inf": np.inf,
+        "nan": np.nan,
+        "newaxis": None,
+        "True_": np.True_,
+        "False_": np.False_,
+    }
     linalg: dict[str, Any] = {
         name: Native(f"np.linalg.{name}", _array_function(name, getattr(np.linalg, name)), None, True)
         for name in LINALG
@@ -975,6 +1014,27 @@ class UserList(MutableSequence):
     def insert(self, index, value):
         self.data.insert(index, value)
 """
+
+
+def _rotations(evaluator: PythonEvaluator) -> dict[str, Any]:
+    """Return the names of scipy's module of rotations, which is evaluated as a program is."""
+    names = {name: evaluator.modules[name] for name in ("math", "np")}
+    frame = Frame({**names, "dataclass": evaluator.modules["dataclasses"].names["dataclass"]}, None)
+    frame.names["unsupported"] = Native("unsupported", _unsupported)
+    tree = ast.parse(ROTATION + STACKS)
+    for node in ast.walk(tree):
+        if hasattr(node, "lineno"):
+            node.lineno = 0
+    for _ in evaluator.execute(tree.body, frame):
+        pass
+    found = {name: frame.names[name] for name in ("Rotation", "Slerp")}
+    for cls in (*found.values(), frame.names["RotationStack"]):
+        cls.options["is_partial"] = True
+    return found
+
+
+def _unsupported(message: str) -> None:
+    raise UnsupportedPython(message)
 
 
 def _mixin(evaluator: PythonEvaluator, name: str) -> Any:

@@ -58,6 +58,7 @@ from scenelang.interpreter.transpile.evaluation.residue import (
     known_result,
     node_of,
 )
+from scenelang.interpreter.transpile.evaluation.scientific import library_class
 from scenelang.interpreter.transpile.evaluation.structures import form_of, leaves_of, parts_of
 
 _FEWEST, _MOST = 2, 5_000  # turns of a loop that remains
@@ -878,6 +879,9 @@ def _items(value: Any) -> list[Any] | None:
         return [value.steps]
     if isinstance(value, (Iterator, *_STREAMS)):
         return []  # nobody may advance it
+    row = library_class(value)
+    if row is not None:
+        return [getattr(value, name) for name in row.state]
     is_plain = type(value).__name__ in _UNCHANGING
     return [] if is_plain or isinstance(value, Exception) else None
 

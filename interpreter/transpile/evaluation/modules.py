@@ -7,11 +7,13 @@ refused, or tainted as ``Elapsed``; messages to people (``logging``, ``warnings`
 from __future__ import annotations
 
 import base64
+import calendar
 import csv
 import datetime
 import decimal
 import io
 import struct
+import sys
 from typing import Any
 
 from scenelang.interpreter.transpile.evaluation import MAX_ITEMS, METHODS, UnsupportedPython, words
@@ -61,11 +63,17 @@ def silent_modules() -> dict[str, dict[str, Any]]:
     logging |= {**levels, "getLogger": Native("logging.getLogger", lambda *_: logger)}
     for name in ("NullHandler", "StreamHandler", "Formatter"):
         logging[name] = Native(f"logging.{name}", lambda *_, **__: logger)
+    told = {name: Native(name, nothing) for name in ("write", "flush")}
     names = words("warn simplefilter filterwarnings resetwarnings")
     bar = Native("tqdm.tqdm", lambda items=(), *_, **__: items)
     spans = Native("tqdm.trange", lambda *bounds, **_: range(*bounds))
     return {
         "logging": logging,
+        "sys": {
+            **{name: Native(f"sys.{name}", nothing, attributes=told) for name in ("stderr", "stdout")},
+            "maxsize": sys.maxsize,
+            "setrecursionlimit": Native("sys.setrecursionlimit", nothing),
+        },
         "warnings": {name: Native(f"warnings.{name}", nothing) for name in names},
         "tqdm": {"tqdm": bar, "trange": spans},
         "tqdm.auto": {"tqdm": bar, "trange": spans},
@@ -95,6 +103,13 @@ def plain_modules() -> dict[str, dict[str, Any]]:
             "reader": Native("csv.reader", lambda lines, **options: csv.reader(lines, **options)),
             "DictReader": Native("csv.DictReader", lambda lines, *rest, **named: csv.DictReader(lines, *rest, **named)),
             "QUOTE_MINIMAL": csv.QUOTE_MINIMAL, "QUOTE_NONE": csv.QUOTE_NONE, "QUOTE_NONNUMERIC": csv.QUOTE_NONNUMERIC,
+        },
+        "calendar": {
+            **{
+                name: Native(f"calendar.{name}", getattr(calendar, name))
+                for name in words("isleap monthcalendar monthrange weekday")
+            },
+            **{name: list(getattr(calendar, name)) for name in words("day_abbr day_name month_abbr month_name")},
         },
         "io": {"StringIO": Native("io.StringIO", io.StringIO, io.StringIO)},
         "datetime": _dates(),
