@@ -247,10 +247,11 @@ def painters(
 
     scene, instants = instants_of(scene, shots, options.shutter)
     every = [instant for each in instants for instant in each]
-    staging = adjusted(_staging(scene, every, options), every[0])
+    staging = adjusted(_staging(scene, [*shots, *every], options), every[0])
     backends = [_shared_out(backend, len(instants[0])) for backend in backends]
-    sharp = staged_painters(staging, options, backends, len(every))
-    return [BlurPainter(painter, staging, shots, instants) for painter in sharp]
+    sharp = staged_painters(staging, replace(options, figure=PLAIN), backends, len(every))
+    blurred: list[Painter] = [BlurPainter(painter, staging, shots, instants) for painter in sharp]
+    return _drawn_over(blurred, staging, options) if options.figure.is_drawn_over else blurred
 
 
 def _shared_out(backend: PictureBackend, instants: int) -> PictureBackend:
@@ -274,12 +275,18 @@ def staged_painters(
     """Return the painters of several backends for a number of shots of a staging; raises SceneError."""
     if not options.figure.is_drawn_over:
         return [backend.painter(staging, options, shots) for backend in backends if backend.painter is not None]
+    below = staged_painters(staging, replace(options, figure=PLAIN), backends, shots)
+    return _drawn_over(below, staging, options)
+
+
+def _drawn_over(below: Sequence[Painter], staging: Staging, options: PictureOptions) -> list[Painter]:
+    """Return painters that draw what a figure shows over the images of others, or in their place."""
     from scenelang.backends.pictures.drawn_over import FigurePainter
 
-    plain = replace(options, figure=PLAIN)
     is_drawn = options.figure.style not in ("line", "wire")
-    below = staged_painters(staging, plain, backends, shots) if is_drawn else [None] * len(backends)
-    return [FigurePainter(painter, staging, options.figure, options.background) for painter in below]
+    return [
+        FigurePainter(painter if is_drawn else None, staging, options.figure, options.background) for painter in below
+    ]
 
 
 def paint_shot(painters: Sequence[Painter], shot: Shot, progress: Progress | None = None) -> Image:

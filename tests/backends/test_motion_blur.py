@@ -122,3 +122,20 @@ def test_images_with_alpha_are_blurred_too() -> None:
     assert image.alpha is not None
     assert ((image.alpha > 20) & (image.alpha < 235)).sum() > 100
     assert np.ptp(image.picture[image.alpha > 60].astype(int), axis=0).max() <= 6, "not multiplied by alpha"
+
+
+@pytest.mark.parametrize("figure", [sl.Figure(style="line"), sl.Figure(callouts=("a",)), sl.Figure(outline=1.5)])
+def test_figures_are_drawn_sharp_over_blurred_images(figure: sl.Figure) -> None:
+    scene = sl.evaluate(frames('(transform (call "cube" :color [.8 .2 .1]) (translate (vector i 0 0)))')).graph
+    sharp, blurred = (
+        draw(
+            scene,
+            PictureOptions(width=120, height=90, frame=1, shutter=shutter, figure=figure),
+            picture_backend("draft"),
+        ).picture.astype(int)
+        for shutter in (0.0, 0.9)
+    )
+    dark = [(picture.max(axis=2) < 90).sum() for picture in (sharp, blurred)]
+    assert min(dark) > 20, "lines and text"
+    assert dark[1] > 0.5 * dark[0]
+    assert (np.abs(sharp - blurred).max() > 40) == (figure.style != "line")
