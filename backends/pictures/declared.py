@@ -17,7 +17,7 @@ import numpy.typing as npt
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
 from scenelang.backends.pictures.mitsuba_materials import rgb
 from scenelang.backends.surfaces.dome import direction_at
-from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, IMAGES, SKY, Studio, times
+from scenelang.backends.surfaces.environments import SKY, Studio, times
 from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
 from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
 from scenelang.interpreter.scene.entity import Scene
@@ -103,9 +103,6 @@ class ProgramCamera:
     def _viewpoint(self, scene: Scene, frame: int, share: float) -> Viewpoint:
         """Return the viewpoint of a frame, of a camera without an eye."""
         name = self.item.values.get("preset")
-        if name is not None and name not in PRESETS:
-            hint = suggest(name, PRESETS) or f"expected one of {', '.join(PRESETS)}"
-            raise SceneError("value", f'unknown preset "{name}" of `camera`', hint, self.item.span)
         given = {key: self._value(key, share) for key in ("azimuth", "elevation", "distance", "aperture", "focus")}
         given |= {"fov": self._fov(share), "target": self.target(scene, frame, share)}
         given |= {"orthographic": self.item.values.get("orthographic"), "orbit": self.orbit}
@@ -365,23 +362,19 @@ def setting_of(scene: Scene, key: str) -> Any:
 
 
 def _environment(item: Declared) -> str:
-    """Return the environment that a program declares, as options name it; raises SceneError for an unknown one."""
-    if item.name.lower().endswith(IMAGES):
-        hint = f"give it where the image is drawn: `--environment {item.name}`"
-        raise SceneError("value", "a program names no panorama: it is a file of its user", hint, item.span)
-    name = _known(item, "environment", item.name, (*ENVIRONMENTS, SKY))
+    """Return the environment that a program declares, as options name it; raises SceneError."""
     given = [f"{key}={item.values[key]:.17g}" for key in ("hour", "haze") if key in item.values]
-    if given and name != SKY:
+    if given and item.name != SKY:
         raise SceneError(
-            "value", f'the environment "{name}" has no hour and no haze', 'they are those of "sky"', item.span
+            "value", f'the environment "{item.name}" has no hour and no haze', 'they are those of "sky"', item.span
         )
-    return ",".join([name, *given])
+    return ",".join([item.name, *given])
 
 
 def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
     """Return options of a picture with what the program declares in place of those that the user did not state.
 
-    Raises SceneError for an unknown environment or ground, and for a light that looks at nothing.
+    Raises SceneError for a light that looks at nothing.
     """
     if not scene.setup or options.stated is None:
         return options
@@ -390,7 +383,7 @@ def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
     if size is not None and "size" not in options.stated:
         changes |= {"width": size[0], "height": size[1]}
     if ground is not None and "ground" not in options.stated:
-        changes["ground"] = _known(named(scene.setup, SETTINGS)[0], "ground", ground, GROUNDS)
+        changes["ground"] = ground
     if samples is not None and "samples" not in options.settings:
         changes["settings"] = {**options.settings, "samples": samples}
     environment = next(iter(named(scene.setup, ENVIRONMENT)), None) if "environment" not in options.stated else None
@@ -404,11 +397,3 @@ def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
         setting_of(scene, "exposure") or 0.0, not is_lit_alone,
     )  # fmt: skip
     return replace(options, **changes)
-
-
-def _known(item: Declared, what: str, name: str, known: Any) -> str:
-    """Return a name if it is one of ``known``; raises SceneError at its declaration."""
-    if name not in known:
-        hint = suggest(name, known) or f"expected one of {', '.join(known)}"
-        raise SceneError("value", f"unknown {what} `{name}`", hint, item.span)
-    return name

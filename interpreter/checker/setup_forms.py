@@ -18,6 +18,7 @@ from scenelang.interpreter.scene.setup import (
     Declared,
     Setup,
     check_together,
+    checked_name,
     checked_property,
     misplaced_setup,
     with_declared,
@@ -91,6 +92,8 @@ def _of_call(node: Any) -> Iterator[Diagnostic]:
             yield Diagnostic(error.name, error.message, value.span, error.hint)
             return
     try:
+        if type(_name(node)) is str:
+            checked_name(form, _name(node))
         check_together(form, frozenset(known))
     except SceneError as error:
         yield Diagnostic(error.name, error.message, node.span, error.hint)

@@ -22,6 +22,15 @@ CAMERA, LIGHT, ENVIRONMENT, SETTINGS = "camera", "light", "environment", "render
 LONGEST_NAME = 100  # characters of a name, and of the words that a camera looks at
 MAX_DECLARED = {CAMERA: 1_000, LIGHT: 64}  # the draft renderer casts up to six shadow maps for each light
 MAX_KEYS = 10_000  # values of a list over the frames: as many as frames of a video
+# What a program may name, so that a check knows without the renderers (``backends/surfaces/environments``,
+# ``backends/pictures/camera``), whose tables have the same names by a test. Qualities come from plug-ins, too.
+ENVIRONMENTS = ("studio", "overcast", "sunny", "sunset", "night", "flat", "sky")
+GROUNDS = ("seamless", "none", "white", "dark", "meadow", "earth", "checker")
+PRESETS = (
+    "three-quarter", "hero", "catalogue", "isometric", "plan", "elevation", "front", "right", "back", "left", "top",
+    "bottom", "turntable", "follow",
+)  # fmt: skip
+PANORAMAS = (".hdr", ".exr")
 _LARGEST = 1e12  # coordinates and other numbers, whose squares and cubes are floats
 
 
@@ -39,6 +48,8 @@ class SetupProperty:
         Range of a number, or of each number of a value; ``low`` itself is excluded if ``is_above`` is set.
     may_vary
         Whether a list of values, spread over the frames of a video, may stand for one.
+    names
+        Strings that it takes; none for any string.
     """
 
     kind: str
@@ -47,6 +58,7 @@ class SetupProperty:
     high: float = _LARGEST
     is_above: bool = False
     may_vary: bool = False
+    names: tuple[str, ...] = ()
 
 
 def _positive(kind: str, doc: str, high: float = _LARGEST, *, may_vary: bool = False) -> SetupProperty:
@@ -56,7 +68,8 @@ def _positive(kind: str, doc: str, high: float = _LARGEST, *, may_vary: bool = F
 _CAMERA = {
     "eye": SetupProperty(POINT, "position, in place of `:azimuth`, `:elevation` and `:distance`", may_vary=True),
     "look-at": SetupProperty(TARGET, "what is in the middle: a point, or words such as \"vase\"", may_vary=True),
-    "preset": SetupProperty(NAME, "view of `--camera` that the other values change, such as \"isometric\""),
+    "preset": SetupProperty(NAME, "view of `--camera` that the other values change, such as \"isometric\"",
+                              names=PRESETS),
     "azimuth": SetupProperty(NUMBER, "degrees to the right, from +z towards +x", -1e6, 1e6, may_vary=True),
     "elevation": SetupProperty(NUMBER, "degrees above the horizon", -90.0, 90.0, may_vary=True),
     "distance": _positive(NUMBER, "from what it looks at, in scene units", may_vary=True),
@@ -93,7 +106,7 @@ _SETTINGS = {
     "size": SetupProperty(PIXELS, "width and height of images in pixels", 1.0, 8192.0),
     "quality": SetupProperty(NAME, 'such as "draft" and "final"'),
     "samples": SetupProperty(COUNT, "rays of a pixel of a final image", 1.0, 1e6),
-    "ground": SetupProperty(NAME, 'such as "seamless", "none" and "checker"'),
+    "ground": SetupProperty(NAME, 'such as "seamless", "none" and "checker"', names=GROUNDS),
     "exposure": SetupProperty(NUMBER, "stops: each doubles the light of an image", -30.0, 30.0),
 }
 
@@ -211,10 +224,10 @@ def declared_setup(form: str, name: Any, values: Mapping[str, Any], span: Span |
         if value is not None:
             checked[key] = checked_property(form, key, value)
     check_together(form, frozenset(checked))
-    return Declared(form, _name(form, name), MappingProxyType(checked), span)
+    return Declared(form, checked_name(form, name), MappingProxyType(checked), span)
 
 
-def _name(form: str, name: Any) -> str:
+def checked_name(form: str, name: Any) -> str:
     """Return the name of a declaration; raises SceneError."""
     if name is None:
         name = ""
@@ -222,7 +235,18 @@ def _name(form: str, name: Any) -> str:
         raise SceneError("type", f"`{form}` expects a name as a string", f"write `{_EXAMPLES[form]}`")
     if form == ENVIRONMENT and not name:
         raise SceneError("arity", "`environment` expects the name of an environment", f"write `{_EXAMPLES[form]}`")
-    return _short(form, name)
+    if form == ENVIRONMENT and name.lower().endswith(PANORAMAS):
+        hint = f"give it where the image is drawn: `--environment {name[:80]}`"
+        raise SceneError("value", "a program names no panorama: it is a file of its user", hint)
+    return _known(form, "environment", _short(form, name), ENVIRONMENTS if form == ENVIRONMENT else ())
+
+
+def _known(form: str, what: str, name: str, known: Sequence[str]) -> str:
+    """Return a name that is one of ``known``, any if there are none; raises SceneError."""
+    if known and name not in known:
+        hint = suggest(name, known) or f"expected one of {', '.join(known)}"
+        raise SceneError("value", f'`{form}` names no {what}: "{name[:60]}"', hint)
+    return name
 
 
 def _short(form: str, text: str) -> str:
@@ -306,7 +330,9 @@ class _Reader:
         if kind is FLAG:
             return value if type(value) is bool else self._fail(value)
         if kind is NAME or (kind is TARGET and type(value) is str):
-            return _short(self.form, value) if type(value) is str and value else self._fail(value)
+            if type(value) is not str or not value:
+                self._fail(value)
+            return _known(self.form, self.key, _short(self.form, value), self.prop.names)
         if kind in (NUMBER, COUNT):
             if not _is_number(value):
                 self._fail(value)

@@ -11,12 +11,14 @@ import pytest
 from PIL import Image
 
 import scenelang as sl
-from scenelang.backends.pictures.camera import Camera, Viewpoint
+from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
 from scenelang.backends.pictures.declared import ProgramView, settled, view_of
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.pictures.stage import film, staging_of, still
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, IMAGES, SKY
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError, UsageError
+from scenelang.interpreter.scene import setup
 
 SCENE = """
 (bind "ball" (lambda () (call "sphere" :radius .5)))
@@ -131,14 +133,14 @@ def test_a_still_scene_with_a_path_is_a_film_without_orbit() -> None:
     [
         ('(camera :look-at (string-append "be" "ll"))', 'looks at "bell", which names nothing'),
         ("(camera :eye [1 0 0] :look-at [1 0 0])", "the camera is at the point"),
-        ('(camera :preset "topp")', 'unknown preset "topp"'),
+        ('(camera :preset "topp")', '`camera` names no preset: "topp"'),
     ],
 )
 def test_errors_are_at_the_declaration(text: str, message: str) -> None:
     with pytest.raises(SceneError, match=message) as caught:
         placed(SCENE + text)
     assert caught.value.span is not None
-    assert caught.value.span.text == text
+    assert caught.value.span.text in text
 
 
 def test_names() -> None:
@@ -195,11 +197,11 @@ def test_unknown_names_are_reported_where_they_stand(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], more: str
 ) -> None:
     file = program(tmp_path, more)
-    assert main(["check", file]) == 0  # which knows no renderer
-    assert main(["render", file, "-o", str(tmp_path / "a.png")]) == 1
-    error = capsys.readouterr().err
-    assert "did you mean" in error
-    assert "a.scene:6" in error
+    for command in (["check", file], ["render", file, "-o", str(tmp_path / "a.png")]):
+        assert main(command) == 1
+        captured = capsys.readouterr()
+        assert "did you mean" in captured.out + captured.err
+        assert "a.scene:6" in captured.out + captured.err
 
 
 def test_labels_take_the_camera_of_the_program(tmp_path: Path) -> None:
@@ -243,3 +245,23 @@ def test_a_turned_environment_stands_in_the_world() -> None:
         directions.append(staging.stage(shot).studio.key_direction)
     assert np.allclose(*directions)
     assert math.degrees(math.atan2(directions[0][0], directions[0][2])) == pytest.approx(0)  # 60 - 60 of "sunny"
+
+
+def test_names_of_programs_are_those_of_the_renderers() -> None:
+    assert set(setup.ENVIRONMENTS) == {*ENVIRONMENTS, SKY}
+    assert set(setup.GROUNDS) == set(GROUNDS)
+    assert set(setup.PRESETS) == set(PRESETS)
+    assert setup.PANORAMAS == IMAGES
+
+
+@pytest.mark.parametrize(("form", "message"), [
+    ('(environment "studioo")', '`environment` names no environment: "studioo"'),
+    ('(environment "a.hdr")', "a program names no panorama"),
+    ('(render-settings :ground "gras")', '`render-settings` names no ground: "gras"'),
+    ('(camera :preset "isometrik")', '`camera` names no preset: "isometrik"'),
+])  # fmt: skip
+def test_names_are_checked_without_an_image(form: str, message: str) -> None:
+    program = f'{form}\n(bind "a" (lambda () (call "cube")))'
+    assert [message in d.message for d in sl.check(program).diagnostics if d.is_error] == [True]
+    with pytest.raises(sl.SceneError, match=message):
+        sl.evaluate(program)
