@@ -45,6 +45,7 @@ def figure(report: BenchReport, mode: str, name: str) -> float:
     return found.value
 
 
+@pytest.mark.slow
 def test_the_language_succeeds_at_least_as_often_as_python(tasks: list[str], runs: dict[str, BenchReport]) -> None:
     shares = {mode: figure(runs["after"], mode, "passes at the first answer") for mode in MODES}
     assert shares["dsl"] >= shares["python"] >= 0.95
@@ -53,6 +54,7 @@ def test_the_language_succeeds_at_least_as_often_as_python(tasks: list[str], run
     assert counts == [len(tasks)] * 2
 
 
+@pytest.mark.slow
 def test_the_rework_kept_success_at_half_the_tokens(runs: dict[str, BenchReport]) -> None:
     before, after = runs["before"], runs["after"]
     (compared,) = compare_benchmarks(before.folder, after.folder)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import scenelang as sl
+from scenelang.backends.geometry.relations import reasons
 from scenelang.bench.scoring import kept_share, scene_of, score_of
 from scenelang.bench.tasks import BenchTask, load_tasks, tasks_of
 from scenelang.bench.trials import applicable
@@ -40,7 +41,7 @@ def test_a_program_passes(task: BenchTask) -> None:
 
 
 @pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
-@pytest.mark.sampled(8)
+@pytest.mark.sampled(12)
 def test_wrong_scenes_do_not_pass(task: BenchTask) -> None:
     missed = [wrong.why for wrong in task.wrong if passes(task, wrong.program)]
     assert missed == list(MISSED.get(task.name, ()))
@@ -49,7 +50,10 @@ def test_wrong_scenes_do_not_pass(task: BenchTask) -> None:
 def passes(task: BenchTask, program: str) -> bool:
     """Whether a program is accepted; one without a scene is not."""
     try:
-        return score_of(task, scene_of(program)).passed
+        scene = scene_of(program)
+        if any(reasons(scene, task.declarations)):  # which is enough, and spares the checks of the geometry
+            return False
+        return score_of(task, scene).passed
     except SceneError:
         return False
 
@@ -64,7 +68,7 @@ HARD = [task for task in TASKS if task.is_hard]
 
 
 @pytest.mark.parametrize("task", HARD, ids=lambda task: task.name)
-@pytest.mark.sampled(8)
+@pytest.mark.sampled(20)
 def test_every_clause_of_a_hard_task_is_broken_by_a_wrong_scene(task: BenchTask) -> None:
     broken = {text for wrong in task.wrong for text in score_of(task, scene_of(wrong.program)).failed(task)}
     assert [clause.says for clause in task.clauses if clause.that and not broken & {*clause.that}] == []
