@@ -469,9 +469,7 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: 
     return _moved_rows(old, new, inside_old, inside_new, edit.move)
 
 
-def _duplicated(
-    old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], offset: Sequence[float]
-) -> _Outcome | None:
+def _duplicated(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], offset: Sequence[float]) -> _Outcome | None:
     """Return whether each instance is followed by its copy, moved by an offset, and nothing else has changed."""
     added = len(new.keys) - len(old.keys)
     missing = sum(last - first for first, last in ranges)

@@ -17,7 +17,8 @@ from viewer.conftest import WAIT, open_session
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError, UsageError
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.workspace import STARTER, Workspace, evaluator, programs_of, tools
+from scenelang.viewer.tools import tools
+from scenelang.viewer.workspace import STARTER, Workspace, evaluator, programs_of
 
 PAIR = """(param size 1.0 :min 0.5 :max 2.0)
 (bind "pair" (lambda ()
