@@ -54,7 +54,7 @@ def tools(open_session: OpenSession, report: Callable[[float], None] | None = No
 
     ``report`` receives the progress of a still image.
     """
-    functions = {
+    functions: dict[str, Callable[[Session, Source, Mapping[str, Any]], dict[str, Any]]] = {
         "change": _changed, "examine": _examined, "gap": _gap, "evaluate": _evaluated,
         "still": partial(_still, report=report),
     }  # fmt: skip
@@ -213,8 +213,9 @@ def _still(
     from scenelang.backends.pictures.declared import view_of
     from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
 
-    width, height, frame, camera = (data.get(name) for name in ("width", "height", "frame", "camera"))
-    if not all(type(side) is int and 16 <= side <= _MAX_SIDE for side in (width, height)):
+    size, frame, camera = [data.get("width"), data.get("height")], data.get("frame"), data.get("camera")
+    width, height = (side if type(side) is int and 16 <= side <= _MAX_SIDE else 0 for side in size)
+    if not (width and height):
         raise SceneError("value", f"the sides of an image are 16 to {_MAX_SIDE:,} pixels")
     if not isinstance(camera, str) or type(frame) is not int:
         raise SceneError("value", "expected a camera and a frame")
