@@ -267,7 +267,7 @@ class _Search:
                 return None
             columns.append(self._moved)
         offset = np.linalg.lstsq(np.stack(columns, axis=1), np.array(self.edit.offset), rcond=1e-9)[0]
-        return candidate.translated(offset)
+        return candidate.translated(offset, in_place=True)
 
     def refusal(self) -> SceneError:
         """Return the error that says why no form can be edited."""
@@ -570,8 +570,12 @@ class _Candidate:
         """The replacement as an edit of the text, and the others."""
         return (Edit(self.span, self.new), *self.others)
 
-    def translated(self, offset: FloatArray) -> _Candidate:
-        """Return the candidate with a translation of its own."""
+    def translated(self, offset: FloatArray, *, in_place: bool = False) -> _Candidate:
+        """Return the candidate with a translation of its own; with ``in_place`` it is added to that of the form."""
+        (form,) = read(Source(self.span.source.name, self.span.text)).forms
+        if in_place and self.around is None and isinstance(form, ListDatum):
+            for shifted in _shifted(form, offset):
+                return _Candidate(self.span, shifted, False)
         before, after = self.around or (f"(transform {self.span.text} (translate ", "))")
         return _Candidate(self.span, f"{before}{_vector(offset)}{after}", False, around=self.around)
 
