@@ -414,7 +414,7 @@ def add_studio(parser: argparse.ArgumentParser) -> None:
 def run_studio(arguments: argparse.Namespace) -> int:
     """Edit programs in a browser until Ctrl-C."""
     from scenelang.sandbox.worker import Worker
-    from scenelang.viewer.tools import TOOLS, SharedProgress, tools
+    from scenelang.viewer.program_tools import TOOLS, SharedProgress, tools
     from scenelang.viewer.workspace import SUPERSEDED, Workspace, programs_of
 
     arguments.files, created = programs_of(Path(arguments.path))

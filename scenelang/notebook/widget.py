@@ -14,7 +14,7 @@ from scenelang.interpreter.loading import require
 from scenelang.session.loaded import LoadedScene, scene_of
 from scenelang.session.session import Options, Session, definition
 from scenelang.viewer.answers import PageAnswers
-from scenelang.viewer.tools import tools
+from scenelang.viewer.program_tools import tools
 from scenelang.viewer.workspace import STARTER, Workspace, evaluator, saved_page
 
 require("anywidget", "'scenelang[notebook]'")  # before the class, which is made of it

@@ -12,7 +12,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.values.limits import Limits
 from scenelang.session.session import Options, Session, definition
 from scenelang.viewer.answers import PageAnswers
-from scenelang.viewer.tools import tools
+from scenelang.viewer.program_tools import tools
 from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator
 
 FOLDER = "/scenes"  # of the programs, in the file system of the interpreter

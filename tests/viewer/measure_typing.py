@@ -22,8 +22,8 @@ from support import chromium_path
 from viewer.conftest import FLAGS, open_session
 
 from scenelang.sandbox.worker import Worker
+from scenelang.viewer.program_tools import tools
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.tools import tools
 from scenelang.viewer.workspace import Workspace, evaluator
 
 PROGRAM = """(bind "row" (lambda () (union-loop 20 (lambda (i)

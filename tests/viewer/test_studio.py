@@ -16,8 +16,8 @@ from viewer.conftest import WAIT, open_session
 
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError, UsageError
+from scenelang.viewer.program_tools import TOOLS, tools
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.tools import TOOLS, tools
 from scenelang.viewer.workspace import STARTER, Workspace, evaluator, programs_of
 
 PAIR = """(param size 1.0 :min 0.5 :max 2.0)

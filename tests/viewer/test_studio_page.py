@@ -21,8 +21,8 @@ from scenelang import Options, Session
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.flatten import flatten
+from scenelang.viewer.program_tools import tools
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.tools import tools
 from scenelang.viewer.workspace import Workspace, evaluator, programs_of
 
 pytestmark = pytest.mark.browser

@@ -18,7 +18,7 @@ from support import wait_until
 from viewer.conftest import open_session
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.viewer.tools import TOOLS, SharedProgress, tools
+from scenelang.viewer.program_tools import TOOLS, SharedProgress, tools
 from scenelang.viewer.workspace import SUPERSEDED, Workspace, evaluator
 
 TEXT = """(define height 3)
