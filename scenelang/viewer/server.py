@@ -3,8 +3,8 @@
 Paths below ``/TOKEN/``: the page, its script and style; ``files``; ``state?file=N``; ``picture?file=N`` (the packet, or
 with ``&has=V`` the changes to the version V, which is the ETag of an earlier answer);
 ``events`` (server-sent); POST ``set`` and ``save`` with JSON. In the studio also ``text?file=N``, ``progress``, and
-POST ``edit``, ``store``, ``literal``, ``create``, ``stop``, the tools of ``program_tools``, and ``lsp``: messages of the
-language server go by requests and come with the events, so that one set of checks guards all of them.
+POST ``edit``, ``store``, ``literal``, ``create``, ``stop``, the tools of ``program_tools``, and ``lsp``: messages of
+the language server go by requests and come with the events, so that one set of checks guards all of them.
 Other paths and wrong tokens return 404, a foreign Host or Origin returns 403.
 """
 

@@ -2,8 +2,9 @@
 
     python tests/viewer/measure_typing.py [FILE] [EDITS]
 
-Each edit types a digit of a number and waits until the picture is drawn. The median, the quartiles and the slowest are
-printed; they depend on the machine, and on a browser that draws without a graphics processor.
+Each edit types a digit of a number and waits until the picture is drawn. Printed are the median, the quartiles and the
+slowest until it is drawn, and until the page has its evaluation. The browser draws without a graphics processor, so that
+the first say much about the machine.
 """
 
 from __future__ import annotations
@@ -30,22 +31,23 @@ PROGRAM = """(bind "row" (lambda () (union-loop 20 (lambda (i)
   (transform (call "sphere" :radius .4 :color (color "tomato")) (translate [i 0 0]))))))
 """
 
-# Types a key in the page and resolves to the milliseconds until the next frame of another version is drawn.
+# Types a key in the page and resolves to the milliseconds until the frame of the next version is drawn, and until it
+# has been evaluated.
 EDIT = """([from, to, insert]) => new Promise((resolve) => {
   const { body } = document;
   const { version } = body.dataset;
   const started = performance.now();
   const look = () => {
     if (body.dataset.version === version || scenelangPage.isEvaluating || scenelangPage.pending) requestAnimationFrame(look);
-    else resolve(performance.now() - started);
+    else resolve([performance.now() - started, Number(body.dataset.latency)]);
   };
   scenelangPage.editor.view.dispatch({ changes: { from, to, insert }, userEvent: 'input.type' });
   requestAnimationFrame(look);
 })"""
 
 
-def measured(file: Path, edits: int) -> list[float]:
-    """Return the milliseconds of each edit; the digit that changes is the first one after a point."""
+def measured(file: Path, edits: int) -> list[list[float]]:
+    """Return the milliseconds of each edit until it is drawn, and until it is evaluated; the digit that changes is the first one after a point."""
     worker = Worker(evaluator(open_session, 2_000_000), keeps=True)
     workspace = Workspace([str(file)], worker.ask, tools(open_session), lambda what: worker.interrupt())
     server = ViewServer(workspace, edits=True)
@@ -74,10 +76,9 @@ def main() -> None:
         file = Path(folder, "row.scene")
         file.write_text(PROGRAM if len(sys.argv) < 2 else Path(sys.argv[1]).read_text("utf-8"), "utf-8")
         times = measured(file, edits)
-    low, median, high = statistics.quantiles(times, n=4)
-    print(
-        f"{file.name}: {len(times)} edits, median {median:.0f} ms, quartiles {low:.0f} and {high:.0f} ms, slowest {max(times):.0f} ms"
-    )
+    for what, values in zip(("drawn", "evaluated"), zip(*times)):
+        low, median, high = statistics.quantiles(values, n=4)
+        print(f"{what}: median {median:.0f} ms, quartiles {low:.0f} and {high:.0f} ms, slowest {max(values):.0f} ms")
 
 
 if __name__ == "__main__":
