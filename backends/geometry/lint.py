@@ -54,6 +54,7 @@ _MAX_TOTAL_PRIMITIVES = 100_000  # of all checked frames together
 _MAX_DIAGNOSTICS = 20  # findings of a report; further ones are counted
 _SURE = 0.8  # confidence from which an outlier is a warning
 _MAX_NEAREST = 16  # solids, nearest by their boxes, of which the nearest is chosen by exact distances
+_MAX_MARKED = 50  # objects of a finding that are marked
 _MAX_MOVES = 4  # findings of a scene for which moves are tried, the gravest
 
 
@@ -635,6 +636,42 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
 
     All frames of a 4D scene are checked, of a large one a sample; findings in most of them are reported.
     """
+    groups, remarks = _groups(scene)
+    shown = [_diagnostic(group, animated=scene.animated) for group in groups[:_MAX_DIAGNOSTICS]]
+    if len(groups) > _MAX_DIAGNOSTICS:
+        shown.append(Diagnostic("geometry-limit", f"{len(groups) - _MAX_DIAGNOSTICS} more findings are not shown"))
+    return [*shown, *remarks[:1]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FindingMarks:
+    """Where a finding of ``check_geometry`` is: the name and message of its diagnostic, a frame, and marks there."""
+
+    name: str
+    message: str
+    frame: int
+    marks: tuple[Marks, ...]
+
+
+def marks_of_findings(scene: Scene) -> list[FindingMarks]:
+    """Return where the findings of ``check_geometry`` are, each in the first frame that has it."""
+    marked: list[FindingMarks] = []
+    frames: dict[int, CheckedFrame] = {}
+    for group in _groups(scene, tries=False)[0][:_MAX_DIAGNOSTICS]:
+        diagnostic = _diagnostic(group, animated=scene.animated)
+        frame = min(named.frame for named in group)
+        checked = frames.setdefault(frame, CheckedFrame(scene.frames[frame]))  # its facts are computed once
+        here = [named.finding for named in group if named.frame == frame]
+        marks = tuple(checked.marks(finding) for finding in here[:_MAX_MARKED])
+        marked.append(FindingMarks(diagnostic.name, diagnostic.message, frame, marks))
+    return marked
+
+
+def _groups(scene: Scene, *, tries: bool = True) -> tuple[list[list[_Named]], list[Diagnostic]]:
+    """Return the equal findings that hold in most frames, in groups, and remarks about what was not checked.
+
+    Without ``tries``, no moves that would fix findings are tried.
+    """
     count = len(scene.frames)
     frames = checked_frames(scene)
     groups: dict[tuple[object, ...], list[_Named]] = {}
@@ -652,7 +689,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
         for finding in checked.findings:
             named = _named(checked, finding, number)
             key = (finding.kind, bool(finding.note), named.words, named.other)
-            if key not in groups and not finding.note and tried < _MAX_MOVES:
+            if tries and key not in groups and not finding.note and tried < _MAX_MOVES:
                 tried += 1
                 named = replace(named, finding=replace(finding, move=checked.tried_move(finding)))
             else:
@@ -662,11 +699,7 @@ def check_geometry(scene: Scene) -> list[Diagnostic]:
             remarks.append(
                 _incomplete(f"more than the limit of {MAX_PAIRS:,} pairs of nearby primitives", number, count)
             )
-    persistent = [group for group in groups.values() if 2 * len({named.frame for named in group}) > len(frames)]
-    shown = [_diagnostic(group, animated=scene.animated) for group in persistent[:_MAX_DIAGNOSTICS]]
-    if len(persistent) > _MAX_DIAGNOSTICS:
-        shown.append(Diagnostic("geometry-limit", f"{len(persistent) - _MAX_DIAGNOSTICS} more findings are not shown"))
-    return [*shown, *remarks[:1]]
+    return [group for group in groups.values() if 2 * len({named.frame for named in group}) > len(frames)], remarks
 
 
 def checked_frames(scene: Scene) -> list[int]:

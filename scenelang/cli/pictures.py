@@ -414,14 +414,20 @@ def add_studio(parser: argparse.ArgumentParser) -> None:
 def run_studio(arguments: argparse.Namespace) -> int:
     """Edit programs in a browser until Ctrl-C."""
     from scenelang.sandbox.worker import Worker
-    from scenelang.viewer.workspace import Workspace, programs_of, tools
+    from scenelang.viewer.program_tools import TOOLS, SharedProgress, tools
+    from scenelang.viewer.workspace import SUPERSEDED, Workspace, programs_of
 
     arguments.files, created = programs_of(Path(arguments.path))
     for path in created:
         done(arguments, path)
-    worker = Worker(_evaluator(arguments), keeps=True)
-    tool_worker = Worker(tools(_session_opener(arguments)))
-    workspace = Workspace(arguments.files, worker.ask, tool_worker.ask, worker.interrupt)
+    progress = SharedProgress()
+    use = tools(_session_opener(arguments), progress.write)
+    worker, others = Worker(_evaluator(arguments), keeps=True), Worker(use)
+    workers = {**dict.fromkeys(TOOLS, others), **{tool: Worker(use) for tool in SUPERSEDED}}
+    workspace = Workspace(
+        arguments.files, worker.ask, lambda tool, *rest: workers[tool].ask(tool, *rest),
+        lambda what: workers.get(what, worker).interrupt(), progress.read,
+    )  # fmt: skip
     if not arguments.port:
         arguments.port = _own_port(Path(arguments.files[0]).resolve().parent)
     return _serve(arguments, workspace, edits=True)

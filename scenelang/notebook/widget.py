@@ -14,7 +14,8 @@ from scenelang.interpreter.loading import require
 from scenelang.session.loaded import LoadedScene, scene_of
 from scenelang.session.session import Options, Session, definition
 from scenelang.viewer.answers import PageAnswers
-from scenelang.viewer.workspace import STARTER, Workspace, evaluator, saved_page, tools
+from scenelang.viewer.program_tools import tools
+from scenelang.viewer.workspace import STARTER, Workspace, evaluator, saved_page
 
 require("anywidget", "'scenelang[notebook]'")  # before the class, which is made of it
 import anywidget  # noqa: E402

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, subdatums
+from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, subdatums, walk
 from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, outermost, primitive_ranges
@@ -24,10 +26,11 @@ from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.scene.modelling.operations import Expression
+from scenelang.interpreter.scene.primitives import is_word
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs import edit_trials as trials
 from scenelang.repairs.edit_trials import Trials
-from scenelang.repairs.program_forms import forms_of, head_of
+from scenelang.repairs.program_forms import binds, forms_of, head_of
 from scenelang.repairs.whole_objects import (
     Recoloring,
     box_pivots,
@@ -75,6 +78,12 @@ class InstanceEdit:
     rotate
         Axis of the scene, "x", "y" or "z", and an angle in degrees, about the center of the first instance's box.
         Others are rotated alike in their own axes.
+    duplicate
+        Translation, in the axes and units of the scene, of a copy that is added after each instance.
+    word
+        Word that is called in place of the instance's.
+    rename
+        New name of the instance's word, everywhere in the program.
 
     Examples
     --------
@@ -90,26 +99,42 @@ class InstanceEdit:
     recolor: str | None = None
     scale: tuple[float, float, float] | None = None
     rotate: tuple[str, float] | None = None
+    duplicate: tuple[float, float, float] | None = None
+    word: str | None = None
+    rename: str | None = None
 
     def __post_init__(self) -> None:
-        given = (self.move, self.attribute, self.form, self.remove or None, self.recolor, self.scale, self.rotate)
+        given = (
+            self.move, self.attribute, self.form, self.remove or None, self.recolor, self.scale, self.rotate,
+            self.duplicate, self.word, self.rename,
+        )  # fmt: skip
         if sum(each is not None for each in given) != 1:
             message = (
-                "expected one of `move`, an attribute, a form that replaces it, `remove`, `recolor`, `scale`, `rotate`"
+                "expected one of `move`, an attribute, a form that replaces it, `remove`, `recolor`, `scale`, "
+                "`rotate`, `duplicate`, `word`, `rename`"
             )
             raise SceneError("value", message)
+        for name in (self.word, self.rename):
+            if name is not None and not _is_word(name):
+                raise SceneError("value", "expected a word: text without quotes, backslashes and line ends")
         texts = (("value", self.attribute[1] if self.attribute else None), ("form", self.form), ("color", self.recolor))
         for field, text in texts:
             if text is not None and not _is_one_form(text):
                 raise SceneError("value", f'the {field} must be one form, such as `[1 0 0]` or `(call "cube")`')
         if self.attribute is not None and not _is_keyword(self.attribute[0]):
             raise SceneError("value", f"`{self.attribute[0][:40]}` is no name of an attribute")
-        if self.move is not None and not np.isfinite(self.move).all():
-            raise SceneError("value", "`move`: expected three finite numbers")
+        for field, offset in (("move", self.move), ("duplicate", self.duplicate)):
+            if offset is not None and not (len(offset) == 3 and np.isfinite(offset).all()):
+                raise SceneError("value", f"`{field}`: expected three finite numbers")
         if self.scale is not None and not (np.isfinite(self.scale).all() and (np.abs(self.scale) > 1e-9).all()):
             raise SceneError("value", "`scale`: expected three finite numbers other than 0")
         if self.rotate is not None and not (self.rotate[0] in ("x", "y", "z") and np.isfinite(self.rotate[1])):
             raise SceneError("value", "`rotate`: expected the axis x, y or z, and a finite number of degrees")
+
+    @property
+    def offset(self) -> tuple[float, float, float] | None:
+        """Translation of the instances, or of their copies; None for other edits."""
+        return self.move if self.move is not None else self.duplicate
 
     @property
     def keeps_primitives(self) -> bool:
@@ -121,6 +146,11 @@ def _is_one_form(text: str) -> bool:
     """Return whether a text is one form without errors."""
     parsed = read(Source("<form>", text))
     return len(parsed.forms) == 1 and not any(diagnostic.is_error for diagnostic in parsed.diagnostics)
+
+
+def _is_word(text: Any) -> bool:
+    """Return whether a text is a word that can be written between quotes as it is."""
+    return isinstance(text, str) and bool(text.strip()) and text.isprintable() and not set(text) & set('"\\')
 
 
 def _is_keyword(name: str) -> bool:
@@ -211,7 +241,7 @@ class _Search:
             if outcome is not None and (self._nearest is None or outcome.others < self._nearest[0]):
                 self._nearest = outcome.others, candidate
             return False
-        if not outcome.is_done and self.edit.move is not None:
+        if not outcome.is_done and self.edit.offset is not None:
             self._moved = outcome.motion
             self._problem = "its instances, or the forms around them, are turned differently; move one of them"
         elif not outcome.is_done and candidate.is_direct:
@@ -229,16 +259,15 @@ class _Search:
 
         A form inside turned or scaled ones moves its instances in other directions than it is moved itself.
         """
-        form, columns = candidate.span.text, list[FloatArray]()
+        columns = list[FloatArray]()
         for axis in range(3):
-            unit = _vector(np.eye(3)[axis])
             self._moved = None
-            self._succeeds(_Candidate(candidate.span, f"(transform {form} (translate {unit}))", False))
+            self._succeeds(candidate.translated(np.eye(3)[axis]))
             if self._moved is None:
                 return None
             columns.append(self._moved)
-        offset = np.linalg.lstsq(np.stack(columns, axis=1), np.array(self.edit.move), rcond=1e-9)[0]
-        return _Candidate(candidate.span, f"(transform {form} (translate {_vector(offset)}))", False)
+        offset = np.linalg.lstsq(np.stack(columns, axis=1), np.array(self.edit.offset), rcond=1e-9)[0]
+        return candidate.translated(offset, in_place=True)
 
     def refusal(self) -> SceneError:
         """Return the error that says why no form can be edited."""
@@ -292,6 +321,8 @@ class _Layout:
                 self._choose(locator, instances)
         if not self.count:
             raise problem or SceneError("value", f"no part `{path}`")
+        if edit.rename is not None:
+            self.frames = [rows.renamed(self.word, edit.rename) for rows in self.frames]
 
     def _choose(self, locator: Locator, instances: Sequence[Located]) -> None:
         """Record word, number and parent axes of the instances of the first frame that has them."""
@@ -353,15 +384,20 @@ class _Outcome:
 class _Rows:
     """Primitives of a frame: poses (N, 3, 4), and a hash (N,) of everything else that is drawn or counted."""
 
-    def __init__(self, frame: FlatFrame) -> None:
+    def __init__(self, frame: FlatFrame, names: Mapping[str, str] = MappingProxyType({})) -> None:
+        """Read a frame, with the words ``names`` in place of its own."""
         self.poses = np.asarray(frame.matrices, np.float64).reshape(-1, 3, 4)
-        keys = [_key(entity) for entity in frame.primitives]
-        paths = [hash(path) for path in frame.paths]
+        keys = [(names.get(entity.word, entity.word), _key(entity)) for entity in frame.primitives]
+        paths = [hash(tuple(names.get(word, word) for word in path)) for path in frame.paths]
         self.keys = np.array(
             [hash((keys[i], paths[p])) for i, p in zip(frame.index.tolist(), frame.path_index.tolist())], np.int64
         )
         self.size = float(np.abs(self.poses[:, :, 3]).max(initial=1.0))
         self._frame = frame
+
+    def renamed(self, old: str, new: str) -> _Rows:
+        """Return the rows with another word in place of one."""
+        return _Rows(self._frame, {old: new})
 
     def colors(self, rows: Any) -> list[tuple[float, ...] | None]:
         """Return the colors of some rows, None where one has no single color."""
@@ -370,7 +406,7 @@ class _Rows:
 
     def colorless(self, rows: Any) -> list[tuple[str, Any]]:
         """Return the identities of some rows apart from their poses and colors."""
-        keys = [_key(entity, without="color") for entity in self._frame.primitives]
+        keys = [entity.word + _key(entity, without="color") for entity in self._frame.primitives]
         index, paths = self._frame.index[rows].tolist(), self._frame.path_index[rows].tolist()
         return [(keys[i], self._frame.paths[p]) for i, p in zip(index, paths)]
 
@@ -390,7 +426,7 @@ def _color(entity: Entity) -> tuple[float, ...] | None:
 
 
 def _key(entity: Entity, without: str = "") -> str:
-    """Return the identity of a primitive apart from its pose: word, handle, text, attributes and box."""
+    """Return the identity of a primitive apart from its word and pose: handle, text, attributes and box."""
     shape = entity.shape
     box = () if shape is None or not shape.has_geometry else tuple(round(x, 9) for x in shape.box_under(IDENTITY))
     embedding = entity.embedding
@@ -398,7 +434,7 @@ def _key(entity: Entity, without: str = "") -> str:
     if without == "color" and isinstance(expression := getattr(shape, "expression", None), Expression):
         known = {**known, "solid": colorless(expression).digest}
     attributes = sorted((name, value) for name, value in known.items() if name != without)
-    return repr((entity.word, embedding.handle, embedding.text, attributes, box))
+    return repr((embedding.handle, embedding.text, attributes, box))
 
 
 def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: _Wanted) -> _Outcome | None:
@@ -408,6 +444,13 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: 
     left = len(new.keys) - (len(old.keys) - chosen)
     if not ranges:
         return _Outcome(int((~old.same(slice(None), new, slice(None))).sum()), True) if left == 0 else None
+    if edit.rename is not None:
+        if left != chosen:
+            return None
+        others = int((~old.same(slice(None), new, slice(None))).sum())
+        return _Outcome(others, not others)
+    if edit.duplicate is not None:
+        return _duplicated(old, new, ranges, edit.duplicate)
     lengths = _lengths(ranges, left)
     if lengths is None or (edit.keeps_primitives and left != chosen) or (edit.remove and left):
         missing = len(old.keys) - len(new.keys) - chosen
@@ -424,6 +467,26 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: 
     if edit.move is None:
         return _Outcome(0, not bool(old.same(inside_old, new, inside_new).all()))
     return _moved_rows(old, new, inside_old, inside_new, edit.move)
+
+
+def _duplicated(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], offset: Sequence[float]) -> _Outcome | None:
+    """Return whether each instance is followed by its copy, moved by an offset, and nothing else has changed."""
+    added = len(new.keys) - len(old.keys)
+    missing = sum(last - first for first, last in ranges)
+    if added != missing:
+        return _Outcome(added - missing, False) if added > missing else None
+    lengths = [2 * (last - first) for first, last in ranges]
+    outside_old, outside_new, inside_new = _matched(len(old.keys), ranges, lengths)
+    others = int((~old.same(outside_old, new, outside_new)).sum())
+    if others:
+        return _Outcome(others, False)
+    each = [np.arange(first, last) for first, last in ranges]
+    before = np.concatenate([np.tile(rows, 2) for rows in each])
+    is_copy = np.concatenate([np.repeat([False, True], len(rows)) for rows in each])
+    first, copies = inside_new[~is_copy], inside_new[is_copy]
+    if not bool(old.same(before[~is_copy], new, first).all()):
+        return _Outcome(0, False)
+    return _moved_rows(old, new, before[is_copy], copies, offset)
 
 
 def _is_transformed(
@@ -500,11 +563,21 @@ class _Candidate:
     new: str
     is_direct: bool
     others: tuple[Edit, ...] = ()  # elsewhere in the text
+    around: tuple[str, str] | None = None  # text before and after the vector of a translation
 
     @property
     def edits(self) -> tuple[Edit, ...]:
         """The replacement as an edit of the text, and the others."""
         return (Edit(self.span, self.new), *self.others)
+
+    def translated(self, offset: FloatArray, *, in_place: bool = False) -> _Candidate:
+        """Return the candidate with a translation of its own; with ``in_place`` it is added to that of the form."""
+        (form,) = read(Source(self.span.source.name, self.span.text)).forms
+        if in_place and self.around is None and isinstance(form, ListDatum):
+            for shifted in _shifted(form, offset):
+                return _Candidate(self.span, shifted, False)
+        before, after = self.around or (f"(transform {self.span.text} (translate ", "))")
+        return _Candidate(self.span, f"{before}{_vector(offset)}{after}", False, around=self.around)
 
 
 def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Candidate]:
@@ -512,6 +585,13 @@ def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator
     calls, bodies = forms_of(source, layout.word)
     if edit.recolor is not None or layout.motion is not None:
         yield from _whole_object_candidates(source, edit, layout, calls, bodies)
+        return
+    if edit.rename is not None:
+        yield from _renamings(source, layout.word, edit.rename)
+        return
+    if edit.duplicate is not None:
+        for chain in calls if not layout.is_root else []:
+            yield from _copies(chain, layout.local(edit.duplicate))
         return
     tried: set[tuple[int, int, str]] = set()
     for chain in calls if not layout.is_root else []:
@@ -571,8 +651,63 @@ def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, *, is_call: b
         yield _with_attribute(form, *edit.attribute)
     elif edit.form is not None and is_call:
         yield edit.form
+    elif edit.word is not None and is_call:
+        yield from _with_word(form, layout.word, edit.word)
     elif edit.remove:
         yield from ("", "(union)")
+
+
+def _with_word(form: ListDatum, old: str, new: str) -> Iterator[str]:
+    """Yield a call of another word, if the form is a call that names its word."""
+    if head_of(form) != "call" or len(form.items) < 2:
+        return
+    name = form.items[1]
+    if isinstance(name, Atom) and name.value == old:
+        text, start = form.span.text, form.span.start
+        yield f'{text[: name.span.start - start]}"{new}"{text[name.span.end - start :]}'
+
+
+def _renamings(source: Source, old: str, new: str) -> Iterator[_Candidate]:
+    """Yield the edits that rename a word that the program binds: at all places that write it, or at its calls only.
+
+    Raises SceneError for a word that the program does not bind, and for one that it has already.
+    """
+    named = [datum for form in read(source).forms for datum in walk(form) if isinstance(datum, Atom)]
+    words = [datum for datum in named if type(datum.value) is str]
+    heads = [
+        form.items[1].span.start
+        for top in read(source).forms
+        for form in walk(top)
+        if isinstance(form, ListDatum) and head_of(form) in ("bind", "call") and len(form.items) > 1
+    ]
+    if not any(binds(form, old) for form in read(source).forms if isinstance(form, ListDatum)):
+        raise SceneError("value", f'"{old}" is not bound in this program', "replace the word of one object instead")
+    if new == old or is_word(new) or any(word.value == new for word in words):
+        raise SceneError("value", f'there is a word "{new}" already', "choose another name")
+    every = [word.span for word in words if word.value == old]
+    called = [span for span in every if span.start in heads]
+    for first, *others in (every, called):
+        yield _Candidate(first, f'"{new}"', False, tuple(Edit(span, f'"{new}"') for span in others))
+
+
+def _copies(chain: Sequence[ListDatum], offset: FloatArray) -> Iterator[_Candidate]:
+    """Yield candidate edits that add a copy of what a call makes: beside it in a union, else in a union of both."""
+    beside = [form for form, around in pairwise(chain) if head_of(around) == "union"]
+    for form in beside:
+        space = _space_before(form.span)
+        for copy in _shifted(form, offset):
+            yield _Candidate(form.span, f"{form.span.text}{space}{copy}", False)
+        around = (f"{form.span.text}{space}(transform {form.span.text} (translate ", "))")
+        yield _Candidate(form.span, f"{around[0]}{_vector(offset)}{around[1]}", False, around=around)
+    for form in chain:
+        around = (f"(union {form.span.text} (transform {form.span.text} (translate ", ")))")
+        yield _Candidate(form.span, f"{around[0]}{_vector(offset)}{around[1]}", False, around=around)
+
+
+def _space_before(span: Span) -> str:
+    """Return what separates a form that follows: a line break with the indentation, if it has a line of its own."""
+    before = span.source.text[: span.start].rpartition("\n")[2]
+    return f"\n{before}" if before and not before.strip() else " "
 
 
 def _shifted(form: ListDatum, offset: FloatArray) -> Iterator[str]:

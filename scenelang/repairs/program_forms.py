@@ -28,6 +28,8 @@ def forms_of(source: Source, word: str) -> tuple[list[list[ListDatum]], list[Lis
                         literal.append([datum, *around])
                 else:
                     computed.append([datum, *around])
+            elif head_of(datum) == word:  # operations of solids make an entity of their name
+                literal.append([datum, *around])
             if head_of(datum) == "bind" and binds(datum, word):
                 bodies += bodies_of(datum)
             around = () if head_of(datum) in _SCOPES else (datum, *around)

@@ -421,6 +421,27 @@ class ReplEvaluation:
         return Path(self.file).parent if self.file else Path.cwd()
 
 
+class _OneAnswer(ReplEvaluation):
+    """State of an evaluation in a process of its own, whose end costs nothing: there is no checkpoint of it."""
+
+    @contextmanager
+    def _restored(self) -> Iterator[None]:
+        yield
+
+
+def answer_in_program(session: Session, source: Source, text: str) -> tuple[list[str], list[str], Sequence[Diagnostic]]:
+    """Evaluate an input after a program; return the texts of its values, its log, and the diagnostics.
+
+    If the program itself has errors, these are returned.
+    """
+    evaluation = _OneAnswer(session, source.name)
+    program = evaluation.evaluate(source, whole=True)
+    if not program.ok:
+        return [], [], program.diagnostics
+    outcome = evaluation.evaluate(evaluation.source(text))
+    return [displayed(value) for value in outcome.values], list(outcome.log), outcome.diagnostics
+
+
 # Descriptions of names: definitions of the session, and names known to every program.
 
 

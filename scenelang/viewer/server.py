@@ -2,9 +2,10 @@
 
 Paths below ``/TOKEN/``: the page, its script and style; ``files``; ``state?file=N``; ``picture?file=N`` (the packet, or
 with ``&has=V`` the changes to the version V, which is the ETag of an earlier answer);
-``events`` (server-sent); POST ``set`` and ``save`` with JSON. In the studio also ``text?file=N``, and POST ``edit``,
-``store``, ``literal`` and ``lsp``: messages of the language server go by requests and come with the events, so that
-one set of checks guards all of them. Other paths and wrong tokens return 404, a foreign Host or Origin returns 403.
+``events`` (server-sent); POST ``set`` and ``save`` with JSON. In the studio also ``text?file=N``, ``progress``, and
+POST ``edit``, ``store``, ``literal``, ``create``, ``stop``, the tools of ``program_tools``, and ``lsp``: messages of
+the language server go by requests and come with the events, so that one set of checks guards all of them.
+Other paths and wrong tokens return 404, a foreign Host or Origin returns 403.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from urllib.parse import parse_qs, urlsplit
 from scenelang.backends.viewer import packet
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.plugins import SERVICES
-from scenelang.viewer.workspace import TOOLS, FileWatch, Workspace, state_data
+from scenelang.viewer.program_tools import TOOLS
+from scenelang.viewer.workspace import FileWatch, Workspace, state_data
 
 HOST = "127.0.0.1"
 MAX_BODY_SIZE = 64 * 1024  # of a request, in bytes
@@ -38,7 +40,7 @@ _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'{nonce}; img-src data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-_EDITING = ("edit", "store", "literal", "change", "examine", "create", "stop", "lsp")  # what only the studio accepts
+_EDITING = ("edit", "store", "literal", *TOOLS, "create", "stop", "lsp")  # what only the studio accepts
 _MAX_CLIENT_LENGTH = 64  # characters of a page's name
 
 
@@ -282,6 +284,8 @@ class _Handler(BaseHTTPRequestHandler):
             number = self._file(query.get("file"))
             text = self.server.workspace.text(number)
             self._send_json({"name": self.server.workspace.files[number], "text": text})
+        elif name == "progress" and edits:
+            self._send_json({"progress": self.server.workspace.progress()})
         elif name == "state":
             self._send_state(self._file(query.get("file")))
         elif name == "picture":
@@ -368,7 +372,7 @@ class _Handler(BaseHTTPRequestHandler):
             self._send_json({})
             return
         if name == "stop":
-            workspace.interrupt()
+            workspace.interrupt(_text(data, "what") if "what" in data else "edit")
             self._send_json({})
             return
         if name == "create":

@@ -23,11 +23,10 @@ from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, Li
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, capped, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.program import Param, Program
-from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.runtime.types import STD
 from scenelang.interpreter.scene.entity import Scene, descendants
 from scenelang.sandbox.supervision import Ended, limited
-from scenelang.session.checking import Examination, declaration_errors
+from scenelang.session.checking import declaration_errors
 from scenelang.session.editing import Editing
 from scenelang.session.session import Session, linted
 from scenelang.stdlib.colors import color_of
@@ -408,6 +407,8 @@ DESKTOP = "use the desktop version, where everything is installed"
 Evaluate = Callable[[str, Mapping[str, str], str | None], "WorkspaceEvaluation"]
 # (tool, file, text, its data) -> what the page gets
 Tools = Callable[[str, str, str, Mapping[str, Any]], dict[str, Any]]
+SUPERSEDED = ("evaluate", "still")  # tools of which a new request ends the one that runs
+_RETRY_S = 0.2  # seconds between attempts to end it
 Announce = Callable[[int], None]  # called with the number of a changed file
 
 
@@ -467,15 +468,19 @@ class Workspace:
 
     def __init__(
         self, files: Sequence[str], evaluate: Evaluate, tools: Tools | None = None,
-        interrupt: Callable[[], None] | None = None,
+        interrupt: Callable[[str], None] | None = None, progress: Callable[[], float] | None = None,
     ) -> None:  # fmt: skip
+        """Take over the names of files. ``interrupt`` ends what runs: a tool by its name, or the evaluation, "edit"."""
         self.files = tuple(files)
         self._evaluate_file = evaluate
         self._tools = tools
-        self.interrupt = interrupt or (lambda: None)  # ends the evaluation that runs
+        self.interrupt = interrupt or (lambda what: None)
+        self.progress = progress or (lambda: 0.0)  # of the image that is rendered, from 0 to 1
         self._states = [State() for _ in files]
         self._drafts: dict[int, str] = {}  # texts of files that are edited, and not saved
         self._evaluating = threading.Lock()
+        self._newest: dict[str, int] = {}  # number of the newest request, of tools of which only that is answered
+        self._tool_locks = {tool: threading.Lock() for tool in SUPERSEDED}
         self._listeners: list[Announce] = []
 
     def listen(self, announce: Announce) -> None:
@@ -559,7 +564,19 @@ class Workspace:
         """Return what a tool of ``TOOLS`` makes of a program; raises SceneError where it cannot."""
         if self._tools is None:
             raise SceneError("unsupported", "programs cannot be edited here")
-        return self._tools(tool, self.files[file], text, data)
+        if tool not in SUPERSEDED:
+            return self._tools(tool, self.files[file], text, data)
+        lock = self._tool_locks[tool]
+        mine = self._newest[tool] = self._newest.get(tool, 0) + 1
+        self.interrupt(tool)
+        while not lock.acquire(timeout=_RETRY_S):  # the one before may have begun after it was interrupted
+            self.interrupt(tool)
+        try:
+            if self._newest[tool] != mine:
+                raise SceneError("unsupported", "a newer request took its place")
+            return self._tools(tool, self.files[file], text, data)
+        finally:
+            lock.release()
 
     def save(self, file: int, name: str) -> None:
         """Write an overridden value to the file; raises SceneError("param") or ("file")."""
@@ -663,44 +680,6 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
     return evaluate
 
 
-TOOLS = ("change", "examine")
-
-
-def tools(open_session: OpenSession) -> Tools:
-    """Create the functions of the studio that take a program: "change" and "examine"."""
-    functions = {"change": _changed, "examine": _examined}
-
-    def use(tool: str, path: str, text: str, data: Mapping[str, Any]) -> dict[str, Any]:
-        """Call a tool."""
-        return functions[tool](open_session(path, {}), Source(path, text), data)
-
-    return use
-
-
-def _changed(session: Session, source: Source, data: Mapping[str, Any]) -> dict[str, Any]:
-    """Change objects of a scene by an edit of its program, which evaluation proves.
-
-    Returns the text after the edit, the line that it changed, and the number of instances that changed.
-    """
-    result = SERVICES.find("instance-edits")(session, source, data)
-    return {"text": result.text, "line": result.line, "instances": result.instances}
-
-
-def _examined(session: Session, source: Source, data: Mapping[str, Any]) -> dict[str, Any]:
-    """Check the geometry of a scene, as `check --geometry` does; edits that repair it have been tried."""
-    examined = Examination(session, run=True, geometry=True, complete=True).of(source)
-    return {"diagnostics": [_with_edits(diagnostic, source) for diagnostic in capped(examined.diagnostics)]}
-
-
-def _with_edits(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
-    """Return a diagnostic as JSON data, with the edits of its first fix if they are all in the program."""
-    data: dict[str, Any] = _diagnostic_data(diagnostic)
-    fix = diagnostic.fixes[0] if diagnostic.fixes else None
-    if fix is not None and all(e.span.source.name == source.name and e.span.expansion is None for e in fix.edits):
-        data["edits"] = [{"start": e.span.start, "end": e.span.end, "text": e.text} for e in fix.edits]
-    return data
-
-
 def _is_read(program: Program) -> bool:
     """Return whether all params are known; after other errors some may be missing."""
     return all(d.name == "param" for d in program.diagnostics if d.is_error)
@@ -736,12 +715,12 @@ def state_data(name: str, state: State, is_live: bool = True) -> dict[str, Any]:
         "version": state.version,
         "ok": state.ok,
         "picture": state.picture,
-        "diagnostics": [_diagnostic_data(diagnostic) for diagnostic in capped(state.diagnostics)],
+        "diagnostics": [diagnostic_data(diagnostic) for diagnostic in capped(state.diagnostics)],
         "params": [_param_data(control, state.values, is_live=is_live) for control in state.controls],
     }
 
 
-def _diagnostic_data(diagnostic: Diagnostic) -> dict[str, str]:
+def diagnostic_data(diagnostic: Diagnostic) -> dict[str, str]:
     """Split a rendered diagnostic into the parts of its first line, and the rest."""
     _, _, rest = render_text(diagnostic).partition(diagnostic.message)
     return {

@@ -148,3 +148,83 @@ def test_a_flat_instance_has_no_axes() -> None:
     flat = '(bind "a" (lambda () (union (call "sphere") (transform (call "cube") (scale [1 0 1])))))'
     with pytest.raises(sl.SceneError, match="is flat"):
         edit(flat, "cube", rotate=("y", 30.0))
+
+
+def _poses(text: str, word: str) -> list[Any]:
+    """The poses of the primitives of a word, in order."""
+    return [part.pose for part in sl.evaluate(text).instances(word)]
+
+
+@pytest.mark.parametrize("path", ["chair[0]", "chair[1]", "ball"])
+def test_a_copy_is_added_beside_an_object(path: str) -> None:
+    """The box of the copy is that of the object, moved; all others stay, in turned unions too."""
+    before = sl.evaluate(ROOM)
+    after = sl.evaluate(edit(ROOM, path, duplicate=(0.5, 1.0, 2.0)).text)
+    word = path.partition("[")[0]
+    old, new = before.instances(word), after.instances(word)
+    assert len(new) == len(old) + 1
+    at = int(path.partition("[")[2].rstrip("]") or 0)
+    for box, same in zip(
+        [each.box for each in old], [each.box for k, each in enumerate(new) if k != at + 1], strict=True
+    ):
+        assert same == pytest.approx(box)
+    assert new[at + 1].box == pytest.approx(old[at].box + np.array([0.5, 1.0, 2.0]))
+    others = {"chair": "ball", "ball": "chair"}[word]
+    assert [each.box for each in after.instances(others)] == [
+        pytest.approx(each.box) for each in before.instances(others)
+    ]
+
+
+def test_a_copy_has_a_line_of_its_own_where_its_object_has_one() -> None:
+    text = '(bind "a" (lambda ()\n  (union\n    (transform (call "cube") (translate [1 0 0]))\n    (call "sphere"))))\n'
+    line = '    (transform (call "cube") (translate [1 0 0]))\n'
+    assert edit(text, "cube", duplicate=(2, 0, 0)).text == text.replace(line, line + line.replace("[1", "[3"))
+
+
+def test_a_word_is_renamed_everywhere() -> None:
+    new = edit(ROOM, "chair[1]", rename="stool").text
+    assert new == ROOM.replace('"chair"', '"stool"')
+    assert edit(ROOM, "room", rename="hall").text == ROOM.replace('"room"', '"hall"')
+    held = ROOM + '(assert-that (count "chair" 2))\n'
+    assert edit(held, "chair[0]", rename="stool").text == held.replace('"chair"', '"stool"')
+
+
+def test_another_word_takes_the_place_of_one_object() -> None:
+    new = edit(ROOM, "chair[1]", word="ball").text
+    assert new == ROOM.replace('(transform (call "chair")', '(transform (call "ball")')
+    assert len(sl.evaluate(new).instances("chair")) == 1
+
+
+def test_a_translation_in_a_turned_form_changes_its_literal() -> None:
+    text = '(bind "a" (lambda () (union (call "cube") (transform (transform (call "cone") (translate [2 0 0])) (rotate (deg 90) [0 0 1])))))'
+    assert edit(text, "cone", move=(0, 0.5, 0)).text == text.replace("[2 0 0]", "[2.5 0 0]")
+
+
+def test_a_solid_is_moved_by_its_own_form() -> None:
+    text = (
+        '(bind "a" (lambda () (transform (difference (call "cube") (call "sphere" :radius .6)) (translate [2 0 0]))))'
+    )
+    new = edit(text, "difference", move=(0, 1, 0)).text
+    assert new == text.replace("[2 0 0]", "[2 1 0]")
+    assert (_poses(new, "difference")[0] - _poses(text, "difference")[0])[:3, 3] == pytest.approx([0, 1, 0])
+
+
+@pytest.mark.parametrize(
+    ("path", "change", "part"),
+    [
+        ("leg[0]", {"duplicate": (1.0, 0.0, 0.0)}, "no form of the program makes only"),
+        ("room", {"duplicate": (1.0, 0.0, 0.0)}, "no form of the program makes only"),
+        ("chair[0]", {"duplicate": (1.0, 0.0)}, "`duplicate`"),
+        ("chair[0]", {"duplicate": (1.0, math.nan, 0.0)}, "`duplicate`"),
+        ("chair[0]", {"rename": "leg"}, "already"),
+        ("chair[0]", {"rename": "cube"}, "already"),
+        ("sphere", {"rename": "ball 2"}, "not bound"),
+        ("chair[0]", {"rename": 'a"b'}, "expected a word"),
+        ("chair[0]", {"word": "a\nb"}, "expected a word"),
+        ("chair[0]", {"word": " "}, "expected a word"),
+        ("leg[0]", {"word": "ball"}, "no form of the program makes only"),
+    ],
+)
+def test_a_copy_or_another_word_is_refused(path: str, change: dict[str, Any], part: str) -> None:
+    with pytest.raises(sl.SceneError, match=part):
+        edit(ROOM, path, **change)

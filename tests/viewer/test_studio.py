@@ -16,8 +16,9 @@ from viewer.conftest import WAIT, open_session
 
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError, UsageError
+from scenelang.viewer.program_tools import TOOLS, tools
 from scenelang.viewer.server import ViewServer
-from scenelang.viewer.workspace import STARTER, Workspace, evaluator, programs_of, tools
+from scenelang.viewer.workspace import STARTER, Workspace, evaluator, programs_of
 
 PAIR = """(param size 1.0 :min 0.5 :max 2.0)
 (bind "pair" (lambda ()
@@ -232,6 +233,21 @@ HOSTILE: list[tuple[str, str, Any, dict[str, str], int]] = [
     ("POST", "lsp", {"client": "a" * 1000, "message": "{}"}, {}, 400),
     ("POST", "lsp", {"client": "a", "message": 5}, {}, 400),
     ("GET", "text?file=../../../etc/passwd", None, {}, 404),
+    (
+        "POST",
+        "evaluate",
+        {"file": 0, "text": "", "change": {"expression": "1"}},
+        {"Origin": "http://evil.example"},
+        403,
+    ),
+    ("POST", "evaluate", {"file": 0, "text": "", "change": {}}, {}, 409),
+    ("POST", "evaluate", {"file": 0, "change": {"expression": "1"}}, {}, 400),
+    ("POST", "gap", {"file": 0, "text": PAIR, "change": {"from": [], "to": {}}}, {}, 409),
+    ("POST", "still", {"file": 0, "text": PAIR, "change": {"width": 1e30}}, {}, 409),
+    ("POST", "still", {"file": 0, "text": PAIR, "change": 5}, {}, 400),
+    ("POST", "stop", {"what": 5}, {}, 400),
+    ("GET", "still", None, {}, 404),
+    ("GET", "progress", None, {"Origin": "http://evil.example"}, 403),
     ("GET", "edit", None, {}, 404),
     ("POST", "quit", {}, {}, 404),
     ("POST", "text", {"file": 0}, {}, 404),
@@ -266,9 +282,10 @@ def test_viewer_accepts_no_edits(serve: Any, program: Any) -> None:
     """`scenelang view` only shows: what the studio accepts is not there."""
     path = program(PAIR)
     server = serve(path)
-    for name in ("edit", "store", "literal", "change", "examine", "create", "stop", "lsp"):
+    for name in ("edit", "store", "literal", *TOOLS, "create", "stop", "lsp"):
         assert _ask(server, "POST", name, {"file": 0, "text": "", "before": PAIR})[0] == 404
     assert _ask(server, "GET", "text?file=0")[0] == 404
+    assert _ask(server, "GET", "progress")[0] == 404
     assert path.read_text() == PAIR
 
 

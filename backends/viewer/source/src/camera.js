@@ -32,6 +32,23 @@ export class Viewpoint {
     return Math.tan(MathUtils.degToRad(this.fov) / 2);
   }
 
+  // What is needed to look from here again.
+  saved() {
+    const { azimuth, elevation, fov, orthographic, distance, target } = this;
+    return { azimuth, elevation, fov, orthographic, distance, target: target.toArray() };
+  }
+
+  take({ target, ...view }) {
+    Object.assign(this, view);
+    this.target.fromArray(target);
+  }
+
+  // The length at a point that a pixel shows of a picture with `height` pixels.
+  lengthOfPixel(point, height) {
+    const distance = this.orthographic ? this.distance : this.camera.position.distanceTo(new Vector3(...point));
+    return (2 * this.tangent * distance) / height;
+  }
+
   // Puts the three.js camera where the angles say.
   apply() {
     const { right, up, forward } = axesOf(this.azimuth, this.elevation);

@@ -10,7 +10,7 @@ export function listen(page) {
   let pressed = null;
   byId("canvas").addEventListener("pointerdown", (event) => { pressed = page.gizmo?.isHeld ? null : [event.offsetX, event.offsetY]; });
   byId("canvas").addEventListener("pointerup", (event) => {
-    if (pressed && event.button === 0 && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4) page.pick(event.offsetX, event.offsetY);
+    if (pressed && event.button === 0 && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4) page.pick(event.offsetX, event.offsetY, event.ctrlKey || event.metaKey);
     pressed = null;
   });
   const on = (id, action) => byId(id).addEventListener("click", action);
@@ -33,19 +33,24 @@ export function listen(page) {
   byId("section-axis").addEventListener("change", cut);
   byId("section").addEventListener("input", cut);
   byId("files").addEventListener("change", (event) => page.choose(Number(event.target.value)));
-  for (const button of document.querySelectorAll("#sheets button")) button.addEventListener("click", () => showSheet(button.dataset.sheet));
+  for (const button of document.querySelectorAll("#sheets [data-sheet]")) button.addEventListener("click", () => showSheet(button.dataset.sheet));
   document.addEventListener("keydown", (event) => onKey(page, event));
 }
 
+// Whether keys go into a field or the program.
+export function isTyping(event) {
+  return event.target.matches("input:not([type=range]):not([type=checkbox]):not([type=radio]), select, textarea, [contenteditable=true]");
+}
+
 function onKey(page, event) {
-  const isTyping = event.target.matches("input:not([type=range]):not([type=checkbox]), select, textarea, [contenteditable=true]");
+  if (event.target.closest("dialog")) return;
   if (event.key === "Escape") {
-    page.select(null);
-    if (isTyping) event.target.blur();
+    page.escape();
+    if (isTyping(event)) event.target.blur();
     return;
   }
-  if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
-  const keys = { f: () => page.frameSelection(), l: () => byId("toggle-labels").click(), g: () => byId("toggle-ground").click(), "/": () => byId("search").focus() };
+  if (isTyping(event) || event.ctrlKey || event.metaKey || event.altKey) return;
+  const keys = { f: () => page.frameSelection(), l: () => byId("toggle-labels").click(), g: () => byId("toggle-ground").click(), "/": () => byId("search").focus(), ...page.ownKeys };
   if (event.key === " " && !event.target.matches("button, input[type=checkbox]")) keys[" "] = () => page.timeline.toggle();
   const action = keys[event.key.toLowerCase()];
   if (!action) return;
@@ -64,5 +69,5 @@ function press(button) {
 export function showSheet(name) {
   const next = document.body.dataset.sheet === name ? "" : name;
   document.body.dataset.sheet = next;
-  for (const button of document.querySelectorAll("#sheets button")) button.setAttribute("aria-pressed", String(button.dataset.sheet === next));
+  for (const button of document.querySelectorAll("#sheets [data-sheet]")) button.setAttribute("aria-pressed", String(button.dataset.sheet === next));
 }

@@ -58,6 +58,7 @@ class Widget extends Studio {
 
 // Starts the page of a widget.
 export async function startWidget() {
+  document.body.classList.add("widget");
   const kernel = new Kernel();
   const page = new Widget(kernel);
   kernel.onText = (text) => { if (page.editor && text !== page.editor.text) page.editor.replace(text); };

@@ -81,6 +81,17 @@ export class Graph {
     return [low, low + this.leaves[node]];
   }
 
+  // The path of the outermost entity of which all primitives are among [low, high) of a frame.
+  pathOfRange(frame, low, high) {
+    const path = this.pathOfLeaf(frame, low);
+    while (path.length > 1) {
+      const [first, last] = this.leafRange(frame, path.slice(0, -1));
+      if (first < low || last > high) break;
+      path.pop();
+    }
+    return path;
+  }
+
   // The child positions that lead to the primitive number `leaf` of a frame.
   pathOfLeaf(frame, leaf) {
     return this.descend(frame, leaf, this.leaves, (node) => this.isPrimitive(node));

@@ -30,6 +30,7 @@ export class Page {
     this.isFramed = false;
     this.busy = null;
     this.labels = new Labels(byId("labels"));
+    this.overlay = null;
     this.tree = new Tree(byId("tree"), (path) => this.select(path));
     this.words = new Words(byId("words"), byId("search"), { changed: () => this.refill(), reveal: (word) => this.revealNext(word) });
     this.params = new Params(byId("params"), { set: (name, value) => this.setParam(name, value), save: (name) => this.saveParam(name) });
@@ -61,7 +62,9 @@ export class Page {
   async listFiles() {
     const names = await this.server.files();
     const chooser = byId("files");
-    fill(chooser, ...names.map((name, i) => el("option", { value: String(i) }, name)));
+    const short = names.map((name) => name.split("/").pop());
+    const isClear = new Set(short).size === names.length; // names alone tell the files apart
+    fill(chooser, ...names.map((name, i) => el("option", { value: String(i), title: name }, isClear ? short[i] : name)));
     chooser.value = String(this.file);
     chooser.hidden = names.length < 2;
     byId("file-name").textContent = names.length < 2 ? names[0] : "";
@@ -202,6 +205,7 @@ export class Page {
       this.stage.draw(this.viewpoint, this.isMoving);
       this.gizmo?.draw(this.stage.renderer, this.viewpoint.camera);
       this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
+      this.overlay?.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
       document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
       this.refineLater();
     });
@@ -236,16 +240,20 @@ export class Page {
   frameAll() {
     const box = this.packet?.box;
     if (!box) return;
-    const staged = (corner) => corner.map((x, i) => (x - box.center[i]) * box.scale);
-    this.frameBox(staged(box.low), staged(box.high));
+    this.frameBox(this.staged(box.low), this.staged(box.high));
+  }
+
+  // A point of the scene in the stage's frame.
+  staged(point) {
+    const { center, scale } = this.packet.box;
+    return point.map((x, i) => (x - center[i]) * scale);
   }
 
   // Looks as a camera of the program does, or shows everything.
   lookFrom(camera) {
     if (camera) {
       const { azimuth, elevation, fov, orthographic, distance, target } = camera;
-      Object.assign(this.viewpoint, { azimuth, elevation, fov, orthographic, distance });
-      this.viewpoint.target.fromArray(target);
+      this.viewpoint.take({ azimuth, elevation, fov, orthographic, distance, target });
     }
     if (!camera || camera.isFramed) this.frameAll();
     else {
@@ -286,8 +294,21 @@ export class Page {
   }
 
   selectionBox() {
-    const range = this.graph.leafRange(this.frame, this.selection);
+    return this.boxOfPath(this.selection);
+  }
+
+  boxOfPath(path) {
+    const range = this.graph.leafRange(this.frame, path);
     return this.instances.ready && range ? this.instances.box(...range) : null;
+  }
+
+  escape() {
+    this.select(null);
+  }
+
+  // What single keys do here besides those of every page.
+  get ownKeys() {
+    return {};
   }
 
   showSelection() {
@@ -362,6 +383,6 @@ export class Page {
     const status = byId("status");
     status.textContent = text;
     clearTimeout(this.statusTimer);
-    this.statusTimer = setTimeout(() => { status.textContent = ""; }, 5000);
+    this.statusTimer = setTimeout(() => { status.textContent = ""; }, 4000 + 50 * text.length);
   }
 }

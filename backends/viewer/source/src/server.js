@@ -67,8 +67,25 @@ export class Server {
     return this.post("examine", { file, text });
   }
 
-  stop() {
-    return this.post("stop", {});
+  gap(file, text, change) {
+    return this.post("gap", { file, text, change });
+  }
+
+  evaluate(file, text, expression) {
+    return this.post("evaluate", { file, text, change: { expression } });
+  }
+
+  still(file, text, view) {
+    return this.post("still", { file, text, change: view });
+  }
+
+  progress() {
+    return this.json("progress");
+  }
+
+  // Ends the evaluation that runs, or what a tool does.
+  stop(what = "edit") {
+    return this.post("stop", { what });
   }
 
   literal(file, name, value, text) {

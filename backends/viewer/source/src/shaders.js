@@ -449,6 +449,21 @@ export const PICK_FRAGMENT = /* glsl */ `
   }
 `;
 
+// The depth of the surface in base 256, the largest digit first.
+export const PLACE_FRAGMENT = /* glsl */ `
+  varying vec3 vPoint;
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  flat varying vec2 vInstance;
+  flat varying float vMirrored;
+  ${SECTION}
+  void main() {
+    if (isCut(vPoint)) discard;
+    float depth = floor(gl_FragCoord.z * 16777215.0);
+    gl_FragColor = vec4(floor(depth / 65536.0), mod(floor(depth / 256.0), 256.0), mod(depth, 256.0), 255.0) / 255.0;
+  }
+`;
+
 export const FILM_VERTEX = /* glsl */ `
   varying vec2 vUv;
   void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }

@@ -40,6 +40,7 @@ export class Stage {
     this.scene.add(this.ground, this.outline);
     this.depthMaterial = this.material(shaders.SOLID_VERTEX, shaders.DEPTH_FRAGMENT, { side: DoubleSide });
     this.pickMaterial = this.material(shaders.SOLID_VERTEX, shaders.PICK_FRAGMENT, { side: DoubleSide, blending: NoBlending });
+    this.placeMaterial = this.material(shaders.SOLID_VERTEX, shaders.PLACE_FRAGMENT, { side: DoubleSide, blending: NoBlending });
     this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, shoulder: this.uniforms.shoulder }, {});
     this.adder = fullScreen(shaders.ADD_FRAGMENT, { picture: { value: this.plain.texture }, share: { value: 1 } }, { transparent: true });
   }
@@ -293,21 +294,35 @@ export class Stage {
 
   // The number of the instance at a point of the canvas (CSS pixels), or null.
   pick(viewpoint, x, y) {
+    const [red, green, blue] = this.probe(viewpoint.camera, this.pickMaterial, x, y);
+    const id = red + 256 * green + 65536 * blue;
+    return id ? id - 1 : null;
+  }
+
+  // The point of the surface, in the stage's frame, that is seen at a point of the canvas, or null.
+  pointAt({ camera }, x, y) {
+    const [red, green, blue, hit] = this.probe(camera, this.placeMaterial, x - 0.5, y - 0.5);
+    if (!hit) return null;
+    const depth = (65536 * red + 256 * green + blue) / 16777215;
+    const { clientWidth, clientHeight } = this.canvas;
+    return new Vector3((2 * x) / clientWidth - 1, 1 - (2 * y) / clientHeight, 2 * depth - 1).unproject(camera).toArray();
+  }
+
+  // The four bytes that a material draws at a point of the canvas; zeros where nothing is.
+  probe(camera, material, x, y) {
     const { renderer } = this;
-    const { camera } = viewpoint;
     camera.setViewOffset(this.canvas.clientWidth, this.canvas.clientHeight, x, y, 1, 1);
     renderer.setRenderTarget(this.pickTarget);
     renderer.setClearColor(0, 0);
     renderer.clear();
-    this.drawWith(this.pickMaterial, camera);
+    this.drawWith(material, camera);
     const pixel = new Uint8Array(4);
     renderer.readRenderTargetPixels(this.pickTarget, 0, 0, 1, 1, pixel);
     renderer.setRenderTarget(null);
     renderer.setClearColor(new Color().setRGB(...this.studio.backdrop), 1);
     camera.clearViewOffset();
     camera.updateProjectionMatrix();
-    const id = pixel[0] + 256 * pixel[1] + 65536 * pixel[2];
-    return id ? id - 1 : null;
+    return pixel;
   }
 }
 

@@ -1,10 +1,16 @@
 // The page with an editor: what is typed is evaluated at once, and the picture and the text show each other's selection.
-import { showSheet } from "./controls.js";
+import { Console } from "./console.js";
+import { isTyping, showSheet } from "./controls.js";
 import { showDiagnostics } from "./diagnostics.js";
 import { byId, debounced, el, fill } from "./dom.js";
 import { Editor } from "./editor.js";
+import { Findings } from "./findings.js";
 import { Gizmo } from "./gizmo.js";
+import { Measure } from "./measure.js";
+import { Overlay } from "./overlay.js";
 import { Page } from "./page.js";
+import { Still } from "./still.js";
+import { Tabs } from "./tabs.js";
 
 const DRAFT = "scenelang-draft:"; // keys of the local store
 const PATIENCE = 400; // milliseconds that an evaluation has before a newer text ends it
@@ -15,6 +21,14 @@ export class Studio extends Page {
     document.body.classList.add("studio", "no-left"); // the tree lies over the details when it is asked for
     byId("toggle-left").setAttribute("aria-pressed", "false");
     this.drafts = draftsOf();
+    this.overlay = new Overlay(byId("marks"));
+    this.findings = new Findings(this);
+    this.measure = new Measure(this);
+    this.still = new Still(this);
+    this.console = new Console((text) => this.server.evaluate(this.file, this.editor.text, text), () => this.server.stop("evaluate"));
+    this.unsaved = new Set();
+    this.views = new Map(); // of the tabs
+    this.tabs = new Tabs(byId("tabs"), { choose: (file) => this.choose(file), closed: () => this.saveDraft(), isUnsaved: (file) => this.unsaved.has(file) });
     this.editor = new Editor(byId("code"), this.server.lsp, {
       changed: (text) => this.changed(text),
       cursor: (line, column) => this.cursorMoved(line, column),
@@ -24,7 +38,7 @@ export class Studio extends Page {
     this.findLater = debounced((line, column) => this.selectAt(line, column), 150);
     listen(this);
     addEventListener("pagehide", () => this.saveDraft());
-    await this.openFile(0);
+    await this.openFile(await this.firstFile());
     await super.start();
     if (!this.stage) return;
     this.gizmo = new Gizmo(this.viewpoint.camera, byId("canvas"), {
@@ -37,16 +51,43 @@ export class Studio extends Page {
   // --- files
 
   async choose(file) {
+    if (file === this.file) return;
     this.saveDraft();
+    if (this.packet) this.views.set(this.file, this.viewpoint.saved());
+    this.findings.clear();
+    this.measure.turn(null);
     await this.openFile(file);
+    byId("files").value = String(file);
     await super.choose(file);
+    const view = this.views.get(file);
+    if (!view || !this.packet || file !== this.file) return;
+    this.viewpoint.take(view);
+    this.moved();
+  }
+
+  // Opens the tabs of before, and those of drafts that were not saved; returns the file to begin with.
+  async firstFile() {
+    const names = await this.server.files();
+    names.forEach((name, file) => {
+      const draft = this.drafts.read(this.server.uri(file) ?? name);
+      if (draft && draft.text !== draft.base) this.unsaved.add(file);
+    });
+    return this.tabs.restore(names, [...this.unsaved].map((file) => names[file])) ?? 0;
+  }
+
+  async listFiles() {
+    await super.listFiles();
+    this.tabs.take(await this.server.files());
   }
 
   // Shows a file's text, or the draft that was left of it.
   async openFile(file) {
     this.file = file;
+    this.wantedText = null; // what was typed last into another file is in its draft
     const { name, text } = await this.server.text(file);
+    if (file !== this.file) return;
     this.fileName = name;
+    this.tabs.show(file);
     const draft = this.drafts.read(this.server.uri(file) ?? name);
     const isNewer = draft !== null && draft.text !== text;
     this.hasTyped = false;
@@ -68,7 +109,6 @@ export class Studio extends Page {
       const { file } = await this.server.create(name);
       await this.listFiles();
       await this.choose(file);
-      byId("files").value = String(file);
     } catch (error) {
       this.announce(error.message);
     }
@@ -81,6 +121,10 @@ export class Studio extends Page {
   showDirty() {
     document.body.classList.toggle("dirty", this.isDirty);
     byId("store").disabled = !this.isDirty || !this.server.stores;
+    if (this.unsaved.has(this.file) === this.isDirty) return;
+    if (this.isDirty) this.unsaved.add(this.file);
+    else this.unsaved.delete(this.file);
+    this.tabs.mark(this.file);
   }
 
   saveDraft() {
@@ -141,6 +185,7 @@ export class Studio extends Page {
 
   changed(text) {
     this.hasTyped = true;
+    if (text !== this.examined) this.forgetFindings();
     this.showDirty();
     this.saveDraftLater();
     this.wantedText = text;
@@ -153,12 +198,12 @@ export class Studio extends Page {
     this.isEvaluating = true;
     const busy = setTimeout(() => { byId("busy").hidden = false; byId("stop").hidden = false; }, 300);
     while (this.wantedText !== null && this.wantedText !== undefined) {
-      const text = this.wantedText;
+      const [text, { file }] = [this.wantedText, this];
       this.wantedText = null;
       this.startedAt = performance.now();
       try {
-        const state = await this.server.edit(this.file, text);
-        if (this.wantedText === null) await this.takeState(state);
+        const state = await this.server.edit(file, text);
+        if (this.wantedText === null && file === this.file) await this.takeState(state);
       } catch (error) {
         this.announce(error.message);
       }
@@ -173,9 +218,17 @@ export class Studio extends Page {
   async takeState(state) {
     await super.takeState(state);
     const errors = state.diagnostics.filter((d) => d.severity === "error").length;
-    byId("verdict").textContent = errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : state.diagnostics.length ? `${state.diagnostics.length} hints` : "";
+    byId("verdict").textContent = errors ? counted(errors, "error") : counted(state.diagnostics.length, "hint");
     byId("verdict").className = errors ? "error" : "";
     document.body.classList.toggle("wrong", errors > 0);
+    if (this.examined === this.editor.text) this.showFindings();
+  }
+
+  takePacket(packet) {
+    if (this.nextSelection) this.selection = this.nextSelection;
+    this.nextSelection = null;
+    super.takePacket(packet);
+    this.measure.stale();
   }
 
   // A param is written into the text, where undo reaches it.
@@ -209,6 +262,7 @@ export class Studio extends Page {
     try {
       const result = await this.server.change(this.file, text, { path, ...change });
       if (this.editor.text !== text) return;
+      if (change.duplicate) this.nextSelection = [...this.selection.slice(0, -1), this.selection.at(-1) + 1]; // the copy
       this.editor.replace(result.text);
       this.announce(result.instances > 1 ? `changed ${result.instances} objects in line ${result.line}` : `changed line ${result.line}`);
     } catch (error) {
@@ -219,20 +273,75 @@ export class Studio extends Page {
     }
   }
 
+  // Adds a copy of the selected object beside it.
+  duplicate() {
+    const box = this.selection?.length ? this.selectionBox() : null;
+    if (!box) return;
+    const { scale } = this.packet.box;
+    const size = box.high.map((high, i) => (high - box.low[i]) / scale);
+    const step = 1.1 * (size[0] || size[2] || Math.max(...size));
+    this.changeSelection({ duplicate: [Number(step.toPrecision(2)), 0, 0] });
+  }
+
+  // Asks for another word of the selected object: for all that are called so, or in place of this one's.
+  askWord() {
+    if (!this.selection?.length) return;
+    const node = this.graph.nodesOn(this.frame, this.selection).at(-1);
+    fill(byId("known-words"), ...this.words.counts.map(([word]) => el("option", { value: word })));
+    const isBound = this.graph.places(node).definition.length > 0;
+    for (const choice of document.querySelectorAll('input[name="renamed"]')) choice.checked = choice.value === (isBound ? "rename" : "word");
+    byId("new-word").value = this.graph.word(node);
+    byId("renaming").returnValue = "";
+    byId("renaming").showModal();
+    byId("new-word").select();
+  }
+
+  takeWord() {
+    const word = byId("new-word").value.trim();
+    const kind = document.querySelector('input[name="renamed"]:checked').value;
+    if (byId("renaming").returnValue === "change" && word) this.changeSelection({ [kind]: word });
+  }
+
   // Shows what is wrong with the scene's geometry, with edits that were tried.
   async examine() {
     const { text } = this.editor;
+    const { file } = this;
     byId("busy").hidden = false;
     try {
-      const { diagnostics } = await this.server.examine(this.file, text);
-      if (this.editor.text !== text) return;
-      showDiagnostics(byId("diagnostics"), diagnostics, true, (edits) => this.applyEdits(edits));
+      const { diagnostics } = await this.server.examine(file, text);
+      if (this.editor.text !== text || file !== this.file) return;
+      this.examined = text;
+      this.findings.take(diagnostics);
+      this.showFindings();
       if (!diagnostics.length) this.announce("nothing floats, overlaps or is hidden");
     } catch (error) {
       this.announce(error.message);
     } finally {
       byId("busy").hidden = true;
     }
+  }
+
+  showFindings() {
+    showDiagnostics(byId("diagnostics"), this.findings.items, true, {
+      apply: (edits) => this.applyEdits(edits),
+      number: (index) => this.findings.number(index),
+      highlight: (index) => this.findings.highlight(index),
+      select: (index) => this.findings.select(index),
+      closed: () => this.forgetFindings(),
+    });
+  }
+
+  forgetFindings() {
+    this.examined = null;
+    this.findings.clear();
+  }
+
+  // Selects a finding from the picture: its row in the list comes into view.
+  chooseFinding(index) {
+    this.findings.select(index);
+    const row = byId("diagnostics").querySelector(`[data-finding="${index}"]`);
+    row?.scrollIntoView({ block: "nearest" });
+    row?.focus({ preventScroll: true });
   }
 
   applyEdits(edits) {
@@ -267,8 +376,34 @@ export class Studio extends Page {
 
   // --- selection: the outermost named object first, then inward
 
-  pick(x, y) {
+  select(path) {
+    super.select(path);
+    if (this.measure?.mode === "objects" && this.packet && !this.fromText) this.measure.take(path);
+  }
+
+  showFrame() {
+    super.showFrame();
+    this.findings.draw();
+    this.measure.stale();
+  }
+
+  escape() {
+    if (this.measure.mode) this.measure.turn(null);
+    else super.escape();
+  }
+
+  get ownKeys() {
+    return { m: () => byId("measure").click() };
+  }
+
+  // Selects what is clicked; `isSecond` measures from the selection to it.
+  pick(x, y, isSecond) {
     if (!this.instances?.ready) return;
+    if (this.measure.mode === "points") {
+      this.measure.click(x, y);
+      return;
+    }
+    if (isSecond && this.measure.mode === null) this.measure.turn("objects");
     const leaf = this.stage.pick(this.viewpoint, x, y);
     const path = leaf === null ? null : this.graph.pathOfLeaf(this.frame, leaf);
     this.select(path === null ? null : this.inward(path));
@@ -326,11 +461,18 @@ export class Studio extends Page {
   }
 }
 
+// A number of things, nothing for none.
+function counted(number, noun) {
+  return number ? `${number} ${noun}${number === 1 ? "" : "s"}` : "";
+}
+
 // Drafts in the browser's local store, so that a reload or a crash loses nothing.
 function draftsOf() {
   const key = (name) => `${DRAFT}${name}`;
+  const kept = new Map(); // what the store did not take
   return {
     read(name) {
+      if (kept.has(name)) return kept.get(name);
       try {
         return JSON.parse(localStorage.getItem(key(name)));
       } catch {
@@ -338,12 +480,15 @@ function draftsOf() {
       }
     },
     write(name, draft) {
+      kept.delete(name);
       try {
         localStorage.setItem(key(name), JSON.stringify(draft));
       } catch {
         try {
           localStorage.setItem(key(name), JSON.stringify({ ...draft, state: null })); // a long history does not fit
-        } catch { /* no store: the text is in the page only */ }
+        } catch {
+          kept.set(name, draft); // no store: the text is in the page only
+        }
       }
     },
   };
@@ -368,8 +513,31 @@ function listen(page) {
   on("format", () => page.editor.format());
   on("examine", () => page.examine());
   on("stop", () => page.server.stop());
+  on("duplicate", () => page.duplicate());
+  on("rename", () => page.askWord());
+  byId("renaming").addEventListener("close", () => page.takeWord());
+  for (const id of ["toggle-console", "sheet-console"]) on(id, () => showConsole(byId("console").hidden));
+  for (const button of document.querySelectorAll("#sheets [data-sheet]")) button.addEventListener("click", () => SMALL.matches && showConsole(false));
+  document.addEventListener("keydown", (event) => changesByKey(page, event));
   on("remove", () => page.changeSelection({ remove: true }));
   byId("recolor").addEventListener("change", (event) => page.changeSelection({ recolor: `(color "${event.target.value}")` }));
   for (const button of document.querySelectorAll("#tools [data-mode]")) button.addEventListener("click", () => page.setMode(page.gizmoMode === button.dataset.mode ? null : button.dataset.mode));
   showSheet(SMALL.matches ? "code" : "");
+}
+
+// Keys that change the selected object while nothing is typed: Ctrl+D and F2.
+function changesByKey(page, event) {
+  if (isTyping(event) || event.target.closest("dialog") || !page.selection?.length) return;
+  if (event.key === "F2") page.askWord();
+  else if (event.key.toLowerCase() === "d" && (event.ctrlKey || event.metaKey)) page.duplicate();
+  else return;
+  event.preventDefault();
+}
+
+function showConsole(isShown) {
+  byId("console").hidden = !isShown;
+  for (const id of ["toggle-console", "sheet-console"]) byId(id).setAttribute("aria-pressed", String(isShown));
+  if (!isShown) return;
+  if (SMALL.matches && document.body.dataset.sheet) showSheet(document.body.dataset.sheet); // one panel at a time
+  byId("expression").focus();
 }
