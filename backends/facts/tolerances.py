@@ -115,6 +115,9 @@ PLANTED = Tolerance(
     0.2, "of a leg's length", "posts are planted by up to a fifth of their length; furniture sinks by more, or alone"
 )
 COPLANAR_AREA = Tolerance(0.005, "of the scene's largest side", "smaller faces that flicker are hardly seen: a note")
+EDGE_AREA = Tolerance(
+    0.25, "of a solid's largest side", "boards that end flush with their back share narrow edges, labels their faces"
+)
 HIGH = Tolerance(
     0.5, "of the height of what stands", "suns and birds are this far above everything, and by their own height; a "
     "cup that floats over its table is not",
