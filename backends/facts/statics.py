@@ -31,7 +31,7 @@ from scenelang.backends.facts.contacts import (
 )
 from scenelang.backends.facts.ground import Ground
 from scenelang.backends.facts.linear import least_slack
-from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, NARROW, PARALLEL, UPRIGHT
+from scenelang.backends.facts.tolerances import BALANCE, FRICTION, HEAVY_FOOT, NARROW, PARALLEL
 from scenelang.backends.surfaces.convex import Bodies, all_within, beyond_edge, clusters, hull_of, plane_axes, width_of
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms
@@ -344,7 +344,10 @@ class Statics:
         The points that meet what carries it within that angle count as supports, where that is below them.
         """
         rows = np.concatenate([self.bodies.members[int(body)] for body in members])
-        links = [link for link, normal in self.links_of(members.tolist(), group) if normal[1] > UPRIGHT]
+        lifting = [pair for pair in self.links_of(members.tolist(), group) if pair[1][1] > _SIDEWAYS]
+        if any(normal[1] < 1.0 - _LEVEL for _, normal in lifting):
+            return False  # on a slope it rolls or slides on
+        links = [link for link, _ in lifting]
         pairs = [self.contacts.pairs[link.row] for link in links if link.row >= 0]
         carriers = np.setdiff1d(np.array(pairs, np.int64).reshape(-1), rows).tolist()
         if not links or len(carriers) > 1 or (carriers and len(pairs) < len(links)):

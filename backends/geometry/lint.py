@@ -339,13 +339,19 @@ class CheckedFrame:
         return bool(((ends >= low[j] - radius) & (ends <= high[j] + radius)).all(axis=1).any())
 
     def _is_seam(self, i: int, j: int, depth: float, along: FloatArray) -> bool:
-        """Return whether a shape without a word, or each of two objects, runs a little into what it is built with."""
+        """Return whether a shape without a word, or a building, runs a little into what it is built with."""
         bodies, facts = self.facts.bodies, self.facts
         pair = bodies.body[[i, j]].tolist()
         slight = [depth <= SEAM * float(np.abs(along) @ bodies.size[k]) + self.solids.touch for k in pair]
         if all(facts.words_of(k) and not is_shape(facts.ancestry.entity(int(bodies.instance[k]))) for k in pair):
-            return all(slight)
+            return abs(float(along[1])) < UPRIGHT and all(slight) and all(self._is_on_ground(k) for k in pair)
         return any(slight)
+
+    def _is_on_ground(self, body: int) -> bool:
+        """Return whether a body touches the ground: buildings are joined to each other, pots are not."""
+        ground, pairs = self.facts.ground.solids, self.facts.contacts.pairs
+        links = self.facts.statics.of_body[body]
+        return any(link.other == PLANE or (link.row >= 0 and ground[pairs[link.row]].any()) for link in links)
 
     def _upper(self, i: int, j: int) -> tuple[int, int]:
         """Return two solids, that of the upper body first; the ground is below everything."""

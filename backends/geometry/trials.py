@@ -70,7 +70,8 @@ def _has_narrow_top(facts: FrameFacts, rows: IntArray) -> bool:
     level, area = top - SUSPENSION_HEIGHT * (top - bottom), 0.0
     for i in rows[high[:, 1] > level].tolist():
         points = vertices_of(facts.solids, i)  # the box of a shade is as broad as its rim
-        area += float(np.ptp(points[points[:, 1] > level][:, [0, 2]], axis=0).prod())
+        upper = points[points[:, 1] >= min(level, float(points[:, 1].max()))]
+        area += float(np.ptp(upper[:, [0, 2]], axis=0).prod())
     return area <= SUSPENSION_AREA * float(width.prod())
 
 
