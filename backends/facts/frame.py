@@ -476,8 +476,6 @@ class FrameFacts:
                 return "joined"
         if self._is_anchored(members):
             return "anchored"
-        if self._is_on_rods(members):
-            return "on a rod"
         if self.statics.settles(members, self._held.group):
             return "it settles"
         if len(members) > 1:  # only within one body is the foot a part that may be heavier
@@ -501,22 +499,6 @@ class FrameFacts:
         are_posts = bool((sides[:, 1] >= sides[:, [0, 2]].max(axis=1)).all())
         breadth = float((high[feet].max(axis=0) - low[feet].min(axis=0))[[0, 2]].max())
         return upright and are_posts and height >= SLIM * breadth
-
-    def _is_on_rods(self, members: IntArray) -> bool:
-        """Return whether a group stands only on slim ends of others: nothing could, so that it is fastened to them."""
-        regions = []
-        for link, normal in self.statics.links_of(members.tolist(), self._held.group):
-            if normal[1] <= 0.5:
-                continue
-            other = link.other if link.body in members else link.body
-            if other == PLANE or link.row < 0:
-                return False
-            pair = self.contacts.pairs[link.row]
-            if not are_slim(self.solids, pair[self.bodies.body[pair] == other]).all():
-                return False
-            regions.append(area_of(link.points, normal))
-        footprint = float(self.bodies.extent(members)[[0, 2]].prod())
-        return bool(regions) and sum(regions) <= SUSPENSION_AREA * footprint
 
     @staticmethod
     def _stands_on(link: BodyContact, members: IntArray) -> bool:

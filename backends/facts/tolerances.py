@@ -115,6 +115,11 @@ PLANTED = Tolerance(
     0.2, "of a leg's length", "posts are planted by up to a fifth of their length; furniture sinks by more, or alone"
 )
 COPLANAR_AREA = Tolerance(0.005, "of the scene's largest side", "smaller faces that flicker are hardly seen: a note")
+SOFT = Tolerance(
+    1.0 / 3.0,
+    "of a round solid's extent along the separation",
+    "crowns and cushions meet so; deeper ones share a place",
+)
 EDGE_AREA = Tolerance(
     0.25, "of a solid's largest side", "boards that end flush with their back share narrow edges, labels their faces"
 )

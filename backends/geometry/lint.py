@@ -29,6 +29,7 @@ from scenelang.backends.facts.tolerances import (
     SEAM,
     SHALLOW,
     SLIM,
+    SOFT,
     SUNK_BASE,
     TOUCH_OF_SOLIDS,
     UPRIGHT,
@@ -53,7 +54,7 @@ _MIN_CHECKED_FRAMES = 6  # of a video that are checked, however large they are
 _MAX_CHECKED_FRAMES = 12  # of a video: a finding counts if it holds in most, and a frame takes up to a second
 _MAX_TOTAL_PRIMITIVES = 100_000  # of all checked frames together
 _MAX_DIAGNOSTICS = 20  # findings of a report; further ones are counted
-_MIN_EQUALS = 3  # siblings that tell where the one that differs should begin
+_MIN_EQUALS = 3  # siblings that tell what is meant; two may share a slip
 _SURE = 0.8  # confidence from which an outlier is a warning
 _MAX_NEAREST = 16  # solids, nearest by their boxes, of which the nearest is chosen by exact distances
 _MAX_MOVES = 4  # findings of a scene for which moves are tried, the gravest
@@ -231,7 +232,7 @@ class CheckedFrame:
             alike = deep.get(int(self._entity[body[finding.body]]), []) if finding.kind == "deep" else []
             amounts = [other.amount for other in alike]
             bodies = {int(body[other.body]) for other in alike}
-            if len(bodies) > 1 and len(bodies) == len(self._equals(int(body[finding.body]))):
+            if len(bodies) >= _MIN_EQUALS and len(bodies) == len(self._equals(int(body[finding.body]))):
                 if max(amounts) - min(amounts) <= 2.0 * self.solids.touch:
                     finding = replace(finding, note=finding.note or "as its equals")
             yield finding
@@ -305,7 +306,7 @@ class CheckedFrame:
             note = note or "around the origin"
         if self.solids.glowing[[i, j]].all():
             note = note or "both glow"
-        if self._is_round(i) and self._is_round(j) and depth <= BURIED * thin:
+        if self._is_round(i) and self._is_round(j) and depth <= SOFT * thin:
             note = note or "both are round"
         if facts.is_threaded(row) and (
             facts.is_enclosed(row, along) or self._is_round(i) or self._is_round(j)  # a float on its line
@@ -344,7 +345,8 @@ class CheckedFrame:
         pair = bodies.body[[i, j]].tolist()
         slight = [depth <= SEAM * float(np.abs(along) @ bodies.size[k]) + self.solids.touch for k in pair]
         if all(facts.words_of(k) and not is_shape(facts.ancestry.entity(int(bodies.instance[k]))) for k in pair):
-            return abs(float(along[1])) < UPRIGHT and all(slight) and all(self._is_on_ground(k) for k in pair)
+            is_joint = facts.words_of(pair[0]) != facts.words_of(pair[1]) and abs(float(along[1])) < UPRIGHT
+            return is_joint and all(slight) and all(self._is_on_ground(k) for k in pair)
         return any(slight)
 
     def _is_on_ground(self, body: int) -> bool:
@@ -922,7 +924,6 @@ _NOTES = {
     "its foot is slim": "its foot is slim, and may be planted",
     "an edge": "it is an edge of a part, flush with the next one",
     "it settles": "it comes to rest within 10 degrees",
-    "on a rod": "it is held if it is fastened to the rod",
     "both are round": "both are round, and may be soft",
     "around the origin": "the object is built around the origin, so nothing says what joins its parts",
     "both glow": "they may be flames or light",
