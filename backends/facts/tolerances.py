@@ -33,7 +33,7 @@ SEAM = Tolerance(
     0.1,
     "of a body's extent along the separation",
     "a shape without a word runs this far into its neighbors: walls into towers, rods into beams (all 5 false overlaps "
-    "of 122 sound scenes, and none of 25 faults): a note",
+    "of 122 sound scenes, and none of 25 faults), and two buildings, of which each does: a note",
 )
 SET_IN = Tolerance(
     0.05, "of the upper body's longest side", "the depth from which an enclosed foot holds its body, as a peg does"
