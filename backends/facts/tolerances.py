@@ -117,7 +117,7 @@ PLANTED = Tolerance(
 COPLANAR_AREA = Tolerance(0.005, "of the scene's largest side", "smaller faces that flicker are hardly seen: a note")
 SOFT = Tolerance(
     1.0 / 3.0,
-    "of a round solid's extent along the separation",
+    "of the smaller round solid's diagonal",
     "crowns and cushions meet so; deeper ones share a place",
 )
 EDGE_AREA = Tolerance(

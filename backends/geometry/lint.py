@@ -306,7 +306,8 @@ class CheckedFrame:
             note = note or "around the origin"
         if self.solids.glowing[[i, j]].all():
             note = note or "both glow"
-        if self._is_round(i) and self._is_round(j) and depth <= SOFT * thin:
+        least = float(np.linalg.norm((high - low)[[i, j]], axis=1).min())
+        if self._is_round(i) and self._is_round(j) and depth <= SOFT * least:
             note = note or "both are round"
         if facts.is_threaded(row) and (
             facts.is_enclosed(row, along) or self._is_round(i) or self._is_round(j)  # a float on its line
