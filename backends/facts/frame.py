@@ -31,6 +31,7 @@ from scenelang.backends.facts.tolerances import (
     HIGH,
     HINGE_SPAN,
     JOINT,
+    MAIN_CLUSTER,
     MOUNT_AREA,
     MOUNT_DEPTH,
     NEARLY,
@@ -450,9 +451,10 @@ class FrameFacts:
 
     @cached_property
     def is_adrift(self) -> bool:
-        """Whether the scene is one object around the origin without a base, as an aircraft in flight."""
+        """Whether most of the scene is one object around the origin without a base, as an aircraft in flight."""
         low, high = self.solids.boxes
-        if self.ground.reason != LOWEST_POINT or len(np.unique(self.clusters)) > 1:
+        _, counts = np.unique(self.clusters[self.bodies.body], return_counts=True)
+        if self.ground.reason != LOWEST_POINT or counts.max() <= MAIN_CLUSTER * len(low):
             return False
         lowest = low[:, 1] <= low[:, 1].min() + self.solids.touch
         base, area = float(areas(low, high)[lowest].sum()), float(areas(low.min(axis=0), high.max(axis=0)))
@@ -474,6 +476,8 @@ class FrameFacts:
                 return "joined"
         if self._is_anchored(members):
             return "anchored"
+        if self.statics.settles(members, self._held.group):
+            return "it settles"
         if len(members) > 1:  # only within one body is the foot a part that may be heavier
             return ""
         return "heavy foot" if self.statics.stands_on_heavy_foot(members, self._held.group) else ""

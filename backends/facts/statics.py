@@ -338,6 +338,31 @@ class Statics:
         supports, _, _ = self.supports_of(members, group)
         return len(supports) > 0 and beyond_edge(supports[:, [0, 2]], center[[0, 2]])[0] < 0.0
 
+    def settles(self, members: IntArray, group: IntArray) -> bool:
+        """Return whether a group that tips comes to rest within a small angle: a pretzel that lies on two of its bends.
+
+        The points that meet what carries it within that angle count as supports, where that is below them.
+        """
+        rows = np.concatenate([self.bodies.members[int(body)] for body in members])
+        lifting = [pair for pair in self.links_of(members.tolist(), group) if pair[1][1] > _SIDEWAYS]
+        if any(normal[1] < 1.0 - _LEVEL for _, normal in lifting):
+            return False  # on a slope it rolls or slides on
+        links = [link for link, _ in lifting]
+        pairs = [self.contacts.pairs[link.row] for link in links if link.row >= 0]
+        carriers = np.setdiff1d(np.array(pairs, np.int64).reshape(-1), rows).tolist()
+        if not links or len(carriers) > 1 or (carriers and len(pairs) < len(links)):
+            return False
+        supports = np.concatenate([link.points for link in links])
+        level, center, flat = float(supports[:, 1].max()), self.center_of(members), hull_of(supports[:, [0, 2]])
+        points = np.concatenate([vertices_of(self.solids, int(i)) for i in rows])
+        points = points[points[:, 1] - level <= math.tan(_SETTLED_TILT) * _distances(flat, points[:, [0, 2]])]
+        if carriers:
+            top = hull_of(vertices_of(self.solids, carriers[0])[:, [0, 2]])
+            points = points[_are_within(top, points[:, [0, 2]])]
+        every = hull_of(np.concatenate([supports, points])[:, [0, 2]])
+        room = _NARROW * float(self.bodies.extent(members)[[0, 2]].max())  # what lies on its round side has no breadth
+        return bool(beyond_edge(flat, center[[0, 2]])[0] > room >= beyond_edge(every, center[[0, 2]])[0])
+
     def _solid_of(self, link: BodyContact, rows: IntArray) -> int:
         """Return the solid of a contact that is among ``rows``; for the plane, the lowest of them."""
         if link.row < 0:
@@ -579,6 +604,23 @@ class Statics:
 
 _TIE = 1e-6  # of a unit normal: faces at 45 degrees are met along both axes
 _DIRECTIONS = tuple(sign * axis for axis in np.eye(3)[[1, 0, 2]] for sign in (1.0, -1.0))
+
+
+def _distances(hull: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the distances (K,) of points (K, 2) from the boundary of a polygon (N, 2), which may be one point."""
+    sides = np.roll(hull, -1, axis=0) - hull
+    offsets = points[:, None] - hull[None]
+    along = (offsets * sides).sum(axis=2) / np.maximum((sides**2).sum(axis=1), 1e-300)
+    gaps = offsets - np.clip(along, 0.0, 1.0)[..., None] * sides
+    return np.asarray(np.linalg.norm(gaps, axis=2).min(axis=1), np.float64)
+
+
+def _are_within(hull: FloatArray, points: FloatArray) -> BoolArray:
+    """Return which points (K, 2) are in a convex polygon (N, 2), whichever way around its corners are."""
+    sides = np.roll(hull, -1, axis=0) - hull
+    offsets = points[:, None] - hull[None]
+    turns = sides[:, 0] * offsets[..., 1] - sides[:, 1] * offsets[..., 0]
+    return np.asarray((turns >= 0.0).all(axis=1) | (turns <= 0.0).all(axis=1), bool)
 
 
 def _plane_normal(points: FloatArray, direction: FloatArray) -> FloatArray:

@@ -33,7 +33,7 @@ SEAM = Tolerance(
     0.1,
     "of a body's extent along the separation",
     "a shape without a word runs this far into its neighbors: walls into towers, rods into beams (all 5 false overlaps "
-    "of 122 sound scenes, and none of 25 faults): a note",
+    "of 122 sound scenes, and none of 25 faults), and two buildings, of which each does: a note",
 )
 SET_IN = Tolerance(
     0.05, "of the upper body's longest side", "the depth from which an enclosed foot holds its body, as a peg does"
@@ -115,6 +115,14 @@ PLANTED = Tolerance(
     0.2, "of a leg's length", "posts are planted by up to a fifth of their length; furniture sinks by more, or alone"
 )
 COPLANAR_AREA = Tolerance(0.005, "of the scene's largest side", "smaller faces that flicker are hardly seen: a note")
+SOFT = Tolerance(
+    1.0 / 3.0,
+    "of the smaller round solid's diagonal",
+    "crowns and cushions meet so; deeper ones share a place",
+)
+EDGE_AREA = Tolerance(
+    0.25, "of a solid's largest side", "boards that end flush with their back share narrow edges, labels their faces"
+)
 HIGH = Tolerance(
     0.5, "of the height of what stands", "suns and birds are this far above everything, and by their own height; a "
     "cup that floats over its table is not",

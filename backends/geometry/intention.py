@@ -750,8 +750,8 @@ class _Group:
         quarters = 2.0 * angle / math.pi
         if odd.rule == "are parallel" and abs(quarters - round(quarters)) < SAME_TURN and not is_slip:
             confidence = DOUBTFUL
-        if not is_slip and self._is_moved(member):
-            confidence = DOUBTFUL  # it was moved as well: somebody pulled the chair back and turned it
+        if not is_slip and (count <= _MIN_SIBLINGS or self._is_moved(member)):
+            confidence = DOUBTFUL  # three others are little evidence; or somebody pulled the chair back and turned it
         rule = self._name_of(odd.chart) if odd.chart else odd.rule
         evidence = f'is turned by {math.degrees(angle):.3g} degrees: {count - 1} of {count} "{self.word}" {rule}'
         if is_slip:

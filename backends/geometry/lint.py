@@ -23,11 +23,13 @@ from scenelang.backends.facts.tolerances import (
     CONTACT_ERROR,
     COPLANAR_AREA,
     DETOUR,
+    EDGE_AREA,
     PARALLEL,
     PLANTED,
     SEAM,
     SHALLOW,
     SLIM,
+    SOFT,
     SUNK_BASE,
     TOUCH_OF_SOLIDS,
     UPRIGHT,
@@ -52,6 +54,7 @@ _MIN_CHECKED_FRAMES = 6  # of a video that are checked, however large they are
 _MAX_CHECKED_FRAMES = 12  # of a video: a finding counts if it holds in most, and a frame takes up to a second
 _MAX_TOTAL_PRIMITIVES = 100_000  # of all checked frames together
 _MAX_DIAGNOSTICS = 20  # findings of a report; further ones are counted
+_MIN_EQUALS = 3  # siblings that tell what is meant; two may share a slip
 _SURE = 0.8  # confidence from which an outlier is a warning
 _MAX_NEAREST = 16  # solids, nearest by their boxes, of which the nearest is chosen by exact distances
 _MAX_MARKED = 50  # objects of a finding that are marked
@@ -80,6 +83,8 @@ class Finding:
         Whether a duplicate is a whole object.
     evidence
         What tells an outlier among its siblings; empty for other kinds.
+    instance
+        The outlier, which may be a part of its body; None for other kinds.
     """
 
     kind: str
@@ -91,6 +96,7 @@ class Finding:
     note: str = ""
     whole: bool = False
     evidence: str = ""
+    instance: int | None = None
 
 
 _KINDS = ("twin", "hidden", "deep", "sunk", "tips", "slides", "falls", "floating", "outlier", "coplanar")
@@ -152,14 +158,24 @@ class CheckedFrame:
         side = np.sort(self.solids.boxes[1].max(axis=0) - self.solids.boxes[0].min(axis=0))
         for i, j, area, move in coplanar_pairs(self.solids, fresh):
             small = area < COPLANAR_AREA * float(side[1] * side[2])
-            yield Finding("coplanar", j, i, area, move, note="small" if small else "")
+            note = "small" if small else "an edge" if self._is_edge(i, area) or self._is_edge(j, area) else ""
+            yield Finding("coplanar", j, i, area, move, note=note)
 
     def _outliers(self) -> Iterator[Finding]:
         """Yield the objects that differ from their siblings."""
         for outlier in intentions(self.facts):
             note = "" if outlier.confidence >= _SURE else "a guess"
             first, other = int(outlier.rows[0]), next(iter(outlier.counterpart), None)
-            yield Finding("outlier", first, other, 0.0, outlier.move, note=note, evidence=outlier.evidence)
+            yield Finding(
+                "outlier", first, other, 0.0, outlier.move, note=note, evidence=outlier.evidence,
+                instance=outlier.instance,
+            )  # fmt: skip
+
+    def _is_edge(self, i: int, area: float) -> bool:
+        """Return whether an area is small for the largest side of a solid's box: the edge of a board, not its face."""
+        low, high = self.solids.boxes
+        sides = np.sort((high - low)[i])
+        return bool(area <= EDGE_AREA * sides[1] * sides[2])
 
     def _least_side(self, i: int) -> float:
         """Return the shortest side of a solid's box."""
@@ -204,7 +220,28 @@ class CheckedFrame:
             key = (int(facts.bodies.body[finding.body]), other)
             if key not in deepest or _gravity(finding) < _gravity(deepest[key]):
                 deepest[key] = finding
-        yield from deepest.values()
+        yield from self._as_their_equals(list(deepest.values()))
+
+    def _as_their_equals(self, findings: Sequence[Finding]) -> Iterator[Finding]:
+        """Yield findings, as notes where all equals of a body are as deep in others: a slip moves one of them."""
+        body = self.facts.bodies.body
+        deep: dict[int, list[Finding]] = {}
+        for finding in findings:
+            if finding.kind == "deep" and finding.other is not None:
+                deep.setdefault(int(self._entity[body[finding.body]]), []).append(finding)
+        for finding in findings:
+            alike = deep.get(int(self._entity[body[finding.body]]), []) if finding.kind == "deep" else []
+            amounts = [other.amount for other in alike]
+            bodies = {int(body[other.body]) for other in alike}
+            if len(bodies) >= _MIN_EQUALS and len(bodies) == len(self._equals(int(body[finding.body]))):
+                if max(amounts) - min(amounts) <= 2.0 * self.solids.touch:
+                    finding = replace(finding, note=finding.note or "as its equals")
+            yield finding
+
+    @cached_property
+    def _entity(self) -> IntArray:
+        """Return the number (B,) of the entity of each body: that of equal ones is equal."""
+        return np.asarray(self.facts.ancestry.node[self.facts.bodies.instance], np.int64)
 
     @cached_property
     def _bearings(self) -> set[frozenset[int]]:
@@ -247,8 +284,10 @@ class CheckedFrame:
         low, high = self.solids.boxes
         upper, lower = self._upper(i, j)
         bodies = facts.bodies.body[[upper, lower]].tolist()
-        if abs(along[1]) >= UPRIGHT and not facts.fixed[bodies[0]]:
-            on_ground = bool(facts.ground.solids[lower])
+        on_ground = bool(facts.ground.solids[lower])
+        # The shortest way out of the ground is sideways for a post that is deeper in it than thick.
+        is_planted = on_ground and self._is_level(lower, 1.0)
+        if (abs(along[1]) >= UPRIGHT or is_planted) and not facts.fixed[bodies[0]]:
             beside = float(high[lower, 1] - facts.bodies.low[bodies[0], 1]) > 2.0 * depth  # of two chairs in each other
             if on_ground or not (joined or facts.ground.solids[upper] or beside):
                 level = self._is_level(lower, 1.0) and (self._is_level(upper, -1.0) or self._is_round(upper))
@@ -268,7 +307,8 @@ class CheckedFrame:
             note = note or "around the origin"
         if self.solids.glowing[[i, j]].all():
             note = note or "both glow"
-        if self._is_round(i) and self._is_round(j):
+        least = float(np.linalg.norm((high - low)[[i, j]], axis=1).min())
+        if self._is_round(i) and self._is_round(j) and depth <= SOFT * least:
             note = note or "both are round"
         if facts.is_threaded(row) and (
             facts.is_enclosed(row, along) or self._is_round(i) or self._is_round(j)  # a float on its line
@@ -296,17 +336,26 @@ class CheckedFrame:
             return False
         low, high = self.solids.boxes
         axis = axes_of(self.solids, np.array([i]))[0]
-        reach = axis * float(np.linalg.norm(self.solids.solids.matrices[i][:, :3], axis=0).max())
+        lengths = np.linalg.norm(self.solids.solids.matrices[i][:, :3], axis=0)
+        reach, radius = axis * float(lengths.max()), float(lengths.min())
         ends = np.stack([(low + high)[i] / 2.0 + reach, (low + high)[i] / 2.0 - reach])
-        return bool(((ends >= low[j]) & (ends <= high[j])).all(axis=1).any())
+        return bool(((ends >= low[j] - radius) & (ends <= high[j] + radius)).all(axis=1).any())
 
     def _is_seam(self, i: int, j: int, depth: float, along: FloatArray) -> bool:
-        """Return whether a shape without a word of its own runs a little into what it is built with."""
+        """Return whether a shape without a word, or a building, runs a little into what it is built with."""
         bodies, facts = self.facts.bodies, self.facts
         pair = bodies.body[[i, j]].tolist()
+        slight = [depth <= SEAM * float(np.abs(along) @ bodies.size[k]) + self.solids.touch for k in pair]
         if all(facts.words_of(k) and not is_shape(facts.ancestry.entity(int(bodies.instance[k]))) for k in pair):
-            return False
-        return any(depth <= SEAM * float(np.abs(along) @ bodies.size[k]) + self.solids.touch for k in pair)
+            is_joint = facts.words_of(pair[0]) != facts.words_of(pair[1]) and abs(float(along[1])) < UPRIGHT
+            return is_joint and all(slight) and all(self._is_on_ground(k) for k in pair)
+        return any(slight)
+
+    def _is_on_ground(self, body: int) -> bool:
+        """Return whether a body touches the ground: buildings are joined to each other, pots are not."""
+        ground, pairs = self.facts.ground.solids, self.facts.contacts.pairs
+        links = self.facts.statics.of_body[body]
+        return any(link.other == PLANE or (link.row >= 0 and ground[pairs[link.row]].any()) for link in links)
 
     def _upper(self, i: int, j: int) -> tuple[int, int]:
         """Return two solids, that of the upper body first; the ground is below everything."""
@@ -348,23 +397,29 @@ class CheckedFrame:
         height = float(bodies.size[body, 1])
         room = min(self.solids.touch, TOUCH_OF_SOLIDS * float(np.linalg.norm(bodies.size[body])))
         if depth <= max(SUNK_BASE * height, CONTACT_ERROR * room) or (
-            lower is None and (bodies.floating[body] or self._is_beside_ground(body) or self._is_in_pit(body))
+            lower is None and (self._is_beside_ground(body) or self._is_in_pit(body))
         ):
             return None
+        on_ground = lower is None or bool(self.facts.ground.solids[lower])
+        if on_ground and bodies.floating[body]:
+            return None  # a boat in its harbour
         rows = bodies.members[body]
         level = self.facts.ground.height if lower is None else float(high[lower, 1])
         below = rows[low[rows, 1] < level - self.solids.touch]
         foot = float((high[below].max(axis=0) - low[below].min(axis=0))[[0, 2]].max()) if len(below) else 0.0
         note = ""
-        on_ground = lower is None or bool(self.facts.ground.solids[lower])
         if not on_ground and not self.solids.opaque[[lower, rows[0]]].all():
             note = "in something that light passes"
         elif on_ground and not any(self._has_base(int(k)) for k in rows):
             note = "it is round"
+        elif self._is_alone(body):
+            pass
         elif foot * SLIM <= height or (
             (lower is None or self._is_floor(lower, body)) and self._is_planted(body, below, level)
         ):
             note = "its foot is slim"
+        elif on_ground and depth <= BURIED * height and self._is_level_with_equals(body):
+            note = "as its equals"
         elif lower is None and self._hangs(body):
             note = "it hangs"
         subject = int(upper if upper is not None else rows[np.argmin(low[rows, 1])])
@@ -401,9 +456,26 @@ class CheckedFrame:
             return True  # a fence or a sign would not stand otherwise
         if (level - low[below, 1] > PLANTED * (high - low)[below, 1]).any():
             return False
-        entity = self.facts.ancestry.node[facts.bodies.instance]
-        equals = np.flatnonzero(entity == entity[body])
-        return bool((np.abs(facts.bodies.low[equals, 1] - facts.bodies.low[body, 1]) <= 2.0 * self.solids.touch).all())
+        return len(self._equals(body)) == 1 or self._is_level_with_equals(body)
+
+    def _equals(self, body: int) -> IntArray:
+        """Return the bodies that are instances of the entity of a body, itself included."""
+        return np.flatnonzero(self._entity == self._entity[body])
+
+    def _is_level_with_equals(self, body: int) -> bool:
+        """Return whether a body has equals, and all begin at its height: a slip moves one of them."""
+        low, equals = self.facts.bodies.low[:, 1], self._equals(body)
+        return len(equals) > 1 and bool((np.abs(low[equals] - low[body]) <= 2.0 * self.solids.touch).all())
+
+    def _is_alone(self, body: int) -> bool:
+        """Return whether a body is lower than its equals, at least three, which all begin at one height."""
+        low = self.facts.bodies.low[:, 1]
+        others = np.setdiff1d(self._equals(body), [body])
+        return (
+            len(others) >= _MIN_EQUALS
+            and bool(np.ptp(low[others]) <= 2.0 * self.solids.touch)
+            and bool(low[body] < low[others].min() - PLANTED * self.facts.bodies.size[body, 1])
+        )
 
     def _hangs(self, body: int) -> bool:
         """Return whether a contact pushes a body up above its center of mass."""
@@ -490,17 +562,31 @@ class CheckedFrame:
         if finding.note or finding.kind in ("twin", "hidden", "coplanar"):
             return finding
         words = self.solids.words(finding.body)[1:]
+        # The propeller of an airplane does not fly where the rest of it stands.
         if finding.kind in ("floating", "tips", "falls", "slides"):
             body = int(self.facts.bodies.body[finding.body])
             members = np.flatnonzero(self.facts.fastened == self.facts.fastened[body])
-            every = [word for member in members for word in self.facts.words_of(int(member))]
-            if any(flies(word) for word in (*words, *every)):
+            paths = {step for member in members for step in self._path_of(int(member))} - self._standing_instances
+            named = [self.facts.ancestry.entity(step).word for step in paths]
+            if any(flies(word) for word in (self.solids.words(finding.body)[-1], *named)):
                 return replace(finding, note="by its word")
         elif any(
             is_soft(word) for word in (*words, *(() if finding.other is None else self.solids.words(finding.other)[1:]))
         ):
             return replace(finding, note="by its word")
         return finding
+
+    def _path_of(self, body: int) -> tuple[int, ...]:
+        """Return the instances around the first solid of a body, without the root."""
+        ancestry, facts = self.facts.ancestry, self.facts
+        leaf = int(ancestry.primitives[self.solids.row[facts.bodies.members[body][0]]])
+        return ancestry.path_of_instances(leaf)[1:]
+
+    @cached_property
+    def _standing_instances(self) -> set[int]:
+        """Return the instances of which a part stands."""
+        standing = (body for body, verdict in enumerate(self.facts.verdicts) if verdict.holds)
+        return {step for body in standing for step in self._path_of(body)}
 
     # --- what a report shows -----------------------------------------------------------------------------------------
 
@@ -510,8 +596,17 @@ class CheckedFrame:
         if finding.kind in ("hidden", "coplanar") or (finding.kind == "twin" and not finding.whole):
             return self.solids.words(finding.body)
         own = self.facts.words_of(body)
+        if finding.instance is not None:
+            own = max(own, self._named_path(finding.instance), key=len)
         root = self.facts.root.word
         return (root, *own) if own else self.solids.words(finding.body)
+
+    def _named_path(self, instance: int) -> tuple[str, ...]:
+        """Return the words from the root's child to the innermost instance around one that has a word of its own."""
+        path = [self.facts.ancestry.entity(step) for step in self.facts.ancestry.path_of_instances(instance)[1:]]
+        while path and is_shape(path[-1]):
+            path.pop()
+        return tuple(entity.word for entity in path)
 
     def concerned(self, finding: Finding) -> IntArray:
         """Return the solids of the objects that a finding is about."""
@@ -549,7 +644,7 @@ class CheckedFrame:
             return after[identity] < before[identity] and not new
 
         first = () if finding.move is None else (finding.move,)
-        reach = DETOUR * finding.amount if finding.kind == "floating" else math.inf
+        reach = DETOUR * finding.amount if finding.kind in ("floating", "tips") else math.inf
         return helpful_move(self.facts, members, helps, first, reach=reach)
 
     def _identities(self) -> Counter[tuple[object, ...]]:
@@ -846,7 +941,7 @@ _MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {
     "coplanar": ("coincident-faces", _coplanar),
 }
 _NOTES = {
-    "as its equals": "its equals above everything that stands fly",
+    "as its equals": "its equals are as well",
     "one of many": "it is one of many small ones, which may fly",
     "above everything that stands": "it is above everything that stands, and may fly",
     "in a case": "it is enclosed, and may only have clearance",
@@ -861,6 +956,8 @@ _NOTES = {
     "small": "the faces are small",
     "it hangs": "something else carries it",
     "its foot is slim": "its foot is slim, and may be planted",
+    "an edge": "it is an edge of a part, flush with the next one",
+    "it settles": "it comes to rest within 10 degrees",
     "both are round": "both are round, and may be soft",
     "around the origin": "the object is built around the origin, so nothing says what joins its parts",
     "both glow": "they may be flames or light",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from scenelang.backends.facts.contacts import vertices_of
 from scenelang.backends.facts.frame import FrameFacts
 from scenelang.backends.facts.tolerances import SUSPENSION_AREA, SUSPENSION_HEIGHT
 from scenelang.backends.surfaces.convex import Bodies
@@ -66,8 +67,12 @@ def _has_narrow_top(facts: FrameFacts, rows: IntArray) -> bool:
     low, high = (corner[rows] for corner in facts.solids.boxes)
     top, bottom = float(high[:, 1].max()), float(low[:, 1].min())
     width = (high.max(axis=0) - low.min(axis=0))[[0, 2]]
-    sides = (high - low)[high[:, 1] > top - SUSPENSION_HEIGHT * (top - bottom)][:, [0, 2]]
-    return float(sides.prod(axis=1).sum()) <= SUSPENSION_AREA * float(width.prod())
+    level, area = top - SUSPENSION_HEIGHT * (top - bottom), 0.0
+    for i in rows[high[:, 1] > level].tolist():
+        points = vertices_of(facts.solids, i)  # the box of a shade is as broad as its rim
+        upper = points[points[:, 1] >= min(level, float(points[:, 1].max()))]
+        area += float(np.ptp(upper[:, [0, 2]], axis=0).prod())
+    return area <= SUSPENSION_AREA * float(width.prod())
 
 
 def contact_moves(facts: FrameFacts, members: IntArray) -> Iterator[Vector]:

@@ -13,7 +13,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # behind the tests, whose packages have the names of some benchmarks
 from everyday import findings_of, is_found, is_note
 
-NAMES = ("second", "third", "fourth", "fifth", "sixth")
+NAMES = ("second", "third", "fourth", "fifth", "sixth", "seventh")
 SETS = [BENCHMARKS / "everyday", *(BENCHMARKS / "everyday" / name for name in NAMES)]
 FAULTS = [(folder, fault) for folder in SETS for fault in json.loads((folder / "faults" / "faults.json").read_text())]
 SOUND = [
@@ -38,12 +38,21 @@ MISSED = {
     "34_haustuer.scene",  # a handle near the doorstep
     "39_bathtub.scene",  # a duck below the water
     "40_bogenlampe.scene",  # a lamp whose foot is too small: it may be anchored, a note
+    "03_pottery_shelf.scene",  # a vase in a jug: both have thin walls, which cross by a third of a centimetre
+    "11_spielplatz_sandkasten.scene",  # a ball that is half in the lawn, as a boulder is
+    "14_bauklotzturm.scene",  # a block on one of its two pillars: held if they are one object, a note
+    "18_classroom.scene",  # one of twelve chairs at their desks, by half a turn
+    "20_stone_stairs.scene",  # a step of another height: the steps differ all
+    "24_rowing_boat.scene",  # a rudder at the bow: only a person knows which end it is
+    "25_eule.scene",  # one of two eyes, lower and farther out
+    "26_dorfkirche.scene",  # a weathercock that is ten times as large, alone of its kind
 }
 ALARMED = {  # known false alarms: posts in footings, what stands by a tiny overlap, what is heavy, bolted or magnetic
     "25_leiterwagen", "50_hux", "51_arax", "53_cadge", "05_canal_lock", "33_wippe", "15_telescope",
     "13_ski_rack", "16_forklift", "21_glunk", "25_trundlebox", "29_knife_magnet", "33_drachen",
-    "41_diving_board", "31_fassrampe.good", "07_schirmstaender", "09_seesaw", "12_steg", "13_glurmhenge",
-    "17_staffelei", "19_vogelhaus", "09_holzeule.good",
+    "41_diving_board", "31_fassrampe.good", "07_schirmstaender", "09_seesaw", "12_steg", 
+    "17_staffelei", "19_vogelhaus", "09_holzeule.good", "08_bicycle", "09_wristwatch", "32_bergbahn",
+    "20_stone_stairs.good",
 }  # fmt: skip
 
 
