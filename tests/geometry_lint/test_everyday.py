@@ -50,7 +50,7 @@ MISSED = {
 ALARMED = {  # known false alarms: posts in footings, what stands by a tiny overlap, what is heavy, bolted or magnetic
     "25_leiterwagen", "50_hux", "51_arax", "53_cadge", "05_canal_lock", "33_wippe", "15_telescope",
     "13_ski_rack", "16_forklift", "21_glunk", "25_trundlebox", "29_knife_magnet", "33_drachen",
-    "41_diving_board", "31_fassrampe.good", "07_schirmstaender", "09_seesaw", "12_steg", 
+    "41_diving_board", "31_fassrampe.good", "07_schirmstaender", "09_seesaw", "12_steg",
     "17_staffelei", "19_vogelhaus", "09_holzeule.good", "08_bicycle", "09_wristwatch", "32_bergbahn",
     "20_stone_stairs.good",
 }  # fmt: skip
