@@ -499,12 +499,12 @@ def check_values(
     if angle is not None and len(nodes) > angle:
         check_angle(inference, nodes[angle])
     # The value of a literal that the reader could not read is None.
+    given = {key: value for key, _, value in keywords}
     if builtin.check is not None and all(
-        type(literal) is ast.Constant and literal.value is not None for literal in nodes
+        type(literal) is ast.Constant and literal.value is not None for literal in (*nodes, *given.values())
     ):
-        given = {key: value.value for key, _, value in keywords if type(value) is ast.Constant}
         try:
-            builtin.check(*(literal.value for literal in nodes), **given)
+            builtin.check(*(node.value for node in nodes), **{key: value.value for key, value in given.items()})
         except SceneError as error:
             inference.report(error.name, error.message, node.span, error.hint, fixes=_near_fixes(error, nodes),
                              expected=f"a valid argument of `{name}`", found=" ".join(n.span.text for n in nodes),

@@ -322,6 +322,12 @@ def test_16_bit_images_keep_their_tones(tmp_path: Path) -> None:
     assert 0.15 < image[0, 32, 0] < 0.3
 
 
+@pytest.mark.parametrize("setting", [":text label", ":text label :side side", ":text (string-append label label)"])
+def test_check_knows_nothing_of_settings_that_are_computed(setting: str) -> None:
+    program = f'(bind "a" (lambda (:label "A" :side "top") (call "cube" :texture (texture "text" {setting}))))'
+    assert sl.check(program).ok
+
+
 @pytest.mark.parametrize(("call", "message"), [
     ('"cube" :material "oakk"', 'names no known substance: "oakk"'),
     ('"sphere" :texture "chekker"', 'names no pattern or image: "chekker"'),
