@@ -324,7 +324,7 @@ def test_16_bit_images_keep_their_tones(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("setting", [":text label", ":text label :side side", ":text (string-append label label)"])
 def test_check_knows_nothing_of_settings_that_are_computed(setting: str) -> None:
-    program = f'(bind "a" (lambda (:label "A" :side "top") (call "cube" :texture (texture "text" {setting}))))'
+    program = f'(bind "a" (lambda ((:label "A") (:side "top")) (call "cube" :texture (texture "text" {setting}))))'
     assert sl.check(program).ok
 
 
