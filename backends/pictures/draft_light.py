@@ -681,6 +681,8 @@ _MIN_FACING = 0.06  # cosine of the grazing angle from which textures are not bl
 def relieved(stage: Stage, visible: Surface) -> Surface:
     """Return the samples with the normals of the reliefs of their textures, which light alone shows (Blinn, 1978)."""
     solids = stage.solids
+    if not solids.looks.textured.any():  # which is asked for every batch, of scenes with many looks
+        return visible
     if not any(look.texture is not None and look.texture.bump for look in solids.looks.rows):
         return visible
     solid = np.flatnonzero(visible.ids >= 0)

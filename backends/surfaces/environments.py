@@ -16,6 +16,7 @@ from scenelang.backends.surfaces.dome import UNIFORM, Dome, Panorama, Sky, Softb
 from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.backends.surfaces.panoramas import LUMINANCE, panorama_from, without_sun
 from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.interpreter.scene.setup import PANORAMAS
 
 FloatArray = npt.NDArray[np.float64]
 AnyFloats = npt.NDArray[np.floating]
@@ -269,7 +270,7 @@ TONES = ("soft", "agx")  # curves that options name
 # --- environments by name, hour or file ---------------------------------------------------------------------------
 
 SKY = "sky"
-IMAGES = (".hdr", ".exr")
+IMAGES = PANORAMAS
 USAGE = f"{', '.join(ENVIRONMENTS)}, sky,hour=15, or an image FILE.hdr or FILE.exr, with turn=30,strength=1.5"
 _NUMBERS = {"turn": (-1e6, 1e6), "strength": (0.0, 1e6), "hour": (SUNRISE, SUNSET), "haze": (CLEAREST, HAZIEST)}
 _HORIZONTAL = 1.0  # radiance of a white surface that faces upwards under a sky or an image of strength 1
