@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 import sys
 import time
 from collections.abc import Callable
@@ -54,6 +55,31 @@ def pyvista(size: str, count: str) -> Callable[[], Any]:
     return picture
 
 
+def pyrender(size: str, count: str) -> Callable[[], Any]:
+    """A picture without shadows by OpenGL without a display, as a command: with the import of the package."""
+
+    def picture() -> Any:
+        os.environ.setdefault("PYOPENGL_PLATFORM", "egl")  # before OpenGL is imported
+        import numpy as np
+        import pyrender
+        import trimesh
+
+        scene = pyrender.Scene()
+        for is_sphere, place, color in primitives(int(count)):
+            solid = trimesh.creation.icosphere(radius=0.5) if is_sphere else trimesh.creation.box()
+            solid.visual.face_colors = [*color, 1.0]
+            pose = np.eye(4)
+            pose[:3, 3] = place
+            scene.add(pyrender.Mesh.from_trimesh(solid, smooth=is_sphere), pose=pose)
+        view = np.eye(4)
+        view[:3, 3] = (14.0, 13.0, 60.0)
+        scene.add(pyrender.PerspectiveCamera(yfov=0.7), pose=view)
+        scene.add(pyrender.DirectionalLight(intensity=3.0), pose=view)
+        return pyrender.OffscreenRenderer(int(size), int(size)).render(scene)
+
+    return picture
+
+
 def mitsuba(size: str, count: str, samples: str) -> Callable[[], Any]:
     """A path traced picture of the same by Mitsuba alone, on one thread, with the import of the package."""
 
@@ -77,6 +103,15 @@ def mitsuba(size: str, count: str, samples: str) -> Callable[[], Any]:
         return np.array(mi.render(mi.load_dict(scene), spp=int(samples)))
 
     return picture
+
+
+def mitsuba_file(path: str, samples: str) -> Callable[[], Any]:
+    """The path traced picture of a scene in a file by Mitsuba alone, from reading the file."""
+    import mitsuba as mi
+    import numpy as np
+
+    mi.set_variant("scalar_rgb")
+    return lambda: np.array(mi.render(mi.load_file(path), spp=int(samples)))
 
 
 def usd(count: str, path: str) -> Callable[[], Any]:
@@ -115,7 +150,7 @@ def trimesh(count: str, path: str) -> Callable[[], Any]:
     return written
 
 
-TASKS = {task.__name__: task for task in (hy, pyvista, mitsuba, usd, trimesh)}
+TASKS = {task.__name__: task for task in (hy, pyvista, pyrender, mitsuba, mitsuba_file, usd, trimesh)}
 
 
 def main(name: str, *words: str) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -42,6 +43,46 @@ def fifth() -> float:
 
     scene = sl.evaluate(PRIMITIVES.format(count=COUNT))
     return [clocked(lambda: scene.render(size=(SIDE, SIDE))) for _ in range(5)][-1]
+
+
+FINALS = ("chessboard", "toys", "still-life")  # exact shapes, solids, textures with lights of the program
+SAMPLES, WIDTH, HEIGHT = 64, 200, 150
+
+
+def final(name: str, denoise: str) -> float:
+    """Seconds of a final image of an example, from the evaluated scene to the pixels."""
+    import scenelang as sl
+
+    scene = sl.load(ROOT / "examples" / f"{name}.scene")
+
+    def render(width: int, height: int) -> Any:
+        settings = {"samples": SAMPLES, "variant": "scalar", "denoise": denoise}
+        return scene.render(quality="final", size=(width, height), settings=settings)
+
+    render(8, 6)  # imports
+    return clocked(lambda: render(WIDTH, HEIGHT))
+
+
+def finals() -> Iterator[Pair]:
+    """Final images without the denoiser, beside the same exported scenes in Mitsuba alone."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in FINALS:
+            path = Path(folder) / f"{name}.xml"
+            command("export", str(ROOT / "examples" / f"{name}.scene"), "-o", str(path), "-q")()
+            text = path.read_text("utf-8")
+            for side, pixels in (("width", WIDTH), ("height", HEIGHT)):
+                text = re.sub(rf'(name="{side}" value=)"\d+"', rf'\1"{pixels}"', text)
+            path.write_text(text, "utf-8")
+            yield Pair(of("final", name, "off"), peer("mitsuba_file", str(path), str(SAMPLES)))
+
+
+def film() -> float:
+    """Seconds of a draft film of 144 frames."""
+    import scenelang as sl
+
+    scene = sl.load(ROOT / "examples" / "orrery.scene")
+    with tempfile.TemporaryDirectory() as folder:
+        return clocked(lambda: scene.film(frames=144, size=(320, 240)).save(f"{folder}/film.gif"))
 
 
 def loaded(way: str, level: str) -> float:
@@ -116,7 +157,7 @@ def splats(count: int, size: int) -> list[Pair]:
     return [Pair(timed(partial(step, rasterise_numba)), timed(partial(step, rasterise_torch)))]
 
 
-TASKS: dict[str, Callable[..., float]] = {"fifth": fifth, "loaded": loaded}
+TASKS: dict[str, Callable[..., float]] = {"fifth": fifth, "loaded": loaded, "final": final, "film": film}
 
 
 def of(*words: str, memory: str = "") -> Child:
@@ -144,6 +185,19 @@ ROWS = (
         "draft of 200 primitives beside Mitsuba alone", partial(drafts, "mitsuba", *_PICTURE, "16"),
         "Mitsuba, 16 samples", rounds=1,
     ),
+    Row(
+        "draft of 200 primitives beside pyrender", partial(drafts, "pyrender", *_PICTURE), "pyrender, no shadows",
+        rounds=1,
+    ),
+    Row(
+        "final images without the denoiser", finals, "Mitsuba alone on the exported scenes", (Goal(1.1),), rounds=1,
+        summary=max,
+    ),
+    Row(
+        "final images with the denoiser",
+        lambda: [Pair(of("final", name, "on"), of("final", name, "off")) for name in FINALS], "without it", rounds=1,
+    ),
+    Row("draft film of 144 frames, 320 x 240", lambda: [Pair(of("film"))], goals=(Goal(144 * 0.15, "ours"),), rounds=1),
     Row("draft of the chess set, 512 x 512", draft_beside_final, "final, 16 samples", (Goal(1.0),), rounds=1),
     Row(
         "load 8,000 cubes into Mitsuba", lambda: [Pair(of("loaded", "placed", "3"), of("loaded", "plain", "3"))],
