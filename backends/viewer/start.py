@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.pictures.camera import Camera, Viewpoint
-from scenelang.backends.pictures.declared import Lighting, ProgramCamera, settled
+from scenelang.backends.pictures.camera import BoxExtent, Camera, Viewpoint, framed
+from scenelang.backends.pictures.declared import Lighting, ProgramCamera, settled, share_of
 from scenelang.backends.pictures.film import PictureOptions
-from scenelang.backends.pictures.stage import has_free_tone, staging_of, still, unit_size
+from scenelang.backends.pictures.stage import box_of, has_free_tone, staging_of, still, unit_size
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Color
 from scenelang.backends.surfaces.dome import Panorama, smaller
@@ -49,8 +49,7 @@ def cameras_of(scene: Scene) -> list[dict[str, Any]]:
             poses = _poses(scene, item)
         except SceneError:  # its images say what is wrong with it
             continue
-        is_framed = not {"eye", "distance", "look-at"} & set(item.values)
-        found.append({"name": item.name, "isFramed": is_framed, "poses": poses})
+        found.append({"name": item.name, "isFramed": _is_framed(item), "poses": poses})
     return found
 
 
@@ -62,8 +61,20 @@ def _poses(scene: Scene, item: Declared) -> list[dict[str, Any]]:
     count = 1 if is_still else min(len(scene.frames), _MOST_POSES)
     frames = [round(k * (len(scene.frames) - 1) / max(1, count - 1)) for k in range(count)]
     fov = view.fov if view is not None and view.lens is None else None
-    size = unit_size(scene)
-    return [_angles(still(scene, view or camera, frame, *_SIZE).camera.rescaled(*size), fov) for frame in frames]
+    size, box = unit_size(scene), BoxExtent(*box_of(scene))
+
+    def placed(frame: int) -> Camera:
+        """Return the camera of a frame; one that the page frames is placed before the box, which takes no time."""
+        if _is_framed(item):
+            return camera.at(scene, frame, share_of(scene, frame), _SIZE, lambda view: framed(view, box, *_SIZE))
+        return still(scene, view or camera, frame, *_SIZE).camera
+
+    return [_angles(placed(frame).rescaled(*size), fov) for frame in frames]
+
+
+def _is_framed(item: Declared) -> bool:
+    """Return whether a camera is as near as the window allows."""
+    return not {"eye", "distance", "look-at"} & set(item.values)
 
 
 def _follows(item: Declared) -> bool:
