@@ -33,6 +33,7 @@ from scenelang.backends.files import check_folder, write_text
 from scenelang.backends.pictures.stage import box_of, unit_size
 from scenelang.backends.surfaces.appearance import GLASS, Color, Look, look_of
 from scenelang.backends.surfaces.precision import own_offset
+from scenelang.backends.surfaces.restyling import with_file_images
 from scenelang.backends.surfaces.solids import composed, coordinates_of, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.backends.viewer.start import cameras_of, studio_of, tone_of
@@ -598,7 +599,7 @@ def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
             "its tree is complete."
         )
     try:
-        return drawn_scene(scene, limit), None
+        return with_file_images(drawn_scene(scene, limit)), None
     except LimitError as error:
         return scene, _as_sentence(error)
 
