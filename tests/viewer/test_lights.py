@@ -195,3 +195,13 @@ def test_cameras_of_the_program_are_views_and_shadows_follow_the_frames(program:
     before = page.page.evaluate("() => scenelangPage.viewpoint.azimuth")
     page.page.evaluate("() => scenelangPage.timeline.go(4)")
     assert page.page.evaluate("() => scenelangPage.viewpoint.azimuth") == before, "a view of one's own stays"
+
+
+@pytest.mark.browser
+def test_the_ground_reaches_a_low_camera_and_the_horizon(program: Make, serve: Make, show: Make) -> None:
+    path = program(f'(environment "sunset") (camera :eye [3 .3 5] :look-at [0 0 0])\n{CUBE}')
+    picture, drawn, _ = compared(show(serve(path).address, (440, 300)).ready(), sl.load(path).graph, 0)
+    for row in (2, *range(20, len(drawn), 20), len(drawn) - 2):
+        column = 3
+        assert np.abs(picture[row, column] - drawn[row, column]).max() <= 8, row
+    assert np.ptp(drawn[:, 3].sum(axis=1)) > 100, "there is a sky and a ground"

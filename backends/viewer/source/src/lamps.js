@@ -15,8 +15,9 @@ const FACES = [
 ];
 
 export class Lamps {
-  // `lights` are those of the packet; `material(uniforms)` gives the material of what shines.
-  constructor(lights, material) {
+  // `lights` are those of the packet; `material(uniforms)` gives the material of what shines; `most` is the largest side of
+  // a texture.
+  constructor(lights, material, most) {
     this.group = new Group();
     this.views = []; // a camera for each tile
     const data = new Float32Array(TEXELS * 4 * Math.max(1, lights.length));
@@ -31,12 +32,13 @@ export class Lamps {
     this.texture.minFilter = this.texture.magFilter = NearestFilter;
     this.texture.needsUpdate = true;
     this.perSide = Math.max(1, Math.ceil(Math.sqrt(this.views.length)));
-    this.side = Math.min(MOST_SIDE, lights.every(({ kind }) => kind === "sun") ? SUN_SIDE * this.perSide : Math.max(SUN_SIDE, FACE_SIDE * this.perSide));
+    const tile = Math.max(SUN_SIDE / this.perSide, lights.every(({ kind }) => kind === "sun") ? SUN_SIDE : FACE_SIDE);
+    this.side = this.perSide * Math.floor(Math.min(tile, Math.min(MOST_SIDE, most) / this.perSide)); // tiles are whole texels
   }
 
   // Draws the shadow maps: `draw(camera)` draws the depths of the scene onto `target`, of `this.side` texels.
   cast(renderer, target, draw) {
-    const side = Math.floor(this.side / this.perSide);
+    const side = this.side / this.perSide;
     target.scissorTest = true;
     this.views.forEach((camera, number) => {
       const place = [side * (number % this.perSide), side * Math.floor(number / this.perSide), side, side];

@@ -129,7 +129,7 @@ export class Stage {
       this.scene.remove(this.lamps.group);
       this.lamps.dispose();
     }
-    this.lamps = lights.length ? new Lamps(lights, (own) => new ShaderMaterial({ vertexShader: shaders.GROUND_VERTEX, fragmentShader: shaders.SHINING_FRAGMENT, uniforms: { ...uniforms, ...own } })) : null;
+    this.lamps = lights.length ? new Lamps(lights, (own) => new ShaderMaterial({ vertexShader: shaders.GROUND_VERTEX, fragmentShader: shaders.SHINING_FRAGMENT, uniforms: { ...uniforms, ...own } }), this.renderer.capabilities.maxTextureSize) : null;
     if (this.lampMaps && this.lampMaps.width !== this.lamps?.side) {
       this.lampMaps.depthTexture.dispose();
       this.lampMaps.dispose();
