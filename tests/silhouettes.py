@@ -15,9 +15,12 @@ import numpy as np
 import numpy.typing as npt
 from support import evaluate, session
 
+from scenelang.backends.pictures.backdrops import lightness
 from scenelang.backends.pictures.camera import Camera, Viewpoint
-from scenelang.backends.pictures.draft import draw
+from scenelang.backends.pictures.draft import draw as draft_of
+from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
 from scenelang.backends.pictures.stage import Shot, film, staging_of, still
+from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.interpreter.scene.entity import Scene
 
 SIZES = ((640, 480), (480, 640))
@@ -91,7 +94,7 @@ class Silhouette:
 def mask_of(scene: Scene, shot: Shot) -> npt.NDArray[np.bool_]:
     """Return which pixels (H, W) of a shot show an object."""
     stage = staging_of(scene, [shot.frame], LIMIT, "studio", "none").stage(shot)
-    return np.asarray(draw(stage, shaded=False).ids >= 0, bool)
+    return np.asarray(draft_of(stage, shaded=False).ids >= 0, bool)
 
 
 def measured(masks: Iterable[npt.NDArray[np.bool_]]) -> Silhouette:
@@ -117,15 +120,32 @@ def of_film(
     return measured(mask_of(scene, shot) for shot in film(scene, view, *size, frames, orbit))
 
 
+def outline_contrast(scene: Scene, options: PictureOptions) -> float:
+    """Return the median difference of CIE's L* over the outline of the objects, from 2 pixels inside to 2 outside."""
+    quality = "final" if options.settings else "draft"
+    shot = still(scene, options.camera or Viewpoint(), None, options.width, options.height)
+    mask, light = (
+        mask_of(scene, shot),
+        lightness(from_srgb(draw(scene, options, picture_backend(quality)).picture / 255.0)),
+    )
+    steps = []
+    for inside, shade in ((mask, light), (mask.T, light.T), (mask[::-1], light[::-1]), (mask.T[::-1], light.T[::-1])):
+        edge = inside[:-4] & inside[1:-3] & inside[2:-2] & ~inside[3:-1] & ~inside[4:]
+        steps.append((shade[:-4] - shade[4:])[edge])
+    return float(np.median(np.abs(np.concatenate(steps))))
+
+
+def loaded(path: Path) -> Scene:
+    """Return the scene of a program."""
+    run = session()
+    scene = run.evaluate(run.source(str(path))).scene
+    assert scene is not None, path
+    return scene
+
+
 def example_scenes() -> dict[str, Scene]:
     """Return the scenes of the example programs, by name."""
-    found = {}
-    for path in sorted(EXAMPLES.rglob("*.scene")):
-        run = session()
-        result = run.evaluate(run.source(str(path)))
-        if result.scene is not None:
-            found[path.stem] = result.scene
-    return found
+    return {path.stem: loaded(path) for path in sorted(EXAMPLES.rglob("*.scene"))}
 
 
 def main(names: Sequence[str]) -> None:

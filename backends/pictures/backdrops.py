@@ -1,31 +1,35 @@
 """The tone of the backdrop: the one before which the outline of a scene is visible.
 
-A backdrop as light as the objects before it hides their outline. So the tone is chosen by a small draft: the lightness
-of the scene beside its outline is compared with that of each tone. The first tone that differs enough is taken, else
-the one that differs most. Colors of the scene stay the same, as the light does.
+A backdrop as light as the objects before it hides their outline. So the tone is chosen by a small draft of what is
+beside the outline, before each tone in turn: the first tone is taken whose lightness differs enough from that of the
+objects, else the one that differs most. The light of the environment stays the same; a dark floor reflects less of it,
+which is why each tone is tried.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.surfaces.appearance import Color
-from scenelang.backends.surfaces.environments import Environment, tone_map
 from scenelang.backends.surfaces.panoramas import LUMINANCE
 
 FloatArray = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
-# Radiance of the tones in the order of preference: the light gray of a studio, a lighter one, slate, charcoal, gray.
-# Other environments have the same shares of the radiance of their own backdrop.
+# Radiance of the tones in the order of preference: the light gray of a studio, a lighter one, slate, charcoal, gray,
+# black. Other environments have the same shares of the radiance of their own backdrop.
 TONES: tuple[Color, ...] = (
     (0.60, 0.61, 0.625), (0.93, 0.935, 0.945), (0.085, 0.088, 0.095), (0.030, 0.031, 0.034), (0.30, 0.31, 0.325),
+    (0.006, 0.006, 0.007),
 )  # fmt: skip
-_ENOUGH = 25.0  # median difference in L*: the eye sees 20 at a glance
-_SIDE = 240  # pixels of the longer side of the small draft
-_REACH = 1  # pixels from the outline at which lightness is compared
+_ENOUGH = 23.0  # median difference in L*: the eye sees 20 at a glance, and the small draft is off by up to 3
+_PROBE_SIDE = 480  # pixels of the longer side of the draft beside the outline; 240 pixels miss bright rims
+_METER_SIDE = 240  # of the draft by which the exposure is chosen
+_REACH = 2  # pixels from the outline at which lightness is compared
 # The exposure by the scene gives its objects this luminance in the geometric mean: a little more than the 18 % of a
 # gray card, because the tone curve keeps colors up to 70 %. It changes light by at most 2 ** 12.
 _METERED, _MAX_STOPS = 0.25, 12.0
@@ -38,35 +42,42 @@ def lightness(linear: npt.NDArray[np.floating]) -> FloatArray:
     return np.asarray(np.where(luminance > 0.008856, 116.0 * np.cbrt(luminance) - 16.0, 903.3 * luminance), np.float64)
 
 
-def small(camera: Camera) -> Camera:
-    """Return the camera with which the small draft is drawn."""
-    ratio = _SIDE / max(camera.width, camera.height)
+def probing(camera: Camera) -> Camera:
+    """Return the camera of the draft by which the tone is chosen."""
+    return _at_most(camera, _PROBE_SIDE)
+
+
+def metering(camera: Camera) -> Camera:
+    """Return the camera of the draft by which the exposure is chosen."""
+    return _at_most(camera, _METER_SIDE)
+
+
+def _at_most(camera: Camera, side: int) -> Camera:
+    """Return ``camera`` with at most ``side`` pixels in a row or column."""
+    ratio = side / max(camera.width, camera.height)
     if ratio >= 1.0:
         return camera
     return camera.resized(max(1, round(camera.width * ratio)), max(1, round(camera.height * ratio)))
 
 
-def tone_for(radiance: npt.NDArray[np.floating], solid: Mask, environment: Environment) -> Color:
-    """Return the backdrop before which the outline of the objects is visible, as a factor of that of ``environment``.
+def backdrops(own: Sequence[float]) -> list[Color]:
+    """Return the radiance of the tones for an environment with the backdrop ``own`` (3), which is the first of them."""
+    shares = np.array(TONES) / np.array(TONES[0])
+    return [(red, green, blue) for red, green, blue in (shares * np.array(own)).tolist()]
 
-    Parameters
-    ----------
-    radiance : (H, W, 3)
-        Of a draft before the backdrop of ``environment``.
-    solid : (H, W)
-        Pixels of objects.
+
+def clearest(sides: Iterable[tuple[FloatArray, FloatArray]]) -> int:
+    """Return the number of the first backdrop before which the outline is visible, else of the clearest.
+
+    ``sides`` are the lightness (N,) inside and outside of the outline before each backdrop; those after the chosen one
+    are not asked for.
     """
-    inside, outside = _beside(solid)
-    if not len(inside):
-        return (1.0, 1.0, 1.0)
-    flat = radiance.reshape(-1, 3)
-    within = lightness(tone_map(flat[inside], environment))
-    factors = np.array(TONES) / np.array(TONES[0])
-    beside = [lightness(tone_map(flat[outside] * factor, environment)) for factor in factors]
-    differences = np.array([np.median(np.abs(within - behind)) for behind in beside])
-    chosen = int(np.argmax(differences >= _ENOUGH)) if differences.max() >= _ENOUGH else int(np.argmax(differences))
-    red, green, blue = factors[chosen].tolist()
-    return (red, green, blue)
+    differences: list[float] = []
+    for inside, outside in sides:
+        differences.append(float(np.median(np.abs(inside - outside))))
+        if differences[-1] >= _ENOUGH:
+            return len(differences) - 1
+    return int(np.argmax(differences))
 
 
 def stops_for(radiance: npt.NDArray[np.floating], solid: Mask) -> float:
@@ -81,8 +92,9 @@ def stops_for(radiance: npt.NDArray[np.floating], solid: Mask) -> float:
     return float(np.clip(np.log2(_METERED) - np.log2(lit).mean(), -_MAX_STOPS, _MAX_STOPS))
 
 
-def _beside(solid: Mask) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return the indices (N,) of pairs of pixels on both sides of the outline, along rows and columns."""
+def beside(solid: Mask) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Return the indices (N,) of pairs of pixels inside and outside of the outline of ``solid`` (H, W), along rows and
+    columns."""
     index = np.arange(solid.size).reshape(solid.shape)
     inside, outside = [], []
     for pixels, which in ((index, solid), (index.T, solid.T)):

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import sub_progress
-from scenelang.backends.pictures.backdrops import small, stops_for, tone_for
+from scenelang.backends.pictures.backdrops import backdrops, beside, clearest, lightness, metering, probing, stops_for
 from scenelang.backends.pictures.draft_lamps import Lamps
 from scenelang.backends.pictures.draft_light import (
     GROUND,
@@ -68,7 +68,8 @@ _MIN_SMOOTH_COSINE = 0.95  # between normals of neighboring pixels on one smooth
 _LENS_POINTS = 32  # pinholes by which a lens is drawn; with 16, blurred edges showed steps
 _LAYER_AMBIENT = 0.9  # ambient light on transparent layers, for which no occlusion is computed
 _HAZE = 0.015  # of the shadow on the ground that is left out: the precision of ambient light far from the scene
-_PROBE_SHADOW = 256  # texels per side of the shadow map by which the backdrop is chosen
+# Texels per side of the shadow map, and directions of the sky, of the draft by which the backdrop is chosen.
+_PROBE_SHADOW, _PROBE_DIRECTIONS = 256, 6
 _HORIZON_SAMPLES = 64  # per pixel row: the horizon is a long straight edge, on which steps are conspicuous
 
 
@@ -207,21 +208,41 @@ def toned(staging: Staging, shot: Shot) -> Staging:
     is_free = has_free_tone(environment, staging.ground, staging.lighting)
     if not is_free or staging.backdrop is not None or environment.backdrop is None:
         return staging
-    stage = staging.stage(replace(shot, camera=small(shot.camera)))
-    rays = camera_rays(stage.camera, _SAMPLES)
-    caster = caster_for(stage.solids, rays)
-    seen = _pixel_surface(stage, caster, rays, caster.cast(stage.solids.opacity > 0.0))
+    shot = replace(shot, camera=probing(shot.camera))
+    stage = staging.stage(shot)
+    outline, reach = _outline(stage)
+    if not len(outline.ids):
+        return replace(staging, backdrop=environment.backdrop)
+    choices = [replace(staging, backdrop=backdrop) for backdrop in backdrops(environment.backdrop)]
+
+    def sides(choice: Staging) -> tuple[FloatArray, FloatArray]:
+        """Return the lightness inside and outside of the outline before a backdrop."""
+        tried = replace(stage, studio=choice.studio(stage.camera))
+        radiance = radiance_of(tried, outline, albedo_of(tried, outline), reach)
+        inside, outside = np.split(lightness(tone_map(radiance, tried.studio.environment)), 2)
+        return inside, outside
+
+    return choices[clearest(map(sides, choices))]
+
+
+def _outline(stage: Stage) -> tuple[Surface, Reach]:
+    """Return what is inside and then, as often, outside of the outline of the objects, and the light on it."""
     size = (stage.height, stage.width)
+    rays = camera_rays(stage.camera, 1)
+    caster = caster_for(stage.solids, rays)
+    seen = _pixel_surface(stage, caster, rays, caster.cast(stage.solids.opacity > 0.0), 1)
+    solid = (seen.ids >= 0).reshape(size)
+    pairs = np.concatenate(beside(solid))
+    outline = seen.take(pairs)
     shadow = shadow_map(stage.solids, stage.studio.key_direction, _PROBE_SHADOW)
-    key = key_reach(stage, seen, [(shadow, 1.0)], *_grid(*size, _SAMPLES))
+    row, column = np.divmod(pairs, stage.width)
+    key = key_reach(stage, outline, [(shadow, 1.0)], row, column)
     depth = np.where(np.isfinite(seen.depth), seen.depth, np.inf).astype(np.float32).reshape(size)
     points, normals = (values.astype(np.float32).reshape(*size, 3) for values in (seen.points, seen.normals))
-    # Occlusion by neighboring pixels alone: the maps of the sky would take longer than all else.
-    near = occlusion(points, normals, depth, (seen.ids >= 0).reshape(size), stage.camera.focal[1])
-    radiance = radiance_of(stage, seen, albedo_of(stage, seen), Reach(key, near.reshape(-1)))
-    factor = tone_for(radiance.reshape(*size, 3), (seen.ids >= 0).reshape(size), stage.studio.environment)
-    red, green, blue = (own * change for own, change in zip(environment.backdrop, factor, strict=True))
-    return replace(staging, backdrop=(red, green, blue))
+    near = occlusion(points, normals, depth, solid, stage.camera.focal[1]).reshape(-1)[pairs]
+    samples = samples_at(outline.points, outline.normals, column, row)
+    far = sky_light(sky_maps(stage.solids, _PROBE_DIRECTIONS), samples)
+    return outline, Reach(key, near * np.clip(far, np.float32(0.02), np.float32(1.0)))
 
 
 def adjusted(staging: Staging, shot: Shot) -> Staging:
@@ -231,7 +252,7 @@ def adjusted(staging: Staging, shot: Shot) -> Staging:
     """
     lighting = staging.lighting
     if lighting is not None and lighting.is_metered:
-        drawn = draw(staging.stage(replace(shot, camera=small(shot.camera))), by_pixel=True)
+        drawn = draw(staging.stage(replace(shot, camera=metering(shot.camera))), by_pixel=True)
         stops = lighting.exposure + stops_for(drawn.radiance, drawn.ids >= 0)
         staging = replace(staging, lighting=replace(lighting, exposure=stops, is_metered=False))
     return toned(staging, shot)
@@ -394,12 +415,12 @@ def _is_inside(scene: _Shading, pixels: Surface) -> npt.NDArray[np.bool_]:
     return np.asarray(is_inside.reshape(-1), bool)
 
 
-def _is_uniform(samples: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    """Return the pixels (H, W) whose ``samples`` are equal."""
-    first = samples[::_SAMPLES, ::_SAMPLES]
+def _is_uniform(values: npt.NDArray[Any], samples: int = _SAMPLES) -> npt.NDArray[np.bool_]:
+    """Return the pixels (H, W) whose ``samples`` x ``samples`` values are equal."""
+    first = values[::samples, ::samples]
     uniform = np.ones(first.shape, bool)
-    for down, right in np.ndindex(_SAMPLES, _SAMPLES):
-        uniform &= samples[down::_SAMPLES, right::_SAMPLES] == first
+    for down, right in np.ndindex(samples, samples):
+        uniform &= values[down::samples, right::samples] == first
     return uniform
 
 
@@ -484,16 +505,19 @@ def _surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, row: IntArray
     return _surface_at(stage, caster, rays.at(x, y), ids_of(seen), depths_of(seen).astype(np.float64))
 
 
-def _pixel_surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys) -> Surface:
-    """Return the surface that each pixel (H * W,) sees: in its middle, or at its first sample if its samples differ."""
-    row, column = _grid(stage.height, stage.width, _SAMPLES)
+def _pixel_surface(stage: Stage, caster: Caster, rays: Rays, keys: Keys, samples: int = _SAMPLES) -> Surface:
+    """Return the surface that each pixel (H * W,) sees: in its middle, or at its first sample if its samples differ.
+
+    There are ``samples`` of them per pixel and axis.
+    """
+    row, column = _grid(stage.height, stage.width, samples)
     depths = depths_of(keys)
-    middle = sum(depths[i::_SAMPLES, k::_SAMPLES] for i, k in np.ndindex(_SAMPLES, _SAMPLES)) / np.float32(_SAMPLES**2)
-    whole = _is_uniform(keys.astype(np.uint32))
-    depth = np.where(whole, middle, depths[::_SAMPLES, ::_SAMPLES]).reshape(-1).astype(np.float64)
-    shift = np.where(whole, 0.5 * _SAMPLES, 0.5).reshape(-1)
+    middle = sum(depths[i::samples, k::samples] for i, k in np.ndindex(samples, samples)) / np.float32(samples**2)
+    whole = _is_uniform(keys.astype(np.uint32), samples)
+    depth = np.where(whole, middle, depths[::samples, ::samples]).reshape(-1).astype(np.float64)
+    shift = np.where(whole, 0.5 * samples, 0.5).reshape(-1)
     x, y = column.astype(np.float64) + shift, row.astype(np.float64) + shift
-    ids = ids_of(keys[::_SAMPLES, ::_SAMPLES]).reshape(-1)
+    ids = ids_of(keys[::samples, ::samples]).reshape(-1)
     return _surface_at(stage, caster, rays.at(x, y), ids, depth)
 
 

@@ -397,15 +397,17 @@ def sky_direction_count(solids: Solids) -> int:
     return _SKY_DIRECTIONS if len(solids) < _MANY_SOLIDS else _FEW_SKY_DIRECTIONS
 
 
-def sky_light(maps: list[ShadowMap], samples: Samples, group: IntArray) -> Float32Array:
+def sky_light(maps: list[ShadowMap], samples: Samples, group: IntArray | None = None) -> Float32Array:
     """Return the fraction (N,) of ambient light at ``samples`` that is not blocked by large objects.
 
     ``group`` (N,) is the ``tap_group`` of each sample. A sample sees the directions of its group, which stand for all:
-    the result may be outside [0, 1] before it is ``smoothed``.
+    the result may be outside [0, 1] before it is ``smoothed``. Without groups, all samples see all directions.
     """
     total = np.full(samples.points.shape[1], 0.1, np.float32)
     for shadow in maps:
         total += _facing(shadow, samples.normals)
+    if group is None:
+        return np.asarray(1.0 - _blocked_light(maps, samples) / total, np.float32)
     blocked = np.zeros(len(total), np.float32)
     for number in range(_GROUPS):
         for part in batches(np.flatnonzero(group == number), _BATCH_POINTS):

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress
 from scenelang.backends.pictures import notes
-from scenelang.backends.pictures.backdrops import small
+from scenelang.backends.pictures.backdrops import metering
 from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.figures import EVERYTHING, OUTLINE_WIDTH, WHOLE, WIRE_WIDTH, Figure
 from scenelang.backends.pictures.linework import lines_of
@@ -191,7 +191,7 @@ def with_room(staging: Staging, shot: Shot, figure: Figure, view: Any) -> Shot:
         dimensions = notes.dimensions_of(box, shot.camera) if box is not None else []
         share = notes.room_for(dimensions, size)
     if figure.callouts is not None:
-        probe = replace(shot, camera=small(shot.camera))
+        probe = replace(shot, camera=metering(shot.camera))
         around = notes.rectangle_of(instances_seen(staging, probe) >= 0)
         if around is not None:
             font = notes.font_size(*size)

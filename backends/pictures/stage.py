@@ -297,9 +297,8 @@ class Staging:
         """Return the stage of one shot; all shots of one camera differ only in the moving solids."""
         camera = shot.camera.rescaled(self.center, self.scale)
         is_clear = self.ground in CLEAR_GROUNDS
-        under = CLEAR_GROUNDS.get(self.ground or "", self.ground)
+        studio = self.studio(camera)
         lighting = self.lighting or Lighting()
-        studio = lighting.studio(studio_for(camera.right, self.environment, under, self.backdrop))
         lights = tuple(light.scaled(self.center, self.scale) for light in lighting.lights)
         solids = self.moving[shot.frame]
         if self.fixed is not None:
@@ -309,6 +308,11 @@ class Staging:
         fixed = len(self.fixed) if self.fixed is not None else 0
         height = ground if shows_ground else None
         return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear, lights)
+
+    def studio(self, camera: Camera) -> Studio:
+        """Return the lighting of an image by ``camera``."""
+        under = CLEAR_GROUNDS.get(self.ground or "", self.ground)
+        return (self.lighting or Lighting()).studio(studio_for(camera.right, self.environment, under, self.backdrop))
 
 
 def has_free_tone(environment: Environment, ground: str | None, lighting: Lighting | None) -> bool:

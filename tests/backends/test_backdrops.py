@@ -6,10 +6,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sampling import only
+from silhouettes import EXAMPLES, loaded, outline_contrast
 
-from scenelang.backends.pictures.backdrops import TONES, lightness, tone_for
+from scenelang.backends.pictures.backdrops import backdrops, clearest, lightness
 from scenelang.backends.pictures.camera import Viewpoint
+from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
+from scenelang.backends.pictures.stage import staging_of, still
 from scenelang.backends.surfaces.environments import ENVIRONMENTS
 from scenelang.backends.surfaces.image_files import encode, from_srgb
 
@@ -22,20 +26,39 @@ def test_lightness_is_that_of_cie() -> None:
     )
 
 
-@pytest.mark.parametrize("gray", [0.02, 0.1, 0.3, 0.6, 0.9])
+@pytest.mark.parametrize("gray", [0.001, 0.02, 0.1, 0.3, 0.6, 0.9])
 def test_the_chosen_tone_differs_from_the_scene(gray: float) -> None:
-    assert CURRENT is not None
-    solid = np.zeros((60, 80), bool)
-    solid[20:40, 30:50] = True
-    radiance = np.where(solid[:, :, None], gray, np.array(CURRENT))
-    chosen = np.array(tone_for(radiance, solid, ENVIRONMENTS["studio"])) * CURRENT
-    assert any(np.allclose(chosen, tone) for tone in TONES)
-    difference = lightness(chosen[None]) - lightness(np.array([[gray] * 3]))
-    assert abs(float(difference[0])) >= 20.0
+    own = lightness(np.full((9, 3), gray))
+    tones = [lightness(np.array([tone] * 9)) for tone in backdrops(CURRENT)]
+    chosen = clearest((own, tone) for tone in tones)
+    assert abs(tones[chosen][0] - own[0]) >= 20.0
+    assert all(abs(tone[0] - own[0]) < 22.0 for tone in tones[:chosen])
 
 
-def test_a_scene_that_fills_the_picture_keeps_the_tone() -> None:
-    assert tone_for(np.ones((8, 8, 3)), np.ones((8, 8), bool), ENVIRONMENTS["studio"]) == (1.0, 1.0, 1.0)
+def test_the_clearest_tone_is_taken_where_none_is_clear() -> None:
+    assert clearest((np.zeros(3), np.full(3, light)) for light in (3.0, 7.0, 5.0)) == 1
+
+
+def test_the_first_tone_is_that_of_the_environment() -> None:
+    assert backdrops((0.1, 0.2, 0.3))[0] == pytest.approx((0.1, 0.2, 0.3))
+
+
+# The camera of these is inside the scene, or is the program's own.
+ENCLOSING = {"dolly", "still-life"}
+PROGRAMS = {path.stem: path for path in sorted(EXAMPLES.rglob("*.scene")) if path.stem not in ENCLOSING}
+GLOSSY = {"mug", "vase", "bottle"}  # whose rims are as bright as a light backdrop
+
+
+@pytest.mark.parametrize("name", only(GLOSSY, PROGRAMS))
+def test_outlines_of_examples_are_visible(name: str) -> None:
+    assert outline_contrast(loaded(PROGRAMS[name]), PictureOptions(width=640, height=480)) >= 20.0
+
+
+def test_a_scene_that_fills_the_picture_keeps_the_tone(make: Any) -> None:
+    wall = make.scene(make.primitive("cube", color=(1, 1, 1)))
+    options = PictureOptions(width=64, height=48, camera=Viewpoint(0, 0, distance=0.7))
+    staging = staging_of(wall, [0], 10)
+    assert toned(staging, still(wall, options.camera, None, 64, 48)).backdrop == CURRENT
 
 
 @pytest.mark.parametrize("strength", [0.2, 0.5])
