@@ -148,10 +148,10 @@ def _checked(name: str, settings: Mapping[str, Any]) -> Any:
     "[:at] [:bump::Number]",
     "List",
     "Return a texture for `:texture`: the pattern or image `name`, with elements of size `:scale` in scene "
-    "units, turned by `:turn` degrees, in two `:colors`. `:projection` is box, planar, cylindrical or spherical. The "
-    "pattern text shows `:text`. With `:side` (front, back, left, right, top or bottom), an image or a text is on that "
-    "side alone, once, and displaced by `:at` [right up]. `:bump` is the depth of a relief in units of `:scale`: the "
-    "first color is higher than the second.",
+    "units, turned by `:turn` degrees, in two `:colors`. `:projection` is box, planar, cylindrical, spherical, or uv "
+    "for mesh files: where the coordinates of the file put it. The pattern text shows `:text`. With `:side` (front, "
+    "back, left, right, top or bottom), an image or a text is on that side alone, once, and displaced by `:at` [right "
+    "up]. `:bump` is the depth of a relief in units of `:scale`: the first color is higher than the second.",
     ('(texture "brick" :scale .3)', '("brick" "scale" 0.3)'),
     check=check_texture,
     picture='(call "cube" :texture (texture "brick" :scale .4))',

@@ -51,7 +51,7 @@ from scenelang.backends.surfaces.precision import (
     chunks_of,
     own_offset,
 )
-from scenelang.backends.surfaces.restyling import in_mean_colors
+from scenelang.backends.surfaces.restyling import in_mean_colors, with_file_images
 from scenelang.backends.surfaces.solids import composed
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.backends.surfaces.tiles import normals_png, pictured, tile_of
@@ -418,6 +418,8 @@ def _export(
         scene = drawn_scene(chosen(scene, frame), options.limit, options.warn)
         scene, frame = _as_solids(scene, _setting(backend, options, "segments"), tolerance), None
         _warn_of_crowded_edges(scene, options.warn or (lambda _: None))
+    elif "texture" in reads:
+        scene = with_file_images(scene)
     plan = planned(scene, frame, 1 if parts and depth is None else depth, options.limit, options.warn)
     fields = {name: name for name in ("fps", "segments", "unit", "instancing", "draco")} | {
         "instances": "instance-limit"

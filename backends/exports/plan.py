@@ -18,7 +18,7 @@ from scenelang.backends.base import frame_of
 from scenelang.backends.surfaces.appearance import Look, check_seen, look_of
 from scenelang.backends.surfaces.contraction import contracted, crowded_edges
 from scenelang.backends.surfaces.precision import Copies, about, chunks_of, own_offset
-from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
+from scenelang.backends.surfaces.solids import coordinates_of, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.backends.surfaces.tiles import coordinates, corner_coordinates, pictured
 from scenelang.backends.surfaces.unwrapping import divided
@@ -329,10 +329,8 @@ class ExportSurface:
         return ExportSurface(flat[:, 3:6], _unit_normals(flat[:, 6:]), faces, joints=joints, uv=uv)
 
     def _by_own_coordinates(self, texture: Texture) -> ExportSurface:
-        """Return the surface with the texture coordinates of its file; raises SceneError if it has none."""
-        if self.chart is None or not np.isfinite(self.chart).all():
-            hint = "write `:projection` box, planar, cylindrical or spherical"
-            raise SceneError("attribute", "a mesh file whose texture has the projection uv has no coordinates", hint)
+        """Return the surface with the texture coordinates of its file."""
+        assert self.chart is not None, "solid_of refuses mesh files without coordinates"
         points = np.concatenate([self.chart, np.zeros((len(self.chart), 1))], axis=1)
         return replace(self, uv=coordinates(texture, points, points), colors=None)
 
@@ -518,7 +516,10 @@ def as_material(look: Look) -> Look:
 
 
 def solid_of(entity: Entity) -> Solid | None:
-    """Return the solid of a primitive, None if it is invisible."""
+    """Return the solid of a primitive, None if it is invisible.
+
+    Raises SceneError for a mesh file without the texture coordinates that the primitive's texture needs.
+    """
     shape = entity.shape
     if shape is None:
         return None
@@ -527,6 +528,9 @@ def solid_of(entity: Entity) -> Solid | None:
         mesh = own_mesh(shape)
         if mesh is None:
             return None
+        texture = look_of(entity).texture
+        if texture is not None and texture.projection == "uv":
+            coordinates_of(entity, mesh)  # which says if it has none
         offset = own_offset(mesh.vertices, mesh.faces)
         return Solid(None, (), shape, translation(offset), keeps_own_colors(entity, mesh))
     if not np.linalg.det(placed.matrix[:, :3]):

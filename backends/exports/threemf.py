@@ -1,7 +1,9 @@
 """Export to 3MF, the format of printers and slicers: named parts with colors, in real units.
 
 Each part of the root is an object of its word, whose components are the meshes below it; equal meshes are stored once.
-3MF is z up and has no mirrored transforms, so mirrored meshes are stored themselves (3MF Core Specification 1.3).
+Textures are images of the package with coordinates for each triangle (Materials and Properties Extension 1.2); the
+mean color, which readers without this extension show, is that of the mesh. 3MF is z up and has no mirrored transforms,
+so mirrored meshes are stored themselves (3MF Core Specification 1.3).
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from __future__ import annotations
 import html
 import re
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,12 +30,15 @@ from scenelang.backends.exports.export import (
 from scenelang.backends.exports.plan import ExportSurface, points_of
 from scenelang.backends.surfaces.appearance import Look
 from scenelang.backends.surfaces.image_files import to_srgb
+from scenelang.backends.surfaces.tiles import pictured, tile_of
+from scenelang.interpreter.scene.primitives.textures import Texture
 
 FloatArray = npt.NDArray[np.float64]
 
 _TYPES = """<?xml version="1.0" encoding="UTF-8"?>
 <Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
 <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
+<Default Extension="png" ContentType="image/png"/>
 <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
 </Types>
 """
@@ -42,6 +47,9 @@ _RELATIONS = """<?xml version="1.0" encoding="UTF-8"?>
 <Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
 </Relationships>
 """
+_TEXTURE_FOLDER = "/3D/Textures"
+_TEXTURE_RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dtexture"
+_MATERIALS = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02"
 _NAMESPACE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _MATERIALS_ID = 1  # id of the table of colors
 _TO_Z_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])  # y up to z up
@@ -55,28 +63,49 @@ def _write_3mf(job: Job, path: Path) -> None:
     """Write the first frame of the plan to ``path``; raises SceneError and LimitError."""
     model = _Model(job)
     text = "".join(model.lines())
+    files: dict[str, str | bytes] = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS}
+    if model.images:
+        files["3D/_rels/3dmodel.model.rels"] = _related(model.images)
+    files["3D/3dmodel.model"] = text
+    files |= {name.removeprefix("/"): image for name, image in model.images.items()}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", text)):
+        for name, data in files.items():
             archive.writestr(zipfile.ZipInfo(name, _TIME), data, zipfile.ZIP_DEFLATED)
 
 
+def _related(images: Iterable[str]) -> str:
+    """Return the relationships of the model to the images at paths of the package."""
+    lines = [
+        f'<Relationship Target="{name}" Id="image{number}" Type="{_TEXTURE_RELATION}"/>\n'
+        for number, name in enumerate(images)
+    ]
+    head, rest = _RELATIONS.split("<Relationship ", 1)
+    return head + "".join(lines) + rest.partition("/>\n")[2]
+
+
 class _Model:
-    """3MF model under construction: colors, meshes, objects and build items."""
+    """3MF model under construction: colors, textures, meshes, objects and build items.
+
+    ``images`` are PNG files by their path in the package.
+    """
 
     def __init__(self, job: Job) -> None:
         """Flatten the scene of a job."""
-        self._job, self._surfaces = job, Surfaces(job, ".3mf", shares=job.solid)
+        self._job, self._surfaces = job, Surfaces(job, ".3mf", shares=job.solid, textured=not job.solid)
         self._leaves = list(zip(self._surfaces.leaves.each(), self._surfaces.sides().tolist(), strict=True))
         self._colors: dict[str, int] = {}
         self._meshes: dict[tuple[int, bool], int] = {}
         self._objects: list[str] = []
+        self.images: dict[str, bytes] = {}
+        self._textures: dict[Texture, int] = {}
         self._next = _MATERIALS_ID + 1
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the model document."""
         parts = self._parts()
         unit = self._job.unit
-        yield f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="{unit}" xml:lang="en-US" xmlns="{_NAMESPACE}">\n'
+        yield f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="{unit}" xml:lang="en-US" xmlns="{_NAMESPACE}"'
+        yield f' xmlns:m="{_MATERIALS}">\n' if self._textures else ">\n"
         yield '<metadata name="Application">scenelang</metadata>\n<resources>\n'
         yield f'<basematerials id="{_MATERIALS_ID}">\n'
         yield from (f'<base name="{color}" displaycolor="{color}"/>\n' for color in self._colors)
@@ -118,16 +147,49 @@ class _Model:
         """Add a mesh and return its number; the most frequent color is that of the object."""
         vertices, faces, face_numbers = points_of(surface)
         colors = self._face_colors(look, surface, face_numbers)
+        group, places = self._places(look, surface, face_numbers)
         if mirrored:
-            vertices, faces = vertices * _MIRROR, faces[:, ::-1]
+            vertices, faces, places = vertices * _MIRROR, faces[:, ::-1], places[:, ::-1]
         common = int(np.bincount(colors).argmax()) if len(colors) else 0
         points = ('<vertex x="%.9g" y="%.9g" z="%.9g"/>\n' * len(vertices)) % tuple((vertices + 0.0).ravel().tolist())
         lines = [f"<mesh>\n<vertices>\n{points}</vertices>\n<triangles>\n"]
-        for (a, b, c), color in zip(faces.tolist(), colors.tolist(), strict=True):
+        for (a, b, c), color, (p, q, r) in zip(faces.tolist(), colors.tolist(), places.tolist(), strict=True):
             color_fields = "" if color == common else f' pid="{_MATERIALS_ID}" p1="{color}"'
+            if group:
+                color_fields = f' pid="{group}" p1="{p}" p2="{q}" p3="{r}"'
             lines.append(f'<triangle v1="{a}" v2="{b}" v3="{c}"{color_fields}/>\n')
         lines.append("</triangles>\n</mesh>")
         return self._add(f'name={_quoted(word)} pid="{_MATERIALS_ID}" pindex="{common}"', "".join(lines))
+
+    def _places(
+        self, look: Look, surface: ExportSurface, face_numbers: npt.NDArray[np.int64]
+    ) -> tuple[int, npt.NDArray[np.int64]]:
+        """Add the texture coordinates of a surface; return the number of their group, and those of the corners (F, 3).
+
+        The group is 0 for a surface without a texture.
+        """
+        if surface.uv is None or look.texture is None:
+            return 0, np.zeros((len(face_numbers), 3), np.int64)
+        image, corners = self._texture(look.texture), surface.uv[surface.faces[face_numbers]].reshape(-1, 2)
+        distinct, inverse = np.unique(np.round(corners, 7) + 0.0, axis=0, return_inverse=True)
+        lines = ('<m:tex2coord u="%.9g" v="%.9g"/>\n' * len(distinct)) % tuple(distinct.ravel().tolist())
+        number, self._next = self._next, self._next + 1
+        self._objects.append(f'<m:texture2dgroup id="{number}" texid="{image}">\n{lines}</m:texture2dgroup>\n')
+        return number, inverse.reshape(-1, 3)
+
+    def _texture(self, texture: Texture) -> int:
+        """Return the number of the image of a texture, added on first use."""
+        image = pictured(texture)
+        if image not in self._textures:
+            number, self._next = self._next, self._next + 1
+            name = f"{_TEXTURE_FOLDER}/{number}.png"
+            self.images[name], self._textures[image] = tile_of(image).png(), number
+            style = "clamp" if texture.side else "wrap"
+            self._objects.append(
+                f'<m:texture2d id="{number}" path="{name}" contenttype="image/png" tilestyleu="{style}"'
+                f' tilestylev="{style}"/>\n'
+            )
+        return self._textures[image]
 
     def _face_colors(
         self, look: Look, surface: ExportSurface, face_numbers: npt.NDArray[np.int64]
@@ -173,5 +235,5 @@ def _spelled(pose: FloatArray) -> str:
 THREE_MF = mesh_backend(
     "3mf", "3MF for printers and slicers: named parts with colours", (".3mf",), _write_3mf,
     options=(SIDES, TOLERANCE, Option("unit", "what a scene unit is in print", "millimeter", tuple(UNITS))),
-    attributes=("color", "opacity"),
+    attributes=("color", "opacity", "texture"),
 )  # fmt: skip

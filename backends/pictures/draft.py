@@ -50,7 +50,7 @@ from scenelang.backends.pictures.draft_light import (
     through_glass,
 )
 from scenelang.backends.pictures.rays import NOTHING, Caster, Keys, Rays, camera_rays, caster_for, depths_of, ids_of
-from scenelang.backends.pictures.stage import Shot, Stage, Staging
+from scenelang.backends.pictures.stage import Shot, Stage, Staging, has_free_tone
 from scenelang.backends.surfaces.environments import environment_of, tone_map
 from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.solids import Solids
@@ -205,9 +205,8 @@ def draw_lens(
 def toned(staging: Staging, shot: Shot) -> Staging:
     """Return a staging whose backdrop shows the outline of the scene in ``shot``, unless a ground is asked for."""
     environment = environment_of(staging.environment)
-    has_lights = staging.lighting is not None and bool(staging.lighting.lights)
-    is_chosen = staging.ground is not None or staging.backdrop is not None or has_lights
-    if is_chosen or environment.ground != "seamless" or environment.backdrop is None:
+    is_free = has_free_tone(environment, staging.ground, staging.lighting)
+    if not is_free or staging.backdrop is not None or environment.backdrop is None:
         return staging
     shot = replace(shot, camera=probing(shot.camera))
     stage = staging.stage(shot)

@@ -13,7 +13,7 @@ from scenelang.backends.base import frame_of
 from scenelang.backends.pictures.camera import BoxExtent, Camera, Extent, Viewpoint, checked, framed
 from scenelang.backends.pictures.declared import Lighting, ProgramCamera, View, resolved, share_of
 from scenelang.backends.surfaces.appearance import Color, check_seen, look_of
-from scenelang.backends.surfaces.environments import Studio, studio_for
+from scenelang.backends.surfaces.environments import Environment, Studio, studio_for
 from scenelang.backends.surfaces.lights import Light
 from scenelang.backends.surfaces.solids import Solids, normalized, parted, solids_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
@@ -313,6 +313,13 @@ class Staging:
         """Return the lighting of an image by ``camera``."""
         under = CLEAR_GROUNDS.get(self.ground or "", self.ground)
         return (self.lighting or Lighting()).studio(studio_for(camera.right, self.environment, under, self.backdrop))
+
+
+def has_free_tone(environment: Environment, ground: str | None, lighting: Lighting | None) -> bool:
+    """Return whether images of a scene choose the tone behind it: no ground, sky or light of the program sets it."""
+    has_lights = lighting is not None and bool(lighting.lights)
+    is_seamless = environment.ground == "seamless" and environment.backdrop is not None
+    return ground is None and not has_lights and is_seamless
 
 
 def staging_of(

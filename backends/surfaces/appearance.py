@@ -139,9 +139,11 @@ def look_of(entity: Entity) -> Look:
         chosen = shape.color_seed(entity.word, attributes)
         color = color if chosen is None else tint(*chosen)
     values = {name: value for name in READ if (value := attributes.get(name)) is not None}
-    if not values:
+    texture = None if shape is None else shape.own_texture
+    if not values and texture is None:
         return Look(color)
-    texture = None if values.get("texture") is None else _texture(entity, values["texture"])
+    if values.get("texture") is not None:
+        texture = _texture(entity, values["texture"])
     if texture is not None:
         color = tile_of(texture).mean
     if substance is not None:

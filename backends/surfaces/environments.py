@@ -162,7 +162,11 @@ class Studio:
 
 
 def studio_for(
-    right: FloatArray, environment: str = "studio", ground: str | None = None, backdrop: Color | None = None
+    right: FloatArray,
+    environment: str = "studio",
+    ground: str | None = None,
+    backdrop: Color | None = None,
+    panorama: Panorama | None = None,
 ) -> Studio:
     """Return the lighting of an image, by default with the key light beside the camera.
 
@@ -176,6 +180,8 @@ def studio_for(
         Name in ``GROUNDS``, by default that of the environment.
     backdrop
         Radiance that replaces the environment's behind the scene.
+    panorama
+        Replaces the image of the dome, which takes a while to compute.
 
     Raises
     ------
@@ -189,7 +195,7 @@ def studio_for(
     turn, height = camera + math.radians(chosen.turn), math.radians(chosen.height)
     direction = direction_at(turn, height)
     name = ground or chosen.ground
-    panorama = chosen.panorama or panorama_of(chosen.sky, chosen.ambient)
+    panorama = panorama or chosen.panorama or panorama_of(chosen.sky, chosen.ambient)
     dome = Dome(panorama, math.degrees(camera) + chosen.spin, chosen.strength)
     return Studio(chosen, direction, None if name == "none" else _ground(GROUNDS[name], chosen, direction), dome)
 

@@ -1,20 +1,27 @@
-"""Scenes in another style, as transformations of the entity graph: in clay, and as triangles."""
+"""Scenes in another style, as transformations of the entity graph: in clay, as triangles, and mesh files by image."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
+
+import numpy as np
 
 from scenelang.backends.surfaces.appearance import look_of
 from scenelang.backends.surfaces.cuts import CutSurface, two_sided
+from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
-from scenelang.grammar.datum import replace
+from scenelang.grammar.datum import dataclass, replace
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.exploding import with_frames
 from scenelang.interpreter.scene.modelling.computing import leaf_mesh
 from scenelang.interpreter.scene.modelling.solid import SolidShape
-from scenelang.interpreter.scene.primitives.base import MATERIALS
-from scenelang.interpreter.values.values import Embedding, Pair, Vector
+from scenelang.interpreter.scene.primitives.base import MATERIALS, WHITE
+from scenelang.interpreter.scene.primitives.mesh import Mesh
+from scenelang.interpreter.scene.primitives.mesh_file import MeshFile
+from scenelang.interpreter.scene.primitives.textures import Texture
+from scenelang.interpreter.values.values import IDENTITY, Embedding, Pair, Vector
 
 Warn = Callable[[Diagnostic], None]
 
@@ -77,6 +84,71 @@ def in_triangles(scene: Scene, limit: int, warn: Warn | None) -> Scene:
 
     drawn = drawn_scene(scene, limit, warn)
     return with_frames(drawn, _with_primitives(drawn.frames, faceted))
+
+
+@dataclass(frozen=True, slots=True)
+class FilePart(CutSurface):
+    """The part of a mesh file that one image colors, or that has no image."""
+
+    word = "mesh"
+    doc = "a part of a mesh file"
+    is_file = True
+
+    texture: Texture | None = None
+
+    @property
+    def own_texture(self) -> Texture | None:
+        return self.texture
+
+
+def with_file_images(scene: Scene) -> Scene:
+    """Return a scene whose mesh files with images are parts, each with one image as its texture.
+
+    So they are drawn and written as every texture is. A file of one image stays one primitive; of several, it becomes
+    an entity of its word with a primitive for each. Raises SceneError for files that cannot be read.
+    """
+    if not any(isinstance(entity.shape, MeshFile) for entity in descendants(*scene.frames)):
+        return scene
+
+    def parted(entity: Entity) -> Entity:
+        """Return a mesh file as its parts; any other primitive as it is."""
+        shape = entity.shape
+        mesh = own_mesh(shape) if isinstance(shape, MeshFile) and shape.file is not None else None
+        if mesh is None or not mesh.images or not keeps_own_colors(entity, mesh):
+            return entity
+        assert isinstance(shape, MeshFile)
+        parts = _parts_of(mesh, str(shape.file), str(shape.root))
+        if len(parts) == 1:
+            return Entity(entity.word, entity.embedding, (), parts[0], entity.tainted, entity.call_sites)
+        look = Embedding(attributes=entity.embedding.attributes)
+        more = entity.tainted, entity.call_sites
+        children = tuple(Pair(Entity(entity.word, look, (), part, *more), IDENTITY) for part in parts)
+        return Entity(entity.word, entity.embedding, children, None, *more)
+
+    return with_frames(scene, _with_primitives(scene.frames, parted))
+
+
+@lru_cache(maxsize=32)
+def _parts_of(mesh: Mesh, file: str, root: str) -> tuple[FilePart, ...]:
+    """Return the parts of a mesh by their image and its factor; one part without images keeps its own colors."""
+    assert mesh.image is not None, "a mesh with images has their numbers"
+    assert mesh.tint is not None, "a mesh with images has their factors"
+    keys = np.column_stack([mesh.image, np.where(mesh.image[:, None] >= 0, mesh.tint, 0.0)])
+    rows, place = np.unique(keys, axis=0, return_inverse=True)
+    parts = []
+    for k, (number, *factor) in enumerate(rows.tolist()):
+        chosen = place.reshape(-1) == k
+        faces, uv = mesh.faces[chosen], None if mesh.uv is None else mesh.uv[chosen]
+        if number < 0:
+            colors = np.ones((len(faces), 3)) if mesh.colors is None else mesh.colors[chosen]
+            red, green, blue = colors[0].tolist()
+            is_even = bool((colors == colors[0]).all())  # a color of the material, which every reader of files knows
+            part = Mesh(mesh.vertices, None, faces, None if is_even else colors)
+            parts.append(FilePart(surface=part, color=(red, green, blue) if is_even else WHITE))
+            continue
+        texture = Texture(file, 1.0, colors=(tuple(factor),), projection="uv", source=(root, int(number)))
+        parts.append(FilePart(surface=Mesh(mesh.vertices, None, faces, uv=uv), texture=texture))
+    return tuple(parts)
 
 
 def _with_primitives(frames: Sequence[Entity], changed: Callable[[Entity], Entity]) -> list[Entity]:

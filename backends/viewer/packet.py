@@ -15,13 +15,12 @@ import gzip
 import hashlib
 import html
 import json
-import math
 import os
 import secrets
 import struct
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -32,13 +31,12 @@ import numpy.typing as npt
 
 from scenelang.backends.files import check_folder, write_text
 from scenelang.backends.pictures.stage import box_of, unit_size
-from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, Color, Look, look_of
-from scenelang.backends.surfaces.environments import ENVIRONMENTS, SHOULDER
+from scenelang.backends.surfaces.appearance import GLASS, Color, Look, look_of
 from scenelang.backends.surfaces.precision import own_offset
+from scenelang.backends.surfaces.restyling import with_file_images
 from scenelang.backends.surfaces.solids import composed, coordinates_of, is_semantic, keeps_own_colors, own_mesh
 from scenelang.backends.surfaces.stand_ins import drawn_scene
-from scenelang.backends.viewer.start import backdrop_of, camera_of
+from scenelang.backends.viewer.start import cameras_of, studio_of, tone_of
 from scenelang.backends.viewer.texture_columns import texture_columns
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, SceneError, UsageError
@@ -484,7 +482,7 @@ def packet_of(
     limit: int = LIMIT,
     definitions: Mapping[str, Span] | None = None,
     splats: SplatsOf | None = None,
-    backdrop: Callable[[Scene], Color] = backdrop_of,
+    tone: Callable[[Scene], Color] = tone_of,
 ) -> bytes:
     """Return the packet of ``scene``.
 
@@ -497,6 +495,8 @@ def packet_of(
         Where words are bound.
     splats : callable, optional
         Returns the Gaussians to draw instead of the solids.
+    tone : callable, optional
+        Returns the factor of the radiance behind the scene.
     """
     columns = _Columns()
     total = sum(primitive_count(root) for root in scene.frames)
@@ -510,8 +510,10 @@ def packet_of(
     if notice is None:
         try:
             _add_instances(columns, header, _instances(scene, header, graph.number))
-            header["camera"] = camera_of(declared)
-            header["studio"]["backdrop"] = list(backdrop(declared))
+            header["cameras"] = cameras_of(declared)
+            header["studio"], panorama = studio_of(declared, tone(declared), unit_size(scene))
+            if panorama is not None:
+                columns.add("panorama", panorama.astype(np.float32).reshape(-1))
             if splats is not None:
                 _add_splats(columns, scene, splats)
         except SceneError as error:
@@ -597,7 +599,7 @@ def _drawable(scene: Scene, total: int, limit: int) -> tuple[Scene, str | None]:
             "its tree is complete."
         )
     try:
-        return drawn_scene(scene, limit), None
+        return with_file_images(drawn_scene(scene, limit)), None
     except LimitError as error:
         return scene, _as_sentence(error)
 
@@ -617,29 +619,11 @@ def _header(scene: Scene) -> dict[str, Any]:
         "frames": len(scene.frames),
         "notice": None,
         "box": None,
-        "camera": None,
+        "cameras": [],
         "textureSide": 0,
         "geometries": [],
         "paths": [],
-        "studio": studio_constants(),
-    }
-
-
-def studio_constants() -> dict[str, Any]:
-    """Return the lighting constants of ``studio`` for the page; angles in radians."""
-    light = ENVIRONMENTS["studio"]
-    return {
-        "backdrop": list(light.backdrop or light.ambient),
-        "ambient": list(light.ambient),
-        "key": list(light.key),
-        "keyRadius": math.radians(light.radius),
-        "keyTurn": math.radians(light.turn),
-        "keyHeight": math.radians(light.height),
-        "sky": asdict(light.sky),
-        "albedo": list(microfacets.ALBEDO),
-        "grazing": list(microfacets.GRAZING),
-        "brightest": BRIGHTEST,
-        "shoulder": SHOULDER,
+        "studio": studio_of(Scene(scene.word, scene.frames, scene.animated), (1.0, 1.0, 1.0), None)[0],
     }
 
 

@@ -17,7 +17,7 @@ from scenelang.backends.files import atomic_write, check_folder, read_regular, w
 from scenelang.backends.surfaces.appearance import Color
 from scenelang.backends.surfaces.image_files import from_srgb, to_srgb
 from scenelang.backends.viewer.packet import SplatsOf, packet_of
-from scenelang.backends.viewer.start import backdrop_of
+from scenelang.backends.viewer.start import tone_of
 from scenelang.files import beside
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Handle, Keyword, ListDatum, Source, Span, Symbol, atom_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, UsageError, capped, render_text
@@ -637,7 +637,7 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
     solids. The tone behind a scene is chosen when its file is read: what is typed and params that move keep it.
     """
     editings: dict[str, Editing] = {}
-    backdrops: dict[str, Color] = {}
+    tones: dict[str, Color] = {}
     last_stamps: dict[str, Stamps] = {}
 
     def evaluate(path: str, literals: Mapping[str, str], text: str | None = None) -> WorkspaceEvaluation:
@@ -660,10 +660,10 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
                 if result.scene is not None:
                     words = program.all_words if program is not None else None
                     if text is None and not literals:
-                        backdrops.pop(path, None)
+                        tones.pop(path, None)
                     packet = packet_of(
                         result.scene, limit, words, splats,
-                        lambda scene: backdrops.get(path) or backdrops.setdefault(path, backdrop_of(scene)),
+                        lambda scene: tones.get(path) or tones.setdefault(path, tone_of(scene)),
                     )  # fmt: skip
                     diagnostics = (*diagnostics, *linted(result, declaration_errors))
         except SceneError as error:

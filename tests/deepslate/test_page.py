@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from deepslate.packs import scene_of
+from support import chromium_path
 
 from scenelang.backends.base import find
 from scenelang.backends.deepslate.backend import find_browser, page_of_scene
@@ -149,3 +150,30 @@ def test_a_browser_that_is_named_must_be_there(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setenv("SCENELANG_BROWSER", "/nowhere/chromium")
     with pytest.raises(SceneError, match="the browser `/nowhere/chromium` given by SCENELANG_BROWSER does not exist"):
         find_browser()
+
+
+@pytest.mark.browser
+def test_the_page_is_turned_by_the_mouse(pack: Path, tmp_path: Path) -> None:
+    playwright = pytest.importorskip("playwright.sync_api")
+    executable = chromium_path()
+    if executable is None:
+        pytest.skip("there is no chromium")
+    saved = page_of_scene(scene_of('(block "stone" 0 0 0 3 1 1)'), str(pack))
+    (tmp_path / "a.html").write_text(saved.text, "utf-8")
+    flags = ["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=executable, args=flags)
+        page, errors = browser.new_page(viewport={"width": 300, "height": 200}), []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto((tmp_path / "a.html").as_uri())
+        page.wait_for_selector("body[data-ready=yes]", state="attached", timeout=60_000)
+        before = page.screenshot()
+        page.mouse.move(150, 100)
+        page.mouse.down()
+        page.mouse.move(220, 110)
+        page.mouse.up()
+        page.wait_for_timeout(1000)
+        after = page.screenshot()
+        browser.close()
+    assert errors == []
+    assert before != after

@@ -144,7 +144,7 @@ def test_a_body_has_the_mean_color_and_the_surface_of_its_first_part(given: str,
 
 @pytest.mark.parametrize(
     ("backend", "ending", "says"),
-    [(PLY, ".ply", True), (THREE_MF, ".3mf", True), (STL, ".stl", False), (OBJ, ".obj", False), (GLTF, ".glb", False)],
+    [(PLY, ".ply", True), (THREE_MF, ".3mf", False), (STL, ".stl", False), (OBJ, ".obj", False), (GLTF, ".glb", False)],
 )
 def test_formats_without_textures_say_so_once(backend: Backend, ending: str, says: bool, tmp_path: Path) -> None:
     """An STL file has no colors at all."""

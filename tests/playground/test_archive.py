@@ -93,12 +93,35 @@ def test_examples_are_the_desktop_s(archive: Path) -> None:
         expected = evaluate(path, {}, None).packet
         assert expected is not None
         (header, columns), (wanted, theirs) = _decoded(packet), _decoded(expected)
-        wanted["studio"]["backdrop"] = header["studio"]["backdrop"]  # the playground has no drafts that choose it
+        for name in ("backdrop", "ground"):  # the playground has no drafts that choose the tone
+            wanted["studio"][name] = header["studio"][name]
         _assert_close(header, wanted)
         assert columns.keys() == theirs.keys()
         for name, column in theirs.items():
             assert columns[name].shape == column.shape, (path, name)
             assert np.allclose(columns[name], column, rtol=1e-6, atol=1e-6), (path, name)
+
+
+LIT = """(environment "sky" :hour 16 :turn 20) (light :position [1 3 2] :look-at "a" :power 40 :angle 50)
+(light :direction [0 -1 0]) (camera :eye [3 2 5] :look-at "a" :roll 5) (camera "b" :azimuth 40)
+(bind "a" (lambda () (call "cube")))
+"""
+
+
+def test_light_and_cameras_are_the_desktop_s(archive: Path, tmp_path: Path) -> None:
+    out, program = tmp_path / "packets.pickle", tmp_path / "a.scene"
+    program.write_text(LIT)
+    words = [sys.executable, "-I", "-S", "-c", SCRIPT, str(archive / "modules"), str(out), str(tmp_path), str(program)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-2000:]
+    ((packet, errors),) = pickle.loads(out.read_bytes()).values()
+    assert packet is not None, errors
+    expected = evaluator(lambda path, values: Session(Options()), 1_000)(str(program), {}, None).packet
+    assert expected is not None
+    (header, columns), (wanted, theirs) = _decoded(packet), _decoded(expected)
+    _assert_close(header["cameras"], wanted["cameras"])
+    _assert_close(header["studio"], wanted["studio"])
+    assert np.allclose(columns["panorama"], theirs["panorama"], rtol=1e-6)
 
 
 TEXTURED = """(bind "a" (lambda () (union (call "cube" :texture "checker") (call "sphere" :texture "marble")

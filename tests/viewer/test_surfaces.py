@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import scenelang as sl
-from scenelang.backends.pictures.camera import camera_from_json
+from scenelang.backends.pictures.camera import axes_of, camera_from_json, rolled
 from scenelang.backends.pictures.declared import ProgramView
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.pictures.stage import still, unit_size
@@ -23,14 +23,14 @@ from scenelang.backends.surfaces.environments import ENVIRONMENTS
 from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.tiles import coordinates, tile_of
 from scenelang.backends.viewer import texture_columns as textures
-from scenelang.backends.viewer.packet import packet_of, studio_constants
-from scenelang.backends.viewer.start import backdrop_of, camera_of
+from scenelang.backends.viewer.packet import packet_of
+from scenelang.backends.viewer.start import cameras_of, studio_of, tone_of
 from scenelang.interpreter.scene.primitives.textures import PROJECTIONS, SIDES
 from scenelang.session.session import Options, Session, definition
 from scenelang.viewer.workspace import evaluator
 
 Make = Callable[..., Any]
-USUAL = list(ENVIRONMENTS["studio"].backdrop or ())
+USUAL = (1.0, 1.0, 1.0)
 
 
 def packet(program: str) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -182,7 +182,8 @@ def test_looks_have_coat_and_sheen() -> None:
 
 
 def test_the_studio_has_its_dome_and_its_tables() -> None:
-    studio = studio_constants()
+    studio, panorama = studio_of(sl.evaluate(shape("")).graph, USUAL, None)
+    assert panorama is None
     sky = ENVIRONMENTS["studio"].sky
     assert len(studio["sky"]["softboxes"]) == len(sky.softboxes) > 0
     assert studio["sky"]["softboxes"][0]["radiance"] == sky.softboxes[0].radiance
@@ -205,9 +206,9 @@ def test_the_backdrop_is_that_of_drafts() -> None:
 
 def test_a_large_scene_keeps_the_tone_of_the_studio(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = sl.evaluate(shape(":color [.9 .9 .9]", "sphere")).graph
-    assert list(backdrop_of(scene)) != USUAL
+    assert tone_of(scene) != USUAL
     monkeypatch.setattr("scenelang.backends.viewer.start._MOST_TONED", 0)
-    assert list(backdrop_of(scene)) == USUAL
+    assert tone_of(scene) == USUAL
 
 
 def test_typing_and_sliders_keep_the_tone(tmp_path: Path) -> None:
@@ -235,6 +236,8 @@ CAMERAS = [
     "(camera :eye [3 2 4] :look-at [0.5 0 0] :fov 20)",
     "(camera :eye [1 6 0] :look-at [1 0 0])",
     "(camera :azimuth -40 :elevation -30)",
+    "(camera :azimuth 70 :elevation 15 :roll 20)",
+    "(camera :eye [3 2 4] :look-at [0.5 0 0] :roll -130)",
     "(camera :azimuth 45 :elevation 30 :orthographic #t :distance 4)",
 ]
 
@@ -242,25 +245,30 @@ CAMERAS = [
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_the_first_camera_is_that_of_drafts(camera: str) -> None:
     scene = sl.evaluate(f'{camera}\n(camera "other" :azimuth 3)\n{shape("")}').graph
-    found = camera_of(scene)
-    assert found is not None
+    first, other = cameras_of(scene)
+    assert (first["name"], other["name"]) == ("", "other")
+    (found,) = first["poses"]
     expected = still(scene, ProgramView(), 0, 640, 480).camera.rescaled(*unit_size(scene))
-    a, e = np.radians([found["azimuth"], found["elevation"]])
-    forward = np.array([-np.sin(a) * np.cos(e), -np.sin(e), -np.cos(a) * np.cos(e)])
+    right, up, forward = rolled(axes_of(found["azimuth"], found["elevation"]), found["roll"])
     assert np.allclose(forward, expected.forward, atol=1e-6)
-    assert np.allclose([np.cos(a), 0, -np.sin(a)], expected.right, atol=1e-6)
+    assert np.allclose(right, expected.right, atol=1e-6)
+    assert np.allclose(up, expected.up, atol=1e-6)
+    assert first["isFramed"] == (camera in CAMERAS[3:5])
+    if first["isFramed"]:  # the page places it
+        assert found["fov"] == pytest.approx(35)
+        return
     half = np.tan(np.radians(found["fov"]) / 2) * (found["distance"] if found["orthographic"] else 1.0)
     assert half == pytest.approx(240 / expected.focal[1])
     away = np.array(found["target"]) - expected.eye
     assert np.allclose(np.cross(away, expected.forward), 0, atol=1e-6), "the target is in the middle of the image"
     if not found["orthographic"]:
         assert np.linalg.norm(away) == pytest.approx(found["distance"])
-    assert found["isFramed"] == (camera == CAMERAS[3])
 
 
 def test_a_program_without_cameras_or_with_a_wrong_one_starts_as_usual() -> None:
-    assert camera_of(sl.evaluate(shape("")).graph) is None
-    assert camera_of(sl.evaluate(f'(camera :look-at "nobody")\n{shape("")}').graph) is None
+    assert cameras_of(sl.evaluate(shape("")).graph) == []
+    cameras = cameras_of(sl.evaluate(f'(camera :look-at "nobody")\n(camera "a" :azimuth 3)\n{shape("")}').graph)
+    assert [camera["name"] for camera in cameras] == ["a"]
 
 
 # --- the page

@@ -469,6 +469,11 @@ class Primitive:
         return {**values, "color": list(self.color)} if self.has_color else values
 
     @property
+    def own_texture(self) -> Texture | None:
+        """Texture of a surface that no attribute gives it, such as the image of a mesh file."""
+        return None
+
+    @property
     def key(self) -> Primitive:
         """Primitive without its color and image, a cache key for its geometry."""
         return self if self.color == WHITE and self.image is None else replace(self, color=WHITE, image=None)

@@ -1,6 +1,6 @@
 // The page of a build: it turns under the mouse, its frames play, and `shoot` takes pictures of it.
 import { Vector3 } from "three";
-import { control, Viewpoint } from "../../../viewer/source/src/camera.js";
+import { control, cornerOf, Viewpoint } from "../../../viewer/source/src/camera.js";
 import { byId } from "../../../viewer/source/src/dom.js";
 import { Timeline } from "../../../viewer/source/src/timeline.js";
 import { readAtlas, readBuild } from "./build.js";
@@ -46,7 +46,7 @@ function watch(canvas, build, drawing) {
     waits = true;
   };
   viewpoint.aspect = canvas.clientWidth / Math.max(canvas.clientHeight, 1);
-  viewpoint.frame(staged(box.low), staged(box.high));
+  viewpoint.frame(cornerOf(staged(box.low), staged(box.high)));
   control(canvas, viewpoint, soon);
   window.addEventListener("resize", soon);
   const parts = { bar: byId("timeline"), play: byId("play"), slider: byId("frame"), label: byId("frame-label"), rate: byId("rate") };

@@ -1,18 +1,28 @@
 // The camera: the angles and framing of backends/camera.py, moved by mouse, touch and keyboard.
 import { MathUtils, OrthographicCamera, PerspectiveCamera, Vector3 } from "three";
 
-const MARGIN = 0.06; // of the half picture, on each side
-export const DEFAULT_VIEW = { azimuth: 30, elevation: 25, fov: 35 };
+const FILL = 0.91; // share of the picture's limiting side that what is framed takes
+const HORIZON = 2e4; // farthest point of the ground
+export const DEFAULT_VIEW = { azimuth: 30, elevation: 25, roll: 0, fov: 35 };
 
-export function axesOf(azimuth, elevation) {
+// Right, up and forward of a camera, for angles in degrees; the roll turns it clockwise.
+export function axesOf(azimuth, elevation, roll = 0) {
   const a = MathUtils.degToRad(azimuth);
   const e = MathUtils.degToRad(elevation);
   const right = new Vector3(Math.cos(a), 0, -Math.sin(a));
   const forward = new Vector3(-Math.sin(a) * Math.cos(e), -Math.sin(e), -Math.cos(a) * Math.cos(e));
-  return { right, up: new Vector3().crossVectors(right, forward), forward };
+  const up = new Vector3().crossVectors(right, forward);
+  if (!roll) return { right, up, forward };
+  const [c, s] = [Math.cos(MathUtils.degToRad(roll)), Math.sin(MathUtils.degToRad(roll))];
+  return { right: right.clone().multiplyScalar(c).addScaledVector(up, -s), up: up.clone().multiplyScalar(c).addScaledVector(right, s), forward };
 }
 
-// Azimuth, elevation, distance and target (stage frame), and the three.js camera placed by them.
+// The support function of a box: its corner that is farthest in a direction.
+export function cornerOf(low, high) {
+  return (d) => new Vector3(d.x < 0 ? low.x : high.x, d.y < 0 ? low.y : high.y, d.z < 0 ? low.z : high.z);
+}
+
+// Azimuth, elevation, roll, distance and target (stage frame), and the three.js camera placed by them.
 export class Viewpoint {
   constructor() {
     Object.assign(this, DEFAULT_VIEW);
@@ -20,6 +30,7 @@ export class Viewpoint {
     this.target = new Vector3();
     this.orthographic = false;
     this.aspect = 1;
+    this.floor = -1; // height of the ground
     this.perspectiveCamera = new PerspectiveCamera(DEFAULT_VIEW.fov, 1, 0.01, 1000);
     this.orthographicCamera = new OrthographicCamera();
   }
@@ -28,14 +39,18 @@ export class Viewpoint {
     return this.orthographic ? this.orthographicCamera : this.perspectiveCamera;
   }
 
+  get axes() {
+    return axesOf(this.azimuth, this.elevation, this.roll);
+  }
+
   get tangent() {
     return Math.tan(MathUtils.degToRad(this.fov) / 2);
   }
 
   // What is needed to look from here again.
   saved() {
-    const { azimuth, elevation, fov, orthographic, distance, target } = this;
-    return { azimuth, elevation, fov, orthographic, distance, target: target.toArray() };
+    const { azimuth, elevation, roll, fov, orthographic, distance, target } = this;
+    return { azimuth, elevation, roll, fov, orthographic, distance, target: target.toArray() };
   }
 
   take({ target, ...view }) {
@@ -51,15 +66,17 @@ export class Viewpoint {
 
   // Puts the three.js camera where the angles say.
   apply() {
-    const { right, up, forward } = axesOf(this.azimuth, this.elevation);
+    const { right, up, forward } = this.axes;
     const { camera } = this;
     camera.position.copy(this.target).addScaledVector(forward, -this.distance);
     camera.matrix.makeBasis(right, up, forward.clone().negate());
     camera.quaternion.setFromRotationMatrix(camera.matrix);
     const reach = camera.position.length();
     // the scene and its shadows lie within 1.9 of the origin; a far near plane tells depths apart where solids touch
-    camera.near = Math.max(0.005 * this.distance, 0.9 * (reach - 1.9), 1e-5);
-    camera.far = reach + 200;
+    const fall = this.tangent * (Math.abs(up.y) + this.aspect * Math.abs(right.y)) - forward.y; // of the lowest corner, at distance 1
+    const above = fall > 0 ? Math.max(camera.position.y - this.floor, 0) / fall : Infinity; // to the nearest ground
+    camera.near = Math.max(0.005 * this.distance, Math.min(0.9 * (reach - 1.9), 0.9 * above), 1e-5);
+    camera.far = reach + HORIZON;
     if (this.orthographic) {
       const half = this.tangent * this.distance;
       Object.assign(camera, { left: -half * this.aspect, right: half * this.aspect, top: half, bottom: -half });
@@ -73,21 +90,41 @@ export class Viewpoint {
     camera.updateMatrixWorld(true);
   }
 
-  // Frames the box from `low` to `high`: as near as its corners allow with a margin on every side.
-  frame(low, high) {
-    const { right, up, forward } = axesOf(this.azimuth, this.elevation);
+  // Frames a solid whose farthest point in a direction `farthest` gives, as pictures do (backends/pictures/camera.py,
+  // framed): its rectangle in the picture is in the middle, as large as fits.
+  frame(farthest) {
+    const { right, up, forward } = this.axes;
+    const reach = (direction) => farthest(direction).dot(direction);
+    const [low, high] = [-1, 1].map((sign) => new Vector3(...[0, 1, 2].map((i) => farthest(new Vector3().setComponent(i, sign)).getComponent(i))));
     const center = new Vector3().addVectors(low, high).multiplyScalar(0.5);
-    const corners = [];
-    for (const x of [low.x, high.x]) for (const y of [low.y, high.y]) for (const z of [low.z, high.z]) corners.push(new Vector3(x, y, z).sub(center));
-    const along = (axis) => corners.map((corner) => corner.dot(axis));
-    const z = along(forward);
-    const k = this.tangent * (1 - MARGIN);
-    const [x, y] = [along(right), along(up)];
-    const extent = Math.max(high.x - low.x, high.y - low.y, high.z - low.z);
-    const nearest = Math.max(fitted(x, z, k * this.aspect, this.orthographic), fitted(y, z, k, this.orthographic));
-    this.distance = Math.max(nearest, 1e-3 * extent) || 1;
-    const depth = z.map((value) => (this.orthographic ? 1 : Math.max(value + this.distance, 1e-9)));
-    this.target.copy(center).addScaledVector(right, middle(x, depth)).addScaledVector(up, middle(y, depth));
+    const extent = Math.max(...high.clone().sub(low).toArray());
+    const k = this.tangent * FILL;
+    const fitted = (axis, slope) => (this.orthographic
+      ? (reach(axis) + reach(axis.clone().negate())) / 2 / slope
+      : [1, -1].reduce((sum, sign) => sum + reach(axis.clone().multiplyScalar(sign / slope).sub(forward)) + center.dot(forward), 0) / 2);
+    const nearest = Math.max(fitted(right, k * this.aspect), fitted(up, k));
+    const front = reach(forward.clone().negate()) + center.dot(forward);
+    this.distance = Math.max(nearest, 1e-3 * extent, this.orthographic ? 0 : front + 1e-5 * extent) || 1;
+    this.target.copy(center);
+    for (const axis of [right, up]) this.target.addScaledVector(axis, this.middle(farthest, axis, forward, center));
+  }
+
+  // How far from `center` along an axis the picture's middle is, if the solid projects as far to one side as to the
+  // other. Of two points it projects to both sides by t = (x1 - x2) / (z1 + z2), and those for which this is largest are
+  // found by the points that are farthest along the axis tilted by the last t (Dinkelbach, 1967).
+  middle(farthest, axis, forward, center) {
+    const depth = (p) => (this.orthographic ? 1 : Math.max(p.sub(center).dot(forward) + this.distance, 1e-9));
+    let [tilt, found] = [0, 0];
+    for (let step = 0; step < 20; step += 1) {
+      const [a, b] = [1, -1].map((sign) => farthest(axis.clone().multiplyScalar(sign).addScaledVector(forward, this.orthographic ? 0 : -tilt)));
+      const [xa, xb] = [a, b].map((p) => p.dot(axis) - center.dot(axis));
+      const [za, zb] = [a, b].map((p) => depth(p.clone()));
+      found = (xa * zb + xb * za) / (za + zb);
+      const next = (xa - xb) / (za + zb);
+      if (Math.abs(next - tilt) <= 1e-9 * Math.abs(next)) break;
+      tilt = next;
+    }
+    return found;
   }
 
   // The text that `render --camera` understands, lengths in the scene's units.
@@ -97,6 +134,7 @@ export class Viewpoint {
     const parts = [
       `azimuth=${number(wrapped(this.azimuth))}`,
       `elevation=${number(this.elevation)}`,
+      ...(this.roll ? [`roll=${number(this.roll)}`] : []),
       `distance=${number(this.distance / scale)}`,
       `fov=${number(this.fov)}`,
       `target=${target.map(number).join(":")}`,
@@ -106,7 +144,7 @@ export class Viewpoint {
 
   // The camera's JSON form (docs: "camera"), for a picture of width x height pixels.
   json({ center, scale }, width, height) {
-    const { right, up, forward } = axesOf(this.azimuth, this.elevation);
+    const { right, up, forward } = this.axes;
     const back = this.orthographic ? 4 : 0; // nothing may stand behind a camera of parallel projection
     const eye = this.camera.position.clone().addScaledVector(forward, -back).toArray().map((x, i) => x / scale + center[i]);
     const down = up.clone().negate();
@@ -131,35 +169,16 @@ function wrapped(degrees) {
   return MathUtils.euclideanModulo(degrees + 180, 360) - 180;
 }
 
-// The least distance from which all corners are in view.
-function fitted(x, z, k, orthographic) {
-  if (orthographic) return (Math.max(...x) - Math.min(...x)) / 2 / k;
-  const a = Math.max(...x.map((value, i) => value - k * z[i]));
-  const b = Math.max(...x.map((value, i) => -value - k * z[i]));
-  return (a + b) / (2 * k);
-}
-
-// Where the corners project as far to one side as to the other.
-function middle(x, depth) {
-  let [best, found] = [-Infinity, 0];
-  for (let i = 0; i < x.length; i++)
-    for (let j = 0; j < x.length; j++) {
-      const ratio = (x[i] - x[j]) / (depth[i] + depth[j]);
-      if (ratio > best) [best, found] = [ratio, (x[i] * depth[j] + x[j] * depth[i]) / (depth[i] + depth[j])];
-    }
-  return found;
-}
-
 // Lets pointer, wheel and arrow keys over `element` move `viewpoint`; calls `moved` after each step. While `isHeld()`, the
 // pointer holds something else.
-export function control(element, viewpoint, moved, isHeld) {
+export function control(element, viewpoint, moved, isHeld = () => false) {
   const pointers = new Map();
   const turn = (dx, dy) => {
     viewpoint.azimuth -= dx * 0.4;
     viewpoint.elevation = MathUtils.clamp(viewpoint.elevation + dy * 0.4, -90, 90);
   };
   const pan = (dx, dy) => {
-    const { right, up } = axesOf(viewpoint.azimuth, viewpoint.elevation);
+    const { right, up } = viewpoint.axes;
     const unit = (2 * viewpoint.tangent * viewpoint.distance) / element.clientHeight;
     viewpoint.target.addScaledVector(right, -dx * unit).addScaledVector(up, dy * unit);
   };

@@ -1,5 +1,6 @@
 // The dome around a scene (backends/surfaces/dome.py): its radiance by direction, sharp, blurred by rough surfaces, and
-// the light that it sends onto surfaces. The page makes these tables from the gradient and the softboxes of the studio.
+// the light that it sends onto surfaces. The page makes these tables from the gradient and the softboxes of the studio,
+// or from a panorama.
 import { ClampToEdgeWrapping, DataArrayTexture, DataTexture, DataUtils, HalfFloatType, LinearFilter, RepeatWrapping, RGBAFormat } from "three";
 
 const [HEIGHT, SOURCE, TABLE] = [128, 32, 24]; // rows of images in latitude and longitude
@@ -7,10 +8,11 @@ const BLURS = [0.25, 0.5, 0.75, 1]; // roughnesses of blurred images
 
 // The textures `dome`, and `domeTables` in layers: one for each blur, then light from above the horizon and from all
 // around.
-export function domeOf({ sky, ambient }) {
-  const image = panorama(sky, ambient);
-  const dome = prepared(new DataTexture(halves(image), 2 * HEIGHT, HEIGHT, RGBAFormat, HalfFloatType));
-  const domeTables = prepared(new DataArrayTexture(halves(tabled(smaller(image))), 2 * TABLE, TABLE, BLURS.length + 2));
+export function domeOf({ sky, ambient }, panorama) {
+  const image = panorama ?? gradient(sky, ambient);
+  const height = Math.sqrt(image.length / 6);
+  const dome = prepared(new DataTexture(halves(image), 2 * height, height, RGBAFormat, HalfFloatType));
+  const domeTables = prepared(new DataArrayTexture(halves(tabled(smaller(image, height))), 2 * TABLE, TABLE, BLURS.length + 2));
   domeTables.type = HalfFloatType;
   return { dome, domeTables };
 }
@@ -48,7 +50,7 @@ function solidAngles(height) {
   return Float64Array.from({ length: height }, (_, row) => (edge(row) - edge(row + 1)) * (Math.PI / height));
 }
 
-function panorama(sky, ambient) {
+function gradient(sky, ambient) {
   const boxes = sky.softboxes.map(softbox);
   const toward = directions(HEIGHT);
   const image = new Float64Array(toward.length);
@@ -88,12 +90,12 @@ function step(inside) {
   return t * t * (3 - 2 * t);
 }
 
-// The image with SOURCE rows.
-function smaller(image) {
+// An image of `height` rows with SOURCE rows.
+function smaller(image, height) {
   const found = new Float64Array(SOURCE * 2 * SOURCE * 3);
-  const [fine, coarse, block] = [solidAngles(HEIGHT), solidAngles(SOURCE), HEIGHT / SOURCE];
+  const [fine, coarse, block] = [solidAngles(height), solidAngles(SOURCE), height / SOURCE];
   for (let at = 0; at < image.length; at += 3) {
-    const [row, column] = [Math.floor(at / (6 * HEIGHT)), (at / 3) % (2 * HEIGHT)];
+    const [row, column] = [Math.floor(at / (6 * height)), (at / 3) % (2 * height)];
     const [low, over] = [Math.floor(row / block), Math.floor(column / block)];
     const share = fine[row] / coarse[low];
     for (let c = 0; c < 3; c += 1) found[(low * 2 * SOURCE + over) * 3 + c] += share * image[at + c];

@@ -1,10 +1,12 @@
 // What is drawn: one InstancedMesh per geometry and kind of surface, filled with the instances that are to be seen.
-import { BufferAttribute, BufferGeometry, DataArrayTexture, DataTexture, DynamicDrawUsage, FloatType, Group, InstancedBufferAttribute, InstancedMesh, LinearFilter, LinearMipmapLinearFilter, NearestFilter, RepeatWrapping, RGBAFormat, SRGBColorSpace } from "three";
+import { BufferAttribute, BufferGeometry, DataArrayTexture, DataTexture, DynamicDrawUsage, FloatType, Group, InstancedBufferAttribute, InstancedMesh, LinearFilter, LinearMipmapLinearFilter, Matrix3, Matrix4, NearestFilter, RepeatWrapping, RGBAFormat, SRGBColorSpace, Vector3 } from "three";
 
 const LOOK = 12; // floats a primitive
 const PLACEMENT = 24;
 const COARSE = 7; // pixels of half diagonal up to which a round solid of few sides looks the same
 const MOST_FINE = 4000;
+const EVEN = 1e-6; // difference of heights that is rounding
+const MOST_FRAMED = 200000; // instances whose silhouette is framed, which takes half a second
 
 export class Instances {
   // `materials(isClear, isTextured, geometry)` gives the material of a kind of surface.
@@ -43,6 +45,10 @@ export class Instances {
     for (const bucket of this.parts()) bucket.mesh?.dispose();
     for (const geometry of this.geometries ?? []) geometry.dispose();
     for (const texture of [this.looks, this.placements, this.tiles]) texture?.dispose();
+  }
+
+  get materials() {
+    return this.buckets.map((bucket) => bucket.material);
   }
 
   // The number of primitives in a frame, drawn or not.
@@ -171,6 +177,57 @@ export class Instances {
       return [leaf, m[2] * rowPose[at + 3] + m[6] * rowPose[at + 7] + m[10] * rowPose[at + 11]];
     }));
     this.fill(bucket, [...bucket.leaves].sort((a, b) => depth.get(a) - depth.get(b)));
+  }
+
+  // The farthest point in a direction of what is drawn in all frames, as a function; null without any, or of too many.
+  farthest() {
+    if (!this.ready) return null;
+    const { rowPose, rowPrimitive } = this.packet.columns;
+    const rows = Array.from(rowPrimitive.keys()).filter((row) => this.bucketOf[rowPrimitive[row]] >= 0);
+    if (!rows.length || rows.length > MOST_FRAMED) return null;
+    const extents = this.geometries.map((geometry) => {
+      geometry.computeBoundingSphere();
+      const { boundingBox: { min, max }, boundingSphere: { center, radius } } = geometry;
+      return { center, radius, half: max.clone().sub(min).multiplyScalar(0.5) };
+    });
+    const bounds = new Float64Array(rows.length);
+    return (direction) => {
+      const [dx, dy, dz] = direction.toArray();
+      let first = 0;
+      const local = (at) => [0, 1, 2].map((c) => dx * rowPose[at + c] + dy * rowPose[at + 4 + c] + dz * rowPose[at + 8 + c]);
+      rows.forEach((row, i) => {
+        const at = 12 * row;
+        const { center, radius, half } = extents[this.geometryOf(row)];
+        const [x, y, z] = local(at);
+        bounds[i] = dx * rowPose[at + 3] + dy * rowPose[at + 7] + dz * rowPose[at + 11] + x * center.x + y * center.y + z * center.z
+          + Math.min(radius * Math.hypot(x, y, z), Math.abs(x) * half.x + Math.abs(y) * half.y + Math.abs(z) * half.z);
+        if (bounds[i] > bounds[first]) first = i;
+      });
+      const best = { value: -Infinity, point: new Vector3() };
+      this.reach(rows[first], direction, best);
+      rows.forEach((row, i) => { if (bounds[i] > best.value + EVEN && i !== first) this.reach(row, direction, best); });
+      return best.point;
+    };
+  }
+
+  geometryOf(row) {
+    return this.buckets[this.bucketOf[this.packet.columns.rowPrimitive[row]]].geometry;
+  }
+
+  // Replaces `best` by the farthest vertex of an instance if that is farther.
+  reach(row, direction, best) {
+    const { rowPose } = this.packet.columns;
+    const { array, count } = this.geometries[this.geometryOf(row)].getAttribute("position");
+    const pose = new Matrix4().set(...rowPose.subarray(12 * row, 12 * row + 12), 0, 0, 0, 1);
+    const { x, y, z } = direction.clone().applyMatrix3(new Matrix3().setFromMatrix4(pose).transpose());
+    let [farthest, most] = [0, -Infinity];
+    for (let i = 0; i < count; i += 1) {
+      const value = x * array[3 * i] + y * array[3 * i + 1] + z * array[3 * i + 2];
+      if (value > most) [farthest, most] = [i, value];
+    }
+    const point = new Vector3().fromArray(array, 3 * farthest).applyMatrix4(pose);
+    const value = point.dot(direction);
+    if (value > best.value) Object.assign(best, { value, point });
   }
 
   // The box [low, high] in the stage's frame of instances [from, to) of the shown frame; a bound, exact for boxes.

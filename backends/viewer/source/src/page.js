@@ -1,6 +1,6 @@
 // The page: joins the source of scenes, the picture and the panels.
 import { Vector3 } from "three";
-import { DEFAULT_VIEW, Viewpoint } from "./camera.js";
+import { cornerOf, DEFAULT_VIEW, Viewpoint } from "./camera.js";
 import { listen } from "./controls.js";
 import { showDiagnostics } from "./diagnostics.js";
 import { byId, counted, debounced, el, fill } from "./dom.js";
@@ -28,6 +28,7 @@ export class Page {
     this.packet = null;
     this.selection = null;
     this.isFramed = false;
+    this.followed = null; // camera of the program
     this.busy = null;
     this.labels = new Labels(byId("labels"));
     this.overlay = null;
@@ -132,6 +133,7 @@ export class Page {
     this.pathWords = packet.paths.map((path) => path.map((word) => packet.words[word]));
     this.splats = packet.columns.splatStart ? new Splats(packet) : null;
     this.stage.take(this.instances, this.splats, packet);
+    this.viewpoint.floor = this.stage.ground.position.y;
     this.timeline.take(packet.frames);
     this.words.take(this.graph.wordCounts(this.timeline.frame));
     this.tree.take(this.graph, this.timeline.frame);
@@ -142,7 +144,8 @@ export class Page {
     const isThere = selection !== null && this.graph.nodesOn(this.timeline.frame, selection) !== null;
     this.selection = isThere ? selection : null;
     this.refill();
-    if (!this.isFramed && packet.box) this.lookFrom(packet.camera);
+    this.listCameras();
+    if (!this.isFramed && packet.box) this.lookFrom(packet.cameras[0] ?? null);
     this.showSelection();
   }
 
@@ -163,6 +166,7 @@ export class Page {
       this.tree.take(this.graph, this.frame);
       this.words.take(this.graph.wordCounts(this.frame));
     }
+    if (this.followed) this.lookFrom(this.followed);
     this.refill();
     this.showSelection();
   }
@@ -189,6 +193,7 @@ export class Page {
   }
 
   moved() {
+    this.followed = null;
     this.viewpoint.apply();
     this.isMoving = true;
     this.arrangeLater();
@@ -231,16 +236,24 @@ export class Page {
     this.draw();
   }
 
-  frameBox(low, high) {
-    this.viewpoint.frame(new Vector3(...low), new Vector3(...high));
+  // Frames what `farthest` gives the farthest points of.
+  frameSolid(farthest) {
+    this.viewpoint.frame(farthest);
     this.isFramed = true;
     this.moved();
   }
 
+  frameBox(low, high) {
+    this.frameSolid(cornerOf(new Vector3(...low), new Vector3(...high)));
+  }
+
+  // Frames what is seen of all frames; of very many instances, their box.
   frameAll() {
     const box = this.packet?.box;
     if (!box) return;
-    this.frameBox(this.staged(box.low), this.staged(box.high));
+    const farthest = this.instances.farthest();
+    if (farthest) this.frameSolid(farthest);
+    else this.frameBox(this.staged(box.low), this.staged(box.high));
   }
 
   // A point of the scene in the stage's frame.
@@ -249,17 +262,29 @@ export class Page {
     return point.map((x, i) => (x - center[i]) * scale);
   }
 
-  // Looks as a camera of the program does, or shows everything.
+  // Lists the cameras of the program among the views.
+  listCameras() {
+    const { cameras } = this.packet;
+    const options = cameras.map(({ name }, i) => el("option", { value: `camera ${i}` }, name || "Camera"));
+    const group = byId("program-cameras");
+    fill(group, ...options);
+    group.hidden = !options.length;
+    if (this.followed) this.followed = cameras.find(({ name }) => name === this.followed.name) ?? null;
+  }
+
+  // Looks as a camera of the program does, and follows it over the frames until the view changes; without one, shows
+  // everything.
   lookFrom(camera) {
     if (camera) {
-      const { azimuth, elevation, fov, orthographic, distance, target } = camera;
-      this.viewpoint.take({ azimuth, elevation, fov, orthographic, distance, target });
+      const { poses } = camera;
+      this.viewpoint.take(poses[Math.round((this.frame * (poses.length - 1)) / Math.max(1, this.packet.frames - 1))]);
     }
     if (!camera || camera.isFramed) this.frameAll();
     else {
       this.isFramed = true;
       this.moved();
     }
+    this.followed = camera?.poses.length > 1 ? camera : null;
   }
 
   frameSelection() {
@@ -269,10 +294,12 @@ export class Page {
   }
 
   setView(name) {
+    const [, number] = name.split("camera ");
+    if (number) this.lookFrom(this.packet?.cameras[Number(number)] ?? null);
     const view = VIEWS[name];
     if (!view) return;
     [this.viewpoint.azimuth, this.viewpoint.elevation, this.viewpoint.orthographic] = view;
-    this.viewpoint.fov = DEFAULT_VIEW.fov;
+    Object.assign(this.viewpoint, { fov: DEFAULT_VIEW.fov, roll: 0 });
     this.frameAll();
   }
 

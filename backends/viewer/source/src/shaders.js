@@ -157,47 +157,52 @@ const NOISE = /* glsl */ `
   float noise(vec2 pixel) { return fract(52.9829189 * fract(dot(pixel, vec2(0.06711056, 0.00583715))) + seed * 0.61803399); }
 `;
 
-// Percentage-closer soft shadows: the penumbra widens with the blocker's distance, as a light of `keyRadius` casts it.
+// Percentage-closer soft shadows: the penumbra widens with the blocker's distance, as a light far away casts it whose
+// radius has the tangent `spread`. A map is a tile of a texture: its corner, and its share of the side.
 const SHADOW = /* glsl */ `
   uniform sampler2D shadowMap;
   uniform mat3 lightAxes; // columns: right, up, towards the light
   uniform float keySpread; // tan(keyRadius)
   uniform float shadowTexel; // in stage units
+  const vec3 WHOLE = vec3(0.0, 0.0, 1.0);
   ${NOISE}
   vec2 tap(int i, float count, float turn) {
     float angle = float(i) * 2.399963229728653 + turn;
     return vec2(cos(angle), sin(angle)) * sqrt((float(i) + 0.5) / count);
   }
-  float mapped(sampler2D map, vec2 at) {
+  float mapped(sampler2D map, vec3 tile, vec2 at) {
     vec2 uv = at / (2.0 * SHADOW_HALF) + 0.5;
     if (uv.x <= 0.0 || uv.y <= 0.0 || uv.x >= 1.0 || uv.y >= 1.0) return 1e9;
-    float depth = texture2D(map, uv).r;
+    float depth = texture2D(map, tile.xy + uv * tile.z).r;
     return depth >= 1.0 ? 1e9 : SHADOW_NEAR + depth * (SHADOW_FAR - SHADOW_NEAR);
   }
-  float keyShare(vec3 point, vec3 normal) {
-    vec3 tilt = normal * lightAxes;
+  float farShare(sampler2D map, vec3 tile, mat3 axes, float spread, float texel, vec3 point, vec3 normal) {
+    vec3 tilt = normal * axes;
     if (tilt.z <= 0.0) return 0.0;
-    vec3 local = (point + normal * shadowTexel * (0.8 + 1.6 * sqrt(1.0 - tilt.z * tilt.z))) * lightAxes;
+    vec3 local = (point + normal * texel * (0.8 + 1.6 * sqrt(1.0 - tilt.z * tilt.z))) * axes;
     float depth = SHADOW_DISTANCE - local.z;
     vec2 slope = tilt.xy / max(tilt.z, 0.2);
     float turn = 6.2831853 * noise(gl_FragCoord.xy);
     float widest = 0.22 * SHADOW_HALF;
-    float reach = clamp((depth - SHADOW_DISTANCE + 1.0) * keySpread, 2.0 * shadowTexel, widest);
+    float reach = clamp((depth - SHADOW_DISTANCE + 1.0) * spread, 2.0 * texel, widest);
     float blockers = 0.0;
     float distance = 0.0;
     for (int i = 0; i < 16; i++) {
       vec2 d = tap(i, 16.0, turn) * reach;
-      float above = depth + dot(d, slope) - mapped(shadowMap, local.xy + d);
-      if (above > 0.5 * shadowTexel) { blockers += 1.0; distance += above; }
+      float above = depth + dot(d, slope) - mapped(map, tile, local.xy + d);
+      if (above > 0.5 * texel) { blockers += 1.0; distance += above; }
     }
     if (blockers == 0.0) return 1.0;
-    float radius = clamp(distance / blockers * keySpread, 0.9 * shadowTexel, widest);
+    float radius = clamp(distance / blockers * spread, 0.9 * texel, widest);
     float lit = 0.0;
     for (int i = 0; i < 24; i++) {
       vec2 d = tap(i, 24.0, turn + 2.0) * radius;
-      lit += depth + dot(d, slope) - mapped(shadowMap, local.xy + d) > 0.5 * shadowTexel ? 0.0 : 1.0;
+      lit += depth + dot(d, slope) - mapped(map, tile, local.xy + d) > 0.5 * texel ? 0.0 : 1.0;
     }
     return lit / 24.0;
+  }
+  float keyShare(vec3 point, vec3 normal) {
+    return farShare(shadowMap, WHOLE, lightAxes, keySpread, shadowTexel, point, normal);
   }
 `;
 
@@ -221,22 +226,23 @@ const SKY = /* glsl */ `
     float hidden = 0.0;
     for (int i = 0; i < 4; i++) {
       vec2 d = tap(i, 4.0, turn) * 3.0 * skyTexel;
-      hidden += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, local.xy + d) > skyTexel ? 0.25 : 0.0;
+      hidden += SHADOW_DISTANCE - local.z + dot(d, slope) - mapped(skyMap, WHOLE, local.xy + d) > skyTexel ? 0.25 : 0.0;
     }
     return 1.0 - float(SKY_SAMPLES) * tilt.z / total * hidden;
   }
 `;
 
 const TONE = /* glsl */ `
-  uniform float shoulder;
+  uniform float shoulder, exposure;
   vec3 tone(vec3 c) {
+    c *= exposure;
     vec3 over = max(c - shoulder, 0.0);
     return mix(max(c, 0.0), 1.0 - (1.0 - shoulder) * exp(-over / (1.0 - shoulder)), step(shoulder, c));
   }
 `;
 
 const LIGHT = /* glsl */ `
-  uniform vec3 backdrop, ambient, key;
+  uniform vec3 ambient, key, groundLight; // the last: radiance of the ground without shadows
   uniform sampler2D dome; // radiance by longitude and latitude
   uniform sampler2DArray domeTables; // the same blurred in four steps, light from above, light from all around
   uniform float domeTurn; // share of a turn
@@ -255,7 +261,7 @@ const LIGHT = /* glsl */ `
     float height = clamp(point.y - groundHeight, 0.0, 10.0);
     float turnedAway = 0.5 - 0.5 * dot(normal, lightAxes[2]);
     float shaded = 0.7 * turnedAway * exp(-height / 0.35);
-    return sky + (0.5 - 0.5 * normal.y) * backdrop * (1.0 - shaded);
+    return sky + (0.5 - 0.5 * normal.y) * groundLight * (1.0 - shaded);
   }
   // What hides the surrounding light is itself lit, and taken to have the colour albedo.
   vec3 surrounding(vec3 light, vec3 albedo, float share) {
@@ -292,9 +298,9 @@ const GLOSS = /* glsl */ `
     float below = min(floor(level), 3.0);
     vec3 sharp = below < 0.5 ? textureLod(dome, at, 0.0).rgb : textureLod(domeTables, vec3(at, below - 1.0), 0.0).rgb;
     vec3 sky = mix(sharp, textureLod(domeTables, vec3(at, below), 0.0).rgb, level - below);
-    return hasGround ? mix(backdrop, sky, clamp(0.5 + 0.5 * d.y / rough, 0.0, 1.0)) : sky;
+    return hasGround ? mix(groundLight, sky, clamp(0.5 + 0.5 * d.y / rough, 0.0, 1.0)) : sky;
   }
-  vec3 highlight(vec3 n, vec3 v, vec3 l, vec3 reflectance, float toward, float rough) {
+  vec3 facets(vec3 n, vec3 v, vec3 l, vec3 reflectance, float toward, float rough) {
     vec3 h = normalize(l + v);
     float alpha2 = rough * rough * rough * rough;
     float facing = clamp(dot(n, l), 0.0, 1.0);
@@ -302,7 +308,10 @@ const GLOSS = /* glsl */ `
     float d = straight * straight * (alpha2 - 1.0) + 1.0;
     float spread = alpha2 / (3.14159265 * d * d);
     float masked = 0.5 / max(facing * sqrt(toward * toward * (1.0 - alpha2) + alpha2) + toward * sqrt(facing * facing * (1.0 - alpha2) + alpha2), 1e-4);
-    return schlick(reflectance, clamp(dot(h, l), 0.0, 1.0), rough) * spread * masked * facing * 3.14159265 * key;
+    return schlick(reflectance, clamp(dot(h, l), 0.0, 1.0), rough) * spread * masked;
+  }
+  vec3 highlight(vec3 n, vec3 v, vec3 l, vec3 reflectance, float toward, float rough) {
+    return facets(n, v, l, reflectance, toward, rough) * clamp(dot(n, l), 0.0, 1.0) * 3.14159265 * key;
   }
 `;
 
@@ -332,6 +341,113 @@ const SURFACE = /* glsl */ `
   }
 `;
 
+// The lights of the program (backends/pictures/draft_lamps.py), of eight texels each (lamps.js); their shadow maps are
+// tiles of one texture.
+const LAMPS = /* glsl */ `
+  #ifdef LAMPS
+    uniform sampler2D lamps, lampMaps;
+    uniform int lampCount;
+    uniform float lampTiles; // on a side of the texture
+    vec4 lamp(int number, int part) { return texelFetch(lamps, ivec2(part, number), 0); }
+    vec3 tileOf(float number) { return vec3(mod(number, lampTiles), floor(number / lampTiles), 1.0) / lampTiles; }
+    // A vector in the axes of a face of the cube around a lamp: ahead, to the sides, and behind.
+    vec3 onFace(int face, vec3 p) {
+      if (face == 0) return p;
+      if (face == 1) return vec3(-p.z, p.y, p.x);
+      if (face == 2) return vec3(p.z, p.y, -p.x);
+      if (face == 3) return vec3(p.x, -p.z, p.y);
+      return face == 4 ? vec3(p.x, p.z, -p.y) : vec3(-p.x, p.y, -p.z);
+    }
+    int faceOf(vec3 p) {
+      vec3 along = abs(p);
+      if (along.z >= along.x && along.z >= along.y) return p.z > 0.0 ? 0 : 5;
+      if (along.x >= along.y) return p.x > 0.0 ? 1 : 2;
+      return p.y > 0.0 ? 3 : 4;
+    }
+    // The share of a lamp of the radius \`extent\` that is visible from a point at p with the normal n, in its axes.
+    float nearShare(int number, vec3 p, vec3 n, float extent) {
+      vec4 maps = lamp(number, 6), planes = lamp(number, 7); // first tile, faces, half width of a face at distance 1
+      int face = maps.y < 1.5 ? 0 : faceOf(p);
+      p = onFace(face, p);
+      n = onFace(face, n);
+      vec3 tile = tileOf(maps.x + float(face));
+      float size = float(textureSize(lampMaps, 0).x) * tile.z;
+      float perTexel = 2.0 * maps.z / size;
+      p += n * 0.7 * max(p.z, 1e-9) * perTexel;
+      float z = max(p.z, 1e-9), plane = dot(n, p), turn = 6.2831853 * noise(gl_FragCoord.xy);
+      float radius = clamp(extent / z, perTexel, 0.12 * size * perTexel);
+      float blockers = 0.0, above = 0.0, lit = 0.0;
+      for (int i = 0; i < 40; i++) {
+        if (i == 16) {
+          if (blockers == 0.0) return 1.0;
+          float blocker = max(z - above / blockers, 1e-9);
+          radius = clamp(extent * max(z - blocker, 0.0) / blocker / z, perTexel, 0.12 * size * perTexel);
+        }
+        vec2 at = p.xy / z + (i < 16 ? tap(i, 16.0, turn) : tap(i - 16, 24.0, turn + 2.0)) * radius;
+        float slope = dot(n, vec3(at, 1.0));
+        float reach = clamp(slope < -1e-6 ? plane / slope : 2.0 * z, 0.25 * z, 2.0 * z) * 0.999;
+        vec2 uv = clamp(0.5 + 0.5 * at / maps.z, 0.5 / size, 1.0 - 0.5 / size);
+        float depth = texture2D(lampMaps, tile.xy + uv * tile.z).r;
+        float blocked = reach - (depth >= 1.0 ? 1e9 : planes.x * planes.y / (planes.y - depth * (planes.y - planes.x)));
+        if (i >= 16) lit += blocked > 0.0 ? 0.0 : 1.0;
+        else if (blocked > 0.0) { blockers += 1.0; above += blocked; }
+      }
+      return lit / 24.0;
+    }
+    // The irradiance at a point, without shadows; \`toward\` becomes the direction to the lamp.
+    vec3 irradiance(int number, vec3 point, vec3 n, out vec3 toward) {
+      vec4 place = lamp(number, 0), right = lamp(number, 1), up = lamp(number, 2), ahead = lamp(number, 3), flux = lamp(number, 4), size = lamp(number, 5);
+      if (place.w < 0.5) { // a sun
+        toward = -ahead.xyz;
+        return flux.rgb * max(dot(n, toward), 0.0);
+      }
+      vec3 offset = place.xyz - point;
+      float distance = max(length(offset), 1e-6);
+      toward = offset / distance;
+      if (place.w > 2.5) { // an area
+        float total = 0.0;
+        for (int k = 0; k < 16; k++) {
+          vec2 at = (vec2(k % 4, k / 4) + 0.5) / 4.0 - 0.5;
+          vec3 d = place.xyz + at.x * size.x * right.xyz + at.y * size.y * up.xyz - point;
+          float away = max(length(d), 1e-6);
+          total += max(dot(n, d), 0.0) * max(-dot(d, ahead.xyz), 0.0) / pow(away, 4.0);
+        }
+        return flux.rgb * total / (16.0 * 3.14159265);
+      }
+      vec3 found = flux.rgb * max(dot(n, toward), 0.0) / (4.0 * 3.14159265 * distance * distance);
+      if (place.w < 1.5) return found;
+      float angle = acos(clamp(-dot(toward, ahead.xyz), -1.0, 1.0));
+      return found * clamp((right.w - angle) / (right.w * up.w), 0.0, 1.0);
+    }
+    // The radiance that a surface reflects of all lamps.
+    vec3 lampLight(vec3 point, vec3 n, vec3 v, vec3 albedo, float ior, vec4 finish) {
+      vec3 total = vec3(0.0);
+      float cosine = clamp(dot(n, v), 1e-3, 1.0);
+      for (int i = 0; i < lampCount; i++) {
+        vec3 toward, light = irradiance(i, point, n, toward);
+        if (max(light.r, max(light.g, light.b)) <= 0.0) continue;
+        vec4 place = lamp(i, 0), ahead = lamp(i, 3);
+        mat3 axes = mat3(lamp(i, 1).xyz, lamp(i, 2).xyz, ahead.xyz);
+        if (place.w < 0.5) {
+          axes[2] = -axes[2];
+          vec3 tile = tileOf(lamp(i, 6).x);
+          light *= farShare(lampMaps, tile, axes, ahead.w, 2.0 * SHADOW_HALF / (float(textureSize(lampMaps, 0).x) * tile.z), point, n);
+        } else light *= nearShare(i, (point - place.xyz) * axes, n * axes, ahead.w);
+        vec3 found = albedo * light / 3.14159265;
+        if (finish.x >= 0.0) {
+          float base = atNormal(ior);
+          vec3 shine = facets(n, v, toward, mix(vec3(base), albedo, finish.y), cosine, max(finish.x, 0.06));
+          found = found * (1.0 - finish.y) * (1.0 - base) + shine * light;
+        }
+        total += found;
+      }
+      return total;
+    }
+  #else
+    vec3 lampLight(vec3 point, vec3 n, vec3 v, vec3 albedo, float ior, vec4 finish) { return vec3(0.0); }
+  #endif
+`;
+
 // What is in front of the section plane is not there.
 const SECTION = /* glsl */ `
   uniform vec4 section; // normal, and the offset beyond which nothing is drawn
@@ -354,6 +470,8 @@ export const SOLID_FRAGMENT = /* glsl */ `
   ${LIGHT}
   ${GLOSS}
   ${SURFACE}
+  ${LAMPS}
+  uniform bool isUnlit;
   ${TEXTURE}
   ${SECTION}
   // A hue for a number, far from those of the numbers beside it.
@@ -386,6 +504,7 @@ export const SOLID_FRAGMENT = /* glsl */ `
     float facing = max(dot(n, l), 0.0);
     vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
     if (finish.x >= 0.0) color = glossy(color, albedo, n, v, vec2(sky, lit), glow.w, finish);
+    color = isUnlit ? albedo : color + lampLight(vPoint, n, v, albedo, glow.w, finish);
     color = exposed(color + glow.rgb);
     if (mode == 1) color = hue(vInstance.y) * (0.6 + 0.4 * abs(dot(n, v)));
     else if (mode == 2) color = pow(0.5 + 0.5 * n, vec3(2.2));
@@ -406,14 +525,51 @@ export const SOLID_FRAGMENT = /* glsl */ `
 
 export const GROUND_FRAGMENT = /* glsl */ `
   varying vec3 vPoint;
-  uniform vec3 ground; // reflectance
+  uniform vec3 ground[2]; // reflectance of the squares
+  uniform float checker; // their side
   ${SHADOW}
   ${SKY}
   ${LIGHT}
+  ${GLOSS}
+  ${LAMPS}
   void main() {
     vec3 n = vec3(0.0, 1.0, 0.0);
-    gl_FragColor = vec4(exposed(ground * (surrounding(ambient, vec3(0.4), skyShare(vPoint, n)) + key * lightAxes[2].y * keyShare(vPoint, n))), 1.0);
+    vec2 square = floor(vPoint.xz / checker);
+    vec3 albedo = mod(square.x + square.y, 2.0) < 0.5 ? ground[0] : ground[1];
+    vec3 light = albedo * (surrounding(ambient, vec3(0.4), skyShare(vPoint, n)) + key * lightAxes[2].y * keyShare(vPoint, n));
+    gl_FragColor = vec4(exposed(light + lampLight(vPoint, n, n, albedo, 1.0, vec4(-1.0))), 1.0);
   }
+`;
+
+// What is behind the scene, all over the picture: a color, or the dome.
+export const BACKDROP_VERTEX = /* glsl */ `
+  varying vec3 vView;
+  void main() {
+    mat4 p = projectionMatrix;
+    vec3 d = isOrthographic ? vec3(0.0, 0.0, -1.0) : vec3((position.xy + p[2].xy) / vec2(p[0][0], p[1][1]), -1.0);
+    vView = d * mat3(viewMatrix);
+    gl_Position = vec4(position.xy, 1.0, 1.0);
+  }
+`;
+
+export const BACKDROP_FRAGMENT = /* glsl */ `
+  varying vec3 vView;
+  uniform vec3 backdrop;
+  uniform bool showsDome;
+  ${SHADOW}
+  ${LIGHT}
+  void main() {
+    gl_FragColor = vec4(exposed(showsDome ? textureLod(dome, onDome(normalize(vView)), 0.0).rgb : backdrop), 1.0);
+  }
+`;
+
+// A lamp that is seen, a sphere or a rectangle.
+export const SHINING_FRAGMENT = /* glsl */ `
+  varying vec3 vPoint;
+  uniform vec3 radiance;
+  ${TONE}
+  uniform bool isToned;
+  void main() { gl_FragColor = vec4(isToned ? tone(radiance) : radiance, 1.0); }
 `;
 
 // Depth from the key light; what is see-through lets a share of its texels pass.

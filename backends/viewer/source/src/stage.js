@@ -1,17 +1,19 @@
 // The picture: the studio's light, the ground, the key light's shadow map, the film, and picking by numbers.
-import { Box3, Box3Helper, CircleGeometry, Color, DepthTexture, DoubleSide, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, NearestFilter, NoBlending, OrthographicCamera, PlaneGeometry, Scene, ShaderMaterial, Vector2, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget } from "three";
+import { Box3, Box3Helper, CircleGeometry, Color, DepthTexture, DoubleSide, FloatType, HalfFloatType, Matrix3, Matrix4, Mesh, NearestFilter, NoBlending, PlaneGeometry, RingGeometry, Scene, ShaderMaterial, Vector2, Vector3, Vector4, WebGLRenderer, WebGLRenderTarget } from "three";
 import { domeOf } from "./dome.js";
+import { aim, DISTANCE, farView, HALF, Lamps } from "./lamps.js";
 import * as shaders from "./shaders.js";
 
-const HALF = 1.02; // half the width of the shadow map: the scene lies in the unit ball
-const DISTANCE = 3;
 const BELOW = 1e-4; // the ground lies this far under the lowest point, so that flat floors hide it
 const ACCENT = new Vector3(0.03, 0.24, 0.85);
 const SKY_SIZE = 512;
 const SAMPLES = 32; // of a still picture: sky directions, places in the pixel, turns of the shadows' taps
+const [GROUND, HORIZON] = [150, 2e4]; // radius of the ground where it has shadows, and of all of it
 const NOTHING = 1e9; // offset of a section plane that cuts nothing
 const SLOW = 120; // milliseconds; where a sample takes longer, a still picture stays as it is
 const DEFINES = { SHADOW_HALF: HALF.toFixed(4), SHADOW_DISTANCE: "3.0", SHADOW_NEAR: "1.5", SHADOW_FAR: "4.5", SKY_SAMPLES: String(SAMPLES) };
+
+const AXES = [new Vector3(1, 0, 0), new Vector3(0, 1, 0), new Vector3(0, 0, -1)];
 
 export class Stage {
   constructor(canvas) {
@@ -25,9 +27,12 @@ export class Stage {
     this.shadowFor = null;
     const size = Math.min(2048, this.renderer.capabilities.maxTextureSize);
     this.shadow = depthTarget(size);
-    this.light = new OrthographicCamera(-HALF, HALF, HALF, -HALF, 1.5, 4.5);
+    this.light = farView(AXES);
     this.sky = depthTarget(SKY_SIZE);
-    this.skyLight = this.light.clone();
+    this.skyLight = farView(AXES);
+    this.lamps = null;
+    this.lampMaps = null;
+    this.lampsAreOld = false;
     this.plain = new WebGLRenderTarget(1, 1, { type: HalfFloatType }); // a sample of a still picture
     this.sum = new WebGLRenderTarget(1, 1, { type: HalfFloatType, depthBuffer: false });
     this.samples = SAMPLES;
@@ -35,13 +40,15 @@ export class Stage {
     this.pickTarget = new WebGLRenderTarget(1, 1);
     this.uniforms = sharedUniforms(this.shadow, this.sky);
     this.ground = this.makeGround();
+    this.backdrop = fullScreen(shaders.BACKDROP_FRAGMENT, this.uniforms, { vertexShader: shaders.BACKDROP_VERTEX, defines: DEFINES });
+    this.backdrop.renderOrder = -2;
     this.outline = new Box3Helper(new Box3(), new Color(ACCENT.x, ACCENT.y, ACCENT.z));
     this.outline.visible = false;
-    this.scene.add(this.ground, this.outline);
+    this.scene.add(this.backdrop, this.ground, this.outline);
     this.depthMaterial = this.material(shaders.SOLID_VERTEX, shaders.DEPTH_FRAGMENT, { side: DoubleSide });
     this.pickMaterial = this.material(shaders.SOLID_VERTEX, shaders.PICK_FRAGMENT, { side: DoubleSide, blending: NoBlending });
     this.placeMaterial = this.material(shaders.SOLID_VERTEX, shaders.PLACE_FRAGMENT, { side: DoubleSide, blending: NoBlending });
-    this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, shoulder: this.uniforms.shoulder }, {});
+    this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, shoulder: this.uniforms.shoulder, exposure: this.uniforms.exposure }, {});
     this.adder = fullScreen(shaders.ADD_FRAGMENT, { picture: { value: this.plain.texture }, share: { value: 1 } }, { transparent: true });
   }
 
@@ -56,10 +63,10 @@ export class Stage {
   }
 
   makeGround() {
-    const mesh = new Mesh(new CircleGeometry(150, 96).rotateX(-Math.PI / 2), this.material(shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT, {}));
-    mesh.frustumCulled = false;
-    mesh.renderOrder = -1;
-    return mesh;
+    const material = this.material(shaders.GROUND_VERTEX, shaders.GROUND_FRAGMENT, {});
+    const parts = [new CircleGeometry(GROUND, 96), new RingGeometry(GROUND, HORIZON, 96)].map((geometry) => new Mesh(geometry.rotateX(-Math.PI / 2), material));
+    for (const part of parts) Object.assign(part, { frustumCulled: false, renderOrder: -1 });
+    return parts[0].add(parts[1]);
   }
 
   // Takes over the instances of a packet, and the Gaussians that are seen in their place, or null.
@@ -74,12 +81,8 @@ export class Stage {
     }
     const { studio, box } = packet;
     const value = (name, next) => { this.uniforms[name].value = next; };
-    for (const name of ["backdrop", "ambient", "key"]) value(name, new Vector3(...studio[name]));
-    value("brightest", studio.brightest);
-    value("shoulder", studio.shoulder);
-    value("keySpread", Math.tan(studio.keyRadius));
-    this.takeStudio(studio);
-    this.renderer.setClearColor(new Color().setRGB(...studio.backdrop), 1);
+    this.takeStudio(studio, packet.columns.panorama);
+    this.takeLights(studio.lights);
     const height = box ? (box.low[1] - box.center[1]) * box.scale - BELOW : -1;
     value("groundHeight", height);
     this.ground.position.y = height;
@@ -92,16 +95,53 @@ export class Stage {
     this.shadowFor = null;
   }
 
-  takeStudio(studio) {
-    const isNew = !this.studio || JSON.stringify([studio.sky, studio.ambient]) !== JSON.stringify([this.studio.sky, this.studio.ambient]);
+  takeStudio(studio, panorama) {
+    const { uniforms } = this;
+    const isNew = !this.studio || JSON.stringify([studio.environment, studio.sky, studio.ambient]) !== JSON.stringify([this.studio.environment, this.studio.sky, this.studio.ambient]);
     this.studio = studio;
-    this.uniforms.facetAlbedo.value = studio.albedo;
-    this.uniforms.facetGrazing.value = studio.grazing;
+    for (const name of ["ambient", "key"]) uniforms[name].value.fromArray(studio[name]);
+    uniforms.backdrop.value.fromArray(studio.backdrop ?? studio.ambient);
+    uniforms.showsDome.value = studio.backdrop === null;
+    (studio.ground ?? [[0, 0, 0], [0, 0, 0]]).forEach((color, i) => uniforms.ground.value[i].fromArray(color));
+    for (const name of ["brightest", "shoulder", "exposure", "isUnlit", "checker"]) uniforms[name].value = studio[name];
+    uniforms.keySpread.value = Math.tan(studio.keyRadius);
+    uniforms.facetAlbedo.value = studio.albedo;
+    uniforms.facetGrazing.value = studio.grazing;
+    this.renderer.setClearColor(new Color().setRGB(...uniforms.backdrop.value.toArray()), 1);
     if (!isNew) return;
-    for (const [name, texture] of Object.entries(domeOf(studio))) {
-      this.uniforms[name].value?.dispose();
-      this.uniforms[name].value = texture;
+    for (const [name, texture] of Object.entries(domeOf(studio, panorama))) {
+      uniforms[name].value?.dispose();
+      uniforms[name].value = texture;
     }
+  }
+
+  // Takes over the lights of the program.
+  takeLights(lights) {
+    const { uniforms } = this;
+    const defines = lights.length ? { ...DEFINES, LAMPS: "1" } : DEFINES;
+    for (const material of [this.ground.material, ...this.instances.materials]) {
+      if (Boolean(material.defines.LAMPS) === Boolean(lights.length)) continue;
+      material.defines = { ...material.defines, ...defines };
+      if (!lights.length) delete material.defines.LAMPS;
+      material.needsUpdate = true;
+    }
+    if (this.lamps) {
+      this.scene.remove(this.lamps.group);
+      this.lamps.dispose();
+    }
+    this.lamps = lights.length ? new Lamps(lights, (own) => new ShaderMaterial({ vertexShader: shaders.GROUND_VERTEX, fragmentShader: shaders.SHINING_FRAGMENT, uniforms: { ...uniforms, ...own } }), this.renderer.capabilities.maxTextureSize) : null;
+    if (this.lampMaps && this.lampMaps.width !== this.lamps?.side) {
+      this.lampMaps.depthTexture.dispose();
+      this.lampMaps.dispose();
+      this.lampMaps = null;
+    }
+    if (!this.lamps) return;
+    this.lampMaps ??= depthTarget(this.lamps.side);
+    this.scene.add(this.lamps.group);
+    uniforms.lamps.value = this.lamps.texture;
+    uniforms.lampMaps.value = this.lampMaps.depthTexture;
+    uniforms.lampCount.value = lights.length;
+    uniforms.lampTiles.value = this.lamps.perSide;
   }
 
   leave() {
@@ -157,21 +197,25 @@ export class Stage {
     this.shadowFor = null;
   }
 
-  // The key light stands left of the camera and above, and turns with it, as the dome does.
+  // The key light stands left of the camera and above, and turns with it, as the dome does, unless both are fixed.
   turnLight(azimuth) {
-    this.uniforms.domeTurn.value = azimuth / 360;
-    const turn = (azimuth * Math.PI) / 180 + this.studio.keyTurn;
-    const flat = Math.cos(this.studio.keyHeight);
-    const towards = new Vector3(Math.sin(turn) * flat, Math.sin(this.studio.keyHeight), Math.cos(turn) * flat);
-    const right = new Vector3().crossVectors(new Vector3(0, 1, 0), towards).normalize();
+    const { studio, uniforms } = this;
+    const around = (azimuth * Math.PI) / 180;
+    uniforms.domeTurn.value = (around + studio.domeTurn) / (2 * Math.PI);
+    const flat = Math.cos(studio.keyHeight);
+    const towards = new Vector3(Math.sin(around + studio.keyTurn) * flat, Math.sin(studio.keyHeight), Math.cos(around + studio.keyTurn) * flat);
+    aim(this.light, this.takeAxes("lightAxes", towards));
+    const { ambient, key, ground, groundLight } = uniforms;
+    groundLight.value.copy(key.value).multiplyScalar(towards.y).add(ambient.value);
+    groundLight.value.multiply(new Vector3().addVectors(...ground.value).multiplyScalar(0.5));
+  }
+
+  // Sets a uniform to the axes right, up and towards a light; they, with forward in place of the last, are the answer.
+  takeAxes(name, towards) {
+    const right = new Vector3().crossVectors(Math.abs(towards.y) < 0.999 ? new Vector3(0, 1, 0) : new Vector3(1, 0, 0), towards).normalize();
     const up = new Vector3().crossVectors(towards, right);
-    const axes = new Matrix4().makeBasis(right, up, towards);
-    this.uniforms.lightAxes.value.setFromMatrix4(axes);
-    const { ambient, key, backdrop, ground } = this.uniforms;
-    for (const c of ["x", "y", "z"]) ground.value[c] = backdrop.value[c] / (ambient.value[c] + key.value[c] * towards.y);
-    this.light.position.copy(towards).multiplyScalar(DISTANCE);
-    this.light.quaternion.setFromRotationMatrix(axes);
-    this.light.updateMatrixWorld(true);
+    this.uniforms[name].value.setFromMatrix4(new Matrix4().makeBasis(right, up, towards));
+    return [right, up, towards.clone().negate()];
   }
 
   // Draws at once; `refine` makes it better while nothing moves.
@@ -183,12 +227,14 @@ export class Stage {
     this.uniforms.isToned.value = true;
     this.uniforms.seed.value = 0;
     const isKept = isMoving && this.isSlow && this.shadowFor !== null; // the light follows when the camera rests
-    if (this.shadowFor !== viewpoint.azimuth && !isKept) {
-      this.turnLight(viewpoint.azimuth);
+    const azimuth = this.studio.isFixed ? 0 : viewpoint.azimuth;
+    if (this.shadowFor !== azimuth && !isKept) {
+      this.turnLight(azimuth);
+      if (this.shadowFor === null) this.lampsAreOld = this.lamps !== null;
       this.drawShadow();
-      this.shadowFor = viewpoint.azimuth;
+      this.shadowFor = azimuth;
     }
-    this.uniforms.hasGround.value = this.ground.visible = this.hasGround && viewpoint.camera.position.y > this.ground.position.y;
+    this.uniforms.hasGround.value = this.ground.visible = this.hasGround && this.studio.ground !== null && viewpoint.camera.position.y > this.ground.position.y;
     this.uniforms.pixel.value = 2 / (viewpoint.camera.projectionMatrix.elements[5] * this.film.height);
     this.expose(viewpoint.camera, this.film);
     this.show(this.film.texture, viewpoint.camera, false);
@@ -230,7 +276,10 @@ export class Stage {
     const number = this.samples;
     this.uniforms.seed.value = number;
     this.uniforms.isToned.value = false;
-    if (this.instances.buckets.some((bucket) => bucket.isClear)) this.drawShadow();
+    if (this.instances.buckets.some((bucket) => bucket.isClear)) {
+      this.lampsAreOld = this.lamps !== null;
+      this.drawShadow();
+    }
     this.drawSky(number);
     camera.setViewOffset(width, height, ((number * 0.7548777) % 1) - 0.5, ((number * 0.5698403) % 1) - 0.5, width, height);
     this.expose(camera, this.plain);
@@ -260,18 +309,16 @@ export class Stage {
   }
 
   drawShadow() {
-    this.drawDepth(this.shadow, this.light);
+    if (this.studio.key.some((channel) => channel > 0)) this.drawDepth(this.shadow, this.light);
+    if (!this.lampsAreOld) return;
+    this.lamps.cast(this.renderer, this.lampMaps, (camera) => this.drawWith(this.depthMaterial, camera));
+    this.renderer.setRenderTarget(null);
+    this.lampsAreOld = false;
   }
 
   drawSky(number) {
-    const towards = this.uniforms.skyDirections.value[number];
-    const right = new Vector3().crossVectors(Math.abs(towards.y) < 0.9 ? new Vector3(0, 1, 0) : new Vector3(1, 0, 0), towards).normalize();
-    const axes = new Matrix4().makeBasis(right, new Vector3().crossVectors(towards, right), towards);
-    this.uniforms.skyAxes.value.setFromMatrix4(axes);
+    aim(this.skyLight, this.takeAxes("skyAxes", this.uniforms.skyDirections.value[number]));
     this.uniforms.hasSky.value = true;
-    this.skyLight.position.copy(towards).multiplyScalar(DISTANCE);
-    this.skyLight.quaternion.setFromRotationMatrix(axes);
-    this.skyLight.updateMatrixWorld(true);
     this.drawDepth(this.sky, this.skyLight);
   }
 
@@ -285,7 +332,7 @@ export class Stage {
   drawWith(material, camera) {
     const group = this.instances.group;
     this.scene.overrideMaterial = material;
-    const others = [this.ground, this.outline, ...(this.splats ? [this.splats.mesh] : [])].map((object) => [object, object.visible]);
+    const others = [this.backdrop, this.ground, this.outline, ...(this.lamps ? [this.lamps.group] : []), ...(this.splats ? [this.splats.mesh] : [])].map((object) => [object, object.visible]);
     for (const [object] of others) object.visible = false;
     if (group.children.length) this.renderer.render(this.scene, camera);
     for (const [object, visible] of others) object.visible = visible;
@@ -319,7 +366,7 @@ export class Stage {
     const pixel = new Uint8Array(4);
     renderer.readRenderTargetPixels(this.pickTarget, 0, 0, 1, 1, pixel);
     renderer.setRenderTarget(null);
-    renderer.setClearColor(new Color().setRGB(...this.studio.backdrop), 1);
+    renderer.setClearColor(new Color().setRGB(...this.uniforms.backdrop.value.toArray()), 1);
     camera.clearViewOffset();
     camera.updateProjectionMatrix();
     return pixel;
@@ -359,7 +406,8 @@ function sharedUniforms(shadow, sky) {
   return {
     shadowMap: { value: shadow.depthTexture }, shadowTexel: { value: (2 * HALF) / shadow.width }, seed: { value: 0 }, hasSky: { value: false }, isToned: { value: true },
     skyMap: { value: sky.depthTexture }, skyTexel: { value: (2 * HALF) / sky.width }, skyAxes: { value: new Matrix3() }, skyDirections: { value: skyDirections() }, lightAxes: { value: new Matrix3() }, keySpread: { value: 0 },
-    backdrop: vector(), ambient: vector(), key: vector(), ground: vector(), brightest: { value: 1 }, shoulder: { value: 1 },
+    backdrop: vector(), ambient: vector(), key: vector(), ground: { value: [new Vector3(), new Vector3()] }, groundLight: vector(), checker: { value: 1 }, showsDome: { value: false }, isUnlit: { value: false }, exposure: { value: 1 },
+    lamps: { value: null }, lampMaps: { value: null }, lampCount: { value: 0 }, lampTiles: { value: 1 }, brightest: { value: 1 }, shoulder: { value: 1 },
     dome: { value: null }, domeTables: { value: null }, domeTurn: { value: 0 }, hasGround: { value: true }, facetAlbedo: { value: [] }, facetGrazing: { value: [] },
     placements: { value: null }, tiles: { value: null }, pixel: { value: 0 },
     mode: { value: 0 }, section: { value: new Vector4(0, 0, 0, NOTHING) }, depths: { value: new Vector2(1, 2) },
