@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.facts.frame import FrameFacts
-from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, bodies_of
+from scenelang.backends.facts.frame import facts_of
+from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies
 from scenelang.backends.surfaces.distance import IntArray, Pairs, depths, distances, neighbours
 from scenelang.backends.surfaces.solids import FloatArray, is_object
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.inspection.instance_paths import Locator, is_handle, is_plain
-from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of, frame_numbers, some_handles
+from scenelang.interpreter.inspection.numbering import Ancestry, frame_numbers, some_handles
 from scenelang.interpreter.scene.bounds import parts_box
 from scenelang.interpreter.scene.entity import Entity, Scene, contains_blocks
 from scenelang.interpreter.scene.modelling.computing import leaf_mesh, manifold_of_mesh
@@ -103,8 +103,9 @@ class Arrangement:
         self.scene = scene
         self.frame = frame
         self.root = scene.frames[frame]
-        self.ancestry: Ancestry = ancestry_of(self.root)
-        self.bodies: Bodies = bodies_of(self.root)
+        self.facts = facts_of(self.root)
+        self.ancestry: Ancestry = self.facts.ancestry
+        self.bodies: Bodies = self.facts.solids
         self._surfaces: dict[int, Manifold] = {}
         self._meshes: dict[int, Mesh] = {}
         self._boxes: dict[int, tuple[FloatArray, FloatArray]] = {}
@@ -265,11 +266,6 @@ class Arrangement:
             min(_TOUCH_RATIO * self.bodies.size, _TOUCH_OBJECT_RATIO * float((high - low).max())),
             1e-9 * self.bodies.size,
         )
-
-    @cached_property
-    def facts(self) -> FrameFacts:
-        """Bodies, contacts, ground and verdicts of the frame."""
-        return FrameFacts(self.root, self.bodies, self.ancestry)
 
     @property
     def ground(self) -> float:
