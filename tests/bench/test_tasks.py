@@ -12,7 +12,7 @@ import scenelang as sl
 from scenelang.backends.geometry.relations import reasons
 from scenelang.bench import tasks
 from scenelang.bench.scoring import kept_share, scene_of, score_of
-from scenelang.bench.tasks import BenchTask, load_tasks, tasks_of
+from scenelang.bench.tasks import KEEP, BenchTask, load_tasks, tasks_of
 from scenelang.bench.trials import applicable
 from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError
@@ -54,7 +54,7 @@ def test_a_program_passes(task: BenchTask) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.sampled(12)
+@pytest.mark.sampled(24)
 def test_wrong_scenes_do_not_pass(task: BenchTask) -> None:
     missed = [wrong.why for wrong in task.wrong if passes(task, wrong.program)]
     assert missed == list(MISSED.get(task.name, ()))
@@ -69,6 +69,11 @@ def passes(task: BenchTask, program: str) -> bool:
         return score_of(task, scene).passed
     except SceneError:
         return False
+
+
+def test_a_scene_in_which_an_edit_moved_what_it_must_keep_does_not_pass() -> None:
+    task, wrong = next((task, each) for task in load_tasks() for each in task.wrong if each.breaks == KEEP)
+    assert KEEP in score_of(task, scene_of(wrong.program)).failed(task)
 
 
 @pytest.mark.parametrize("name", NAMES)
