@@ -282,6 +282,7 @@ def python(code: str, folder: Path, *words: str) -> subprocess.CompletedProcess[
         "PYTHONPATH": str(folder),
         "HOME": str(folder),
         "XDG_STATE_HOME": str(folder / "state"),
+        "PYTHONDONTWRITEBYTECODE": "",  # each command would compile the copy again
     }
     return subprocess.run(
         [sys.executable, "-c", code, *words], capture_output=True, text=True, cwd=folder, env=environment,
@@ -294,8 +295,36 @@ def command(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     return python("from scenelang.__main__ import entry; import sys; sys.exit(entry())", folder, *words)
 
 
+COMMANDS_OF_ONE_PROCESS = """import contextlib, io, json, sys
+from scenelang.cli.main import main
+told = []
+for words in json.loads(sys.argv[1]):
+    out, errors = io.TextIOWrapper(io.BytesIO(), "utf-8"), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
+        try:
+            code = main(words)
+        except SystemExit as end:
+            code = end.code
+        out.flush()
+    told.append((words, code, out.buffer.getvalue().decode(), errors.getvalue()))
+print(json.dumps(told))
+"""
+
+
+def commands(listed: list[list[str]], folder: Path, *, apart: bool) -> list[subprocess.CompletedProcess[str]]:
+    """Run commands of the package in a folder: in processes of their own, or in one, since to start takes most of the
+    time; there an import of an earlier command may stand in for one that a later command lacks."""
+    if apart:
+        return [command(words, folder) for words in listed]
+    run = python(COMMANDS_OF_ONE_PROCESS, folder, json.dumps(listed))
+    assert run.returncode == 0, run.stderr
+    return [subprocess.CompletedProcess(*told) for told in json.loads(run.stdout)]
+
+
 def check_deletion(name: str, folder: Path, most: int | None = None) -> None:
-    """Check an installation without a domain: at most ``most`` commands of each domain that remains."""
+    """Check an installation without a domain: at most ``most`` commands of each domain that remains, in one process, or
+    all in processes of their own."""
+    apart = most is None
     gone = copy_without(name, folder)
     (folder / "sitecustomize.py").write_text(NO_CHECKOUT, "utf-8")
     (folder / "a.scene").write_text(PROGRAM, "utf-8")
@@ -307,20 +336,18 @@ def check_deletion(name: str, folder: Path, most: int | None = None) -> None:
     (folder / "a.scad").write_text("cube(2);\n", "utf-8")
     (folder / "b.py").write_text("import bpy\nbpy.ops.mesh.primitive_cube_add()\n", "utf-8")
     (folder / "study.json").write_text(STUDY, "utf-8")
-    for words in KERNEL:
-        run = command(words, folder)
-        assert (run.returncode, run.stderr) == (0, ""), (words, run.stderr)
+    for run in [command(["run", "a.scene"], folder), *commands(KERNEL, folder, apart=apart)]:
+        assert (run.returncode, run.stderr) == (0, ""), (run.args, run.stderr)
     wrong = command(["check", "--run", "--json", "wrong.scene"], folder)  # fixes are tried where the domain is there
     assert (wrong.returncode, [d["code"] for d in json.loads(wrong.stdout)]) == (1, ["E405"]), wrong.stdout
     script = python(
         "import scenelang as sl; s = sl.load('a.scene'); print(len(s.flatten()), s.measure().volume > 1)", folder
     )
     assert (script.stdout, script.stderr) == ("2 True\n", "")
-    check_what_is_gone(gone, folder)
-    for domain in sorted(set(USES) - gone - NOT_RUN):
-        for words in USES[domain][:most]:
-            run = command(words, folder)
-            assert run.returncode == 0, (words, run.stderr)
+    check_what_is_gone(gone, folder, apart=apart)
+    left = [words for domain in sorted(set(USES) - gone - NOT_RUN) for words in USES[domain][:most]]
+    for run in commands(left, folder, apart=apart):
+        assert run.returncode == 0, (run.args, run.stderr)
     check_help(gone, folder)
     check_api(gone, folder)
     listed = json.loads(command(["backends", "--json"], folder).stdout)
@@ -335,12 +362,12 @@ def check_deletion(name: str, folder: Path, most: int | None = None) -> None:
     assert "Traceback" not in doctor.stderr
 
 
-def check_what_is_gone(gone: set[str], folder: Path) -> None:
+def check_what_is_gone(gone: set[str], folder: Path, *, apart: bool) -> None:
     """Commands of domains that are gone, dependents included, end with one line."""
-    for words in [words for domain in sorted(gone) for words in USES.get(domain, ())]:
-        run = command(words, folder)
+    uses = [words for domain in sorted(gone) for words in USES.get(domain, ())]
+    for run in commands(uses, folder, apart=apart):
         lines = run.stderr.strip().splitlines()
-        assert run.returncode in (1, 2), (words, run.stdout, run.stderr)  # 2: the name of a format is an argument
+        assert run.returncode in (1, 2), (run.args, run.stdout, run.stderr)  # 2: the name of a format is an argument
         assert "Traceback" not in run.stderr
         assert "internal error" not in run.stderr, run.stderr
         assert 1 <= len(lines) <= 3, run.stderr

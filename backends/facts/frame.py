@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +48,7 @@ from scenelang.backends.surfaces.convex import Bodies, bodies_of, clusters
 from scenelang.backends.surfaces.distance import IntArray
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of
-from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.entity import Entity, primitive_count
 
 BoolArray = npt.NDArray[np.bool_]
 
@@ -555,3 +555,18 @@ class FrameFacts:
         below = ((under[others] < high) & (over[others] > low))[:, [0, 2]].all(axis=1)
         drop = low[1] - over[others][below & (over[others, 1] <= low[1] + self.solids.touch), 1]
         return sides >= CAGE_SIDES and bool((drop <= reach[1]).any())
+
+
+# Frames whose facts are kept: as many as the lint checks of a video, without those whose tables take many megabytes.
+_KEPT_FRAMES = 12
+_MAX_KEPT_PRIMITIVES = 2_000
+
+
+def facts_of(root: Entity) -> FrameFacts:
+    """Return the facts of a frame; those of the last small frames are kept, since several checks read them in turn."""
+    return _kept_facts(root) if primitive_count(root) <= _MAX_KEPT_PRIMITIVES else FrameFacts(root)
+
+
+@lru_cache(maxsize=_KEPT_FRAMES)
+def _kept_facts(root: Entity) -> FrameFacts:
+    return FrameFacts(root)

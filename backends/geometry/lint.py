@@ -16,7 +16,7 @@ import numpy as np
 
 from scenelang.backends.facts.bodies import is_shape
 from scenelang.backends.facts.contacts import are_slim, axes_of
-from scenelang.backends.facts.frame import FrameFacts, Verdict
+from scenelang.backends.facts.frame import FrameFacts, Verdict, facts_of
 from scenelang.backends.facts.statics import PLANE
 from scenelang.backends.facts.tolerances import (
     BURIED,
@@ -111,7 +111,7 @@ class CheckedFrame:
     """Frame with its facts and one finding for each misplaced object, the gravest first."""
 
     def __init__(self, root: Entity, facts: FrameFacts | None = None) -> None:
-        self.facts = FrameFacts(root) if facts is None else facts
+        self.facts = facts_of(root) if facts is None else facts
 
     @property
     def solids(self) -> Bodies:

@@ -813,41 +813,44 @@ def _between(context: _Context) -> list[_Failure]:
     """Return the subjects that are between no two of the objects."""
     arrangement = context.arrangement
     subjects, firsts, seconds = (context.objects(name) for name in context.declaration.things)
+    centers = {end.instance: arrangement.center(end) for end in (*firsts, *seconds)}
     failures = []
     for a in subjects:
         pairs = [(b, c) for b in firsts for c in seconds if len({a.instance, b.instance, c.instance}) == 3]
         context.work.spend(len(pairs))
-        nearest = [(_beside_segment(arrangement, a, arrangement.center(b), arrangement.center(c)), b) for b, c in pairs]
-        if any(away == 0.0 for away, _ in nearest):
+        ends = np.array([[centers[end.instance] for end in pair] for pair in pairs]).reshape(-1, 2, 3)
+        away = _beside_segments(arrangement.box(a), ends[:, 0], ends[:, 1])
+        if (away == 0.0).any():
             if context.option("any"):
                 return []
             continue
-        away, b = min(nearest, key=lambda candidate: candidate[0], default=(1.0, None))
+        nearest = int(away.argmin()) if pairs else None
+        amount, b = (1.0, None) if nearest is None else (float(away[nearest]), pairs[nearest][0])
         first, second = context.declaration.things[1:]
-        failures.append(_Failure(f'"{a.entity.word}" is not between "{first}" and "{second}"', away, a, b))
+        failures.append(_Failure(f'"{a.entity.word}" is not between "{first}" and "{second}"', amount, a, b))
     return failures[:1] if context.option("any") else failures
 
 
-def _beside_segment(arrangement: Arrangement, a: PlacedObject, start: FloatArray, end: FloatArray) -> float:
-    """Return the horizontal distance of an object from the line between two points.
+def _beside_segments(box: tuple[FloatArray, FloatArray], starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Return the horizontal distances (N,) of a box from the segments between points (N, 3).
 
-    It is 0 if the line passes through its box, seen from above.
+    A distance is 0 if the segment passes through the box, seen from above.
     """
-    low, high = arrangement.box(a)
-    along = end - start
-    first, last = 0.0, 1.0
+    low, high = box
+    along = ends - starts
+    first, last = np.zeros(len(along)), np.ones(len(along))
     for axis in (0, 2):
-        if abs(along[axis]) < 1e-12:
-            if not low[axis] <= start[axis] <= high[axis]:
-                first, last = 1.0, 0.0
-            continue
-        near, far = sorted(((low[axis] - start[axis]) / along[axis], (high[axis] - start[axis]) / along[axis]))
-        first, last = max(first, near), min(last, far)
-    if first <= last:
-        return 0.0
+        level = np.abs(along[:, axis]) < 1e-12
+        step = np.where(level, 1.0, along[:, axis])
+        crossings = np.stack([low[axis] - starts[:, axis], high[axis] - starts[:, axis]]) / step
+        is_beside = level & ~((low[axis] <= starts[:, axis]) & (starts[:, axis] <= high[axis]))
+        first = np.where(is_beside, 2.0, np.where(level, first, np.maximum(first, crossings.min(axis=0))))
+        last = np.where(level, last, np.minimum(last, crossings.max(axis=0)))
     center = (low + high) / 2.0
-    share = float(np.clip((center - start) @ along / max(float(along @ along), 1e-300), 0.0, 1.0))
-    return max(float(np.linalg.norm((center - start - share * along)[[0, 2]])), 1e-9)
+    lengths = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
+    shares = np.clip(np.einsum("ij,ij->i", center - starts, along) / lengths, 0.0, 1.0)
+    gaps = np.linalg.norm((center - starts - shares[:, None] * along)[:, [0, 2]], axis=1)
+    return np.where(first <= last, 0.0, np.maximum(gaps, 1e-9))
 
 
 # --- relations of one object, or of all together --------------------------------------------------------------------

@@ -36,6 +36,7 @@ PAGES = {
     "parts.md": parts_page,
     "performance.md": performance_page,
     "architecture.svg": architecture_svg,
+    **{f"reference/{name}": page for name, page in library_pages().items()},
 }
 SMALL = (160, 120)
 PART = (240, 180)
@@ -46,7 +47,6 @@ TUTORIAL = (360, 270)
 def pages() -> Iterator[tuple[str, str]]:
     """Yield the file names of all generated pages, relative to the folder of documents, and their texts."""
     yield from ((name, page()) for name, page in PAGES.items())
-    yield from ((f"reference/{name}", text) for name, text in library_pages().items())
 
 
 def main(folder: Path = DOCS) -> int:

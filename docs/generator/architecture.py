@@ -46,7 +46,7 @@ def folders() -> Graph:
 
 
 def _imported(path: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+    for node in _statements(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("scenelang"):
             for alias in node.names:
                 target = _file(f"{node.module}.{alias.name}") or _file(node.module or "")
@@ -54,6 +54,16 @@ def _imported(path: Path) -> Iterator[str]:
                     yield folder_of(target)
 
 
+def _statements(node: ast.AST) -> Iterator[ast.stmt]:
+    """The statements below a node; expressions, which are most of a tree, hold none."""
+    for block in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for child in getattr(node, block, ()):
+            if isinstance(child, ast.stmt):
+                yield child
+            yield from _statements(child)
+
+
+@cache
 def _file(module: str) -> Path | None:
     """The file of a module, None where that is a name in one."""
     parts = module.split(".")[1:]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import cache, partial
 from itertools import groupby
 
 import scenelang as sl
@@ -36,10 +36,10 @@ _EVERY_CALL = (
 )
 
 
-def library_pages() -> Mapping[str, str]:
-    """Return the pages of the topics as Markdown, by file name."""
-    pages = {f"{topic}.md": _topic_page(topic) for topic in TOPICS if topic not in _OWN_PAGES}
-    return {**pages, "primitives.md": _primitives_page(), "index.md": _index_page()}
+def library_pages() -> Mapping[str, Callable[[], str]]:
+    """Return the functions that write the topic pages as Markdown, by file name."""
+    pages = {f"{topic}.md": partial(_topic_page, topic) for topic in TOPICS if topic not in _OWN_PAGES}
+    return {**pages, "primitives.md": _primitives_page, "index.md": _index_page}
 
 
 def _topic_page(topic: str) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import cache
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
@@ -144,21 +145,32 @@ def load_tasks(folder: Path | None = None) -> tuple[BenchTask, ...]:
     SceneError
         For a folder without tasks, and with the place of the first mistake in a file.
     """
-    found = [task for source in _sources(folder) for task in tasks_of(source)]
+    if folder is None:
+        return _own_tasks()
+    found = _distinct(_sources(folder))
+    if not found:
+        raise SceneError("file", f"no task in {folder}", "write TOML files with [[task]] tables")
+    return found
+
+
+@cache  # reading them takes 5 s, and a measurement needs them three times
+def _own_tasks() -> tuple[BenchTask, ...]:
+    entries = [e for e in (files("scenelang.bench") / "tasks").iterdir() if e.name.endswith(".toml")]
+    return _distinct(Source(e.name, e.read_text("utf-8")) for e in sorted(entries, key=lambda e: e.name))
+
+
+def _distinct(sources: Iterable[Source]) -> tuple[BenchTask, ...]:
+    """Return the tasks of files; raises SceneError if two have the same name."""
+    found = [task for source in sources for task in tasks_of(source)]
     names: set[str] = set()
     for task in found:
         if task.name in names:
             raise SceneError("value", f"two tasks are named `{task.name}`")
         names.add(task.name)
-    if not found:
-        raise SceneError("file", f"no task in {folder}", "write TOML files with [[task]] tables")
     return tuple(found)
 
 
-def _sources(folder: Path | None) -> Iterable[Source]:
-    if folder is None:
-        entries = [e for e in (files("scenelang.bench") / "tasks").iterdir() if e.name.endswith(".toml")]
-        return [Source(e.name, e.read_text("utf-8")) for e in sorted(entries, key=lambda e: e.name)]
+def _sources(folder: Path) -> Iterable[Source]:
     if folder.is_file():
         return [Source(str(folder), _text(folder))]
     if not folder.is_dir():

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenelang.backends.facts.frame import FrameFacts
+from scenelang.backends.facts.frame import FrameFacts, facts_of
 from scenelang.backends.facts.tolerances import Tolerance
 from scenelang.backends.facts.words import flies, is_soft
+from scenelang.backends.geometry.arrangement import Arrangement
+from scenelang.backends.geometry.lint import CheckedFrame
 from scenelang.grammar.datum import Source
 from scenelang.session.session import Session
 
@@ -120,3 +122,11 @@ def test_a_tolerance_is_a_number_with_a_reason() -> None:
     width = Tolerance(0.05, "of the breadth", "thinner feet are edges")
     assert 2.0 * width == pytest.approx(0.1)
     assert (width.unit, width.reason) == ("of the breadth", "thinner feet are edges")
+
+
+def test_checks_of_one_frame_share_its_facts() -> None:
+    scene = session.evaluate(Source("a.scene", f'(bind "plim" (lambda () {TABLE}))')).require()
+    assert Arrangement(scene).facts is CheckedFrame(scene.root).facts is facts_of(scene.root)
+    many = '(bind "a" (lambda () (union-loop 2001 (lambda (i) (transform (call "cube") (translate [(* 2 i) 0 0]))))))'
+    large = session.evaluate(Source("a.scene", many)).require().root
+    assert facts_of(large) is not facts_of(large), "tables of many megabytes are not kept"

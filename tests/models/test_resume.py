@@ -13,7 +13,7 @@ from threading import Event
 from typing import Any
 
 import pytest
-from support import PATIENCE, interruptible, wait_until
+from support import PATIENCE, below, interruptible, is_running, wait_until
 
 from models.conftest import WRONG, Place, answers, cubes, texts
 from models.server import Said
@@ -48,13 +48,19 @@ COMMAND = [sys.executable, "-m", "scenelang", "generate", "cubes", "-n", "2", "-
 
 
 def kill_at_second(place: Place) -> None:
-    """Run until the second sample's first answer is under way, then kill the process."""
+    """Run until the second sample's first answer is under way, then kill the process.
+
+    The process below it, which asks the model, is told by the kernel and ends a moment later: an answer that came
+    before would be recorded.
+    """
     script = Slow(3, WRONG, cubes(2), cubes(3))
     server = place.serve(script)
     with subprocess.Popen(COMMAND, cwd=place.work, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
         wait_until(lambda: script.is_waiting)
+        workers = below(running.pid)
         running.send_signal(signal.SIGKILL)
         assert running.wait() == -signal.SIGKILL
+    wait_until(lambda: not any(map(is_running, workers)))
     script.let_go.set()
     assert len(server.requests) == 3
     assert not (place.work / "out.scene").exists()

@@ -144,7 +144,7 @@ JUDGED_OTHERWISE = {
 
 
 @pytest.mark.parametrize("stated", STATED, ids=lambda stated: stated["name"])
-@pytest.mark.sampled(4)
+@pytest.mark.sampled(10)
 def test_declarations_of_another_author(stated: dict[str, list[str]]) -> None:
     scene = scene_of(next(task.passes for task in load_tasks() if task.name == stated["name"]))
     for text in {*stated["says"], *stated["nothing"]} - JUDGED_OTHERWISE:

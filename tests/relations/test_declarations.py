@@ -721,3 +721,38 @@ FLYING = """
 def test_facts_are_declared_before_attributes_excuse_them(stated: str, holds: bool) -> None:
     scene = sl.evaluate(FLYING)
     assert (scene.violations(stated) == []) is holds
+
+
+CORNER = '(difference (call "cube" :scale 2) (transform (call "cube" :scale 2) (translate [1 1 1])))'
+
+
+@pytest.mark.parametrize("away", [0.0, 0.25, 40.0])
+def test_the_gap_of_surfaces_is_exact_at_any_distance(away: float) -> None:
+    place = f"(translate [{2 + away} .3 -.2])"
+    scene = sl.evaluate(
+        f'(bind "a" (lambda () {CORNER})) (bind "b" (lambda () {CORNER})) '
+        f'(bind "s" (lambda () (union (call "a") (transform (call "b") {place}))))'
+    )
+    arrangement = Arrangement(scene.graph)
+    (a,), (b,) = arrangement.objects("a"), arrangement.objects("b")
+    separation = arrangement.separation(a, b)
+    assert separation is not None
+    assert separation.distance == pytest.approx(away, abs=1e-9)
+
+
+def test_a_vertex_without_triangles_is_no_surface(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The nearest vertex of a file belongs to no triangle: the gap is that of the triangles, 2 farther."""
+    pytest.importorskip("trimesh")
+    corners = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 0"
+    header = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+    faces = "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "a.ply").write_text(f"{header}{faces}{corners}\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
+    (tmp_path / "s.scene").write_text(
+        f'(bind "a" (lambda () (call "mesh" :file "a.ply"))) (bind "b" (lambda () {CORNER})) '
+        '(bind "s" (lambda () (union (call "a") (transform (call "b") (translate [6 0 0])))))'
+    )
+    arrangement = Arrangement(sl.load(tmp_path / "s.scene").graph)
+    (a,), (b,) = arrangement.objects("a"), arrangement.objects("b")
+    separation = arrangement.separation(a, b)
+    assert separation is not None
+    assert separation.distance == pytest.approx(4.0)

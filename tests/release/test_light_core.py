@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from importlib.metadata import Distribution, distribution, packages_distributions
 from pathlib import Path
 
@@ -79,6 +80,7 @@ def test_the_extra_all_has_what_users_can_ask_for() -> None:
 # --- what works, and what says what to install -----------------------------------------------------------------------
 
 
+@cache
 def hidden() -> str:
     """The modules of all distributions that are not the core's, joined by commas."""
     core = {name.lower() for name in closure(PROJECT["dependencies"])} | {"scenelang"}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang.backends.geometry.lint import check_geometry
 from scenelang.bench.sizes import everyday_sizes
 from scenelang.grammar.datum import ListDatum, Source, print_datum
 from scenelang.grammar.diagnostics import CODES
@@ -34,14 +35,14 @@ def called(part: LibraryPart, arguments: str = "") -> str:
     return f'(call "{part.word}" {arguments})'
 
 
-def warnings(text: str) -> list[str]:
-    """Return the warnings and errors of a program; notes are what may be meant."""
-    found = Session().check_geometry(Source("a.scene", text))
+def warnings(scene: sl.Scene) -> list[str]:
+    """Return the warnings of a scene's program and of its geometry; notes are what may be meant."""
+    found = [*scene.warnings, *check_geometry(scene.graph)]
     return [d.message for d in found if not CODES[d.name].code.startswith("N")]
 
 
-def bounds(text: str) -> np.ndarray:
-    box = sl.evaluate(text).bounds
+def bounds(scene: sl.Scene) -> np.ndarray:
+    box = scene.bounds
     assert box is not None
     return box
 
@@ -97,18 +98,17 @@ def test_there_are_thirty_parts() -> None:
 @pytest.mark.parametrize("word", PARTS)
 def test_a_part_is_sound(word: str) -> None:
     part = PARTS[word]
-    text = program(part, called(part))
-    scene = sl.evaluate(text)
-    assert warnings(text) == []
+    scene = sl.evaluate(program(part, called(part)))
+    assert warnings(scene) == []
     assert scene.violations(f'(supported "{word}")') == []
     assert len(scene.flatten()) <= MOST_PRIMITIVES
-    assert Session().evaluate(Source("a.scene", text)).diagnostics == ()
+    assert scene.warnings == ()
 
 
 @pytest.mark.parametrize("word", PARTS)
 def test_a_part_has_its_size_and_stands_at_the_origin(word: str) -> None:
     part, usual = PARTS[word], everyday_sizes()[word]
-    low, high = bounds(program(part, called(part)))
+    low, high = bounds(sl.evaluate(program(part, called(part))))
     assert high - low == pytest.approx(part.size, abs=0.01)
     assert low[1] == pytest.approx(0.0, abs=1e-6)
     assert np.abs(low + high)[[0, 2]].max() / 2 <= NEAR
@@ -121,10 +121,10 @@ def test_a_part_has_its_size_and_stands_at_the_origin(word: str) -> None:
 @pytest.mark.parametrize(("word", "argument"), VARIANTS)
 def test_a_part_with_another_value(word: str, argument: str) -> None:
     part = PARTS[word]
-    text = program(part, called(part, argument))
-    assert warnings(text) == []
-    assert sl.evaluate(text).violations(f'(supported "{word}")') == []
-    low, high = bounds(text)
+    scene = sl.evaluate(program(part, called(part, argument)))
+    assert warnings(scene) == []
+    assert scene.violations(f'(supported "{word}")') == []
+    low, high = bounds(scene)
     assert low[1] == pytest.approx(0.0, abs=1e-6)
     assert np.abs(low + high)[[0, 2]].max() / 2 <= max(NEAR, 0.03 * float((high - low).max()))
 
@@ -147,7 +147,7 @@ def test_the_example_of_a_part(word: str) -> None:
     picture = PARTS[word].record.picture
     assert picture is not None
     assert f'(call "{word}"' in picture
-    assert warnings(program(PARTS[word], picture)) == []
+    assert warnings(sl.evaluate(program(PARTS[word], picture))) == []
 
 
 PROBE = '(bind "probe" (lambda () (transform (call "cube" :scale .012) (translate [0 .006 0]))))'
@@ -163,9 +163,9 @@ def test_a_socket_is_on_the_surface(name: str) -> None:
     part, socket = SOCKETS[name]
     placed = f"(for/union ((place {poses_of(socket)})) (transform {{}} place))"
     if socket.doc.startswith("Return the pose that"):  # of the part itself
-        low, high = bounds(program(part, placed.format(called(part))))
+        low, high = bounds(sl.evaluate(program(part, placed.format(called(part)))))
         assert low[1] == pytest.approx(0.0, abs=1e-3)
-        assert not np.allclose([low, high], bounds(program(part, called(part))), atol=0.02)
+        assert not np.allclose([low, high], bounds(sl.evaluate(program(part, called(part)))), atol=0.02)
         return
     scene = sl.evaluate(PROBE + program(part, called(part) + placed.format('(call "probe")')))
     if "on the ground" in socket.doc:
