@@ -15,11 +15,11 @@ from typing import TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.pictures.rays import caster_for, depths_of, parallel_rays
+from scenelang.backends.pictures.rays import camera_rays, caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS
-from scenelang.backends.surfaces.environments import GROUND_EDGE, Studio, ground_colors
+from scenelang.backends.surfaces.environments import FADED, GROUND_EDGE, Studio, faded, ground_colors
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.backends.surfaces.tiles import coordinates, period_of, relief_of, tile_of
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
@@ -755,6 +755,9 @@ def radiance_of(stage: Stage, visible: Surface, albedo: Float32Array, reach: Rea
     else:
         color = _lit(stage, visible, albedo, reach)
     color[solid] += stage.solids.emission[visible.ids[solid]].astype(np.float32)
+    if stage.fades:
+        ground = np.flatnonzero(visible.ids == GROUND)
+        color[ground] *= faded(_from_scene(visible.points[ground]))[:, None]
     sky = visible.ids == SKY
     color[sky] = backdrop(stage.studio, visible.view[sky])
     return color
@@ -763,7 +766,9 @@ def radiance_of(stage: Stage, visible: Surface, albedo: Float32Array, reach: Rea
 def backdrop(studio: Studio, directions: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
     """Return the radiance (3,) or (N, 3) behind the scene in unit ``directions`` (N, 3)."""
     flat = studio.environment.backdrop
-    return studio.dome.radiance(directions) if flat is None else np.array(flat)
+    if flat is None:
+        return studio.dome.radiance(directions)
+    return np.array(flat) * (FADED if studio.fades else 1.0)
 
 
 def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
@@ -828,6 +833,20 @@ def ground_depths(height: float, origin: FloatArray, direction: FloatArray) -> F
     fall = np.where(falls, (height - origin[:, 1]) / np.where(falls, drop, -1.0), 1e30)
     across = np.hypot(origin[:, 0] + direction[:, 0] * fall, origin[:, 2] + direction[:, 2] * fall)
     return np.where((fall > 0.0) & (across < GROUND_EDGE), fall, np.inf)
+
+
+def ground_light(stage: Stage) -> FloatArray:
+    """Return the share (H * W,) of light on the ground that each pixel sees; that of the farthest beside the ground."""
+    row, column = np.divmod(np.arange(stage.height * stage.width), stage.width)
+    origin, direction = camera_rays(stage.camera).at(column + 0.5, row + 0.5)
+    depth = np.inf if stage.ground is None else ground_depths(stage.ground, origin, direction)
+    depth = np.minimum(depth, GROUND_EDGE)
+    return np.asarray(faded(_from_scene(origin + direction * depth[:, None])), np.float64)
+
+
+def _from_scene(points: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
+    """Return the horizontal distances (N,) of points (N, 3) from the middle of the scene, in half diagonals."""
+    return np.hypot(points[:, 0], points[:, 2])
 
 
 def ground_radiance(stage: Stage) -> FloatArray:

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Option, Progress, Work, require, sub_progress
 from scenelang.backends.pictures.draft import Draft, DraftCache, adjusted, draw_lens
-from scenelang.backends.pictures.draft_light import backdrop
+from scenelang.backends.pictures.draft_light import backdrop, ground_light, ground_radiance
 from scenelang.backends.pictures.film import (
     FINAL_EXTRA,
     STILL_ENDINGS,
@@ -119,6 +119,7 @@ Float32Array = npt.NDArray[np.float32]
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
+_ALL_GROUND = 0.999  # share of a pixel from which it shows the ground alone
 _MAX_GROUPS = 512  # distinct exact shapes; solids of rarer kinds are merged into meshes
 
 
@@ -167,6 +168,8 @@ class MitsubaPainter:
         seen = pixel_directions(stage.camera)
         hidden = backdrop(stage.studio, seen) - stage.studio.dome.radiance(seen)
         radiance += guide.sky[:, :, None] * hidden.reshape(radiance.shape)
+        if stage.fades:
+            radiance = _with_faded_ground(radiance, stage, guide)
         noisy = np.maximum(radiance, 0.0).astype(np.float32)
         clean = np.where(guide.sky[:, :, None] < 1.0, _denoised(noisy, guide), noisy) if self._denoise else noisy
         report(1.0)
@@ -224,6 +227,18 @@ class MitsubaPainter:
                 smooth = _denoised(np.repeat(cover[:, :, None], 3, axis=2), guide)[:, :, 0]
                 cover = np.where((cover > 0.0) & (cover < 1.0), np.clip(smooth, 0.0, 1.0), cover)
         return noisy, cover
+
+
+def _with_faded_ground(radiance: FloatArray, stage: Stage, guide: Draft) -> FloatArray:
+    """Return ``radiance`` (H, W, 3) with the ground's light falling off away from the scene, as in drafts.
+
+    Light that falls off has no stock emitter. Where a pixel shows objects too, the ground's share of it is taken for
+    one without shadow.
+    """
+    kept = ground_light(stage).reshape(*guide.sky.shape, 1)
+    share = np.clip(1.0 - guide.sky - guide.alpha, 0.0, 1.0)[:, :, None]
+    lost = share * (1.0 - kept) * ground_radiance(stage)
+    return np.where(share > _ALL_GROUND, radiance * kept, radiance - lost)
 
 
 def _denoised(radiance: Float32Array, guide: Draft) -> Float32Array:

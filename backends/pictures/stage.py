@@ -245,6 +245,11 @@ class Stage:
     lights: tuple[Light, ...] = ()
 
     @property
+    def fades(self) -> bool:
+        """Whether the light on the ground falls off away from the scene."""
+        return self.studio.fades and self.ground is not None and not self.is_clear
+
+    @property
     def width(self) -> int:
         """Width of the image in pixels."""
         return self.camera.width

@@ -23,6 +23,10 @@ AnyFloats = npt.NDArray[np.floating]
 Color = tuple[float, float, float]
 
 GROUND_EDGE = 5e4  # extent of the ground, in units of the scene's half diagonal
+# The light on a seamless ground falls off away from the scene, as in a photographer's studio: between two distances, in
+# half diagonals of the scene, to a share of it, which the backdrop has. It gives images depth: in one tone, ground and
+# backdrop are like paper.
+FADE_FROM, FADE_TO, FADED = 1.2, 12.0, 0.5
 SHOULDER = 0.7  # radiance above which the tone curve bends: diffuse colors below it are shown as they are
 
 
@@ -153,12 +157,15 @@ class Studio:
         Reflectances of the two kinds of squares of the ground, equal for a plain one; None without a ground.
     dome
         Radiance by direction, without the key light.
+    fades
+        Whether the light on the ground falls off to that of the backdrop; see ``faded``.
     """
 
     environment: Environment
     key_direction: FloatArray
     ground: FloatArray | None
     dome: Dome
+    fades: bool = False
 
 
 def studio_for(
@@ -197,7 +204,19 @@ def studio_for(
     name = ground or chosen.ground
     panorama = panorama or chosen.panorama or panorama_of(chosen.sky, chosen.ambient)
     dome = Dome(panorama, math.degrees(camera) + chosen.spin, chosen.strength)
-    return Studio(chosen, direction, None if name == "none" else _ground(GROUNDS[name], chosen, direction), dome)
+    fades = name == "seamless" and chosen.backdrop is not None and not chosen.unlit
+    return Studio(chosen, direction, None if name == "none" else _ground(GROUNDS[name], chosen, direction), dome, fades)
+
+
+def faded(distance: AnyFloats) -> AnyFloats:
+    """Return the share (N,) of the light on a seamless ground at distances (N,) from the scene, in half diagonals.
+
+    >>> faded(np.array([0.0, 1.2, 12.0, 1e9])).tolist()
+    [1.0, 1.0, 0.5, 0.5]
+    """
+    along = np.log(np.maximum(distance, FADE_FROM) / FADE_FROM) / math.log(FADE_TO / FADE_FROM)
+    t = np.minimum(along, 1.0)
+    return np.asarray(1.0 - (1.0 - FADED) * t * t * (3.0 - 2.0 * t), distance.dtype)
 
 
 def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> FloatArray:

@@ -16,7 +16,15 @@ from scenelang.backends.pictures.stage import box_of, has_free_tone, staging_of,
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import BRIGHTEST, Color
 from scenelang.backends.surfaces.dome import Panorama, smaller
-from scenelang.backends.surfaces.environments import CHECKER, SHOULDER, environment_of, studio_for
+from scenelang.backends.surfaces.environments import (
+    CHECKER,
+    FADE_FROM,
+    FADE_TO,
+    FADED,
+    SHOULDER,
+    environment_of,
+    studio_for,
+)
 from scenelang.backends.surfaces.lights import Light, level_axes
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Scene, primitive_count
@@ -140,9 +148,11 @@ def studio_of(
     if light.panorama is not None:
         panorama = smaller(light.panorama.image, _PANORAMA_ROWS) * studio.dome.strength
     x, y, z = studio.key_direction.tolist()
+    far = FADED if studio.fades else 1.0
     return {
         "environment": options.environment,
-        "backdrop": None if light.backdrop is None else list(light.backdrop),
+        "backdrop": None if light.backdrop is None else [far * channel for channel in light.backdrop],
+        "fade": [FADE_FROM, FADE_TO, far],
         "ambient": list(light.ambient),
         "key": list(light.key),
         "keyRadius": math.radians(light.radius),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
 from scenelang.backends.pictures.stage import staging_of, still
-from scenelang.backends.surfaces.environments import ENVIRONMENTS
+from scenelang.backends.surfaces.environments import ENVIRONMENTS, FADED, faded
 from scenelang.backends.surfaces.image_files import encode, from_srgb
 
 CURRENT = ENVIRONMENTS["studio"].backdrop
@@ -70,7 +71,7 @@ def test_a_weak_studio_has_no_horizon(make: Any, strength: float, gray: float) -
         width=64, height=48, environment=f"studio,strength={strength}", camera=Viewpoint(elevation=2, distance=12)
     )
     picture = draw(ball, options, picture_backend("draft")).picture.astype(int)
-    assert np.abs(np.diff(picture[:, :6], axis=0)).max() <= 3
+    assert np.abs(np.diff(picture[:, :6], 2, axis=0)).max() <= 8  # the light falls off smoothly; a line is a jump
 
 
 @pytest.mark.parametrize("quality", ["draft", "final"])
@@ -93,7 +94,30 @@ def test_a_ground_that_is_asked_for_stays(make: Any) -> None:
     ball = make.scene(make.primitive("sphere", color=(0.9, 0.9, 0.9)))
     options = PictureOptions(width=64, height=48, ground="seamless", camera=Viewpoint(elevation=8, distance=30))
     picture = draw(ball, options, picture_backend("draft")).picture
-    assert np.abs(picture[0, 0].astype(int) - encode(np.array(CURRENT))).max() <= 1
+    assert np.abs(picture[0, 0].astype(int) - encode(FADED * np.array(CURRENT))).max() <= 1
+
+
+@pytest.mark.parametrize("quality", ["draft", "final"])
+def test_the_light_on_a_seamless_ground_falls_off(make: Any, quality: str) -> None:
+    """Seen from above beside a small ball, the ground has the share of its light by the distance from the scene."""
+    ball = make.scene(make.primitive("sphere", radius=1.0))
+    camera = Viewpoint(elevation=90, distance=60, fov=50)
+    options = PictureOptions(
+        width=121, height=121, camera=camera, ground="seamless", settings={} if quality == "draft" else {"samples": 16}
+    )
+    radiance = draw(ball, options, picture_backend(quality)).radiance[60, 80:, 0]
+    across = (np.arange(80, 121) - 60.0) / 60.5 * np.tan(np.radians(25)) * 61.0  # the ground is 61 below the camera
+    assert CURRENT is not None
+    assert radiance == pytest.approx(CURRENT[0] * faded(across / np.sqrt(3.0)), rel=0.04)
+
+
+def test_objects_before_the_faded_ground_keep_their_colors(make: Any) -> None:
+    """Final images are darkened behind the objects alone, their edges included."""
+    plate = make.scene(make.primitive("cube", scale=(1, 1, 0.02), color=(0.6, 0.5, 0.4)))
+    options = PictureOptions(width=64, height=64, camera=Viewpoint(0, 20, distance=3), settings={"samples": 16})
+    final = draw(plate, options, picture_backend("final")).picture.astype(int)
+    draft = draw(plate, replace(options, settings={}), picture_backend("draft")).picture.astype(int)
+    assert np.abs(final - draft).mean() < 4.0
 
 
 def test_the_colors_of_the_scene_stay(make: Any) -> None:

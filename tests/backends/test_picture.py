@@ -79,7 +79,7 @@ def test_silhouettes_agree(make: Any) -> None:
     camera = Viewpoint(elevation=-10)  # from below the ground is not drawn, so that black means solid
     quick = draw(staged(make.scene(*parts), camera, 320, 240))
     final = finished(make.scene(*parts), camera, 320, 240, samples=16)
-    a, b = quick.radiance.mean(axis=2) < 0.3, final.radiance.mean(axis=2) < 0.3
+    a, b = quick.radiance.mean(axis=2) < 0.15, final.radiance.mean(axis=2) < 0.15
     assert a.sum() > 8000
     assert (a != b).sum() < 0.015 * a.sum()
 

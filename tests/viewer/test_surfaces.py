@@ -295,9 +295,11 @@ SURFACES = """(bind "a" (lambda () (union
   (call "sphere" :radius .5 :color [.6 .1 .1] :coat 1)
   (transform (call "sphere" :radius .5 :color [.1 .1 .5] :sheen 1) (translate [1.2 0 0]))
   (transform (call "cube" :texture (texture "checker" :scale .3)) (@ (translate [-1.2 0 1.5]) (rotate .4 [0 1 0])))
-  (transform (call "cylinder" :radius .5 :texture (texture "stripes" :projection "cylindrical" :turn 90 :scale .2))
+  (transform (call "cylinder" :radius .5 :texture (texture "stripes" :projection "cylindrical" :turn 90 :scale .2
+    :colors [[.02 .05 .2] [.3 .1 .02]]))
     (translate [0 -.5 1.5]))
-  (transform (call "sphere" :radius .5 :texture (texture "dots" :projection "spherical")) (translate [1.2 0 1.5])))))
+  (transform (call "sphere" :radius .5 :texture (texture "dots" :projection "spherical" :colors [[.25 .03 .03] [.02 .1 .05]]))
+    (translate [1.2 0 1.5])))))
 """
 
 

@@ -527,6 +527,7 @@ export const GROUND_FRAGMENT = /* glsl */ `
   varying vec3 vPoint;
   uniform vec3 ground[2]; // reflectance of the squares
   uniform float checker; // their side
+  uniform vec3 fade; // distances from the scene between which light falls off, and to which share
   ${SHADOW}
   ${SKY}
   ${LIGHT}
@@ -537,6 +538,8 @@ export const GROUND_FRAGMENT = /* glsl */ `
     vec2 square = floor(vPoint.xz / checker);
     vec3 albedo = mod(square.x + square.y, 2.0) < 0.5 ? ground[0] : ground[1];
     vec3 light = albedo * (surrounding(ambient, vec3(0.4), skyShare(vPoint, n)) + key * lightAxes[2].y * keyShare(vPoint, n));
+    float far = clamp(log(max(length(vPoint.xz), fade.x) / fade.x) / log(fade.y / fade.x), 0.0, 1.0);
+    light *= mix(1.0, fade.z, smoothstep(0.0, 1.0, far));
     gl_FragColor = vec4(exposed(light + lampLight(vPoint, n, n, albedo, 1.0, vec4(-1.0))), 1.0);
   }
 `;
