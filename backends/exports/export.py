@@ -617,7 +617,10 @@ _UNWRITTEN = re.compile("[\x00-\x1f\x7f\ud800-\udfff@\\[\\]]")  # what texts tha
 
 
 class TextureFiles:
-    """Writes the images of textures beside the file at ``path``, each once: ``OUT-brick.png``."""
+    """Writes the images of textures beside the file at ``path``, each once: ``OUT-obj-brick.png``.
+
+    The format is in the name because the same scene in another one may number its images otherwise.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -630,7 +633,8 @@ class TextureFiles:
         """
         image = pictured(texture), texture.bump if is_relief else 0.0
         if image not in self._names:
-            base = f"{_UNWRITTEN.sub('_', self._path.stem)}-{safe_name(Path(texture.name).stem)}"
+            stem, ending = self._path.stem, self._path.suffix[1:]
+            base = f"{_UNWRITTEN.sub('_', stem)}-{ending}-{safe_name(Path(texture.name).stem)}"
             base += "-relief" if is_relief else ""
             name, number, taken = f"{base}.png", 1, {name.lower() for name in self._names.values()}
             while name.lower() in taken:

@@ -305,6 +305,7 @@ PRESETS = {
 }
 _FLAGS = ("orthographic", "follow")
 _POINTS = ("target", "eye")
+_FARTHEST = 1e12  # of coordinates and distances: beyond, single precision has no places left for the image
 _ANGLED = ("azimuth", "elevation", "distance")  # what an eye stands instead of
 _SETTINGS = "azimuth=40,elevation=20,distance=5,fov=35,target=0:1:0, eye=1:2:3"
 USAGE = f"{', '.join(PRESETS)}, {_SETTINGS}, or the JSON file of a camera"
@@ -604,6 +605,8 @@ def checked(viewpoint: Viewpoint) -> Viewpoint:
     )  # fmt: skip
     if not all(map(math.isfinite, plain)):
         raise SceneError("value", "the camera's numbers must be finite")
+    if max(map(abs, plain)) > _FARTHEST:
+        raise SceneError("value", f"the camera's numbers must be at most {_FARTHEST:g}")
     if not 1.0 <= viewpoint.fov <= 150.0:
         raise SceneError("value", f"the camera's `fov` must be between 1 and 150 degrees, not {viewpoint.fov:g}")
     if viewpoint.lens is not None and not 1.0 <= viewpoint.lens <= 2000.0:

@@ -346,6 +346,10 @@ class Lighting:
             direction = direction_at(around, height)
         key = times(environment.key, self.strength if self.has_key else 0.0)
         behind = None if environment.backdrop is None else times(environment.backdrop, self.strength)
+        if behind is not None and not self.has_key:  # as bright as the ground without the key light: no horizon
+            ambient, beam = np.array(environment.ambient), np.array(environment.key) * direction[1]
+            red, green, blue = (np.array(behind) * ambient / (ambient + beam)).tolist()
+            behind = (red, green, blue)
         changed = replace(
             environment, backdrop=behind, key=key, ambient=times(environment.ambient, self.strength),
             gain=environment.gain * 2.0**self.exposure,

@@ -141,7 +141,7 @@ class Lamps:
         y, x = np.divmod(np.arange(depth.size), width)
         origin, direction = (np.asarray(v, np.float64) for v in rays.at(x + 0.5, y + 0.5))
         for light in self.stage.lights:
-            if light.kind == "area" or (light.kind == "point" and light.radius > 0.0):
+            if _shines(light):
                 hit = _hit(light, origin, direction)
                 front = hit < nearest
                 nearest[front], radiance[front], is_seen[front] = hit[front], light.radiance, True
@@ -149,6 +149,24 @@ class Lamps:
         share = is_seen.reshape(shape).mean(axis=(1, 3))[:, :, None]
         mean = radiance.reshape(*shape, 3).mean(axis=(1, 3)) / np.maximum(share, 1e-9)
         return mean.astype(np.float32), share.astype(np.float32)
+
+
+def show_lamps(stage: Stage) -> npt.NDArray[np.bool_]:
+    """Return which pixels (H, W) a sphere or a rectangle that shines may cover."""
+    rays, samples = camera_rays(stage.camera, 2), 2
+    y, x = np.divmod(np.arange(rays.height * rays.width), rays.width)
+    origin, direction = (np.asarray(v, np.float64) for v in rays.at(x + 0.5, y + 0.5))
+    shown = np.zeros(len(x), bool)
+    for light in stage.lights:
+        if _shines(light):
+            shown |= np.isfinite(_hit(light, origin, direction))
+    blocks = shown.reshape(stage.height, samples, stage.width, samples)
+    return np.asarray(blocks.any(axis=(1, 3)), bool)
+
+
+def _shines(light: Light) -> bool:
+    """Return whether a light is seen itself."""
+    return light.kind == "area" or (light.kind == "point" and light.radius > 0.0)
 
 
 # The faces of a cube: rows right, up and forward of each, in the axes of the lamp.

@@ -24,6 +24,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Option, Progress, Work, require, sub_progress
 from scenelang.backends.pictures.draft import Draft, DraftCache, adjusted, draw_lens
+from scenelang.backends.pictures.draft_lamps import show_lamps
 from scenelang.backends.pictures.draft_light import backdrop, ground_light, ground_radiance
 from scenelang.backends.pictures.film import (
     FINAL_EXTRA,
@@ -119,7 +120,7 @@ Float32Array = npt.NDArray[np.float32]
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 
-_ALL_GROUND = 0.999  # share of a pixel from which it shows the ground alone
+_NOTHING = 1e-3  # share of a pixel that does not count
 _MAX_GROUPS = 512  # distinct exact shapes; solids of rarer kinds are merged into meshes
 
 
@@ -164,12 +165,7 @@ class MitsubaPainter:
         scene = mi.load_dict(surroundings(mi, stage, self._depth) | self.shapes_of(frame, stage))
         report(0.1)
         radiance = self._sampled(scene, stage, report)[:, :, :3]
-        # Behind the scene the camera sees the backdrop, not the lights of the studio.
-        seen = pixel_directions(stage.camera)
-        hidden = backdrop(stage.studio, seen) - stage.studio.dome.radiance(seen)
-        radiance += guide.sky[:, :, None] * hidden.reshape(radiance.shape)
-        if stage.fades:
-            radiance = _with_faded_ground(radiance, stage, guide)
+        radiance = _before_backdrop(radiance, stage, guide)
         noisy = np.maximum(radiance, 0.0).astype(np.float32)
         clean = np.where(guide.sky[:, :, None] < 1.0, _denoised(noisy, guide), noisy) if self._denoise else noisy
         report(1.0)
@@ -216,7 +212,9 @@ class MitsubaPainter:
         around["sensor"]["film"]["pixel_format"] = "rgba"
         dark = {name: around[name] for name in ("type", "integrator", "sensor")}
         covered = self._sampled(self.mitsuba.load_dict(dark | shapes), stage, sub_progress(report, 0.7, 1.0))
-        alpha = covered[:, :, 3]
+        # Mitsuba's alpha is 1 where light is refracted too; there the draft tells what is seen through.
+        is_clear = (guide.ids >= 0) & (stage.solids.opacity[np.maximum(guide.ids, 0)] < 1.0)
+        alpha = np.where(is_clear, np.minimum(covered[:, :, 3], guide.alpha), covered[:, :, 3])
         behind = stage.studio.dome.radiance(pixel_directions(stage.camera)).reshape(*alpha.shape, 3)
         radiance = np.where(alpha[:, :, None] > 0.0, lit[:, :, :3] - (1.0 - alpha)[:, :, None] * behind, 0.0)
         noisy = np.maximum(radiance, 0.0).astype(np.float32)
@@ -229,16 +227,23 @@ class MitsubaPainter:
         return noisy, cover
 
 
-def _with_faded_ground(radiance: FloatArray, stage: Stage, guide: Draft) -> FloatArray:
-    """Return ``radiance`` (H, W, 3) with the ground's light falling off away from the scene, as in drafts.
+def _before_backdrop(radiance: FloatArray, stage: Stage, guide: Draft) -> FloatArray:
+    """Return ``radiance`` (H, W, 3) before the backdrop, which the camera sees in place of the lights of the studio.
 
-    Light that falls off has no stock emitter. Where a pixel shows objects too, the ground's share of it is taken for
-    one without shadow.
+    The light on the ground falls off as in drafts, for which there is no stock emitter. Where a pixel shows objects or
+    lamps too, the lights are subtracted, and the ground's share is taken for one without shadow. Else the lights are
+    replaced: a difference leaves the edges of softboxes, which Mitsuba blurs otherwise than the dome does.
     """
-    kept = ground_light(stage).reshape(*guide.sky.shape, 1)
-    share = np.clip(1.0 - guide.sky - guide.alpha, 0.0, 1.0)[:, :, None]
-    lost = share * (1.0 - kept) * ground_radiance(stage)
-    return np.where(share > _ALL_GROUND, radiance * kept, radiance - lost)
+    seen, shape = pixel_directions(stage.camera), radiance.shape
+    behind = np.broadcast_to(backdrop(stage.studio, seen), seen.shape).reshape(shape)
+    sky, cover = guide.sky[:, :, None], guide.alpha[:, :, None]
+    ground = np.clip(1.0 - sky - cover, 0.0, 1.0)
+    kept = ground_light(stage).reshape(*shape[:2], 1) if stage.fades else np.ones((1, 1, 1))
+    lit = kept * ground_radiance(stage)
+    over = radiance + sky * (behind - stage.studio.dome.radiance(seen).reshape(shape))
+    over = over - ground * (1.0 - kept) * ground_radiance(stage)
+    alone = np.where(sky > _NOTHING, sky * behind + ground * lit, radiance * kept)
+    return np.where((cover > _NOTHING) | show_lamps(stage)[:, :, None], over, alone)
 
 
 def _denoised(radiance: Float32Array, guide: Draft) -> Float32Array:

@@ -474,14 +474,21 @@ def _unwrapped(
     Corners of one vertex may have different coordinates. Faces are divided where coordinates bend.
     """
     linear, offset = solids.into_primitives(owner)
+    mirrored = np.linalg.det(linear) < 0.0  # whose corners go round the primitive as those of its inside do
+    faces = _turned(faces, mirrored)
     own = np.einsum("fij,fcj->fci", linear, vertices[faces]) + offset[:, None]
-    owners = np.broadcast_to(owner[:, None, None].astype(np.float64), (len(faces), 3, 1))
-    corners = divided(texture, np.concatenate([own, vertices[faces], normals[faces], owners], axis=2))
+    marks = np.broadcast_to(np.stack([owner, mirrored], 1, dtype=np.float64)[:, None], (len(faces), 3, 2))
+    corners = divided(texture, np.concatenate([own, vertices[faces], normals[faces], marks], axis=2))
     flat = corners[:, :, 3:9].reshape(-1, 6)
     shading = flat[:, 3:] / np.linalg.norm(flat[:, 3:], axis=1)[:, None].clip(1e-300)
     places = corner_coordinates(texture, corners[:, :, :3]).reshape(-1, 2)
-    owner = np.rint(corners[:, 0, 9]).astype(np.int64)
-    return flat[:, :3], shading, np.arange(len(flat)).reshape(-1, 3), owner, places
+    owner, mirrored = np.rint(corners[:, 0, 9:]).astype(np.int64).T
+    return flat[:, :3], shading, _turned(np.arange(len(flat)).reshape(-1, 3), mirrored > 0), owner, places
+
+
+def _turned(faces: IntArray, which: npt.NDArray[np.bool_]) -> IntArray:
+    """Return triangles (F, 3), some with the other orientation."""
+    return np.where(which[:, None], faces[:, ::-1], faces)
 
 
 def segments_for(solids: Solids, pixels: FloatArray) -> IntArray:

@@ -138,6 +138,8 @@ def look_of(entity: Entity) -> Look:
     if attributes.get("color") is None and shape is not None and substance is None:
         chosen = shape.color_seed(entity.word, attributes)
         color = color if chosen is None else tint(*chosen)
+    if attributes.get("color") is None and substance is not None:
+        color = substance.color
     values = {name: value for name in READ if (value := attributes.get(name)) is not None}
     texture = None if shape is None else shape.own_texture
     if not values and texture is None:

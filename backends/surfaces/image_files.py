@@ -20,7 +20,7 @@ IMAGE_FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TGA", "TIFF", "PPM")  # w
 
 
 def checked_image(path: Path, name: str) -> Any:
-    """Return an image of Pillow, not yet decoded; raises SceneError("file") if it is none or too large."""
+    """Return an image of Pillow; raises SceneError("file") if it is none, broken or too large."""
     pillow = require("PIL.Image", "pillow")
     try:
         with warnings.catch_warnings():
@@ -32,6 +32,10 @@ def checked_image(path: Path, name: str) -> Any:
         raise SceneError("file", f"`{name[:80]}` is not an image that can be read") from None
     if image.width * image.height > MAX_PIXELS:
         raise SceneError("file", f"the image `{name[:80]}` has more than {MAX_PIXELS:,} pixels")
+    try:
+        image.load()
+    except Exception:  # decoding an untrusted file may raise any exception
+        raise SceneError("file", f"the image `{name[:80]}` is broken") from None
     return image
 
 

@@ -10,6 +10,7 @@ import pytest
 from sampling import only
 from silhouettes import EXAMPLES, loaded, outline_contrast
 
+import scenelang as sl
 from scenelang.backends.pictures.backdrops import backdrops, clearest, lightness
 from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.draft import toned
@@ -133,3 +134,32 @@ def test_the_colors_of_the_scene_stay(make: Any) -> None:
     ]
     middles = [picture.picture[28:36, 28:36].astype(int) for picture in pictures]
     assert np.abs(middles[0] - middles[1]).max() <= 1
+
+
+@pytest.mark.parametrize("elevation", [2.0, 30.0])
+def test_final_images_do_not_show_the_lights_of_the_studio(make: Any, elevation: float) -> None:
+    """Behind the objects is the smooth backdrop, whatever the dome has there: no edges of softboxes."""
+    pytest.importorskip("mitsuba")
+    ball = make.scene(make.primitive("sphere", color=(0.9, 0.9, 0.9)))
+    camera = Viewpoint(40.0, elevation, distance=8, fov=80)
+    options = PictureOptions(width=96, height=72, camera=camera, settings={"samples": 4, "denoise": "off"})
+    above = draw(ball, options, picture_backend("final")).picture[:12].astype(int)
+    assert np.abs(np.diff(above, axis=1)).max() <= 2
+
+
+@pytest.mark.parametrize("quality", ["draft", "final"])
+def test_a_lamp_without_the_key_light_leaves_no_horizon(quality: str) -> None:
+    scene = sl.evaluate('(bind "a" (lambda () (call "cube"))) (light "lamp" :position [1 3 2] :power 1e-6)').graph
+    settings = {} if quality == "draft" else {"samples": 64}
+    camera = Viewpoint(0.0, 4.0, distance=10)
+    image = draw(scene, PictureOptions(width=64, height=96, camera=camera, settings=settings), picture_backend(quality))
+    column = image.radiance[:60, :8].mean(axis=(1, 2))
+    assert np.abs(np.diff(column, 2)).max() < 0.12 * column.max()
+
+
+def test_glass_lets_a_background_through_in_final_images() -> None:
+    pytest.importorskip("mitsuba")
+    scene = sl.evaluate('(bind "a" (lambda () (call "sphere" :material "glass")))').graph
+    options = PictureOptions(width=48, height=48, ground="none", background="white", settings={"samples": 32})
+    picture = draw(scene, options, picture_backend("final")).picture
+    assert picture[20:28, 20:28].mean() > 200

@@ -93,7 +93,11 @@ def test_what_moves_covers_pixels_for_the_share_of_time_that_it_is_there(shutter
 def test_a_scene_at_rest_and_a_shutter_of_0_are_sharp() -> None:
     scene = sl.evaluate(frames('(call "cube" :color [.8 .2 .1])')).graph
     pictures = [
-        draw(scene, PictureOptions(width=48, height=48, shutter=shutter, frame=1), picture_backend("draft")).picture
+        draw(
+            scene,
+            PictureOptions(width=48, height=48, shutter=shutter, frame=1, ground="seamless"),
+            picture_backend("draft"),
+        ).picture
         for shutter in (0.0, 0.5)
     ]
     assert np.abs(pictures[0].astype(int) - pictures[1]).max() <= 1

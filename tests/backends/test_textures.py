@@ -112,6 +112,20 @@ def test_draft_and_final_show_the_same(name: str) -> None:
     assert first.mean() == pytest.approx(second.mean(), rel=0.08)
 
 
+@pytest.mark.parametrize("scale", ["[1 1 -1]", "[-1 1 1]", "[1 -1 1]", "[-1 1 -1]"])
+def test_mirrored_decals_are_the_same_in_both_qualities(scale: str) -> None:
+    pytest.importorskip("mitsuba")
+    decal = '(call "cube" :texture (texture "text" :text "Rg" :side "front" :scale .7))'
+    scene = sl.evaluate(f'(bind "a" (lambda () (transform {decal} (scale {scale}))))').graph
+    pictures = []
+    for settings in ({}, {"samples": 16}):
+        options = PictureOptions(width=SIZE, height=SIZE, camera=Viewpoint(0.0, 0.0), ground="none", settings=settings)
+        pictures.append(draw(scene, options, picture_backend("final" if settings else "draft")).picture[30:66, 30:66])
+    dark = [picture.mean(axis=2) < picture.max() / 2 for picture in pictures]
+    assert (dark[0] != dark[1]).mean() < 0.05
+    assert dark[0].any() == (scale in ("[-1 1 1]", "[1 -1 1]"))
+
+
 def test_an_image_is_upright_and_not_mirrored(tmp_path: Path) -> None:
     corners = np.zeros((64, 64, 3), np.uint8)
     corners[:32, :32], corners[:32, 32:], corners[32:, :32] = (255, 0, 0), (0, 255, 0), (0, 0, 255)
@@ -356,3 +370,12 @@ def test_draft_and_final_agree_where_coordinates_bend(projection: str) -> None:
     ]
     first, second = (picture[4:-4, 4:-4].reshape(-1) for picture in pictures)
     assert np.corrcoef(first, second)[0, 1] > 0.97
+
+
+def test_a_broken_image_is_an_error_and_no_crash(tmp_path: Path) -> None:
+    Image.fromarray(np.random.default_rng(0).integers(0, 255, (32, 32, 3), np.uint8)).save(tmp_path / "whole.png")
+    (tmp_path / "half.png").write_bytes((tmp_path / "whole.png").read_bytes()[:600])
+    (tmp_path / "a.scene").write_text('(bind "a" (lambda () (call "cube" :texture "half.png")))')
+    for use in (sl.Scene.render, lambda scene: scene.export(tmp_path / "a.glb")):
+        with pytest.raises(sl.SceneError, match=r"half\.png"):
+            use(sl.load(tmp_path / "a.scene"))

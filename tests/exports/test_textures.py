@@ -178,7 +178,7 @@ def test_a_decal_is_shown_once(tmp_path: Path) -> None:
     (texture,) = document["textures"]
     assert document["samplers"][texture["sampler"]] == {"wrapS": 33071, "wrapT": 33071}
     scene.export(tmp_path / "a.obj")
-    assert "map_Kd -clamp on a-text.png" in (tmp_path / "a.mtl").read_text()
+    assert "map_Kd -clamp on a-obj-text.png" in (tmp_path / "a.mtl").read_text()
     pxr = pytest.importorskip("pxr.Usd")
     scene.export(tmp_path / "a.usda")
     stage = pxr.Stage.Open(str(tmp_path / "a.usda"))
