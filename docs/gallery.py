@@ -18,6 +18,7 @@ GALLERY = DOCS / "gallery"
 SIZE = "640x480"
 FILM = "240x180"
 FILM_FRAMES = 24
+COLUMNS = 2
 QUALITY = 88  # percent, of JPEG: 30 to 90 KB an image in all its colors
 
 # What is shown, the most telling first: example, camera, the frame of a 4D example that stands for it.
@@ -85,20 +86,25 @@ def draw(name: str) -> int:
 
 
 def page() -> str:
-    """The text of docs/gallery.md."""
-    lines = [
+    """The text of docs/gallery.md: a grid of the images, each with its program and its video."""
+    cells = []
+    for name, (example, _, _) in SHOWN.items():
+        label = title(example)
+        links = f"[{label}](../examples/{example}.scene) · [video](gallery/{name}.webp)"
+        cells.append(f"![{label}](gallery/{name}.jpg)<br>{links}")
+    cells += [""] * (-len(cells) % COLUMNS)
+    rows = [f"| {' | '.join(cells[i : i + COLUMNS])} |" for i in range(0, len(cells), COLUMNS)]
+    return "\n".join([
         "# Gallery",
         "",
         "Every example, path traced (`--quality final`), and as a draft video: `make gallery` draws them.",
+        "A name leads to its program.",
         "",
-        "| | image | video |",
-        "|---|---|---|",
-    ]
-    for name, (example, _, _) in SHOWN.items():
-        cells = [f"[{example}](../examples/{example}.scene)"]
-        cells += [f"![{name}](gallery/{name}{ending})" for ending in (".jpg", ".webp")]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join([*lines, ""])
+        "|  " * COLUMNS + "|",
+        "|---" * COLUMNS + "|",
+        *rows,
+        "",
+    ])  # fmt: skip
 
 
 def main(names: list[str]) -> int:
