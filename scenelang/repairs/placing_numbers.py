@@ -24,6 +24,7 @@ from scenelang.repairs.program_forms import bound_name, enclosing_forms, forms_o
 _STEP = 0.0625  # added to a number; a power of two, so that sums with short fractions stay exact
 _MAX_REFERENCES = 3  # definitions that are followed one after another
 _MAX_NUMBERS = 32  # that are tried, those near the forms of the instances first
+_MAX_OWN_NUMBERS = 16  # the same if nothing else may depend on them
 _MAX_TOGETHER = 3  # numbers of one edit
 _MAX_EFFECTIVE = 8  # numbers that are combined
 _MAX_CORRECTIONS = 3  # of numbers on which the motion does not depend linearly
@@ -75,15 +76,19 @@ def number_edits(
     """
     target = np.array(move, np.float64)
     effective = list[_Number]()
-    for atom in numbers[:_MAX_NUMBERS]:
+    for atom in numbers[: _MAX_NUMBERS if shared else _MAX_OWN_NUMBERS]:
         effect = shift(edited(source.text, [Edit(atom.span, _text(atom, _STEP))]))
         if effect is None or np.abs(effect.motion).max() < _LEAST_MOTION or (effect.others.any() and not shared):
             continue
         effective.append(_Number(atom, effect.motion / _STEP, effect.others))
-    for chosen in _combinations(effective[:_MAX_EFFECTIVE], target, shared=shared):
-        candidate = _solved(source, chosen, target, shift)
-        if candidate is not None:
-            yield candidate
+        if not shared and len(effective) <= _MAX_EFFECTIVE:  # the nearest numbers are as good as any
+            solved = [_solved(source, each, target, shift) for each in _combinations(effective, target, shared=False)]
+            yield from (candidate for candidate in solved if candidate is not None)
+    if shared:
+        for chosen in _combinations(effective[:_MAX_EFFECTIVE], target, shared=True):
+            candidate = _solved(source, chosen, target, shift)
+            if candidate is not None:
+                yield candidate
 
 
 def placing_numbers(source: Source, calls: Sequence[Sequence[ListDatum]]) -> list[Atom]:

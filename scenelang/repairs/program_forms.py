@@ -130,6 +130,26 @@ def bound_names(around: Iterable[ListDatum]) -> Iterator[tuple[str, ListDatum]]:
                     yield name, form
 
 
+def names_in_scope(around: Iterable[ListDatum], span: Span) -> Iterator[str]:
+    """Yield the names that forms around a span bind, except those that are defined around it or after it."""
+    for form in around:
+        bindings = next((item for item in form.items[1:3] if isinstance(item, ListDatum)), None)
+        if bindings is not None and _contains(bindings, span) and re.match(r"let|for|do$", head_of(form) or ""):
+            continue
+        later = {
+            bound_name(item.items[1])
+            for item in form.items[1:]
+            if isinstance(item, ListDatum) and head_of(item) == "define" and len(item.items) == 3
+            if item.span.end > span.start
+        }
+        yield from (name for name, _ in bound_names([form]) if name not in later)
+
+
+def _contains(form: Datum, span: Span) -> bool:
+    """Return whether a form encloses a span."""
+    return form.span.start <= span.start and span.end <= form.span.end
+
+
 def bound_name(datum: Datum) -> str:
     """Return the name of a parameter or clause; empty if it binds several."""
     first = datum.items[0] if isinstance(datum, ListDatum) and datum.items else datum

@@ -22,7 +22,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs.form_candidates import FormCandidate, vector_text
-from scenelang.repairs.program_forms import bound_names, enclosing_forms, forms_of, head_of, uses_around
+from scenelang.repairs.program_forms import enclosing_forms, forms_of, head_of, names_in_scope, uses_around
 from scenelang.repairs.whole_objects import helper_function
 
 _MARK = "variables of a form\n"  # begins the word of the entity around the value of a form
@@ -123,10 +123,14 @@ def exceptions(
     for depth in range(depths.pop(), -1, -1):
         word = _at(root, chosen[0].positions[:depth]).word
         places = [place for site in search.at(word, depth, change) if (place := search.place(site)) is not None]
-        # an object with a call of its own needs no condition
-        ordered = sorted(places, key=lambda place: (not place.is_whole, place.conditions[:1] != ("",)))
-        for place in ordered:
+        for place in sorted(places, key=_rank):
             yield from _candidates(source, place, change)
+
+
+def _rank(place: _Place) -> tuple[bool, bool, int]:
+    """Return the rank of a place: forms that make the object only, and without conditions, then the shortest form."""
+    span = place.site.form.span
+    return not place.is_whole, place.is_whole and place.conditions[:1] != ("",), span.end - span.start
 
 
 def _candidates(source: Source, place: _Place, change: PartChange) -> Iterator[FormCandidate]:
@@ -170,17 +174,16 @@ def _of_parts(
     if not path or not (change.of_part or change.offset is not None):
         return "", "", ()
     name, added = helper_function(source, "part-changed", _HELPER)
-    start = f"({name} {text} '({' '.join(map(str, path))}) (lambda (part) "
     before, after = change.of_part, ""
     if change.offset is not None:
         moved = ("(transform part (translate ", "))")
         before, after = (f"(union part {moved[0]}", f"{moved[1]})") if change.is_copy else moved
-    before, after = f"{start}{before}", f"{after}))"
     if condition:
-        before, after = f"(if {condition} {before}", f"{after} {text})"
-    closing = "" if change.offset is not None else after
+        before, after = f"(if {condition} {before}", f"{after} part)"
+    start = f"({name} {text} '({' '.join(map(str, path))}) (lambda (part) "
+    before, after = f"{start}{before}", f"{after}))"
     edits = (*change.added, *added)
-    return (before, after, edits) if change.offset is not None else (f"{before}{closing}", "", edits)
+    return (f"{before}{after}", "", edits) if change.offset is None else (before, after, edits)
 
 
 class _Sites:
@@ -213,7 +216,7 @@ class _Sites:
     def _site(self, form: ListDatum, level: int) -> _Site:
         """Return a form with the names in scope, as a function of indices where a combinator takes one."""
         outer = enclosing_forms(self._source, form.span)
-        names = tuple(dict.fromkeys(name for name, _ in bound_names(outer)))[:_MAX_NAMES]
+        names = tuple(dict.fromkeys(names_in_scope(outer, form.span)))[:_MAX_NAMES]
         posed = _with_poses([form, *outer])
         copied, around = [form, *outer][posed - 1], outer[posed - 1 : posed]
         argument, count = _TEMPLATES.get(head_of(around[0]) or "", (0, 0)) if around else (0, 0)
