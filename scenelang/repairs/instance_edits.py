@@ -2,9 +2,9 @@
 
 A form that could make the instance is changed and the program is evaluated: the edit is accepted only if the chosen
 instances change as asked and every other primitive of every frame stays the same. Which form makes an instance cannot
-be read off the text, since loops, macros and helpers make several; ``settle`` proves its edits in the same way. A form
-in a loop, or in the definition of a word that occurs elsewhere, makes more than one instance, so its edit is refused
-unless all are chosen.
+be read off the text, since loops, macros and helpers make several; ``settle`` proves its edits in the same way. Moves
+change a literal pose first, then the numbers behind it (``placing_numbers``). Where a form makes others, too, the
+instance becomes an exception (``single_instances``), or, in a shared edit, the others change with it.
 """
 
 from __future__ import annotations

@@ -587,6 +587,7 @@ def test_all_that_share_a_form_can_be_changed_instead(studio: Any, program: Any,
     _until(shown, "!scenelangPage.isEvaluating")
     assert _text(shown) == text.replace("(* 2 i) 0 0", f"(* 2 i) {move[1]:g} 0")
     assert not page.is_visible("#shared")
+    page.focus(".cm-content")
     for expected in (one, text):
         page.keyboard.press("Control+z")
         assert _text(shown) == expected
