@@ -161,10 +161,10 @@ def _combinations(numbers: Sequence[_Number], target: FloatArray, *, shared: boo
     for size in range(1, _MAX_TOGETHER + 1):
         for order, chosen in enumerate(combinations(numbers, size)):
             columns = np.stack([each.motion for each in chosen], axis=1)
-            if np.linalg.matrix_rank(columns, tol=1e-6) < size:
+            if np.linalg.matrix_rank(columns) < size:
                 continue
             amounts = np.linalg.lstsq(columns, target, rcond=None)[0]
-            others = int(np.any([each.others for each in chosen], axis=0).sum())
+            others = int(sum(each.others.astype(np.int64) for each in chosen).astype(bool).sum())
             is_needed = np.abs(amounts * np.abs(columns).max(axis=0)).min() > tolerance * 1e-3
             if np.abs(columns @ amounts - target).max() <= tolerance and is_needed and (others > 0) == shared:
                 sets.append((others, size, order, chosen))
