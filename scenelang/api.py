@@ -258,9 +258,12 @@ def edit_instance(
     attribute: tuple[str, str] | None = None,
     form: str | None = None,
     remove: bool = False,
+    shared: bool = False,
     name: str = "<text>",
 ) -> EditedText:
     """Edit a program so that only the instances of a path change, which evaluation proves.
+
+    One instance of a loop, or of a function that is called several times, gets an exception.
 
     Parameters
     ----------
@@ -276,6 +279,8 @@ def edit_instance(
         Text of a form that takes the place of the one that makes the instances.
     remove : bool
         Remove the instances. Give exactly one of these four.
+    shared : bool
+        Edit the number or form that others share, so that these change, too.
     name : str
         File name for diagnostics.
 
@@ -287,7 +292,8 @@ def edit_instance(
     Raises
     ------
     SceneError
-        If the program is wrong, there is no such instance, or no form makes these instances only.
+        If the program is wrong, there is no such instance, or no form makes these instances only; with ``shared``, if
+        no others share the numbers and forms.
 
     Examples
     --------
@@ -300,7 +306,7 @@ def edit_instance(
     offset = None if move is None else tuple(map(float, move))
     if offset is not None and len(offset) != 3:
         raise SceneError("value", f"`move`: expected three numbers, got {len(offset)}")
-    return edited(Session(), Source(name, text), InstanceEdit(path, offset, attribute, form, remove))
+    return edited(Session(), Source(name, text), InstanceEdit(path, offset, attribute, form, remove, shared=shared))
 
 
 @typed

@@ -660,6 +660,7 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         ] = None,
         rotate: Annotated[float | None, Field(description="degrees about its middle")] = None,
         axis: Annotated[Literal["x", "y", "z"], Field(description="axis of the scene for `rotate`")] = "y",
+        shared: Annotated[bool, Field(description="also change others that share the number or form")] = False,
     ) -> CallToolResult:
         """Change the whole objects of a path: move, recolor, scale or rotate them, set an attribute, replace or remove
         them. Refused if anything else would change. Undoable."""
@@ -673,6 +674,7 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
             recolor or None,
             None if scale is None else _triple("scale", scale * 3 if len(scale) == 1 else scale),
             None if rotate is None else (axis, rotate),
+            shared=shared,
         )
         return await bench.rewrite(draft, workbench.edit_part, change)
 

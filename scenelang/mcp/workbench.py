@@ -430,8 +430,9 @@ def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit) -> 
         return refused([error.diagnostic])
     count = f"{outcome.instances:,} instance{'s' * (outcome.instances != 1)}"
     change = f"{_line(outcome.old)} -> {_line(outcome.new) or 'nothing'}"
-    line = f"line {outcome.line}: {change} ({count}, nothing else changes)"
-    data = {"ok": True, "line": outcome.line, "instances": outcome.instances}
+    others = f"{outcome.others:,} other primitives" if outcome.others else "nothing else"
+    line = f"line {outcome.line}: {change} ({count}, {others} change{'' if outcome.others else 's'})"
+    data = {"ok": True, "line": outcome.line, "instances": outcome.instances, "others": outcome.others}
     return ToolAnswer(line, data, program=outcome.text)
 
 

@@ -31,6 +31,7 @@ from scenelang.grammar.diagnostics import Diagnostic, Edit, Fix
 from scenelang.grammar.reader import read_pieces
 from scenelang.interpreter.checker.idioms import NAMES
 from scenelang.repairs.edit_trials import Trials, edited
+from scenelang.repairs.program_forms import bound_name, bound_names
 
 if TYPE_CHECKING:
     from scenelang.session.session import Evaluated
@@ -114,7 +115,7 @@ class _Program:
     def variables(self) -> Iterator[str]:
         """Names of the variables that the program defines, in any scope."""
         return (
-            _bound(form.items[1])
+            bound_name(form.items[1])
             for form in self.lists
             if _head(form) == "define" and len(form.items) == _DEFINITION_LENGTH
         )
@@ -138,7 +139,7 @@ class _Program:
 
     def unused(self, around: Sequence[ListDatum]) -> Iterator[str]:
         """Yield unused names in scope: variables of ``around``, the innermost first, then global ones and words."""
-        yield from (name for name, owner in _scope(around) if _uses(owner.span.text, name) == 1)
+        yield from (name for name, owner in bound_names(around) if _uses(owner.span.text, name) == 1)
         text = self.source.text
         for form in self.lists:
             if len(form.items) > 1 and not any(_has(form, outer.span.start, outer.span.end) for outer in around):
@@ -344,7 +345,7 @@ def _values(program: _Program, form: ListDatum, place: int, signature: str) -> I
     names = _parameters(signature)
     name = names[place] if place < len(names) else ""
     around = program.around(form)
-    variables = {*program.variables, *(variable for variable, _ in _scope(around))}
+    variables = {*program.variables, *(variable for variable, _ in bound_names(around))}
     if len(name) >= _MIN_TELLING_NAME_LENGTH and name in variables:
         yield name
     yield from program.unused(around)
@@ -405,35 +406,6 @@ def _is_constant(datum: Datum) -> bool:
 def _is_variable(datum: Datum) -> bool:
     """Return whether a datum is a symbol."""
     return isinstance(datum, Atom) and type(datum.value) is Symbol
-
-
-_BINDING = ("define", "lambda")
-
-
-def _scope(around: Iterable[ListDatum]) -> Iterator[tuple[str, ListDatum]]:
-    """Yield the names that enclosing forms bind, each with its form, the innermost first."""
-    for form in around:
-        head, items = _head(form), form.items
-        if len(items) > 1 and isinstance(items[0], ListDatum):  # a pattern of a macro, or a clause
-            yield from ((name, form) for item in items[0].items[1:] if (name := _bound(item)))
-        if head in _BINDING and len(items) > 1 and isinstance(items[1], ListDatum):
-            parameters = items[1].items[1 if head == "define" else 0 :]
-            yield from ((name, form) for parameter in parameters if (name := _bound(parameter)))
-        elif re.match(r"let|for", head) and len(items) > 1 and isinstance(items[1], ListDatum):
-            clauses = [clause for clause in items[1].items if isinstance(clause, ListDatum)]
-            yield from ((name, form) for clause in clauses if (name := _bound(clause)))
-        for item in items[1:]:
-            if isinstance(item, ListDatum) and len(item.items) == 3 and _head(item) == "define":
-                name = _bound(item.items[1]) if isinstance(item.items[1], Atom) else ""
-                if name:
-                    yield name, form
-
-
-def _bound(datum: Datum) -> str:
-    """Return the name of a parameter or clause; empty if it binds several."""
-    first = datum.items[0] if isinstance(datum, ListDatum) and datum.items else datum
-    is_name = isinstance(first, Atom) and type(first.value) in (Symbol, Keyword)
-    return first.span.text.lstrip(":").partition("::")[0] if is_name else ""
 
 
 def _uses(text: str, name: str) -> int:

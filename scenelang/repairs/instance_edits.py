@@ -2,15 +2,15 @@
 
 A form that could make the instance is changed and the program is evaluated: the edit is accepted only if the chosen
 instances change as asked and every other primitive of every frame stays the same. Which form makes an instance cannot
-be read off the text, since loops, macros and helpers make several; ``settle`` proves its edits in the same way. A form
-in a loop, or in the definition of a word that occurs elsewhere, makes more than one instance, so its edit is refused
-unless all are chosen.
+be read off the text, since loops, macros and helpers make several; ``settle`` proves its edits in the same way. Moves
+change a literal pose first, then the numbers behind it (``placing_numbers``). Where a form makes others, too, the
+instance becomes an exception (``single_instances``), or, in a shared edit, the others change with it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, subdatums, walk
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Symbol, walk
 from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
-from scenelang.interpreter.inspection.instance_paths import Located, Locator, outermost, primitive_ranges
+from scenelang.interpreter.inspection.instance_paths import Located, Locator, escaped, outermost, primitive_ranges
 from scenelang.interpreter.runtime.show import primitive_attributes
 from scenelang.interpreter.scene.entity import Entity, Scene
 from scenelang.interpreter.scene.flatten import FlatFrame, flatten
@@ -30,7 +30,10 @@ from scenelang.interpreter.scene.primitives import is_word
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs import edit_trials as trials
 from scenelang.repairs.edit_trials import Trials
-from scenelang.repairs.program_forms import binds, forms_of, head_of
+from scenelang.repairs.form_candidates import FormCandidate, shifted, space_before, vector_text, with_attribute
+from scenelang.repairs.placing_numbers import Shift, number_edits, placing_numbers
+from scenelang.repairs.program_forms import binds, forms_of, head_of, uses_around
+from scenelang.repairs.single_instances import PartChange, exceptions
 from scenelang.repairs.whole_objects import (
     Recoloring,
     box_pivots,
@@ -39,14 +42,17 @@ from scenelang.repairs.whole_objects import (
     literal_recoloring,
     motion_about,
     pose_form,
+    recoloring_function,
     wrapped_recolorings,
 )
+from scenelang.session.editing import Editing
 
 if TYPE_CHECKING:
     from scenelang.session.session import Session
 
 _EFFORT = 20.0  # budget of all trials in units of ``Trials``: about 20 s
-_MAX_TESTS = 60  # forms that are tried
+_NUMBER_EFFORT = 5.0  # the same for the numbers that place an instance
+_MAX_TESTS = 120  # evaluations of changed forms
 _MAX_PRIMITIVES = 200_000
 _POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than this have not moved
 # The same for the asked motion. It is written with 9 decimals and passes through the poses around the form.
@@ -56,7 +62,7 @@ _MAX_SHOWN_LENGTH = 60  # characters of a form in a message
 
 @dataclass(frozen=True, slots=True)
 class InstanceEdit:
-    """An edit of the instances of a path; exactly one field besides ``path`` is set.
+    """An edit of the instances of a path; exactly one field besides ``path`` and ``shared`` is set.
 
     Attributes
     ----------
@@ -84,6 +90,9 @@ class InstanceEdit:
         Word that is called in place of the instance's.
     rename
         New name of the instance's word, everywhere in the program.
+    shared
+        Whether the edit is one that others share: a moved instance takes those with it that the same numbers or forms
+        place; other edits change all instances that the same form makes.
 
     Examples
     --------
@@ -102,6 +111,7 @@ class InstanceEdit:
     duplicate: tuple[float, float, float] | None = None
     word: str | None = None
     rename: str | None = None
+    shared: bool = False
 
     def __post_init__(self) -> None:
         given = (
@@ -161,13 +171,17 @@ def _is_keyword(name: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class EditedText:
-    """A program after an edit: its text, the line of the form, the form before and after, and the instances changed."""
+    """A program after an edit: its text, the line of the form, the form before and after, and the instances changed.
+
+    ``others`` is the number of other primitives that a shared edit changes.
+    """
 
     text: str
     line: int
     old: str
     new: str
     instances: int
+    others: int = 0
 
 
 def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
@@ -180,7 +194,7 @@ def edited(session: Session, source: Source, edit: InstanceEdit) -> EditedText:
         the form that affects the fewest others.
     """
     search = _Search(session, source, edit)
-    result = search.trials.first(_candidates(source, edit, search.before), search.result)
+    result = search.trials.first(search.candidates(), search.result)
     if result is None:
         raise search.refusal()
     return result
@@ -206,16 +220,49 @@ class _Search:
 
     def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
         self.session, self.source, self.edit = session, source, edit
-        self.trials = Trials(source.name, session.evaluate, _EFFORT, _MAX_TESTS)
-        self.before = _Layout(session.evaluate(source).require(), edit)
+        evaluate = Editing(session).evaluate
+        self.trials = Trials(source.name, evaluate, _EFFORT, _MAX_TESTS)
+        self._number_trials = Trials(source.name, evaluate, _NUMBER_EFFORT)
+        self.before = _Layout(evaluate(source).require(), edit)
         if edit.recolor is not None:
             self.before.color = color_of_text(session, edit.recolor)
         self._moved: FloatArray | None = None  # motion of the instances by the last candidate, if it moved only them
-        self._nearest: tuple[int, _Candidate] | None = None  # fewest other primitives that a form changes, and the form
+        self._nearest: tuple[int, FormCandidate] | None = None  # fewest others that a form changes, and the form
         self._problem: str | None = None  # why the form that makes only the instances does not fit
         self._failure: str | None = None  # first error of an edited program
+        self._others = 0  # other primitives that the last candidate changes
 
-    def result(self, candidate: _Candidate) -> EditedText | None:
+    def candidates(self) -> Iterator[FormCandidate]:
+        """Yield the edits to try: at the forms and numbers that make the instances, then exceptions for them."""
+        source, edit, layout = self.source, self.edit, self.before
+        if edit.move is not None and not layout.is_root:
+            calls, bodies = forms_of(source, layout.word)
+            yield from (
+                FormCandidate(form.span, new, False)
+                for chain in calls
+                for form in chain
+                for new in shifted(form, layout.local(edit.move))
+            )
+            if edit.shared or _are_placed_by_names(source, calls, bodies):
+                # the calls of an imported word's part are in another file
+                around = calls or [chain for word in layout.words_above for chain in forms_of(source, word)[0]]
+                numbers = placing_numbers(source, around)
+                yield from number_edits(source, numbers, edit.move, self._shift, shared=edit.shared)
+        if edit.shared and edit.move is not None:
+            yield from _own_moves(source, layout, edit.move)
+            return
+        yield from _candidates(source, edit, layout)
+        for change in _part_changes(source, edit, layout):
+            yield from exceptions(source, layout.located, change, lambda text: self.trials.evaluate(text).scene)
+
+    def _shift(self, text: str) -> Shift | None:
+        """Return how far a text moves the instances while there is budget for numbers; None if it does not."""
+        if not self._number_trials.can_go_on:
+            return None
+        scene = self._number_trials.evaluate(text).scene
+        return None if scene is None else self.before.shift(scene)
+
+    def result(self, candidate: FormCandidate) -> EditedText | None:
         """Return the program after a candidate that does what the edit asks and nothing else; else None.
 
         If a translation moves only the instances, but in other axes than those of the scene, it is corrected once.
@@ -228,8 +275,9 @@ class _Search:
         self._moved = None
         return self._text_of(measured) if measured is not None and self._succeeds(measured) else None
 
-    def _succeeds(self, candidate: _Candidate) -> bool:
+    def _succeeds(self, candidate: FormCandidate) -> bool:
         """Return whether a candidate does what the edit asks; record why if not."""
+        self._others = 0
         result = self.trials.evaluate(trials.edited(self.source.text, candidate.edits))
         if result.scene is None:
             problem = next((d.message for d in result.diagnostics if d.is_error), None)
@@ -237,9 +285,14 @@ class _Search:
                 self._failure = problem
             return False
         outcome = self.before.outcome(result.scene)
-        if outcome is None or outcome.others:
+        is_free = self.edit.shared and self.edit.move is not None
+        if outcome is None or (outcome.others and not is_free):
             if outcome is not None and (self._nearest is None or outcome.others < self._nearest[0]):
                 self._nearest = outcome.others, candidate
+            return False
+        self._others = outcome.others if is_free else self.before.added
+        if is_free and outcome.is_done and not outcome.others:
+            self._problem = "nothing else shares the numbers and forms that place it"
             return False
         if not outcome.is_done and self.edit.offset is not None:
             self._moved = outcome.motion
@@ -248,13 +301,13 @@ class _Search:
             self._problem = "nothing that is seen depends on it; edit a part of it"
         return outcome.is_done
 
-    def _text_of(self, candidate: _Candidate) -> EditedText:
+    def _text_of(self, candidate: FormCandidate) -> EditedText:
         """Return the program after a candidate."""
         line = self.source.position(candidate.span.start)[0]
         text = trials.edited(self.source.text, candidate.edits)
-        return EditedText(text, line, candidate.span.text, candidate.new, self.before.count)
+        return EditedText(text, line, candidate.span.text, candidate.new, self.before.count, self._others)
 
-    def _measured(self, candidate: _Candidate) -> _Candidate | None:
+    def _measured(self, candidate: FormCandidate) -> FormCandidate | None:
         """Return a candidate whose translation is solved from the motions by one along each axis.
 
         A form inside turned or scaled ones moves its instances in other directions than it is moved itself.
@@ -301,6 +354,8 @@ class _Layout:
         self.edit, path = edit, edit.path
         self.frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
         self.ranges: list[list[tuple[int, int]]] = []
+        self.located: list[list[Located]] = []  # instances in each frame
+        self.added = 0  # primitives of instances that the path does not select, but the form of the chosen ones makes
         self.poses: list[list[FloatArray]] = []  # of the instances, (4, 4) each
         self.motion: FloatArray | None = None  # (4, 4) in the axes of an instance, that the edit asks for
         self.word, self.count = path, 0
@@ -310,24 +365,33 @@ class _Layout:
             try:
                 locator = Locator(scene, number)
                 instances = list(outermost(locator.find(path)))
+                if edit.shared and edit.move is None:
+                    instances, added = _with_alike(locator, instances)
+                    self.added += added
             except SceneError as error:
                 problem = problem or error
                 self.ranges.append([])
+                self.located.append([])
                 self.poses.append([])
                 continue
             self.ranges.append(primitive_ranges(root, instances))
+            self.located.append(instances)
             self.poses.append([_square(instance.pose) for instance in instances])
             if not self.count:
                 self._choose(locator, instances)
         if not self.count:
             raise problem or SceneError("value", f"no part `{path}`")
+        if edit.shared and edit.move is None and not self.added:
+            raise SceneError("value", f"the form that makes `{path}` makes nothing else")
         if edit.rename is not None:
             self.frames = [rows.renamed(self.word, edit.rename) for rows in self.frames]
 
     def _choose(self, locator: Locator, instances: Sequence[Located]) -> None:
         """Record word, number and parent axes of the instances of the first frame that has them."""
         self.count, self.word = len(instances), instances[0].entity.word
-        self.is_root = not instances[0].positions
+        self.is_root, self.is_primitive = not instances[0].positions, instances[0].entity.is_primitive
+        ways = [instances[0].positions[:depth] for depth in range(len(instances[0].positions))]
+        self.words_above = [locator.at(way).entity.word for way in reversed(ways)]
         above = locator.at(instances[0].positions[:-1]).pose if instances[0].positions else IDENTITY
         self._parent = np.array(above, np.float64).reshape(3, 4)[:, :3]
         if self.edit.scale is not None or self.edit.rotate is not None:
@@ -356,6 +420,46 @@ class _Layout:
             others, motion = others + change.others, motion if motion is not None else change.motion
             done = done and change.is_done
         return _Outcome(others, done, motion)
+
+    def shift(self, scene: Scene) -> Shift | None:
+        """Return how far a program with an edit moves the instances; None if it does anything else to them."""
+        try:
+            frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+        except SceneError:
+            return None
+        if len(frames) != len(self.frames):
+            return None
+        motion: FloatArray | None = None
+        others: list[Any] = []
+        for old, new, ranges in zip(self.frames, frames, self.ranges, strict=True):
+            if len(old.keys) != len(new.keys):
+                return None
+            inside = np.zeros(len(old.keys), bool)
+            for first, last in ranges:
+                inside[first:last] = True
+            others.append(~old.same(~inside, new, ~inside))
+            if not ranges:
+                continue
+            outcome = _moved_rows(old, new, inside, inside, (0.0, 0.0, 0.0))
+            if outcome is None or outcome.motion is None:
+                return None
+            if motion is not None and np.abs(motion - outcome.motion).max() > _MOTION_TOLERANCE * old.size:
+                return None
+            motion = outcome.motion
+        return None if motion is None else Shift(motion, np.concatenate(others))
+
+
+def _with_alike(locator: Locator, instances: Sequence[Located]) -> tuple[list[Located], int]:
+    """Return instances with all others that the same calls make, and the number of primitives of the others."""
+    sites = {(site.start, site.end) for each in instances for site in each.entity.call_sites}
+    chosen, entities = {each.positions for each in instances}, {id(each.entity) for each in instances}
+    alike = [
+        each
+        for each in outermost(locator.find(escaped(instances[0].entity.word)))
+        if id(each.entity) in entities or any((site.start, site.end) in sites for site in each.entity.call_sites)
+    ]
+    ranges = primitive_ranges(locator.root, [each for each in alike if each.positions not in chosen])
+    return alike, sum(last - first for first, last in ranges)
 
 
 def _square(pose: Sequence[float]) -> FloatArray:
@@ -458,7 +562,7 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: 
     outside_old, outside_new, inside_new = _matched(len(old.keys), ranges, lengths)
     others = int((~old.same(outside_old, new, outside_new)).sum())
     inside_old = _rows_in(ranges)
-    if others or left != chosen:
+    if left != chosen or (others and edit.move is None):
         return _Outcome(others, not others)
     if wanted.motions:
         return _Outcome(0, _is_transformed(old, new, ranges, inside_new, wanted.motions))
@@ -466,7 +570,8 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: 
         return _Outcome(0, _is_recolored(old, new, inside_old, inside_new, wanted.color))
     if edit.move is None:
         return _Outcome(0, not bool(old.same(inside_old, new, inside_new).all()))
-    return _moved_rows(old, new, inside_old, inside_new, edit.move)
+    moved = _moved_rows(old, new, inside_old, inside_new, edit.move)
+    return replace(moved or _Outcome(0, False), others=others) if others else moved
 
 
 def _duplicated(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], offset: Sequence[float]) -> _Outcome | None:
@@ -555,32 +660,7 @@ def _matched(count: int, ranges: Sequence[tuple[int, int]], lengths: Sequence[in
 # --- candidates ------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True)
-class _Candidate:
-    """Form of the text and its replacement. A direct one calls the word of the instances itself."""
-
-    span: Span
-    new: str
-    is_direct: bool
-    others: tuple[Edit, ...] = ()  # elsewhere in the text
-    around: tuple[str, str] | None = None  # text before and after the vector of a translation
-
-    @property
-    def edits(self) -> tuple[Edit, ...]:
-        """The replacement as an edit of the text, and the others."""
-        return (Edit(self.span, self.new), *self.others)
-
-    def translated(self, offset: FloatArray, *, in_place: bool = False) -> _Candidate:
-        """Return the candidate with a translation of its own; with ``in_place`` it is added to that of the form."""
-        (form,) = read(Source(self.span.source.name, self.span.text)).forms
-        if in_place and self.around is None and isinstance(form, ListDatum):
-            for shifted in _shifted(form, offset):
-                return _Candidate(self.span, shifted, False)
-        before, after = self.around or (f"(transform {self.span.text} (translate ", "))")
-        return _Candidate(self.span, f"{before}{_vector(offset)}{after}", False, around=self.around)
-
-
-def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[_Candidate]:
+def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[FormCandidate]:
     """Yield candidate edits: calls of the word, then their enclosing forms, then the definition of the word."""
     calls, bodies = forms_of(source, layout.word)
     if edit.recolor is not None or layout.motion is not None:
@@ -599,10 +679,10 @@ def _candidates(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator
             key = form.span.start, form.span.end, new
             if key not in tried:
                 tried.add(key)
-                yield _Candidate(form.span, new, is_direct)
+                yield FormCandidate(form.span, new, is_direct)
     for body in bodies:
         if edit.form is not None or (edit.attribute is None and not edit.remove):
-            yield from (_Candidate(body.span, new, False) for new in _changes(edit, body, layout, is_call=True))
+            yield from (FormCandidate(body.span, new, False) for new in _changes(edit, body, layout, is_call=True))
 
 
 def _whole_object_candidates(
@@ -611,15 +691,17 @@ def _whole_object_candidates(
     layout: _Layout,
     calls: Sequence[Sequence[ListDatum]],
     bodies: Sequence[ListDatum],
-) -> Iterator[_Candidate]:
+) -> Iterator[FormCandidate]:
     """Yield candidate edits of whole objects: at a call, which is one object, then in the definition of their word."""
     direct = [chain[0] for chain in calls if not layout.is_root]
     if layout.motion is not None:
         pose = pose_form(layout.motion, layout.edit.scale, layout.edit.rotate)
-        yield from (_Candidate(form.span, f"(transform {form.span.text} {pose})", False) for form in [*direct, *bodies])
+        yield from (
+            FormCandidate(form.span, f"(transform {form.span.text} {pose})", False) for form in [*direct, *bodies]
+        )
         return
     for value in dict.fromkeys((edit.recolor or "", "[" + " ".join(f"{x:.12g}" for x in layout.color or ()) + "]")):
-        yield from (_Candidate(form.span, _with_attribute(form, "color", value), False) for form in direct)
+        yield from (FormCandidate(form.span, with_attribute(form, "color", value), False) for form in direct)
         changed = [
             literal_recoloring(source, layout.word, value),
             *wrapped_recolorings(source, [*direct, *bodies], value),
@@ -627,16 +709,14 @@ def _whole_object_candidates(
         yield from (_of_recoloring(each) for each in changed if each is not None)
 
 
-def _of_recoloring(change: Recoloring) -> _Candidate:
+def _of_recoloring(change: Recoloring) -> FormCandidate:
     """Return a recoloring as a candidate."""
     first, *others = change.edits
-    return _Candidate(first.span, first.text, False, tuple(others))
+    return FormCandidate(first.span, first.text, False, tuple(others))
 
 
 def _of_chain(edit: InstanceEdit, chain: Sequence[ListDatum], layout: _Layout) -> Iterator[tuple[ListDatum, str, bool]]:
-    """Yield candidate edits of a call and its enclosing forms: translations first, then removals, outermost first."""
-    if edit.move is not None:
-        yield from ((form, new, False) for form in chain for new in _shifted(form, layout.local(edit.move)))
+    """Yield candidate edits of a call and its enclosing forms: removals of the outermost first."""
     ordered = list(enumerate(chain))
     for depth, form in reversed(ordered) if edit.remove else ordered:
         yield from ((form, new, depth == 0) for new in _changes(edit, form, layout, is_call=depth == 0))
@@ -646,15 +726,92 @@ def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, *, is_call: b
     """Yield replacements of a form by which the edit could be done."""
     text = form.span.text
     if edit.move is not None:
-        yield f"(transform {text} (translate {_vector(layout.local(edit.move))}))"
+        yield f"(transform {text} (translate {vector_text(layout.local(edit.move))}))"
     elif edit.attribute is not None and head_of(form) == "call":
-        yield _with_attribute(form, *edit.attribute)
+        yield with_attribute(form, *edit.attribute)
     elif edit.form is not None and is_call:
         yield edit.form
     elif edit.word is not None and is_call:
         yield from _with_word(form, layout.word, edit.word)
     elif edit.remove:
         yield from ("", "(union)")
+
+
+def _own_moves(source: Source, layout: _Layout, move: Sequence[float]) -> Iterator[FormCandidate]:
+    """Yield translations of the forms that make instances, without those around them: calls, then functions."""
+    calls, bodies = forms_of(source, layout.word)
+    uses = [use for chain in calls for use in uses_around(source, chain[0].span)]
+    vector = vector_text(layout.local(move))
+    for form in [*(chain[0] for chain in calls if not layout.is_root), *bodies, *uses]:
+        yield FormCandidate(form.span, f"(transform {form.span.text} (translate {vector}))", False)
+
+
+def _are_placed_by_names(source: Source, calls: Sequence[Sequence[ListDatum]], bodies: Sequence[ListDatum]) -> bool:
+    """Return whether numbers elsewhere than in literal poses around the calls may place what they make."""
+    for chain in calls:
+        call = chain[0]
+        is_given_numbers = bodies and any(type(datum.value) in (int, float) for datum in _atoms(call))
+        if is_given_numbers or uses_around(source, call.span):
+            return True
+        poses = [form.items[-1] for form in chain if head_of(form) == "transform" and len(form.items) == 3]
+        if any(_names(pose) for pose in poses):
+            return True
+    return False
+
+
+def _atoms(form: Datum) -> Iterator[Atom]:
+    """Yield the atoms of a form."""
+    yield from (datum for datum in walk(form) if isinstance(datum, Atom))
+
+
+def _names(pose: Datum) -> bool:
+    """Return whether a pose has variables."""
+    heads = {form.items[0].span.start for form in walk(pose) if isinstance(form, ListDatum) and form.items}
+    return any(isinstance(atom.value, Symbol) and atom.span.start not in heads for atom in _atoms(pose))
+
+
+def _part_changes(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[PartChange]:
+    """Yield the changes of one object that do what an edit asks, for exceptions."""
+    if edit.shared or edit.rename is not None:
+        return
+    if edit.offset is not None:
+        is_copy = edit.duplicate is not None
+        yield PartChange(layout.local(edit.offset), is_copy, True, lambda form: "", "")
+    elif edit.remove:
+        yield PartChange(None, False, True, lambda form: "(union)", "(union)")
+    elif layout.motion is not None:
+        pose = pose_form(layout.motion, edit.scale, edit.rotate)
+        part = f"(transform (transform (car part) {pose}) (cdr part))"
+        yield PartChange(None, False, False, lambda form: f"(transform {form.span.text} {pose})", part)
+    elif edit.recolor is not None:
+        if layout.is_primitive:
+            yield _attribute_change(layout, "color", edit.recolor)
+        name, added = recoloring_function(source)
+        value = edit.recolor
+        part = f"({name} part {value})"
+        yield PartChange(None, False, False, lambda form: f"({name} {form.span.text} {value})", part, added)
+    elif edit.attribute is not None:
+        yield _attribute_change(layout, *edit.attribute)
+    elif edit.form is not None:
+        new = edit.form
+        yield PartChange(None, False, False, lambda form: new, f"(transform {new} (cdr part))")
+    elif edit.word is not None:
+        word = edit.word
+        part = f'(transform (call "{word}") (cdr part))'
+        yield PartChange(None, False, False, lambda form: next(_with_word(form, layout.word, word), ""), part)
+
+
+def _attribute_change(layout: _Layout, name: str, value: str) -> PartChange:
+    """Return the change of an attribute of one object."""
+    entity = "(primitive (entity-word (car part)) (entity-embedding (car part))"
+    part = f"(transform {entity} :{name} {value}) (cdr part))" if layout.is_primitive else ""
+    heads = ("call", layout.word)
+
+    def of_form(form: ListDatum) -> str:
+        """Return the form with the attribute."""
+        return with_attribute(form, name, value) if head_of(form) in heads else ""
+
+    return PartChange(None, False, False, of_form, part)
 
 
 def _with_word(form: ListDatum, old: str, new: str) -> Iterator[str]:
@@ -667,7 +824,7 @@ def _with_word(form: ListDatum, old: str, new: str) -> Iterator[str]:
         yield f'{text[: name.span.start - start]}"{new}"{text[name.span.end - start :]}'
 
 
-def _renamings(source: Source, old: str, new: str) -> Iterator[_Candidate]:
+def _renamings(source: Source, old: str, new: str) -> Iterator[FormCandidate]:
     """Yield the edits that rename a word that the program binds: at all places that write it, or at its calls only.
 
     Raises SceneError for a word that the program does not bind, and for one that it has already.
@@ -687,52 +844,18 @@ def _renamings(source: Source, old: str, new: str) -> Iterator[_Candidate]:
     every = [word.span for word in words if word.value == old]
     called = [span for span in every if span.start in heads]
     for first, *others in (every, called):
-        yield _Candidate(first, f'"{new}"', False, tuple(Edit(span, f'"{new}"') for span in others))
+        yield FormCandidate(first, f'"{new}"', False, tuple(Edit(span, f'"{new}"') for span in others))
 
 
-def _copies(chain: Sequence[ListDatum], offset: FloatArray) -> Iterator[_Candidate]:
+def _copies(chain: Sequence[ListDatum], offset: FloatArray) -> Iterator[FormCandidate]:
     """Yield candidate edits that add a copy of what a call makes: beside it in a union, else in a union of both."""
     beside = [form for form, around in pairwise(chain) if head_of(around) == "union"]
     for form in beside:
-        space = _space_before(form.span)
-        for copy in _shifted(form, offset):
-            yield _Candidate(form.span, f"{form.span.text}{space}{copy}", False)
+        space = space_before(form.span)
+        for copy in shifted(form, offset):
+            yield FormCandidate(form.span, f"{form.span.text}{space}{copy}", False)
         around = (f"{form.span.text}{space}(transform {form.span.text} (translate ", "))")
-        yield _Candidate(form.span, f"{around[0]}{_vector(offset)}{around[1]}", False, around=around)
+        yield FormCandidate(form.span, f"{around[0]}{vector_text(offset)}{around[1]}", False, around=around)
     for form in chain:
         around = (f"(union {form.span.text} (transform {form.span.text} (translate ", ")))")
-        yield _Candidate(form.span, f"{around[0]}{_vector(offset)}{around[1]}", False, around=around)
-
-
-def _space_before(span: Span) -> str:
-    """Return what separates a form that follows: a line break with the indentation, if it has a line of its own."""
-    before = span.source.text[: span.start].rpartition("\n")[2]
-    return f"\n{before}" if before and not before.strip() else " "
-
-
-def _shifted(form: ListDatum, offset: FloatArray) -> Iterator[str]:
-    """Yield a form `(transform X (translate [x y z]))` with the offset added to its numbers."""
-    if head_of(form) != "transform" or len(form.items) != 3:
-        return
-    pose = form.items[2]
-    if head_of(pose) != "translate" or not isinstance(pose, ListDatum) or len(pose.items) != 2:
-        return
-    numbers = [item.value for item in subdatums(pose.items[1]) if isinstance(item, Atom)]
-    if len(numbers) == 3 and all(type(x) in (int, float) for x in numbers) and pose.items[1].span.text[0] == "[":
-        place, start = pose.items[1].span, form.span.start
-        new = _vector(np.array(numbers, np.float64) + offset)
-        yield form.span.text[: place.start - start] + new + form.span.text[place.end - start :]
-
-
-def _vector(offset: Any) -> str:
-    """Write a translation as a vector with nine decimals."""
-    return "[" + " ".join(f"{round(float(x), 9) + 0.0:.12g}" for x in offset) + "]"
-
-
-def _with_attribute(form: ListDatum, name: str, value: str) -> str:
-    """Return a call with the value of an attribute replaced, or with the attribute added."""
-    text, start = form.span.text, form.span.start
-    for key, old in zip(form.items, form.items[1:]):
-        if isinstance(key, Atom) and isinstance(key.value, Keyword) and key.value == name:
-            return text[: old.span.start - start] + value + text[old.span.end - start :]
-    return f"{text[:-1].rstrip()} :{name} {value})"
+        yield FormCandidate(form.span, f"{around[0]}{vector_text(offset)}{around[1]}", False, around=around)

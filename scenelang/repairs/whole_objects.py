@@ -199,17 +199,20 @@ def _called_word(form: ListDatum) -> str | None:
 
 def wrapped_recolorings(source: Source, forms: Sequence[ListDatum], value: str) -> Iterator[Recoloring]:
     """Yield for each form the edits that make its value anew in another color."""
-    name, added = _helper(source)
+    name, added = recoloring_function(source)
     for form in forms:
         yield Recoloring((Edit(form.span, f"({name} {form.span.text} {value})"), *added))
 
 
-def _helper(source: Source) -> tuple[str, tuple[Edit, ...]]:
-    """Return the name of the function that recolors, and the edit that adds it unless the program has it."""
+def helper_function(source: Source, base: str, template: str) -> tuple[str, tuple[Edit, ...]]:
+    """Return the name of a function of a template, and the edit that adds it unless the program has it.
+
+    The template has ``{name}`` where the function is named; the name is ``base``, with a number if it is taken.
+    """
     used = _symbols(source)
-    names = ("recolored", *(f"recolored-{number}" for number in range(2, len(used) + 3)))
+    names = (base, *(f"{base}-{number}" for number in range(2, len(used) + 3)))
     for name in names:
-        text = _HELPER.format(name=name)
+        text = template.format(name=name)
         if text in source.text:
             return name, ()
         if name not in used:
@@ -217,6 +220,11 @@ def _helper(source: Source) -> tuple[str, tuple[Edit, ...]]:
             at = next((form.span.start for form in forms if head_of(form) != "import"), len(source.text))
             return name, (Edit(Span(source, at, at), f"{text}\n"),)
     raise AssertionError("more names than symbols are tried")
+
+
+def recoloring_function(source: Source) -> tuple[str, tuple[Edit, ...]]:
+    """Return the name of the function that recolors, and the edit that adds it unless the program has it."""
+    return helper_function(source, "recolored", _HELPER)
 
 
 def _symbols(source: Source) -> set[str]:

@@ -69,10 +69,16 @@ def tools(open_session: OpenSession, report: Callable[[float], None] | None = No
 def _changed(session: Session, source: Source, data: Mapping[str, Any]) -> dict[str, Any]:
     """Change objects of a scene by an edit of its program, which evaluation proves.
 
-    Returns the text after the edit, the line that it changed, and the number of instances that changed.
+    Returns the text after the edit, the line that it changed, and the numbers of instances and of other primitives that
+    changed. Where nothing shares a change that is asked for all that share it, the text is None.
     """
-    result = SERVICES.find("instance-edits")(session, source, data)
-    return {"text": result.text, "line": result.line, "instances": result.instances}
+    try:
+        result = SERVICES.find("instance-edits")(session, source, data)
+    except SceneError:
+        if data.get("shared") is True:
+            return {"text": None}
+        raise
+    return {"text": result.text, "line": result.line, "instances": result.instances, "others": result.others}
 
 
 # --- checks of the geometry --------------------------------------------------------------------------------------

@@ -185,14 +185,15 @@ def test_edits_at_a_path(agent: Any, room: str) -> None:
     said = agent.call("edit_part", session=room, path="chair[1]", move=[0, 0, 1])
     assert "(translate [3 0 1])) (1 instance, nothing else changes)" in text(said)
     found = agent.told("edit_part", session=room, path="chair[1]/leg[2]", move=[0, 0, 1])
-    assert not found["ok"]
-    assert "also makes 7 other primitives" in found["diagnostics"][0]["hint"]
+    assert (found["version"], found["others"]) == (2, 0)  # an exception
+    shared = agent.told("edit_part", session=room, path="chair[1]/leg[2]", move=[0, 0, 1], shared=True)
+    assert (shared["version"], shared["others"]) == (3, 3)  # the legs that have its number
     assert (
-        agent.told("edit_part", session=room, path="cup/cylinder", attribute="color", value="[0 0 1]")["version"] == 2
+        agent.told("edit_part", session=room, path="cup/cylinder", attribute="color", value="[0 0 1]")["version"] == 4
     )
-    assert agent.told("edit_part", session=room, path="cup", remove=True)["version"] == 3
+    assert agent.told("edit_part", session=room, path="cup", remove=True)["version"] == 5
     assert "cup" not in agent.told("count", session=room)["counts"]
-    assert agent.told("undo", session=room, steps=3)["steps"] == 3
+    assert agent.told("undo", session=room, steps=5)["steps"] == 5
 
 
 def test_a_slow_edit_does_not_undo_what_happens_meanwhile(agent: Any, room: str) -> None:

@@ -212,7 +212,6 @@ def test_a_solid_is_moved_by_its_own_form() -> None:
 @pytest.mark.parametrize(
     ("path", "change", "part"),
     [
-        ("leg[0]", {"duplicate": (1.0, 0.0, 0.0)}, "no form of the program makes only"),
         ("room", {"duplicate": (1.0, 0.0, 0.0)}, "no form of the program makes only"),
         ("chair[0]", {"duplicate": (1.0, 0.0)}, "`duplicate`"),
         ("chair[0]", {"duplicate": (1.0, math.nan, 0.0)}, "`duplicate`"),
@@ -222,7 +221,6 @@ def test_a_solid_is_moved_by_its_own_form() -> None:
         ("chair[0]", {"rename": 'a"b'}, "expected a word"),
         ("chair[0]", {"word": "a\nb"}, "expected a word"),
         ("chair[0]", {"word": " "}, "expected a word"),
-        ("leg[0]", {"word": "ball"}, "no form of the program makes only"),
     ],
 )
 def test_a_copy_or_another_word_is_refused(path: str, change: dict[str, Any], part: str) -> None:

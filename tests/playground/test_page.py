@@ -223,3 +223,19 @@ def test_sizes() -> None:
     assert ours < 700_000
     assert (SITE / "scenelang.zip").stat().st_size < 2_300_000
     assert json.loads((SITE / "examples.json").read_text())
+
+
+def test_one_of_a_loop_becomes_an_exception(page: Shown) -> None:
+    text = (
+        '(bind "a" (lambda () (union-loop 3 (lambda (i) (transform (call "cube") (translate (vector (* 2 i) 0 0)))))))'
+    )
+    changed = page.page.evaluate(
+        """async ([text, change]) => {
+          const { server } = scenelangPage;
+          await server.open({ "a.scene": text }, ["a.scene"]);
+          return [await server.change(0, text, change), await server.change(0, text, { ...change, shared: true })];
+        }""",
+        [text, {"path": "cube[1]", "move": [0, 1, 0]}],
+    )
+    assert "(if (= i 1) [0 1 0] [0 0 0])" in changed[0]["text"]
+    assert "(vector (* 2 i) 1 0)" in changed[1]["text"]

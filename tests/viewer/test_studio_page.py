@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import math
+import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
@@ -438,7 +439,10 @@ SHAPES: dict[str, Shape] = {
     "loop": (
         '(bind "row" (lambda () (union-loop 3 (lambda (i) (transform (call "cube") (translate [(* 2 i) 0 0]))))))\n',
         [1],
-        None,
+        (
+            '(transform (call "cube") (translate [(* 2 i) 0 0]))',
+            '(transform (transform (call "cube") (translate [(* 2 i) 0 0])) (translate (if (= i 1) [0 ? 0] [0 0 0])))',
+        ),
     ),
     "function with parameters": (
         '(define (stand height) (transform (call "cube" :scale [1 height 1]) (translate [3 .5 0])))\n'
@@ -451,7 +455,14 @@ SHAPES: dict[str, Shape] = {
         [1],
         ("[1 2 0]", "[1 ? 0]"),
     ),
-    "ring": ('(bind "a" (lambda () (union (call "cube") (ring 6 (call "sphere" :radius .3) :radius 2))))\n', [3], None),
+    "ring": (
+        '(bind "a" (lambda () (union (call "cube") (ring 6 (call "sphere" :radius .3) :radius 2))))\n',
+        [3],
+        (
+            '(ring 6 (call "sphere" :radius .3)',
+            '(ring 6 (lambda (i) (transform (call "sphere" :radius .3) (translate (if (= i 2) [0 ? 0] [0 0 0]))))',
+        ),
+    ),
     "nested transform": (
         '(bind "a" (lambda () (union (call "cube") (transform (transform (call "sphere" :radius .5) (translate [2 0 0])) (rotate (deg 90) [0 0 1])))))\n',
         [1],
@@ -467,13 +478,13 @@ SHAPES: dict[str, Shape] = {
         "(define-syntax place (syntax-rules () ((_ what x y z) (transform what (translate (vector x y z))))))\n"
         '(bind "a" (lambda () (union (call "cube") (place (call "sphere" :radius .5) 2 0 0))))\n',
         [1],
-        ('(call "sphere" :radius .5)', '(transform (call "sphere" :radius .5) (translate [0 ? 0]))'),
+        (" 2 0 0)", " 2 ? 0)"),
     ),
     "param": (
         "(param height 1.0 :min 0 :max 3)\n"
         '(bind "a" (lambda () (union (call "cube") (transform (call "sphere" :radius .5) (translate [2 height 0])))))\n',
         [1],
-        ('(call "sphere" :radius .5)', '(transform (call "sphere" :radius .5) (translate [0 ? 0]))'),
+        ("(param height 1.0", "(param height ?"),
     ),
     "solid operand": (
         '(bind "a" (lambda () (union (call "cube") (transform (difference (call "cube") (call "sphere" :radius .6)) (translate [2 0 0])))))\n',
@@ -488,8 +499,9 @@ SHAPES: dict[str, Shape] = {
     "inside an imported word": (
         '(import "part.scene")\n(bind "a" (lambda () (union (call "cube") (transform (call "part") (translate [2 0 0])))))\n',
         [1, 1],
-        None,
+        ('(transform (call "part")', "(lambda (part) (transform part (translate [0 ? 0]))))"),
     ),
+    "imported root": ('(import "part.scene")\n(scene "part")\n', [0], None),
 }
 PART = '(bind "part" (lambda () (union (call "cube" :scale .5) (transform (call "cone" :scale .5) (translate [0 .5 0])))))\n'
 
@@ -552,11 +564,35 @@ def test_a_drag_changes_the_literal_or_says_why_none_can_be(studio: Any, program
         shown.complaints.clear()
         return
     old, pattern = expected
-    before, after = pattern.split("?")
-    start = text.index(old)
-    assert new.startswith(text[:start] + before)
-    assert new.endswith(after + text[start + len(old) :])
+    before, after = map(re.escape, pattern.split("?"))
+    assert old in text
+    assert re.search(rf"{before}-?\d*\.?\d+{after}", new), new
     moved = _poses(file, new) - _poses(file, text)
     assert moved[low:high, :, 3] == pytest.approx(np.broadcast_to(move, (high - low, 3)), abs=1e-6)
     moved[low:high, :, 3] = 0.0
     assert np.abs(moved).max() < 1e-9
+
+
+def test_all_that_share_a_form_can_be_changed_instead(studio: Any, program: Any, show: Any) -> None:
+    """After a drag of one of a loop, a button moves all; undo leads back over both; typing takes the offer away."""
+    text = SHAPES["loop"][0]
+    shown = _open(show, studio(program(text)), (860, 520))
+    page = shown.page
+    page.evaluate("scenelangPage.select([1])")
+    move = _drag_up(shown)
+    one = _text(shown)
+    assert page.is_visible("#shared")
+    assert "2 other parts" in shown.text("#shared-count")
+    page.click("#shared-all")
+    _until(shown, "!scenelangPage.isEvaluating")
+    assert _text(shown) == text.replace("(* 2 i) 0 0", f"(* 2 i) {move[1]:g} 0")
+    assert not page.is_visible("#shared")
+    page.focus(".cm-content")
+    for expected in (one, text):
+        page.keyboard.press("Control+z")
+        assert _text(shown) == expected
+    page.evaluate("scenelangPage.select([1])")
+    page.evaluate("scenelangPage.changeSelection({ recolor: '[1 0 0]' })")
+    assert page.is_visible("#shared")
+    page.evaluate("scenelangPage.editor.replace(scenelangPage.editor.text + '\\n')")
+    assert not page.is_visible("#shared")

@@ -186,6 +186,7 @@ export class Studio extends Page {
   changed(text) {
     this.hasTyped = true;
     if (text !== this.examined) this.forgetFindings();
+    if (this.offered && text !== this.offered.text) this.offer(null);
     this.showDirty();
     this.saveDraftLater();
     this.wantedText = text;
@@ -256,11 +257,12 @@ export class Studio extends Page {
 
   // Changes the selected object by an edit of the program, which the interpreter proves to change nothing else.
   async changeSelection(change) {
-    const path = this.graph.spelled(this.frame, this.selection);
+    const request = { path: this.graph.spelled(this.frame, this.selection), ...change };
     const { text } = this.editor;
+    this.offer(null);
     byId("busy").hidden = false;
     try {
-      const result = await this.server.change(this.file, text, { path, ...change });
+      const result = await this.server.change(this.file, text, request);
       if (this.editor.text !== text) return;
       if (change.duplicate) this.nextSelection = [...this.selection.slice(0, -1), this.selection.at(-1) + 1]; // the copy
       this.editor.replace(result.text);
@@ -271,6 +273,33 @@ export class Studio extends Page {
     } finally {
       byId("busy").hidden = true;
     }
+    if (!change.rename) await this.offerShared(text, request);
+  }
+
+  // Offers the same change of all objects that share the number or form, where there is one.
+  async offerShared(text, request) {
+    const { file } = this;
+    const now = this.editor.text;
+    try {
+      const result = await this.server.change(file, text, { ...request, shared: true });
+      if (result.text && result.text !== now && this.editor.text === now && this.file === file) this.offer(result, now);
+    } catch (error) {
+      this.announce(error.message);
+    }
+  }
+
+  offer(result, text = "") {
+    byId("shared").hidden = !result;
+    this.offered = result && { result, text };
+    if (result) byId("shared-count").textContent = `${counted(result.others, "other part")} in line ${result.line}`;
+  }
+
+  takeOffer() {
+    const { offered } = this;
+    this.offer(null);
+    if (!offered || this.editor.text !== offered.text) return;
+    this.editor.replace(offered.result.text);
+    this.announce(`changed all in line ${offered.result.line}`);
   }
 
   // Adds a copy of the selected object beside it.
@@ -519,6 +548,8 @@ function listen(page) {
   for (const id of ["toggle-console", "sheet-console"]) on(id, () => showConsole(byId("console").hidden));
   for (const button of document.querySelectorAll("#sheets [data-sheet]")) button.addEventListener("click", () => SMALL.matches && showConsole(false));
   document.addEventListener("keydown", (event) => changesByKey(page, event));
+  on("shared-all", () => page.takeOffer());
+  on("shared-one", () => page.offer(null));
   on("remove", () => page.changeSelection({ remove: true }));
   byId("recolor").addEventListener("change", (event) => page.changeSelection({ recolor: `(color "${event.target.value}")` }));
   for (const button of document.querySelectorAll("#tools [data-mode]")) button.addEventListener("click", () => page.setMode(page.gizmoMode === button.dataset.mode ? null : button.dataset.mode));
