@@ -846,7 +846,7 @@ def ground_light(stage: Stage) -> FloatArray:
 
 def _from_scene(points: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
     """Return the horizontal distances (N,) of points (N, 3) from the middle of the scene, in half diagonals."""
-    return np.hypot(points[:, 0], points[:, 2])
+    return np.asarray(np.hypot(points[:, 0], points[:, 2]), points.dtype)
 
 
 def ground_radiance(stage: Stage) -> FloatArray:
