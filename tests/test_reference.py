@@ -73,7 +73,7 @@ def test_every_program_of_the_tutorial_is_drawn_and_no_picture_is_left_over() ->
 @pytest.mark.parametrize("recipe", RECIPES, ids=lambda recipe: recipe.picture)
 @pytest.mark.sampled(8)
 def test_every_recipe_has_its_image(recipe) -> None:
-    image = drawn(recipe.program, SIZE, recipe.camera, recipe.frame, oversampling=1)
+    image = drawn(recipe.program, SIZE, recipe.camera, recipe.frame)
     assert difference(image, COOKBOOK / recipe.picture) < _ALIKE, "run: make docs"
 
 
