@@ -336,7 +336,7 @@ def _atlas(looks: BlockLooks) -> dict[str, Any]:
 def _studio(studio: Studio, around: PageSurroundings) -> Mapping[str, Sequence[Any] | float | None]:
     """Return the surroundings as colours: sRGB of backdrop and ground, linear light on upward faces."""
     environment = studio.environment
-    light = np.array(environment.ambient) + np.array(environment.key) * studio.key_direction[1]
+    light = environment.on_level(studio.key_direction)
     ground = None if studio.ground is None else to_srgb(tone_map(studio.ground * light, environment)).tolist()
     return {
         "backdrop": to_srgb(tone_map(np.array(environment.backdrop), environment)).tolist(),

@@ -347,8 +347,8 @@ class Lighting:
         key = times(environment.key, self.strength if self.has_key else 0.0)
         behind = None if environment.backdrop is None else times(environment.backdrop, self.strength)
         if behind is not None and not self.has_key:  # as bright as the ground without the key light: no horizon
-            ambient, beam = np.array(environment.ambient), np.array(environment.key) * direction[1]
-            red, green, blue = (np.array(behind) * ambient / (ambient + beam)).tolist()
+            share = np.array(environment.ambient) / environment.on_level(direction)
+            red, green, blue = (np.array(behind) * share).tolist()
             behind = (red, green, blue)
         changed = replace(
             environment, backdrop=behind, key=key, ambient=times(environment.ambient, self.strength),

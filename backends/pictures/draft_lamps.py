@@ -138,8 +138,7 @@ class Lamps:
         height, width = depth.shape
         nearest, radiance = depth.astype(np.float64).reshape(-1), np.zeros((depth.size, 3))
         is_seen = np.zeros(depth.size, bool)
-        y, x = np.divmod(np.arange(depth.size), width)
-        origin, direction = (np.asarray(v, np.float64) for v in rays.at(x + 0.5, y + 0.5))
+        origin, direction = (np.asarray(v, np.float64) for v in rays.each())
         for light in self.stage.lights:
             if _shines(light):
                 hit = _hit(light, origin, direction)
@@ -153,13 +152,12 @@ class Lamps:
 
 def show_lamps(stage: Stage) -> npt.NDArray[np.bool_]:
     """Return which pixels (H, W) a sphere or a rectangle that shines may cover."""
-    rays, samples = camera_rays(stage.camera, 2), 2
-    y, x = np.divmod(np.arange(rays.height * rays.width), rays.width)
-    origin, direction = (np.asarray(v, np.float64) for v in rays.at(x + 0.5, y + 0.5))
-    shown = np.zeros(len(x), bool)
-    for light in stage.lights:
-        if _shines(light):
-            shown |= np.isfinite(_hit(light, origin, direction))
+    shining = [light for light in stage.lights if _shines(light)]
+    if not shining:
+        return np.zeros((stage.height, stage.width), bool)
+    samples = 2
+    origin, direction = (np.asarray(v, np.float64) for v in camera_rays(stage.camera, samples).each())
+    shown = np.any([np.isfinite(_hit(light, origin, direction)) for light in shining], axis=0)
     blocks = shown.reshape(stage.height, samples, stage.width, samples)
     return np.asarray(blocks.any(axis=(1, 3)), bool)
 

@@ -837,8 +837,7 @@ def ground_depths(height: float, origin: FloatArray, direction: FloatArray) -> F
 
 def ground_light(stage: Stage) -> FloatArray:
     """Return the share (H * W,) of light on the ground that each pixel sees; that of the farthest beside the ground."""
-    row, column = np.divmod(np.arange(stage.height * stage.width), stage.width)
-    origin, direction = camera_rays(stage.camera).at(column + 0.5, row + 0.5)
+    origin, direction = camera_rays(stage.camera).each()
     depth = np.inf if stage.ground is None else ground_depths(stage.ground, origin, direction)
     depth = np.minimum(depth, GROUND_EDGE)
     return np.asarray(faded(_from_scene(origin + direction * depth[:, None])), np.float64)
@@ -853,8 +852,7 @@ def ground_radiance(stage: Stage) -> FloatArray:
     """Return the mean radiance (3,) of the unshadowed ground; black without a ground."""
     if stage.studio.ground is None:
         return np.zeros(3)
-    environment = stage.studio.environment
-    light = np.array(environment.ambient) + np.array(environment.key) * stage.studio.key_direction[1]
+    light = stage.studio.environment.on_level(stage.studio.key_direction)
     return np.asarray(stage.studio.ground.mean(axis=0) * light, np.float64)
 
 

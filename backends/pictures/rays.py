@@ -95,6 +95,11 @@ class Rays:
         )
         return origin, direction
 
+    def each(self) -> tuple[FloatArray, FloatArray]:
+        """Return the origins and directions (H * W, 3) of the rays through the middles of all samples, row by row."""
+        row, column = np.divmod(np.arange(self.height * self.width), self.width)
+        return self.at(column + 0.5, row + 0.5)
+
 
 def camera_rays(camera: Camera, samples: int = 1) -> Rays:
     """Return the rays of ``camera``, with ``samples`` per pixel and axis."""
@@ -106,8 +111,7 @@ def camera_rays(camera: Camera, samples: int = 1) -> Rays:
 
 def pixel_directions(camera: Camera) -> FloatArray:
     """Return the unit directions (H * W, 3) of the rays through the middles of an image's pixels, row by row."""
-    row, column = np.divmod(np.arange(camera.height * camera.width), camera.width)
-    _, direction = camera_rays(camera).at(column + 0.5, row + 0.5)
+    _, direction = camera_rays(camera).each()
     return np.asarray(direction / np.linalg.norm(direction, axis=1, keepdims=True), np.float64)
 
 

@@ -82,6 +82,10 @@ class Environment:
     spin: float = 0.0
     strength: float = 1.0
 
+    def on_level(self, direction: FloatArray) -> FloatArray:
+        """Return the radiance (3,) of a white surface that faces upwards, with the key light from ``direction``."""
+        return np.asarray(np.array(self.ambient) + np.array(self.key) * direction[1], np.float64)
+
 
 # Lights that polished surfaces reflect: over the scene, around the key light, to the right, and two behind it that draw
 # bright rims.
@@ -222,8 +226,7 @@ def faded(distance: AnyFloats) -> AnyFloats:
 def _ground(ground: Ground, environment: Environment, direction: FloatArray) -> FloatArray:
     """Return the reflectances (2, 3) of a ground; a seamless one is lit as bright as the backdrop."""
     if ground.color is None and environment.backdrop is not None:
-        light = np.array(environment.ambient) + np.array(environment.key) * direction[1]
-        return np.tile(np.minimum(np.array(environment.backdrop) / light, 1.0), (2, 1))
+        return np.tile(np.minimum(np.array(environment.backdrop) / environment.on_level(direction), 1.0), (2, 1))
     color = ground.color or (0.5, 0.5, 0.5)  # before a sky, a seamless ground is gray
     return np.array([color, ground.other or color])
 

@@ -359,10 +359,8 @@ def shade(
 
 def backdrop(stage: Stage, shadow: list[Shadow]) -> Float32Array:
     """Return the radiance (H, W, 3) of ground and sky without the solids, but with their shadow."""
-    rays = camera_rays(stage.camera)
-    count = stage.width * stage.height
-    rows, columns = np.divmod(np.arange(count), stage.width)
-    origin, direction = rays.at(columns + 0.5, rows + 0.5)
+    origin, direction = camera_rays(stage.camera).each()
+    count = len(origin)
     depth = np.full(count, np.inf) if stage.ground is None else ground_depths(stage.ground, origin, direction)
     ids = np.where(np.isfinite(depth), GROUND, SKY)
     points = origin + direction * np.where(np.isfinite(depth), depth, 0.0)[:, None]
