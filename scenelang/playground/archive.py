@@ -7,7 +7,7 @@ import io
 import json
 import sys
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.metadata import distribution
 from importlib.util import find_spec
 from pathlib import Path
@@ -44,17 +44,25 @@ _FONT_TOOLS = {
 }
 
 
-def write_archive(path: Path) -> None:
-    """Write the archive that the worker puts on its module path."""
+def write_archives(folder: Path) -> None:
+    """Write the sources that the worker puts on its module path: the interpreter's, and those of other packages.
+
+    The build of the page replaces both by compiled code, which it compresses as a whole (``build.mjs``).
+    """
+    _write_zip(folder / "scenelang.zip", _interpreter())
+    _write_zip(folder / "packages.zip", (entry for package in PACKAGES for entry in _package(package)))
+
+
+def _write_zip(path: Path, entries: Iterable[tuple[str, bytes]]) -> None:
     data = io.BytesIO()
-    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for name, content in sorted(_entries()):
-            archive.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED, 9)
+    with zipfile.ZipFile(data, "w") as archive:
+        for name, content in sorted(entries):
+            archive.writestr(zipfile.ZipInfo(name), content)
     path.write_bytes(data.getvalue())
 
 
-def _entries() -> Iterator[tuple[str, bytes]]:
-    """Yield the names and contents of the archive's files."""
+def _interpreter() -> Iterator[tuple[str, bytes]]:
+    """Yield the names and contents of our own files."""
     for name, file in modules().items():
         place = name.replace(".", "/") + ("/__init__.py" if file.name == "__init__.py" else ".py")
         yield place, file.read_bytes()
@@ -63,8 +71,6 @@ def _entries() -> Iterator[tuple[str, bytes]]:
         yield f"numpy/{file.name}", file.read_bytes()
     yield "manifold3d.py", (here / "manifold3d.py").read_bytes()
     yield from _data_files()
-    for package in PACKAGES:
-        yield from _package(package)
     points = distribution("scenelang").read_text("entry_points.txt") or ""
     yield "scenelang-0.dist-info/entry_points.txt", points.encode()
     version = distribution("manifold3d").version
@@ -158,5 +164,5 @@ def write_examples(path: Path, folder: Path) -> None:
 
 if __name__ == "__main__":
     out = Path(sys.argv[1])
-    write_archive(out / "scenelang.zip")
+    write_archives(out)
     write_examples(out / "examples.json", Path(sys.argv[2]))

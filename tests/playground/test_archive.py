@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from scenelang.backends.surfaces import tiles
-from scenelang.playground.archive import modules, write_archive, write_examples
+from scenelang.playground.archive import modules, write_archives, write_examples
 from scenelang.session.session import Options, Session
 from scenelang.viewer.workspace import evaluator
 
@@ -42,8 +42,9 @@ def archive(tmp_path_factory: pytest.TempPathFactory) -> Path:
     import zipfile
 
     folder = tmp_path_factory.mktemp("archive")
-    write_archive(folder / "scenelang.zip")
-    zipfile.ZipFile(folder / "scenelang.zip").extractall(folder / "modules")
+    write_archives(folder)
+    for name in ("scenelang", "packages"):
+        zipfile.ZipFile(folder / f"{name}.zip").extractall(folder / "modules")
     return folder
 
 

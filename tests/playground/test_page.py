@@ -221,7 +221,8 @@ def test_sizes() -> None:
         for name in ("playground.js", "worker.js", "viewer.css", "manifold.wasm")
     )
     assert ours < 700_000
-    assert (SITE / "scenelang.zip").stat().st_size < 2_400_000
+    assert (SITE / "scenelang.tar.xz").stat().st_size < 1_200_000
+    assert (SITE / "packages.tar.xz").stat().st_size < 450_000
     assert json.loads((SITE / "examples.json").read_text())
 
 
