@@ -132,6 +132,11 @@ class Link:
             _die_with_parent(signal.SIGTERM)
 
     @property
+    def may_fork(self) -> bool:
+        """Whether only evaluating threads are confined; otherwise the process itself is, and is killed with its request."""
+        return self._confined
+
+    @property
     def spent(self) -> float:
         """CPU seconds of the running phase so far; 0 outside of phases."""
         return _own_cpu_seconds() - self._cpu_start if self._depth else 0.0

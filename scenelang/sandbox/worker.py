@@ -25,7 +25,7 @@ from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.sandbox.confinement import confine
 from scenelang.sandbox.environment import keep_named_variables
 from scenelang.sandbox.status import Status
-from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported
+from scenelang.sandbox.supervision import Ended, Monitor, become_child, crash, is_supported, link
 
 _HEADER = struct.Struct("=Q")
 _MAX_ANSWER_BYTES = 1 << 32
@@ -343,9 +343,11 @@ def trial(work: Callable[[], object]) -> Diagnostic | None:
     """Run ``work`` in a forked process first; return why the fork was killed, or None if it ended normally.
 
     Result and exceptions are discarded, since the work is repeated here. A crashed fork is tried again: threads that
-    the fork did not copy may have left a native library in an inconsistent state.
+    the fork did not copy may have left a native library in an inconsistent state. A process that is confined as a whole
+    cannot fork, and needs no trial: its monitor kills it, and nothing but its request is lost.
     """
-    if not is_supported():
+    watched = link()
+    if not is_supported() or not (watched is None or watched.may_fork):
         return None
     problem = _trial(work)
     return _trial(work) if problem is not None and problem.name == "crash" else problem

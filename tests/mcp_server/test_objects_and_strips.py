@@ -58,6 +58,15 @@ def test_whole_objects(agent: Any) -> None:
 
 
 @pytest.mark.skipif(find_spec("mujoco") is None, reason="needs scenelang[physics]")
+def test_parts_of_programs_with_imports_are_edited_and_repaired(agent: Any) -> None:
+    """The procedural macros that an import may bring are tried where no process can be started."""
+    lifted = '(bind "room" (lambda () (union (call "cup") (transform (call "cup") (translate [3 1 0])))))'
+    session = agent.told("open", program=f'(import "std/kitchen.scene")\n{lifted}')["session"]
+    said = text(agent.call("edit_part", session=session, path="cup[1]", move=[1, 0, 0]))
+    assert "(translate [4 1 0])" in said
+    assert "nothing to repair" in text(agent.call("repair", session=session))
+
+
 def test_a_scene_settles(agent: Any) -> None:
     session = opened(agent, DROP)
     settled = agent.call("settle", session=session)
