@@ -65,12 +65,27 @@ def perturbed(scene: Scene, words: Collection[str], without: Collection[str] = (
     LimitError
         For more than 5,000 objects in a frame.
     """
-    for name, change in CHANGES.items():
-        if name not in without:
-            yield name, changed(scene, words, change)
+    for scene_or_whole, moved in testbeds(scene, words):
+        for name, change in CHANGES.items():
+            if name not in without:
+                yield name, changed(scene_or_whole, moved, change)
     if scene.animated:
         yield "the first frame only", Scene(scene.word, [scene.root] * len(scene.frames), animated=True)
         yield "the film backwards", Scene(scene.word, scene.frames[::-1], animated=True)
+
+
+def testbeds(scene: Scene, words: Collection[str]) -> Iterator[tuple[Scene, Collection[str]]]:
+    """Yield scenes with the words whose instances can be moved in them: below the roots, and a named root itself.
+
+    A root of one of the words is moved as a whole, below a parent without a name.
+    """
+    yield scene, words
+    if scene.root.word in words:
+        roots = [
+            Entity("", Embedding(), (Pair(root, Matrix(np.eye(4)[:3].ravel().tolist())),), None, root.tainted)
+            for root in scene.frames
+        ]
+        yield Scene(scene.word, roots, scene.animated), (scene.root.word,)
 
 
 def objects_of(root: Entity, words: Collection[str]) -> list[NamedObject]:
@@ -196,16 +211,14 @@ def _spread(objects: Sequence[NamedObject]) -> float:
 
 
 def _left_out(objects: Sequence[NamedObject], _: int) -> Moves:
-    """Leave out the first object of every word."""
-    first = {each.word: number for number, each in reversed(list(enumerate(objects)))}
-    return [[] if first[each.word] == number else [np.eye(4)] for number, each in enumerate(objects)]
+    """Leave out all objects."""
+    return [[] for _ in objects]
 
 
 def _twice(objects: Sequence[NamedObject], _: int) -> Moves:
-    """Repeat the first object of every word beside the scene."""
-    first = {each.word: number for number, each in reversed(list(enumerate(objects)))}
+    """Repeat all objects beside the scene."""
     beside = _shift(1.5 * _spread(objects), 0.0, 0.7 * _spread(objects))
-    return [[np.eye(4), beside] if first[e.word] == number else [np.eye(4)] for number, e in enumerate(objects)]
+    return [[np.eye(4), beside] for _ in objects]
 
 
 def _in_one_place(objects: Sequence[NamedObject], _: int) -> Moves:
@@ -281,6 +294,24 @@ def put(word: str, other: str, share: float) -> Change:
     return change
 
 
+def at_random(seed: int) -> Change:
+    """Return the change that places, turns and resizes every object at random in the box of all, anew in each frame."""
+
+    def change(objects: Sequence[NamedObject], frame: int) -> Moves:
+        """Draw a place, an axis of rotation and three factors between a third and three for each object."""
+        draws = np.random.default_rng([seed, frame])
+        low = np.min([each.low for each in objects], axis=0) if objects else np.zeros(3)
+        high = np.max([each.high for each in objects], axis=0) if objects else np.zeros(3)
+        moves = []
+        for each in objects:
+            rotation, _ = np.linalg.qr(draws.normal(size=(3, 3)))
+            linear = rotation @ np.diag(3.0 ** draws.uniform(-1.0, 1.0, 3))
+            moves.append([_shift(*(draws.uniform(low, high) - each.center).tolist()) @ _about(each.center, linear)])
+        return moves
+
+    return change
+
+
 def _resized(factors: Sequence[float]) -> Change:
     """Return the change of the extents of every object, about the middle of its foot."""
     return _each(lambda each, number, frame: _about(each.center * [1, 0, 1] + each.low * [0, 1, 0], np.diag(factors)))
@@ -293,8 +324,8 @@ def _alternating(even: float, odd: float) -> Change:
 
 _TURNS = (90.0, 180.0, 135.0)
 CHANGES: Mapping[str, Change] = {
-    "an object of every word missing": _left_out,
-    "an object of every word twice": _twice,
+    "all objects missing": _left_out,
+    "all objects twice": _twice,
     "all objects in one place": _in_one_place,
     "places exchanged": _permuted,
     "all lengths times ten": _scaled(10.0),

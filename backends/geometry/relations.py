@@ -36,7 +36,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 _MAX_COMPARISONS = 200_000  # pairs of objects that are compared for the declarations of a scene
 _MAX_VIOLATIONS = 1_000  # of one scene that are reported
 _FIRST_OBJECTS = 32  # nearest objects, which are sorted before all others: the rest is seldom needed
-_FACING_DEGREES = 30.0  # degrees by default between a front and the direction to the other object
+FACING_DEGREES = 30.0  # degrees by default between a front and the direction to the other object
 _ANGLE_DEGREES = 1.0  # default tolerance in degrees
 _LENGTH_TOLERANCE = 0.01  # default tolerance of a length, relative to it
 _BLOCK_TOLERANCE = 0.01  # of positions of Minecraft blocks, whose edges are 1
@@ -775,7 +775,7 @@ def _facing(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | N
         return _Failure(f'"{a.entity.word}" faces up or down', 90.0, a, b)
     turn = math.atan2(front[1] * aim[0] - front[0] * aim[1], float(front @ aim))
     degrees = abs(math.degrees(turn))
-    if degrees <= float(context.option("within", _FACING_DEGREES)):
+    if degrees <= float(context.option("within", FACING_DEGREES)):
         return None
     message = f'"{a.entity.word}" faces {degrees:.3g} degrees away from "{b.entity.word}"'
     return _Failure(message, degrees, a, b, turn=turn)

@@ -238,6 +238,10 @@ class Client:
         """Return the maximum cost of a request in US dollars."""
         return self.model.max_cost(self.provider.count(request), request.max_tokens, is_batch)
 
+    def max_tokens(self, request: Request) -> int:
+        """Return the most tokens that a request and its answer have."""
+        return self.provider.count(request) + request.max_tokens
+
     def _ask(self, request: Request, on_text: OnText, on_send: OnSend) -> Answer:
         """Send a request, and send paused replies back until the model has finished."""
         text, usage, cost = "", Usage(), 0.0

@@ -13,6 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from scenelang.backends.files import read_regular
+from scenelang.backends.geometry.acceptance import holds_always
 from scenelang.bench.sizes import everyday_sizes
 from scenelang.files.toml_places import TomlTable, parsed
 from scenelang.grammar.datum import Source, dataclass
@@ -214,8 +215,9 @@ def _task(table: TomlTable, group: str, is_hard: bool) -> BenchTask:
         _check_text(table, key, text)
     declared = dict(entry for clause, stated in clauses for entry in zip(clause.that, stated))
     allows = frozenset(table.texts("allows", (), ABOUT_GEOMETRY))
-    wrong = tuple(_wrong(each, passes) for each in table.tables("wrong"))
     is_image = table.flag("image", False)
+    prompt = "" if is_image else " ".join(clause.says for clause, _ in clauses)
+    wrong = tuple(_wrong(each, prompt, passes) for each in table.tables("wrong"))
     table.finish()
     return BenchTask(
         name, group, kind, tuple(clause for clause, _ in clauses), tuple(declared),
@@ -237,6 +239,9 @@ def _clause(table: TomlTable, is_edit: bool) -> tuple[PromptClause, tuple[Declar
         table.fail("says", f"{problem}: {says}", "state `that`, `keep`, `sizes`, `geometry = true` or `given = true`")
     that = (*that, *_size_declarations(table, sizes, is_metric))
     declarations = _declarations(table, that)
+    for text, declaration in zip(that, declarations, strict=True):
+        if holds_always(declaration):
+            table.fail("that", f"`that`: {text} holds for every scene", "state a number, or a range that excludes some")
     table.finish()
     return PromptClause(says, that, keep, is_checked), declarations
 
@@ -291,9 +296,14 @@ def _declaration(table: TomlTable, text: str) -> Declaration:
     return found[0]
 
 
-def _wrong(table: TomlTable, passes: str) -> WrongScene:
-    """Read a wrong scene: a whole program, or the passing one with a text that occurs once replaced."""
+def _wrong(table: TomlTable, prompt: str, passes: str) -> WrongScene:
+    """Read a wrong scene: a whole program, or the passing one with a text that occurs once replaced.
+
+    It names the words of the prompt that it breaks; an empty prompt, that of an image, has none.
+    """
     breaks, why = _required(table, "breaks"), _required(table, "why")
+    if prompt and breaks != KEEP and breaks not in prompt:
+        table.fail("breaks", f"`breaks`: the prompt does not say {breaks!r}")
     program = table.text("program", None)
     if program is None:
         old, new = _required(table, "replace"), str(table.text("by", ""))
@@ -301,5 +311,7 @@ def _wrong(table: TomlTable, passes: str) -> WrongScene:
         if count != 1:
             table.fail("replace", f"`replace`: the text occurs {count} times in `passes`, expected once")
         program = passes.replace(old, new)
+    if str(program).split() == passes.split():
+        table.fail("breaks", "the wrong scene is that of `passes`")
     table.finish()
     return WrongScene(breaks, why, str(program))

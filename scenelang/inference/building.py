@@ -11,7 +11,7 @@ import re
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 
-from scenelang.backends.geometry.acceptance import contradictions, undecided
+from scenelang.backends.geometry.acceptance import contradictions, silent, undecided
 from scenelang.backends.language_models.catalogue import Message, Reply
 from scenelang.grammar.datum import ListDatum, Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -236,7 +236,24 @@ def _decided(draft: _Draft, brief: Brief, speaker: Speaker, plan: SamplePlan) ->
         draft = draft.tested(stated)
         draft = replace(draft, asked=(draft.brief.first, *draft.asked[1:]))
         yield SampleProgress(draft.verdict, _plan_note(stated))
+    empty = _silent(draft.verdict, draft.reader)
+    if not empty:
+        return draft
+    kept = tuple(d for d in draft.stated.declarations if str(d) not in empty)
+    if not kept:
+        raise SceneError("model-answer", f"no plan states what must hold: {empty[0]} says nothing")
+    draft = draft.tested(replace(draft.stated, declarations=kept))
+    draft = draft.noted(f"plan: left out since they say nothing, {', '.join(empty)}")
+    yield SampleProgress(draft.verdict, draft.log[-1])
     return draft
+
+
+def _silent(verdict: Verdict, reader: AnswerReader) -> list[str]:
+    """Return the declarations that say nothing about a scene, as they are written; empty without a complete scene."""
+    if verdict.scene is None:
+        return []
+    with EVALUATING:
+        return silent(verdict.scene, reader.acceptance(verdict.scene))
 
 
 def _repaired(draft: _Draft, speaker: Speaker, plan: SamplePlan) -> Drafted:
@@ -311,15 +328,25 @@ def build_steps(brief: Brief, reader: AnswerReader, speaker: Speaker, plan: Samp
     tried: list[str] = []
     rejected = 0
     stopped: SceneError | None = None
+    measured = True  # whether the next report is what is measured, as far as that shows faults
     for number in range(plan.revisions or 0):
         try:
-            report = yield from _faults(brief, speaker, plan, best)
+            measured = measured and _has_faults(best)
+            report = yield from _faults(brief, speaker, plan, best, measured)
             if report is None or best.scene is None:
                 break
             candidate = yield from _revised(brief, reader, speaker, plan, best, report, tried)
         except SceneError as error:
             stopped = error
             break
+        if candidate.code == best.code:  # the model stands by it: what is measured may be meant, so the critic decides
+            log.append(f"revision {number + 1}: unchanged")
+            yield SampleProgress(best, log[-1])
+            if not measured:
+                break
+            measured = False
+            continue
+        measured = True
         worse = why_worse(best, candidate)
         log.append(f"revision {number + 1}: {f'rolled back, {worse}' if worse else _summary(candidate)}")
         yield SampleProgress(best if worse else candidate, log[-1])
@@ -354,11 +381,16 @@ def _parts(
     return written
 
 
+def _has_faults(best: Verdict) -> bool:
+    """Return whether measurement shows what has to be revised. Notes are no faults: what they say may be meant."""
+    return best.scene is None or bool(best.diagnostics) or any(d.severity == "warning" for d in best.findings)
+
+
 def _faults(
-    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict
+    brief: Brief, speaker: Speaker, plan: SamplePlan, best: Verdict, measured: bool
 ) -> Generator[Step, Reply | None, str | None]:
     """Return what is wrong with a scene: by measurement, else by a critic who sees only task, facts and images."""
-    if best.scene is None or best.diagnostics or best.findings:
+    if measured or best.scene is None:
         errors = best.report_text() if best.diagnostics else ""
         return "\n\n".join(text for text in (errors, noticed(best)) if text)
     scene = best.scene
@@ -382,7 +414,8 @@ def _revised(
     shown = plan.shown(lambda: close_ups(scene, findings)) if scene is not None and findings else []
     turns = (brief.first, brief.revision(best.code, report, facts_of(best), tried, shown))
     once = replace(plan, repairs=min(plan.repairs, 1))
-    verdict, _ = yield from with_repairs(brief, replace(reader, base=best.code), speaker, once, Purpose.REVISE, turns)
+    reader = replace(reader, base=best.code)
+    verdict, _ = yield from with_repairs(brief, reader, speaker, once, Purpose.REVISE, turns, kept=best)
     return verdict
 
 

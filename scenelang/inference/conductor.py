@@ -6,12 +6,13 @@ import json
 import re
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from threading import Event, Lock, Thread
 from typing import Any, Protocol, TextIO
 
-from scenelang.backends.language_models.catalogue import ImageContent, Reply, Usage, text_message
+from scenelang.backends.language_models.catalogue import ImageContent, Reply, Request, Usage, text_message
 from scenelang.backends.language_models.client import Answer, Client
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.inference.brief import Ablation, Brief, Notation, Prompts, Task, TaskKind
@@ -192,18 +193,38 @@ class Conductor:
         self._most_seconds = settings.max_run_seconds
         self._started = time.monotonic()
         self._cancelled = Event()
+        self._reserving = Lock()
+        self._reserved = 0  # tokens of the requests in flight
 
-    def _check_limits(self) -> None:
-        """Raise SceneError before a request if the tokens or seconds of the run are used up."""
-        tokens, seconds = self._most_tokens, self._most_seconds
-        if tokens is not None:
-            used = sum(
-                _usage(attempt.facts).prompt + _usage(attempt.facts).answered for attempt in self._run.attempts()
+    @contextmanager
+    def _within_limits(self, requests: Sequence[Request]) -> Iterator[None]:
+        """Reserve the most tokens that requests use. Raises SceneError if too few of them, or no seconds, are left."""
+        self._check_seconds()
+        needed = sum(map(self._client.max_tokens, requests)) if self._most_tokens is not None else 0
+        with self._reserving:
+            self._check_tokens(needed)
+            self._reserved += needed
+        try:
+            yield
+        finally:
+            with self._reserving:
+                self._reserved -= needed
+
+    def _check_tokens(self, needed: int) -> None:
+        tokens = self._most_tokens
+        if tokens is None:
+            return
+        usages = [_usage(attempt.facts) for attempt in self._run.attempts()]
+        left = tokens - sum(usage.prompt + usage.answered for usage in usages) - self._reserved
+        if needed > left:
+            raise SceneError(
+                "model-cost",
+                f"the next request could use {needed:,} tokens, but only {max(0, left):,} of {tokens:,} remain",
+                "allow more with --max-run-tokens",
             )
-            if used >= tokens:
-                raise SceneError(
-                    "model-cost", f"the run has used {used:,} tokens of {tokens:,}", "allow more with --max-run-tokens"
-                )
+
+    def _check_seconds(self) -> None:
+        seconds = self._most_seconds
         if seconds is not None and time.monotonic() - self._started > seconds:
             raise SceneError(
                 "model-cost", f"the run has taken more than {seconds:g} s", "allow more with --max-run-seconds"
@@ -263,18 +284,18 @@ class Conductor:
         answer = self._run.recorded(sample, number, key)
         if answer is not None:
             return answer
-        self._check_limits()
-        self._run.asked(sample, number, purpose, self._client.payload(ask.request))
-        count = self._live.counting(sample, number, purpose)
+        with self._within_limits([ask.request]):
+            self._run.asked(sample, number, purpose, self._client.payload(ask.request))
+            count = self._live.counting(sample, number, purpose)
 
-        def watch(text: str) -> None:
-            if self._cancelled.is_set():
-                raise Cancelled
-            count(text)
+            def watch(text: str) -> None:
+                if self._cancelled.is_set():
+                    raise Cancelled
+                count(text)
 
-        with self._run.sending(sample, number, purpose) as note:
-            answer = self._client.ask(ask.request, sample, number, watch, note)
-        self._run.answered(sample, number, purpose, key, answer)
+            with self._run.sending(sample, number, purpose) as note:
+                answer = self._client.ask(ask.request, sample, number, watch, note)
+            self._run.answered(sample, number, purpose, key, answer)
         return answer
 
     # --- batches ---------------------------------------------------------------------------------------------------
@@ -331,6 +352,8 @@ class Conductor:
         if sent is not None:
             self._client.budget.reserve(sum(sent[1].values()))
             return sent
+        with self._within_limits([ask.request for ask in asks.values()]):
+            pass  # rounds come one after the other, so that nothing else is in flight
         for name, ask in asks.items():
             sample, number = (int(piece) for piece in name.split("-")[1:])
             self._run.asked(sample, number, ask.purpose.value, self._client.payload(ask.request))

@@ -43,7 +43,7 @@ from scenelang.interpreter.scene.primitives import block_words
 from scenelang.interpreter.transpile.analysis.python_text import code_of
 from scenelang.sandbox.supervision import limited
 from scenelang.sandbox.worker import trial
-from scenelang.session.declarations import declared_in_python
+from scenelang.session.declarations import declared_in_python, with_acceptance
 from scenelang.session.formatting import formatted
 from scenelang.session.scene_changes import changes_between, compared_frames
 from scenelang.session.session import Options, Session, linted
@@ -224,18 +224,6 @@ _DEFINED = re.compile(r'^(?:\(bind "([^"]+)"|\(define \(?([^\s()]+)|def (\w+)|([
 def _defined(program: str) -> frozenset[str]:
     """Return what a program defines. The text itself is formatted anew when numbers are edited without the model."""
     return frozenset(next(filter(None, match.groups())) for match in _DEFINED.finditer(program))
-
-
-_ACCEPTANCE = "; What must hold; every edit is tested against it."
-
-
-def with_acceptance(program: str, declarations: Sequence[Declaration]) -> str:
-    """Return a program that states declarations about its scene at its end; it may state them already."""
-    if not declarations:
-        return program
-    body = program.partition(_ACCEPTANCE)[0].rstrip()
-    stated = "\n".join(f"  {declaration}" for declaration in declarations)
-    return f"{body}\n\n{_ACCEPTANCE}\n(assert-that\n{stated})\n"
 
 
 def _notation_of(answer: str, asked: Notation) -> Notation:

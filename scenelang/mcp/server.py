@@ -382,7 +382,7 @@ def _add_facts(server: SceneServer, bench: Bench) -> None:
         if program_a or path_a:
             return await bench.result(tools.diff, ProjectProgram(program_a, path_a), draft.program(), tolerance)
         names = draft.path or "nothing", draft.name
-        lines = await bench.ask(workbench.changed_lines, draft.saved or "", draft.text, names)
+        lines = await bench.ask(workbench.changed_lines, draft.saved or "", draft.file_text, names)
         if not draft.saved or not lines.text:
             return _result(ToolAnswer(lines.text or "nothing changed", {**lines.data, **draft.state()}))
         before = ProjectProgram(draft.saved, "", "", draft.path)
@@ -743,7 +743,7 @@ def _add_files(server: SceneServer, bench: Bench) -> None:
         ] = "",
         overwrite: Overwrite = False,
     ) -> CallToolResult:
-        """Write a session to a file of the project, atomically."""
+        """Write a session to a file of the project, atomically; the program states the acceptance at its end."""
         draft = bench.sessions[session]
         target = workbench.save(bench.project, draft, path, overwrite)
         size = target.stat().st_size

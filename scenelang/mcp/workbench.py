@@ -32,7 +32,7 @@ from scenelang.mcp.tools import (
 from scenelang.repairs.instance_edits import InstanceEdit, edited
 from scenelang.repairs.repairing import repaired
 from scenelang.sandbox.supervision import limited
-from scenelang.session.declarations import declaration_source
+from scenelang.session.declarations import declaration_source, with_acceptance, without_acceptance
 from scenelang.session.session import is_python
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ class WorkingProgram:
     path
         Its file, relative to the project, empty without one.
     saved
-        Text of that file.
+        Text of that file, with the acceptance.
     before, after
         Texts for undo and redo.
     acceptance
@@ -89,7 +89,12 @@ class WorkingProgram:
 
     def state(self) -> dict[str, Any]:
         """Return the name and the state of the session, which every answer contains."""
-        return {"session": self.name, "version": len(self.before), "unsaved": self.text != (self.saved or "")}
+        return {"session": self.name, "version": len(self.before), "unsaved": self.file_text != (self.saved or "")}
+
+    @property
+    def file_text(self) -> str:
+        """Text of the session's file, which states its acceptance at its end."""
+        return with_acceptance(self.text, self.acceptance)
 
     def set(self, text: str) -> None:
         """Replace the text; the last one can be undone."""
@@ -131,7 +136,8 @@ class Workbench:
         if len(text) > MAX_PROGRAM_LENGTH:
             raise WrongArguments(f"the program exceeds {MAX_PROGRAM_LENGTH:,} characters", "size")
         self._number += 1
-        draft = WorkingProgram(f"s{self._number}", text, path, saved)
+        body, acceptance = without_acceptance(text)
+        draft = WorkingProgram(f"s{self._number}", body, path, saved, acceptance=acceptance)
         self._drafts[draft.name] = draft
         return draft
 
@@ -341,7 +347,8 @@ def save(project: Project, draft: WorkingProgram, path: str, overwrite: bool) ->
     if not name:
         raise WrongArguments("the session has no file yet; pass `path`", "file")
     target = target_of(project, name, _SAVED, overwrite or _is_own(project, draft, name))
-    text = draft.text if draft.text.endswith("\n") or not draft.text else draft.text + "\n"
+    text = draft.file_text
+    text = text if text.endswith("\n") or not text else f"{text}\n"
     try:
         text.encode("utf-8")
         write_text(target, text)
@@ -349,7 +356,7 @@ def save(project: Project, draft: WorkingProgram, path: str, overwrite: bool) ->
         raise WrongArguments("the program has characters that UTF-8 cannot encode", "encoding") from None
     except SceneError as error:
         raise WrongArguments(error.message.replace(str(project.root) + os.sep, ""), error.name) from None
-    draft.path, draft.saved = str(target.relative_to(project.root)), draft.text
+    draft.path, draft.saved = str(target.relative_to(project.root)), draft.file_text
     return target
 
 

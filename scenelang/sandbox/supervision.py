@@ -133,7 +133,7 @@ class Link:
 
     @property
     def may_fork(self) -> bool:
-        """Whether only evaluating threads are confined; otherwise the process itself is, and is killed with its request."""
+        """Whether only evaluating threads are confined; otherwise the process is, and is killed with its request."""
         return self._confined
 
     @property

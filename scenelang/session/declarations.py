@@ -95,6 +95,31 @@ def declaration_source(text: str) -> Source:
     return Source("<declaration>", text if text.lstrip().startswith("(assert-that") else f"(assert-that {text})")
 
 
+_ACCEPTANCE = "; What must hold; every edit is tested against it."
+
+
+def with_acceptance(program: str, declarations: Sequence[object]) -> str:
+    """Return a program that states declarations about its scene at its end; it may state them already."""
+    if not declarations:
+        return program
+    body = program.partition(_ACCEPTANCE)[0].rstrip()
+    stated = "\n".join(f"  {_on_a_line(str(declaration))}" for declaration in declarations)
+    return f"{body}\n\n{_ACCEPTANCE}\n(assert-that\n{stated})\n"
+
+
+def without_acceptance(program: str) -> tuple[str, tuple[str, ...]]:
+    """Return a program and the declarations that ``with_acceptance`` wrote at its end, apart from each other."""
+    body, _, stated = program.partition(_ACCEPTANCE)
+    texts = tuple(line.strip() for line in stated.strip().removesuffix(")").splitlines()[1:])
+    return (f"{body.rstrip()}\n", texts) if texts and with_acceptance(body, texts) == program else (program, ())
+
+
+def _on_a_line(text: str) -> str:
+    """Return declarations on one line, without the form `assert-that` around them."""
+    line = " ".join(text.split())
+    return line.removeprefix("(assert-that").removesuffix(")").strip() if line.startswith("(assert-that") else line
+
+
 def declaration_problem(text: str) -> Diagnostic | None:
     """Return the first mistake in a declaration, None if it is well formed."""
     try:

@@ -86,6 +86,29 @@ def test_calls_that_make_no_sense(agent: Any, chairs: str, that: Any, part: str)
     assert part in agent.refused("accept", session=chairs, that=that)
 
 
+def test_a_word_that_does_not_occur_is_what_fails(agent: Any, chairs: str) -> None:
+    said = text(agent.call("accept", session=chairs, that=[*THAT[:2], *THAT[3:], '(on "spoon" "chair")']))
+    assert "says nothing" not in said
+    assert '"spoon" does not occur' in said
+
+
+def test_a_saved_scene_states_its_acceptance_and_keeps_it(serve: Callable[..., Any]) -> None:
+    """Opened again, the declarations are the session's, and each edit is tested against them."""
+    with serve() as agent:
+        session = agent.told("open", program=ROOM)["session"]
+        agent.told("accept", session=session, that=["(assert-that\n" + THAT[0] + ")", THAT[1], *THAT[3:]])
+        agent.told("save", session=session, path="room.scene")
+        assert agent.told("diff", session=session)["unsaved"] is False
+        agent.told("close", session=session)
+        opened = agent.told("open", path="room.scene")
+        assert opened["acceptance"]["declared"] == 4
+        assert opened["unsaved"] is False
+        before = opened["acceptance"]["hold"]
+        moved = agent.told("replace", session=opened["session"], old="[3 0 0]", new="[3 9 0]")
+        assert moved["acceptance"]["hold"] < before
+        agent.told("close", session=opened["session"], discard=True)
+
+
 def test_acceptance_survives(serve: Callable[..., Any]) -> None:
     with serve() as agent:
         agent.told("open", program=ROOM)

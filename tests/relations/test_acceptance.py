@@ -127,10 +127,66 @@ def test_a_set_that_accepts_none(room: sl.Scene) -> None:
         (['(has-color "cup" "red")', '(has-color "cup" "blue")'], 1),
         (['(has-color "cup" "red" :any)', '(has-color "cup" "blue" :any)'], 0),
         (['(tilt "cup" 10)', '(tilt "cup" :max 5)'], 1),
+        (['(size "cup" :axis "y" :min 2)', '(not (size "cup" :axis "y" :min 1))'], 1),
+        (['(size "cup" :axis "y" :max 2)', '(not (size "cup" :axis "y" :max 1))'], 0),
+        (['(facing "chair" "table" :within 10)', '(not (facing "chair" "table" :within 20))'], 1),
+        (['(facing "chair" "table" :within 20)', '(not (facing "chair" "table" :within 10))'], 0),
+        (['(distance "cup" "table" :min 2)', '(touching "cup" "table")'], 1),
+        (['(on "cup" "table")', '(clear-of "cup" "table" :min .5)'], 1),
+        (['(on "cup" "table")', '(clear-of "table" "cup" :min .5)'], 1),
+        (['(on "cup" "table")', '(clear-of "cup" "table")'], 0),
+        (['(count "cup" 0)', '(on "cup" "table")'], 1),
+        (['(count "cup" 0)', '(on "cup" "table" :any)'], 0),
+        (['(rows "chair" 3 :along "x" :each 4)', '(count "chair" 10)'], 1),
+        (['(rows "chair" 3 :along "x" :each 4)', '(count "chair" 12)'], 0),
+        (['(on "cup" "table")', '(below "cup" "table")'], 1),
+        (['(inside "cup" "box")', '(inside "box" "cup")'], 1),
+        (['(elevation "cup" 1)', '(elevation "cup" :max .5)'], 1),
     ],
 )
 def test_contradictions(texts: list[str], count: int) -> None:
     assert len(contradictions(declarations_in(None, texts))) == count
+
+
+MUG = '(bind "mug" (lambda () (call "cylinder" :radius .04 :p0 [0 0 0] :p1 [0 .1 0] :color (color "blue"))))'
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ('(count "mug" 1)', True),
+        ('(size "mug" :axis "y" :min .08 :max .12)', True),
+        ('(tilt "mug" 0)', True),
+        ('(size "mug" .1 :axis "y" :within 5)', False),
+        ('(count "mug" :min 0)', False),
+    ],
+)
+def test_the_root_is_an_object(text: str, says: bool) -> None:
+    """A scene of one object, whose word is that of the root."""
+    assert (vacuous(sl.evaluate(MUG), declarations_in(None, [text])) == []) == says
+
+
+def test_a_set_about_the_root_that_accepts_no_plainly_wrong_scene() -> None:
+    texts = ['(count "mug" 1)', '(size "mug" :axis "y" :min .08 :max .12)', '(has-color "mug" "blue")']
+    assert plain_faults(sl.evaluate(MUG), declarations_in(None, texts)) == []
+    assert any("times ten" in message for message in plain_faults(sl.evaluate(MUG), declarations_in(None, texts[:1])))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '(facing "chair" "table" :within 179)',
+        '(evenly-spaced "chair" :along "x" :within 30)',
+        '(aligned "chair" :along "x" :within 30)',
+    ],
+)
+def test_tolerances_that_most_random_scenes_keep_say_nothing(room: sl.Scene, text: str) -> None:
+    assert vacuous(room, declarations_in(None, [text])) != []
+
+
+@pytest.mark.parametrize("text", ['(count "chair" :min 3 :max 5)', '(facing "chair" "table" :within 30)'])
+def test_ranges_that_some_scenes_exceed_say_something(room: sl.Scene, text: str) -> None:
+    assert vacuous(room, declarations_in(None, [text])) == []
 
 
 # 200 declarations of an author who did not know what is refused, and those that are judged otherwise than he does.
