@@ -22,7 +22,7 @@ Entry = dict[str, Any]
 
 
 def entry_of(rows: Mapping[str, Row], results: Mapping[str, Figures | str], control: Sequence[float]) -> Entry:
-    """Return the entry of a run: the figures of its rows by name, the machine, and the control between the rows."""
+    """Return the entry of a run: figures or reasons of rows by name, the machine, and the control between the rows."""
     middle = statistics.median(control)
     quartiles = statistics.quantiles(control, n=4) if len(control) > 1 else [middle] * 3
     return {
@@ -32,6 +32,7 @@ def entry_of(rows: Mapping[str, Row], results: Mapping[str, Figures | str], cont
         "rows": {
             name: row_entry(rows[name], figures) for name, figures in results.items() if not isinstance(figures, str)
         },
+        "unmeasured": {name: reason for name, reason in results.items() if isinstance(reason, str)},
     }
 
 

@@ -903,8 +903,8 @@ _PYTHON = {
     "blender-unsupported": "Write this part with meshes, modifiers and transforms, or leave it out of the script.",
     "python-syntax": "Correct the Python code at the indicated place, or request a new program from the model.",
     "python-forbidden": "Remove it: a scene program may only compute shapes and numbers and draw random numbers.",
-    "python-unsupported": "Rewrite it with plain functions, loops and lists; `docs/transpiler.md` lists what is "
-    "supported.",
+    "python-unsupported": "Rewrite it with plain functions, loops and lists; `docs/transpiler.md` lists the "
+    "supported Python.",
     "python-name": "Correct the spelling, or define the name before its first use.",
     "python-call": "Pass the arguments that the function's signature requires.",
     "python-exception": "Correct the Python at the marked place; CPython would fail there, too.",
@@ -997,8 +997,10 @@ _WARNINGS = {
     "ignored-block": "Put the whole program in one code block.",
     "python-ignored": "No action is required; set the random seed with `--seed N`.",
     "draw-order": "Compare the result with the original; draw random numbers in only one place if the order matters.",
-    "openscad-ignored": "Look whether the converted program needs the part; docs/from-openscad.md tells more.",
-    "blender-ignored": "Look whether the scene needs the part; docs/from-blender.md lists what is left out.",
+    "openscad-ignored": "Look whether the converted program needs the part; the limits in `docs/from-openscad.md` list "
+    "the parts that are left out.",
+    "blender-ignored": "Look whether the scene needs the part; the limits in `docs/from-blender.md` list the parts "
+    "that are left out.",
     "print-limit": "Print less, or run with `--quiet`.",
 }
 

@@ -319,7 +319,7 @@ def _drawn(rt: Runtime, name: str, solid: Any, segments: int, height: float | No
 
 @define(
     "profile-section", "solid::Parts [z::Number] [:segments::Integer]", "List",
-    "Return the profile that a plane at height `z`, by default 0, cuts out of a solid; an empty one if it meets "
+    "Return the profile that a plane of constant `z`, by default 0, cuts out of a solid; an empty one if it meets "
     "nothing.",
     ('(round (profile-area (profile-section (call "sphere") .6 :segments 1024)) 3)', "2.011"),
     picture='(extrude (profile-section (transform (call "torus") (rotate .6 [1 0 0]))) .2 :color (color "gold"))',
@@ -330,7 +330,7 @@ def profile_section(rt: Runtime, solid: Any, z: Any = 0, segments: int = SEGMENT
 
 @define(
     "profile-silhouette", "solid::Parts [:segments::Integer]", "List",
-    "Return the profile of a solid as it is seen along the z axis.",
+    "Return the profile of a solid as it is seen along the z axis, from the front.",
     ('(profile-area (profile-silhouette (transform (call "cube") (scale [2 3 1]))))', "6.0"),
     picture='(extrude (profile-silhouette (transform (call "cube") (rotate 1 [1 1 0]))) .2 :color (color "gold"))',
 )  # fmt: skip

@@ -170,6 +170,7 @@ def test_an_entry_has_the_figures_with_their_goals() -> None:
     row = Row("fib", list, "Python", (Goal(3.0), Goal(0.02, "ours")))
     figures = replace(Figures(0.0123456, 0.004, 3.0864), instructions=123_456)
     kept = history.entry_of({"fib": row, "gone": row}, {"fib": figures, "gone": "absent: x"}, [1.0, 1.0, 1.1])
+    assert kept["unmeasured"] == {"gone": "absent: x"}
     assert kept["rows"] == {
         "fib": {"ours": 0.0123, "other": 0.004, "beside": "Python", "ratio": 3.09, "instructions": 123_456,
                 "goals": {"<= x3": False, "<= 20 ms": True}}

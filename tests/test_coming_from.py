@@ -13,6 +13,7 @@ import scenelang as sl
 from scenelang import Source
 from scenelang.backends.blender import importing
 from scenelang.backends.openscad import converting
+from scenelang.backends.pictures.camera import parse_viewpoint
 
 DOCS = Path(__file__).parents[1] / "docs"
 SIZED = 0.01  # of the volume: trimesh's round shapes are polyhedra
@@ -91,6 +92,21 @@ def trimesh_value(expression: str) -> np.ndarray:
 @pytest.mark.parametrize(("theirs", "ours"), rows_of("from-trimesh.md"))
 def test_trimesh_and_the_language_agree(theirs: str, ours: str) -> None:
     assert numbers_of(ours, TRIMESH) == pytest.approx(trimesh_value(theirs).ravel().tolist(), rel=SIZED, abs=1e-9)
+
+
+def test_cameras_and_lights_for_people_from_threejs_are_declared() -> None:
+    section = (
+        (DOCS / "from-threejs.md").read_text("utf-8").partition("## Camera, light and files")[2].partition("\n## ")[0]
+    )
+    declared = re.findall(r"^\| [^|]+ \| `(\((?:camera|light|environment|render-settings) .*?\))` \|", section, re.M)
+    scene = sl.evaluate("\n".join([*declared, '(bind "box" (lambda () (call "cube")))']))
+    forms = [item.form for item in scene.graph.setup]
+    assert [form for form in ("camera", "light", "environment", "render-settings") if form in forms] == [
+        "camera", "light", "environment", "render-settings"
+    ]  # fmt: skip
+    assert len(forms) == len(declared) >= 8
+    for text in re.findall(r"\| `--camera (\S+?)` \|", section):
+        parse_viewpoint(text)
 
 
 CADQUERY = """

@@ -13,6 +13,7 @@ from generator.library_page import PICTURES, picture_program
 from generator.markdown import formatted, identifier
 from generator.parts_page import picture_path
 from generator.pictures import difference, drawn, save
+from generator.raised import raised_by
 from generator.recipes import COOKBOOK, SIZE, recipes
 from generator.tutorial import steps
 from test_bad import CASES, ELSEWHERE, _command, _directives
@@ -27,6 +28,8 @@ from scenelang.grammar.diagnostics import CODES, REMEDIES, render_text
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS
+from scenelang.interpreter.scene.primitives import all_primitives
+from scenelang.stdlib.library import build_library
 from scenelang.stdlib.reference import RecordKind, combinators, parts, records
 
 DOCS = ROOT / "docs"
@@ -83,7 +86,7 @@ def test_every_recipe_is_drawn_and_no_image_is_left_over() -> None:
     assert sorted(path.name for path in (COOKBOOK / "images").iterdir()) == sorted(
         Path(recipe.picture).name for recipe in RECIPES
     )
-    assert len(RECIPES) == 40
+    assert len(RECIPES) == 41
 
 
 @pytest.mark.slow
@@ -224,6 +227,32 @@ def test_every_option_has_an_anchor_of_its_own() -> None:
     anchors = re.findall(r'<a id="([^"]+)"', page)
     assert len(anchors) == len(set(anchors)) > 300
     assert {"render-quality", "options-of-view-camera", "options-of-limits-max-steps"} <= set(anchors)
+
+
+@pytest.mark.parametrize(
+    ("name", "errors"),
+    [("profile-union", ("value",)), ("texture", ("attribute",)), ("camera", ("value",)), ("not", ())],
+)
+def test_errors_of_functions_that_call_one_other_are_listed(name: str, errors: tuple[str, ...]) -> None:
+    library = build_library()
+    builtins = {
+        name: entry for group in (library.builtins, *library.imported.values()) for name, entry in group.items()
+    }
+    assert raised_by(builtins[name].function) == errors
+
+
+def test_every_primitive_has_an_example_and_typed_attributes() -> None:
+    page = (DOCS / "reference/primitives.md").read_text("utf-8")
+    for cls in all_primitives():
+        section = page.split(f"### {cls.word}\n", 1)[1].split("\n### ", 1)[0]
+        assert f'(call "{cls.word}"' in section.split("```scene", 1)[1], cls.word
+        assert all(f"[:{each.name}::" in section for each in cls.attributes if each.accepts), cls.word
+
+
+def test_pages_of_the_documentation_in_remedies_are_links() -> None:
+    page = (DOCS / "reference/diagnostics.md").read_text("utf-8")
+    assert "[`docs/from-openscad.md`](../from-openscad.md)" in page
+    assert not re.search(r"(?<![\[`/\w])docs/[\w-]+\.md", page)
 
 
 def test_no_two_names_share_an_anchor() -> None:

@@ -512,7 +512,7 @@ def write_set(
     scenes: Iterable[LabelledScene],
     folder: Path,
     options: MapOptions,
-    backend: PictureBackend,
+    backend_of: Callable[[Scene], PictureBackend],
     *,
     alone: bool = False,
     frame: int | None = None,
@@ -521,12 +521,15 @@ def write_set(
 ) -> list[DatasetItem]:
     """Label the scenes one after the other and list all in ``coco.json``; existing shots are reused. Raises SceneError.
 
-    With ``alone``, the only scene of a dataset gets no separate folder.
+    ``backend_of`` returns the backend that draws a scene. With ``alone``, the only scene of a dataset gets no separate
+    folder.
     """
     items: list[DatasetItem] = []
     with new_folder(folder):
         for labeled in scenes:
-            digest = hashlib.sha256("\0".join(labeled.fingerprint).encode("utf-8", "surrogatepass")).hexdigest()
+            backend = backend_of(labeled.scene)
+            fingerprint = "\0".join((*labeled.fingerprint, backend.name))
+            digest = hashlib.sha256(fingerprint.encode("utf-8", "surrogatepass")).hexdigest()
             if frame is not None:
                 frame_of(labeled.scene, frame)
             scene_items = items_of(folder, labeled.name, labeled.scene, len(options.views), alone, frame)

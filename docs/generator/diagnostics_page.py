@@ -3,6 +3,7 @@ program fixed, from ``tests/fixed``, where that is short."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 BAD = ROOT / "tests" / "bad"
 FIXED = ROOT / "tests" / "fixed"
 _LARGEST = 1200  # characters of a program that is shown
+_PAGE_NAME = re.compile(r"`docs/([\w-]+\.md)`")  # a page of the documentation, as messages name it
 _LANGUAGES = {".scene": "scene", ".py": "python"}
 
 FAMILIES = {
@@ -57,7 +59,8 @@ def _row(code: str, name: str) -> tuple[str, str, str]:
 
 
 def _section(code: str, name: str) -> Iterator[str]:
-    yield from (f"### {code} {name}", "", f"{CODES[name].why} {REMEDIES[name]}", "")
+    remedy = _PAGE_NAME.sub(r"[`docs/\1`](../\1)", REMEDIES[name])
+    yield from (f"### {code} {name}", "", f"{CODES[name].why} {remedy}", "")
     case = shown_case(code)
     if case is None:
         return

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import groupby
+from typing import Any
 
 import scenelang as sl
 from generator.markdown import NOTICE, anchor, block, formatted, heading, identifier, table, valued
@@ -14,6 +15,7 @@ from scenelang.grammar.diagnostics import CODES
 from scenelang.interpreter.expand.forms import ABSENT, FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS, example_of
 from scenelang.interpreter.scene.primitives import all_primitives
+from scenelang.interpreter.scene.primitives.base import Primitive
 from scenelang.reference.primer import attribute_doc, attribute_names
 from scenelang.reference.searching import other_words, synonyms_of
 from scenelang.stdlib.library import build_library
@@ -27,13 +29,26 @@ _QUOTED = re.compile(r"`\(?([^\s`()\"]+)")
 _PARAMETER = re.compile(r"[\s\[(:]([^\s\[\]():]+)")
 _PRIMITIVES = (
     "Words that no `bind` binds. Any other unbound word is a labeled box of its `:scale`. Whatever has a `:color` "
-    "reads the attributes of the material too."
+    "reads the attributes of the material too. An attribute with an invalid value is "
+    "[E603](diagnostics.md#e603-attribute), one with an improbable value "
+    "[W402](diagnostics.md#w402-out-of-range), one that a primitive does not read "
+    "[W608](diagnostics.md#w608-idle-attribute)."
 )
 _EVERY_CALL = (
     "A signature shows required parameters, `[optional]` ones, `[:keyword]` ones and, before `...`, the rest; the type "
     "of the value is after `->`. An argument of another type is [E401](diagnostics.md#e401-type), a wrong number of "
-    "arguments [E402](diagnostics.md#e402-arity), an unknown keyword [E404](diagnostics.md#e404-keyword)."
+    "arguments [E402](diagnostics.md#e402-arity), an unknown keyword [E404](diagnostics.md#e404-keyword), or E402 if "
+    "the function has no keywords."
 )
+_EVERY_RELATION = (
+    "A relation that does not hold is [E612](diagnostics.md#e612-declaration), a word that does not occur "
+    "[E613](diagnostics.md#e613-declaration-subject). An operand of another kind is "
+    "[E401](diagnostics.md#e401-type), a wrong number of operands and an unknown option "
+    "[E201](diagnostics.md#e201-syntax). The default of `:within` is 1 % of the stated length or ratio; for "
+    "`tilt` and `turns` 1 % and at least one degree, for `angle` one degree."
+)
+# Values of the attributes that have no default, in examples of primitives.
+_SHOWN = {"file": '"examples/meshes/hook.stl"', "block-type": '"oak_planks"'}
 
 
 def library_pages() -> Mapping[str, Callable[[], str]]:
@@ -52,7 +67,10 @@ def _topic_page(topic: str) -> str:
     if topic in _TABLES:
         lines += ["The [reference](index.md) lists all names.", ""]
         for record in mine:
-            lines += [heading(3, record.name), "", record.doc, ""]
+            lines += [heading(3, record.name), ""]
+            if record.name in build_library().constants:
+                lines += [f"`{record.name} = {build_library().constants[record.name]}`", ""]
+            lines += [record.doc, ""]
         return _page(lines)
     lines += [_EVERY_CALL, "", " · ".join(f"[`{r.name}`](#{identifier(r.name)})" for r in mine), ""]
     for record in mine:
@@ -154,14 +172,15 @@ def _primitives_page() -> str:
     words = [cls.word for cls in all_primitives()]
     lines += [" · ".join(f"[`{word}`](#{identifier(word)})" for word in words), "", "## Primitives", ""]
     for cls in all_primitives():
-        names = cls.attribute_names()
-        linked = " ".join(f"[`:{name}`](#{identifier(':' + name)})" for name in names)
-        lines += [heading(3, cls.word), "", f'`(call "{cls.word}" {" ".join(f":{name}" for name in names)})`', ""]
+        linked = " ".join(f"[`:{name}`](#{identifier(':' + name)})" for name in cls.attribute_names())
+        signature = " ".join(f"[{_typed(cls, name)}]" for name in cls.attribute_names())
+        lines += [heading(3, cls.word), "", f'`(call "{cls.word}" {signature})`', ""]
         lines += [f"{cls.doc[:1].upper()}{cls.doc[1:].rstrip('.')}.", "", f"Attributes: {linked}", ""]
-        lines += _notes(cls.word)
+        lines += [*block("scene", _example_of(cls)), *_notes(cls.word)]
     lines += ["## Attributes", ""]
     for name in attribute_names():
-        lines += [heading(3, f":{name}"), "", f"{(attribute_doc(None, name) or '').rstrip('.')}.", ""]
+        doc = (attribute_doc(None, name) or "").rstrip(".")
+        lines += [heading(3, f":{name}"), "", f"{doc[:1].upper()}{doc[1:]}.", ""]
         having = [cls.word for cls in all_primitives() if name in cls.attribute_names()]
         if having:
             lines += ["Read by " + ", ".join(f"[`{word}`](#{identifier(word)})" for word in having) + ".", ""]
@@ -169,11 +188,37 @@ def _primitives_page() -> str:
     return _page(lines)
 
 
+def _typed(cls: type[Primitive], name: str) -> str:
+    """Return an attribute of a primitive with the types that it takes and its default, as in a signature."""
+    attribute = next((each for each in cls.attributes if each.name == name), None)
+    if attribute is None:
+        return f":{name}"
+    kinds = f"::{'|'.join(attribute.accepts)}" if attribute.accepts else ""
+    return f":{name}{kinds}{'' if attribute.default is None else f' {_written(attribute.default)}'}"
+
+
+def _example_of(cls: type[Primitive]) -> str:
+    """Return a program with a primitive, whose attributes have their defaults."""
+    values = {each.name: _SHOWN.get(each.name) or _written(each.default) for each in cls.attributes}
+    given = " ".join(f":{name} {value}" for name, value in values.items() if value != "none")
+    return formatted(f'(bind "example" (lambda () (call "{cls.word}" {given})))')
+
+
+def _written(value: Any) -> str:
+    """Return a value as it is written in a program."""
+    if value is None or isinstance(value, bool):
+        return {None: "none", True: "#t", False: "#f"}[value]
+    if isinstance(value, Sequence):
+        return f"[{' '.join(_written(each) for each in value)}]"
+    return f"{value:g}"
+
+
 def _index_page() -> str:
     """Return the index: topics, words of other tools, and all names from A to Z."""
     lines = [
         "# Reference", "", NOTICE, "",
-        "Every name of the language has a section with its signature, an example and its errors.", "",
+        "Every name of the language has a section: a function with its signature, an example and the errors that it "
+        "raises itself, a primitive with its attributes and their defaults, a constant with its value.", "",
     ]  # fmt: skip
     topics = [topic for topic in TOPICS if topic not in ("parts",)]
     rows = [(f"[{TOPICS[topic][0]}]({topic}.md)", _names_of(topic)) for topic in topics]
@@ -221,7 +266,9 @@ def relations_page() -> str:
         NOTICE,
         "",
         "What [`assert-that`](forms.md#assert-that) and `check --that` can state ([declarations](../relations.md)).",
-        "Every example holds in the picture above it.",
+        "Every example holds in the image above it.",
+        "",
+        _EVERY_RELATION,
         "",
         " · ".join(f"[{name}](#{anchor(name)})" for name in RELATIONS),
         "",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import runpy
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ Commit {commit}, {date}, Python {python}, {cpu}. A workload of bare Python betwe
 the middle half of its runs lay within {spread:.0f} % of that, which is what a time may owe to other work.
 
 {table}
+{unmeasured}
 - **Times** are seconds of processor time, medians of runs in turns (ours, the other, ours, the other), in a process of
   its own for each row. The collector of garbage is off on both sides unless the row says otherwise.
 - **Instructions** are counted by cachegrind: ours in millions, and their ratio to the other's. Other work does not
@@ -47,8 +49,16 @@ def performance_page() -> str:
         **entry["machine"],
         control=_TEXTS["seconds_text"](entry["control"]["seconds"]),
         spread=100 * entry["control"]["spread"],
+        unmeasured=_unmeasured(entry.get("unmeasured", {})),
         table="\n".join(table(("", "ours", "beside it", "ratio", "instructions", "goal"), rows)),
     )
+
+
+def _unmeasured(reasons: Mapping[str, str]) -> str:
+    """Return a paragraph with the rows of which the run has no figures; empty without any."""
+    if not reasons:
+        return ""
+    return f"Without figures in this run: {', '.join(reasons)}.\n"
 
 
 def _cells(name: str, row: dict[str, Any]) -> tuple[str, ...]:

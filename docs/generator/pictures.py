@@ -9,7 +9,7 @@ import numpy.typing as npt
 from PIL import Image
 
 from scenelang import Options, Session, Source
-from scenelang.backends.pictures.camera import parse_viewpoint
+from scenelang.backends.pictures.declared import view_of
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.grammar.diagnostics import render_text
 
@@ -26,7 +26,7 @@ def drawn(
     if result.scene is None or result.diagnostics:
         raise ValueError("\n".join(render_text(d) for d in result.diagnostics))
     width, height = (oversampling * side for side in size)
-    options = PictureOptions(width=width, height=height, camera=parse_viewpoint(camera), frame=frame)
+    options = PictureOptions(width=width, height=height, camera=view_of(camera), frame=frame)
     picture = Image.fromarray(render(result.scene, options))
     return picture.resize(size, Image.Resampling.LANCZOS)
 

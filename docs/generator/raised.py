@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from typing import Any
 
@@ -16,7 +16,8 @@ from scenelang.grammar.diagnostics import CODES
 _DEPTH = 2
 # Errors of every call with wrong arguments; the pages say so once.
 _OF_EVERY_CALL = frozenset({"type", "arity", "keyword"})
-_PACKAGE = "scenelang.stdlib"
+# The library, and the primitives, which read the settings of `texture`.
+_PACKAGES = ("scenelang.stdlib", "scenelang.interpreter.scene.primitives")
 
 
 def raised_by(function: Callable[..., Any]) -> tuple[str, ...]:
@@ -27,24 +28,32 @@ def raised_by(function: Callable[..., Any]) -> tuple[str, ...]:
 
 @cache
 def _raised(function: Callable[..., Any], depth: int) -> frozenset[str]:
-    """Return the names in a function and in those of the library that it calls, down to a depth."""
+    """Return the names in a function and in those that it calls, down to a depth."""
     names: set[str] = set()
     known = getattr(inspect.unwrap(function), "__globals__", {})
-    for call in _calls(function):
+    statements = _statements(function)
+    # A function that only calls another is no step: `profile-union` and `profile-difference` share the one that raises.
+    depth += len(statements) == 1 and isinstance(getattr(statements[0], "value", None), ast.Call)
+    for call in _calls(statements):
         called = call.func.id if isinstance(call.func, ast.Name) else ""
         if called == "SceneError" and call.args and isinstance(call.args[0], ast.Constant):
             names.add(str(call.args[0].value))
         helper = known.get(called)
-        if depth and inspect.isfunction(helper) and helper.__module__.startswith(_PACKAGE):
+        if depth and inspect.isfunction(helper) and helper.__module__.startswith(_PACKAGES):
             names |= _raised(helper, depth - 1)
     return frozenset(names & CODES.keys())
 
 
-def _calls(function: Callable[..., Any]) -> Iterator[ast.Call]:
-    """Yield the calls in the source of a function; none for one without source, such as a class."""
+def _statements(function: Callable[..., Any]) -> list[ast.stmt]:
+    """Return the body of a function without its docstring; nothing for one without source, such as a class."""
     try:
-        source = textwrap.dedent(inspect.getsource(inspect.unwrap(function)))
-        tree = ast.parse(source)
+        tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function))))
     except (OSError, TypeError, SyntaxError):
-        return
-    yield from (node for node in ast.walk(tree) if isinstance(node, ast.Call))
+        return []
+    body = tree.body[0].body if isinstance(tree.body[0], ast.FunctionDef) else tree.body
+    return [each for each in body if not (isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))]
+
+
+def _calls(statements: Iterable[ast.stmt]) -> Iterator[ast.Call]:
+    """Yield all calls in statements."""
+    yield from (node for each in statements for node in ast.walk(each) if isinstance(node, ast.Call))

@@ -22,9 +22,13 @@ class Step:
 
 
 def steps(page: Path) -> Iterator[Step]:
-    """The programs of a page that a picture follows. The picture's title may say ``frame N``, a camera, or both."""
+    """The programs of a page that a picture follows.
+
+    The picture's title may have ``frame N``, and parameters of a camera or ``camera NAME`` of the program.
+    """
     for match in _STEP.finditer(page.read_text("utf-8")):
         words = (match[3] or "").split()
         frame = int(words.pop(words.index("frame") + 1)) if "frame" in words else None
-        cameras = [word for word in words if "=" in word]
+        named = words[words.index("camera") + 1 :][:1] if "camera" in words else []
+        cameras = named or [word for word in words if "=" in word]
         yield Step(match[1], match[2], cameras[0] if cameras else _CAMERA, frame)

@@ -126,7 +126,8 @@ _RELATIONS = (
     Relation(
         "distance",
         "(distance A B [length] [:within length] [:min length] [:max length] [:any] [:all])",
-        "The distance between the surfaces of every A and the nearest B is a length, or in a range.",
+        "The distance of every A from the nearest B is a length, or in a range: between their surfaces, and 0 if they"
+        " touch or overlap.",
         '(distance "chair" "table" :max .5)',
         (OBJECT, OBJECT, NUMBER),
         (*_QUANTIFIERS, "within", "min", "max"),

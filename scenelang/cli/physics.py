@@ -46,7 +46,7 @@ def add_simulate(parser: argparse.ArgumentParser) -> None:
         help="initial velocity of the bodies of a word, in scene units per second; may be repeated",
     )  # fmt: skip
     parser.add_argument("--fps", type=reader(frame_rate), default=24.0, metavar="N", help="frames per second")
-    add_camera(parser, "size of the film in pixels (default 512x512)")
+    add_camera(parser, "size of the video in pixels (default 512x512, or that of the program)")
 
 
 def velocity(text: str) -> tuple[str, tuple[float, float, float]]:

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
     from scenelang.backends.pictures.sheets import SheetOptions
     from scenelang.backends.viewer.packet import SplatsOf
+    from scenelang.interpreter.scene.entity import Scene
     from scenelang.session.loaded import LoadedScene
     from scenelang.session.session import Session
     from scenelang.viewer.workspace import Evaluate, OpenSession, Workspace
@@ -62,7 +63,10 @@ _SIZE = (512, 512)  # pixels
 
 
 def _add_view(
-    parser: argparse.ArgumentParser, *, several: bool = False, size: str = "pixels (default 512x512)"
+    parser: argparse.ArgumentParser,
+    *,
+    several: bool = False,
+    size: str = "pixels (default 512x512, or that of the program)",
 ) -> None:
     """Add the options for cameras (``several`` allows repeats), the ``size`` of images, and lighting."""
     group = parser.add_argument_group("view")
@@ -88,6 +92,13 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
         settings=backend_settings_of(arguments), warn=warnings_of(arguments), width=width, height=height, camera=view,
         seed=arguments.seed, stated=stated, figure=fields_of(arguments, Figure),
     )  # fmt: skip
+
+
+def _backend_of(arguments: argparse.Namespace, scene: Scene, options: film.PictureOptions) -> film.PictureBackend:
+    """Return the backend of the quality of a command, else of the program; raises SceneError if it lacks an option."""
+    backend = film.picture_backend(arguments.quality or setting_of(scene, "quality") or "draft")
+    film.check(options, [backend])
+    return backend
 
 
 # --- render ----------------------------------------------------------------------------------------------------------
@@ -126,10 +137,8 @@ def run_render(arguments: argparse.Namespace) -> int:
     scene = scene if arguments.part is None else scene.part(arguments.part)
     if arguments.part is not None and arguments.camera is None:  # a part fills the image, whatever the program's camera
         options = replace(options, camera=Viewpoint())
-    quality = setting_of(scene.graph, "quality")
-    if quality is not None and not (arguments.quality or arguments.backend):
-        backends = [film.picture_backend(quality)]
-        film.check(options, backends)
+    if arguments.backend is None:
+        backends = [_backend_of(arguments, scene.graph, options)]
     film.write_drawing(scene.graph, output, options, shots, backends)
     done(arguments, output)
     return 0
@@ -176,6 +185,7 @@ def run_sheet(arguments: argparse.Namespace) -> int:
             raise UsageError("file", "only one of the inputs can be standard input")
     check_folder(output)
     named = [(name, scene.graph) for name, scene in _sheet_scenes(arguments, wanted)]
+    backend = _backend_of(arguments, named[0][1], options)
     options = settled(named[0][1], options)
     if arguments.compare:
         sheet: sheets.Sheet = sheets.compared(named, options, backend, arguments.tolerance)
@@ -234,9 +244,8 @@ def run_labels(arguments: argparse.Namespace) -> int:
     from scenelang.backends.pictures.viewpoints import views_of
 
     with usage_errors():
-        backend = film.picture_backend(arguments.quality or "draft")
         options = _picture_options(arguments, None)
-        film.check(options, [backend])
+        film.check(options, [film.picture_backend(arguments.quality or "draft")])
         film.check_opaque(options)
         read = view_of if arguments.views is None else parse_viewpoint
         views = views_of([read(text) for text in arguments.camera or [""]], arguments.views, arguments.seed)
@@ -251,8 +260,9 @@ def run_labels(arguments: argparse.Namespace) -> int:
             print(f"{item.folder} already exists; skipped", file=sys.stderr)
 
     items = write_set(
-        _labelled(arguments, failed), folder, settings, backend, alone=len(arguments.files) == 1,
-        frame=arguments.frame, progress=lambda name: progress(arguments, name), skipped=skipped,
+        _labelled(arguments, failed), folder, settings, lambda scene: _backend_of(arguments, scene, options),
+        alone=len(arguments.files) == 1, frame=arguments.frame, progress=lambda name: progress(arguments, name),
+        skipped=skipped,
     )  # fmt: skip
     if items:
         done(arguments, folder)

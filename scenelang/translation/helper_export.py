@@ -1,7 +1,8 @@
 """Export to Python of the paper's helper API: the way back of the transpiler.
 
 A registered function for each entity, and the scene's last. The API has cubes, spheres and cylinders with a color;
-other primitives are errors, other attributes of materials are left out with a warning.
+other primitives are errors. Other attributes and the texts of embeddings are left out, and semantic primitives become
+cubes, each with a warning.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import keyword
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +20,16 @@ from scenelang.backends.base import Accepts, Backend, BackendOptions, Work, chec
 from scenelang.backends.files import write_text
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
-from scenelang.interpreter.scene.primitives import MATERIALS
+from scenelang.interpreter.scene.primitives import PHYSICS
 from scenelang.interpreter.values.values import Matrix
 
 FloatArray = npt.NDArray[np.float64]
+_SHOWN = 8  # names in a warning
 _WORDS = ("cube", "sphere", "cylinder")
-_LEFT_OUT = tuple(attribute.name for attribute in MATERIALS)
+# Attributes of a primitive that the helper API has, too.
+_KEPT = frozenset({"color", "scale", "radius", "p0", "p1"})
+# Attributes that a call of a bound word has whatever its function does with the others.
+_OF_EVERY_CALL = frozenset(attribute.name for attribute in PHYSICS)
 _API = """
 Shape P T np math register register_animation library_call primitive_call loop concat_shapes transform_shape
 rotation_matrix translation_matrix scale_matrix identity_matrix compute_shape_center compute_shape_min
@@ -37,9 +42,9 @@ def _write(scene: Scene, path: Path, options: BackendOptions) -> None:
     frames = scene.frames if options.frame is None else [scene.frames[frame_of(scene, options.frame)]]
     writer = _Writer()
     text = writer.text(frames, scene.word, scene.animated and options.frame is None)
-    if writer.left_out and options.warn is not None:
-        listed = ", ".join(f"`:{name}`" for name in sorted(writer.left_out))
-        options.warn(Diagnostic("lost-attribute", f"the helper API has colors only: {listed} left out", None))
+    if options.warn is not None:
+        for message in writer.losses():
+            options.warn(Diagnostic("lost-attribute", message, None))
     write_text(path, text)
 
 
@@ -47,7 +52,25 @@ class _Writer:
     def __init__(self) -> None:
         self._names = {*_API.split(), "helper"}
         self._functions: dict[int, str] = {}
-        self.left_out: set[str] = set()
+        self._attributes: set[str] = set()
+        self._texts: set[str] = set()
+        self._semantic: set[str] = set()
+
+    def losses(self) -> Iterator[str]:
+        """Yield a sentence for each kind of content that the written text lacks."""
+        if self._attributes:
+            yield f"the helper API has colors only: {_listed(f'`:{name}`' for name in self._attributes)} left out"
+        if self._texts:
+            yield f"the helper API has no texts: {_listed(map(_quoted, self._texts))} left out"
+        if self._semantic:
+            yield f"the helper API has no semantic primitives: cubes for {_listed(map(_quoted, self._semantic))}"
+
+    def _lose(self, entity: Entity) -> None:
+        """Note the attributes and the text of an entity that the helper API does not have."""
+        given = {name for name, value in entity.embedding.attributes.items() if value is not None}
+        self._attributes |= given - _KEPT if entity.is_primitive else given & _OF_EVERY_CALL
+        if entity.embedding.text:
+            self._texts.add(entity.embedding.text)
 
     def text(self, frames: Iterable[Entity], word: str, is_animated: bool) -> str:
         """Return the program."""
@@ -67,6 +90,8 @@ class _Writer:
 
     def _function(self, entity: Entity) -> str:
         name = self._functions[id(entity)] = self._free(entity.word)
+        if not entity.is_primitive:
+            self._lose(entity)
         if entity.is_primitive:
             parts = [self._primitive(entity)]
         else:
@@ -87,7 +112,9 @@ class _Writer:
             message = f'the helper API has no "{entity.word}": it has cubes, spheres and cylinders only'
             span = entity.call_sites[0] if entity.call_sites else None
             raise SceneError("unsupported", message, "export to Blender with `--to bpy`, or to .glb", span)
-        self.left_out |= {name for name in _LEFT_OUT if entity.embedding.attributes.get(name) is not None}
+        self._lose(entity)
+        if kind == "semantic":
+            self._semantic.add(entity.word)
         if kind in ("cube", "semantic"):
             word, values = "cube", f"'scale': {_tuple(shape.size)}"  # type: ignore[attr-defined]
         elif kind == "sphere":
@@ -105,6 +132,17 @@ class _Writer:
         found = next(n for n in (stem, *(f"{stem}_{i}" for i in range(2, 1_000_000))) if n not in self._names)
         self._names.add(found)
         return found
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Return the first names in alphabetical order, and the number of the others."""
+    ordered = sorted(names)
+    others = f" and {len(ordered) - _SHOWN} more" if len(ordered) > _SHOWN else ""
+    return ", ".join(ordered[:_SHOWN]) + others
+
+
+def _quoted(text: str) -> str:
+    return f'"{text}"'
 
 
 def _is_visible(entity: Entity) -> bool:

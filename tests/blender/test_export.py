@@ -106,6 +106,31 @@ def test_helper_python_runs_in_the_reference_model(tmp_path: Path) -> None:
     assert [d.name for d in warned] == ["lost-attribute"]
 
 
+def test_helper_python_warns_about_all_that_it_leaves_out(tmp_path: Path) -> None:
+    text = """
+    (bind "leg" (lambda (:height &keys _) (call "cube" "tall" :scale [1 height 1] :fixed #t :foo 3 :roughness .4)))
+    (bind "yard" (lambda () (union (call "leg" "oak" :height 2 :mass 3) (call "house" "red" :color [0 1 0]))))
+    """
+    warned: list[Diagnostic] = []
+    HELPER_PYTHON.run(scene_of(text), tmp_path / "made.py", BackendOptions(warn=warned.append))
+    assert [(d.name, d.message) for d in warned] == [
+        ("lost-attribute", "the helper API has colors only: `:fixed`, `:foo`, `:mass`, `:roughness` left out"),
+        ("lost-attribute", 'the helper API has no texts: "oak", "red", "tall" left out'),
+        ("lost-attribute", 'the helper API has no semantic primitives: cubes for "house"'),
+    ]
+
+
+def test_helper_python_of_cubes_and_colors_has_no_warning(tmp_path: Path) -> None:
+    warned: list[Diagnostic] = []
+    text = (
+        '(bind "pair" (lambda (:size) (union (call "cube" :scale size :color [1 0 0]) (call "cylinder" :p1 [0 2 0]))))'
+    )
+    HELPER_PYTHON.run(
+        scene_of(text.replace("(:size)", "((:size 2))")), tmp_path / "a.py", BackendOptions(warn=warned.append)
+    )
+    assert warned == []
+
+
 def test_helper_python_has_three_primitives(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match="cone"):
         HELPER_PYTHON.run(scene_of(SOLIDS), tmp_path / "made.py", BackendOptions())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from PIL import Image
 
 import scenelang as sl
+from scenelang.backends.pictures import film as film_of_pictures
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
 from scenelang.backends.pictures.declared import ProgramView, settled, view_of
 from scenelang.backends.pictures.film import PictureOptions, render
@@ -212,6 +214,38 @@ def test_labels_take_the_camera_of_the_program(tmp_path: Path) -> None:
         (camera,) = (tmp_path / folder).rglob("camera.json")
         pose = np.array(json.loads(camera.read_text())["world_to_camera"])
         assert -pose[:3, :3].T @ pose[:3, 3] == pytest.approx(eye)
+
+
+@pytest.mark.parametrize("command", ["labels", "sheet", "render"])
+def test_commands_take_the_quality_of_the_program(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[str] = []
+    take = film_of_pictures.picture_backend
+
+    def noted(name: str) -> object:
+        drawn.append(name)
+        return take("draft")
+
+    monkeypatch.setattr(film_of_pictures, "picture_backend", noted)
+    file = program(tmp_path, '(render-settings :quality "final")')
+    arguments = ["-o", str(tmp_path / ("maps" if command == "labels" else "a.png")), "--size", "16x12"]
+    assert main([command, file, *arguments]) == 0
+    assert drawn[-1] == "final"
+    assert main([command, file, *arguments, "--quality", "draft"]) == 0
+    assert drawn[-1] == "draft"
+
+
+def test_labels_of_another_quality_are_drawn_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    take = film_of_pictures.picture_backend
+    monkeypatch.setattr(film_of_pictures, "picture_backend", lambda name: replace(take("draft"), name=name))
+    file, folder = program(tmp_path, ""), tmp_path / "maps"
+    digests = set()
+    for quality in ("draft", "final"):
+        assert main(["labels", file, "-o", str(folder), "--size", "16x12", "--quality", quality]) == 0
+        (record,) = folder.rglob("shot.json")
+        digests.add(json.loads(record.read_text())["digest"])
+    assert len(digests) == 2
 
 
 def radiance(text: str, **more: object) -> np.ndarray:
