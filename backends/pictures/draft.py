@@ -317,7 +317,7 @@ def _shade(scene: _Shading, pixels: Surface, report: Callable[[float], None]) ->
     reach = _pixel_reach(scene, pixels, inside)
     report(0.3)
     for part in batches(np.flatnonzero(inside), _BATCH_SAMPLES):
-        light = Reach(reach.key[part], reach.ambient[part])
+        light = reach.take(part)
         row, column = np.divmod(part, stage.width)
         places = row * _SAMPLES, column * _SAMPLES
         for output, values in zip(flat, _shaded(scene, pixels.take(part), light, [], places), strict=True):
@@ -586,9 +586,9 @@ def _shaded(
     normals = visible.normals.astype(np.float32, copy=False)
     empty = (visible.ids < 0 if _has_level_horizon(stage) else visible.ids == SKY).astype(np.float32)[:, None]
     lit = relieved(stage, visible)
-    radiance = radiance_of(stage, lit, albedo, reach)
     if lamps is not None:
-        radiance += lamps.radiance(lit, albedo, *places)
+        reach = replace(reach, lamps=lamps.light(lit, *places))
+    radiance = radiance_of(stage, lit, albedo, reach)
     cover = np.zeros((len(visible.ids), 2), np.float32)
     cover[:, 0] = visible.ids >= 0
     if stage.is_clear:
@@ -599,9 +599,9 @@ def _shaded(
     for at, part, light, seen in reversed(layers):
         layer_albedo, share = albedo_of(stage, part), hidden[part.ids][:, None]
         lit = relieved(stage, part)
-        shade = radiance_of(stage, lit, layer_albedo, light)
         if lamps is not None:
-            shade += lamps.radiance(lit, layer_albedo, *seen)
+            light = replace(light, lamps=lamps.light(lit, *seen))
+        shade = radiance_of(stage, lit, layer_albedo, light)
         for under, over in (
             (color, tone_map(shade, environment).astype(np.float32)),
             (radiance, shade),

@@ -110,6 +110,12 @@ class Light:
             size=(width * scale, height * scale),
         )  # fmt: skip
 
+    def toward(self, points: FloatArray) -> FloatArray:
+        """Return the unit directions (N, 3) from points (N, 3) to the light."""
+        if self.kind == "sun":
+            return np.broadcast_to(-np.array(self.direction), points.shape)
+        return _apart(points, np.array(self.position))[0]
+
     @property
     def flux(self) -> FloatArray:
         """Power of each channel (3,)."""
@@ -121,6 +127,48 @@ class Light:
         width, height = self.size
         surface = width * height if self.kind == "area" else 4.0 * math.pi * self.radius**2
         return self.flux / (math.pi * surface)
+
+
+_AREA_PLACES = 4  # per side of an area, for its irradiance
+
+
+def irradiance_of(light: Light, points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the irradiance (N,) of points (N, 3) with unit ``normals`` (N, 3) by a light of white color."""
+    direction = np.array(light.direction)
+    if light.kind == "sun":
+        return np.asarray(light.power * np.maximum(normals @ -direction, 0.0), np.float64)
+    if light.kind == "area":
+        return _of_area(light, points, normals)
+    toward, distance = _apart(points, np.array(light.position))
+    facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
+    irradiance = light.power * facing / (4.0 * math.pi * distance**2)
+    if light.kind == "spot":
+        half = light.angle / 2.0
+        angle = np.degrees(np.arccos(np.clip(toward @ -direction, -1.0, 1.0)))
+        irradiance *= np.clip((half - angle) / (half * max(light.blend, 1e-3)), 0.0, 1.0)
+    return np.asarray(irradiance, np.float64)
+
+
+def _apart(points: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the unit directions (N, 3) from points (N, 3) to a place, and the distances (N,)."""
+    offset = place - points
+    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-6)
+    return offset / distance[:, None], distance
+
+
+def _of_area(light: Light, points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the irradiance (N,) by a rectangle, as the sum over places on it."""
+    right, up, forward = level_axes(np.array(light.direction))
+    width, height = light.size
+    steps = (np.arange(_AREA_PLACES) + 0.5) / _AREA_PLACES - 0.5
+    total = np.zeros(len(points))
+    for across in steps:
+        for along in steps:
+            place = np.array(light.position) + across * width * right + along * height * up
+            toward, distance = _apart(points, place)
+            facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
+            total += facing * np.maximum(-(toward @ forward), 0.0) / distance**2
+    return light.power / (math.pi * _AREA_PLACES**2) * total
 
 
 def lights_of(scene: Scene) -> tuple[Light, ...]:

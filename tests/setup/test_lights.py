@@ -19,6 +19,7 @@ PLANE = """
 (bind "plane" (lambda () (transform (call "cube" :scale [8 .1 8] :color [1 1 1]) (translate [0 -.05 0]))))
 (bind "block" (lambda () (transform (call "cube" :scale [.6 .1 .6] :color [1 1 1]) (translate [0 1 0]))))
 """
+QUALITIES = ("draft", "final")
 DARK = '(environment "studio" :strength 0)(render-settings :ground "none")'
 
 
@@ -145,6 +146,18 @@ def test_a_light_of_a_size_is_seen_in_both() -> None:
         image = np.asarray(sl.evaluate(text).render(size=(16, 16), quality=quality).radiance)
         assert image[8, 8] == pytest.approx(expected, rel=0.02)
         assert image[0, 0] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("roughness", "tolerance"), [(0.1, 0.2), (0.5, 0.3)])
+def test_metal_mirrors_the_ground_that_a_lamp_lights(roughness: float, tolerance: float) -> None:
+    pytest.importorskip("mitsuba")
+    text = f"""(bind "all" (lambda () (call "sphere" :radius 1 :metallic 1 :roughness {roughness})))(scene "all")
+    (environment "studio" :strength 0)(render-settings :ground "white")
+    (light :position [4 3 4] :power 300)(camera :eye [0 0 8] :look-at [.2 -.5 0] :fov 1)"""
+    draft, final = (
+        np.asarray(sl.evaluate(text).render(size=(8, 8), quality=quality).radiance).mean() for quality in QUALITIES
+    )
+    assert draft == pytest.approx(final, rel=tolerance)
 
 
 def test_words_that_a_light_shines_at() -> None:
