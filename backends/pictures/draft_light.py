@@ -18,7 +18,7 @@ import numpy.typing as npt
 from scenelang.backends.pictures.rays import camera_rays, caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS
+from scenelang.backends.surfaces.appearance import GLASS
 from scenelang.backends.surfaces.environments import FADED, GROUND_EDGE, Studio, faded, ground_colors
 from scenelang.backends.surfaces.lights import Light
 from scenelang.backends.surfaces.solids import Solids
@@ -690,14 +690,13 @@ def albedo_of(stage: Stage, visible: Surface) -> Float32Array:
         at = np.flatnonzero(visible.ids == GROUND)
         out[at] = ground_colors(ground, visible.points[at, 0], visible.points[at, 2])
     solid = np.flatnonzero(visible.ids >= 0)
-    brightest = 1.0 if stage.studio.environment.unlit else BRIGHTEST
-    out[solid] = stage.solids.colors[visible.ids[solid]] * brightest
+    out[solid] = stage.solids.colors[visible.ids[solid]]
     if stage.solids.looks.textured.any():
-        _add_textures(stage, visible, out, brightest)
+        _add_textures(stage, visible, out)
     return out
 
 
-def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightest: float) -> None:
+def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array) -> None:
     """Replace the mean colors in ``albedo`` (N, 3) of surfaces with textures by those at the points that are seen."""
     solids = stage.solids
     solid = np.flatnonzero(visible.ids >= 0)
@@ -708,7 +707,7 @@ def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightes
             rows = solid[look == number]
             points, normals, size = _in_primitive(stage, visible, rows)
             tile, period = tile_of(texture), math.sqrt(math.prod(period_of(texture)))
-            albedo[rows] = tile.at(coordinates(texture, points, normals), size / period) * np.float32(brightest)
+            albedo[rows] = tile.at(coordinates(texture, points, normals), size / period)
 
 
 _MIN_FACING = 0.06  # cosine of the grazing angle from which textures are not blurred further

@@ -14,7 +14,6 @@ from scenelang.backends.pictures.film import PictureOptions
 from scenelang.backends.surfaces.lights import lights_of
 from scenelang.grammar.diagnostics import SceneError
 
-ALBEDO = 0.92  # of a white surface (`BRIGHTEST`)
 PLANE = """
 (bind "plane" (lambda () (transform (call "cube" :scale [8 .1 8] :color [1 1 1]) (translate [0 -.05 0]))))
 (bind "block" (lambda () (transform (call "cube" :scale [.6 .1 .6] :color [1 1 1]) (translate [0 1 0]))))
@@ -66,14 +65,14 @@ CASES = [
 
 @pytest.mark.parametrize(("lights", "x", "irradiance"), CASES)
 def test_irradiance_of_a_plane_in_drafts(lights: str, x: float, irradiance: float) -> None:
-    expected = ALBEDO * irradiance / math.pi
+    expected = irradiance / math.pi
     assert radiance(lights, f"[{x} 0 0]", word=PLAIN) == pytest.approx(expected, rel=0.03, abs=1e-6)
 
 
 @pytest.mark.parametrize(("lights", "x", "irradiance"), CASES)
 def test_irradiance_of_a_plane_in_final_images(lights: str, x: float, irradiance: float) -> None:
     pytest.importorskip("mitsuba")
-    expected = ALBEDO * irradiance / math.pi
+    expected = irradiance / math.pi
     assert radiance(lights, f"[{x} 0 0]", "final", PLAIN) == pytest.approx(expected, rel=0.03, abs=1e-4)
 
 
@@ -81,14 +80,14 @@ def test_a_spot_fades_the_same_in_both() -> None:
     pytest.importorskip("mitsuba")
     lights = "(light :position [0 2 0] :power 100 :angle 60 :blend .5)"
     angle = math.degrees(math.atan(0.8 / 2))
-    expected = ALBEDO * point(100, 2, 0.8) / math.pi * (30 - angle) / 15
+    expected = point(100, 2, 0.8) / math.pi * (30 - angle) / 15
     for quality in ("draft", "final"):
         assert radiance(lights, "[.8 0 0]", quality, PLAIN)[0] == pytest.approx(expected, rel=0.03)
 
 
 def test_colors_and_several_lights_add() -> None:
     lights = '(light :position [0 2 0] :power 100 :color [1 .5 0])(light :position [0 2 0] :power 50 :color "#00f")'
-    unit = ALBEDO * point(100, 2, 0) / math.pi
+    unit = point(100, 2, 0) / math.pi
     assert radiance(lights, word=PLAIN) == pytest.approx([unit, unit / 2, unit / 2], rel=0.03)
 
 
@@ -117,8 +116,8 @@ def test_penumbras_are_those_of_final_images() -> None:
 
 def test_power_is_chosen_so_that_white_is_white() -> None:
     # The default power makes a white surface that faces the lamp white at the center of the scene, here (0 -.05 0).
-    assert radiance("(light :position [0 2 0])", word=PLAIN)[0] == pytest.approx(ALBEDO * (2.05 / 2) ** 2, rel=0.03)
-    assert radiance("(light :direction [0 -1 0])", word=PLAIN)[0] == pytest.approx(ALBEDO, rel=0.03)
+    assert radiance("(light :position [0 2 0])", word=PLAIN)[0] == pytest.approx((2.05 / 2) ** 2, rel=0.03)
+    assert radiance("(light :direction [0 -1 0])", word=PLAIN)[0] == pytest.approx(1.0, rel=0.03)
 
 
 def test_lights_put_out_the_key_light() -> None:

@@ -250,7 +250,7 @@ const LIGHT = /* glsl */ `
   vec2 onDome(vec3 d) {
     return vec2(atan(d.x, abs(d.z) < 1e-9 ? 1e-9 : d.z) / 6.2831853 + 0.5 - domeTurn, acos(clamp(d.y, -1.0, 1.0)) / 3.14159265);
   }
-  uniform float brightest, groundHeight;
+  uniform float groundHeight;
   ${TONE}
   uniform bool isToned; // else samples are added up first
   vec3 exposed(vec3 c) { return isToned ? tone(c) : c; }
@@ -496,10 +496,10 @@ export const SOLID_FRAGMENT = /* glsl */ `
     float sky = skyShare(vPoint, n);
     #ifdef TEXTURED
       float outside = gl_FrontFacing == (vMirrored > 0.5) ? -1.0 : 1.0;
-      vec3 albedo = textured(surface.rgb, outside) * brightest;
+      vec3 albedo = textured(surface.rgb, outside);
       n = relieved(n, v, outside);
     #else
-      vec3 albedo = surface.rgb * vTint * brightest;
+      vec3 albedo = surface.rgb * vTint;
     #endif
     float facing = max(dot(n, l), 0.0);
     vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
