@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import camera_at
 from scenelang.backends.pictures.draft_light import (
+    GROUND,
     SKY,
     LampLight,
     Surface,
@@ -36,6 +37,7 @@ from scenelang.backends.pictures.rays import Rays, camera_rays, caster_for, dept
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces.lights import Light, irradiance_of, level_axes
 from scenelang.backends.surfaces.solids import Solids
+from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -82,26 +84,43 @@ class Lamps:
         lit = np.zeros((len(self.stage.lights), len(visible.ids)), np.float32)
         at = np.flatnonzero(visible.ids != SKY)
         points = np.asarray(rows_of(visible.points, at), np.float64)
-        lit[:, at] = self._irradiance(points, np.asarray(visible.normals[at], np.float64), row[at], column[at])
+        normals = np.asarray(visible.normals[at], np.float64)
+        lit[:, at] = self._irradiance(visible.ids[at], points, normals, row[at], column[at])
         return LampLight(self.stage.lights, lit, ground)
 
     def _mirrored(self, part: Surface, row: IntArray, column: IntArray) -> Float32Array:
         """Return the radiance (N, 3) that lamps give the ground where surfaces mirror it."""
         points = mirrored_ground(self.stage, part)
         up = np.broadcast_to(np.array([0.0, 1.0, 0.0]), points.shape)
-        lit = self._irradiance(points, up, row, column)
+        lit = self._irradiance(np.full(len(points), GROUND), points, up, row, column)
         white = LampLight(self.stage.lights, lit, np.zeros((0, 3))).white
         return white * ground_reflectance(self.stage).astype(np.float32)
 
-    def _irradiance(self, points: FloatArray, normals: FloatArray, row: IntArray, column: IntArray) -> Float32Array:
-        """Return the irradiance (L, N) of points (N, 3) by each light of white color."""
+    def _irradiance(
+        self, ids: IntArray, points: FloatArray, normals: FloatArray, row: IntArray, column: IntArray
+    ) -> Float32Array:
+        """Return the irradiance (L, N) of points (N, 3) of the solids ``ids`` (N,) by each light of white color."""
         out = np.zeros((len(self.stage.lights), len(points)), np.float32)
         for number, light in enumerate(self.stage.lights):
             irradiance = irradiance_of(light, points, normals)
+            irradiance[self._is_shut_out(light, ids, points)] = 0.0
             lit = np.flatnonzero(irradiance > 0.0)
             if len(lit):
                 share = self._reached(number, points[lit], normals[lit], row[lit], column[lit])
                 out[number, lit] = irradiance[lit] * share
+        return out
+
+    def _is_shut_out(self, light: Light, ids: IntArray, points: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return which points (N, 3) are outside a solid that encloses a lamp.
+
+        Its shadow map does not tell a surface below the solid from the solid's lowest face, which are in one plane.
+        """
+        out, solids = np.zeros(len(points), bool), self.stage.solids
+        if light.kind == "sun":
+            return out
+        for number in _enclosing(solids, np.array(light.position)):
+            rows = np.flatnonzero(ids != number)
+            out[rows] |= ~_is_inside(solids, np.full(len(rows), number), points[rows])
         return out
 
     def _reached(
@@ -170,6 +189,25 @@ def show_lamps(stage: Stage) -> npt.NDArray[np.bool_]:
     shown = np.any([np.isfinite(_hit(light, origin, direction)) for light in shining], axis=0)
     blocks = shown.reshape(stage.height, samples, stage.width, samples)
     return np.asarray(blocks.any(axis=(1, 3)), bool)
+
+
+def _enclosing(solids: Solids, place: FloatArray) -> IntArray:
+    """Return the numbers (K,) of the opaque closed solids around a place (3,)."""
+    rows = np.flatnonzero(solids.that_are("is_closed") & (solids.opacity >= 1.0))
+    return rows[_is_inside(solids, rows, np.broadcast_to(place, (len(rows), 3)))]
+
+
+def _is_inside(solids: Solids, rows: IntArray, points: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which points (N, 3) are in the solids ``rows`` (N,), each in its own one."""
+    out = np.zeros(len(rows), bool)
+    matrices = solids.matrices[rows]
+    with np.errstate(all="ignore"):  # of flat solids, which have no inside
+        local = np.einsum("nij,nj->ni", inverses_of(matrices[:, :, :3]), points - matrices[:, :, 3])
+    for number in np.unique(solids.forms[rows]).tolist():
+        form, same = solids.kinds[number], np.flatnonzero(solids.forms[rows] == number)
+        u, v, w = local[same].T
+        out[same] = form.contains(u, v, w, solids.ratios_of(form, rows[same]))
+    return out
 
 
 def _shines(light: Light) -> bool:
