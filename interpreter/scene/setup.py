@@ -392,5 +392,6 @@ def _shown(value: Any) -> str:
     if isinstance(value, str):
         return f'"{value[:40]}"'
     if _is_list(value):
-        return f"{len(value)} values"
+        is_short = len(value) <= 4 and all(map(_is_number, value))
+        return f"[{' '.join(map(_shown, value))}]" if is_short else f"{len(value)} values"
     return "another value"

@@ -18,7 +18,7 @@ from scenelang.backends import base
 from scenelang.backends.files import output_path
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
-from scenelang.backends.pictures.declared import setting_of, settled, view_of
+from scenelang.backends.pictures.declared import settled, view_of
 from scenelang.backends.pictures.figures import Figure
 from scenelang.cli.options import (
     UsageError,
@@ -126,9 +126,9 @@ def run_render(arguments: argparse.Namespace) -> int:
     scene = scene if arguments.part is None else scene.part(arguments.part)
     if arguments.part is not None and arguments.camera is None:  # a part fills the image, whatever the program's camera
         options = replace(options, camera=Viewpoint())
-    quality = setting_of(scene.graph, "quality")
-    if quality is not None and not (arguments.quality or arguments.backend):
-        backends = [film.picture_backend(quality)]
+    stated = None if arguments.quality or arguments.backend else film.declared_backend(scene.graph)
+    if stated is not None:
+        backends = [stated]
         film.check(options, backends)
     film.write_drawing(scene.graph, output, options, shots, backends)
     done(arguments, output)

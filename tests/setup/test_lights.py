@@ -105,7 +105,9 @@ def test_no_light_leaves_a_closed_solid() -> None:
     can = '(call "cylinder" :radius 1 :p0 [0 0 0] :p1 [0 2 0])'
     for below in ('(render-settings :ground "white")', '(render-settings :ground "none")'):
         for lamp in ("(light :position [0 1 0] :power 300)", "(light :position [.5 .3 0] :power 300 :radius .1)"):
-            text = f'{PLANE}(bind "all" (lambda () (union {can} {PLAIN if "none" in below else ""})))(scene "all"){lamp}'
+            text = (
+                f'{PLANE}(bind "all" (lambda () (union {can} {PLAIN if "none" in below else ""})))(scene "all"){lamp}'
+            )
             text += f'(environment "studio" :strength 0){below}(camera :azimuth 30 :elevation 25)'
             assert sl.evaluate(text).render(size=(64, 64)).radiance.max() < 1e-6
     text = f'(bind "all" (lambda () {can}))(light :position [0 1 0] :power 300)(camera :eye [.5 1 0] :look-at [-1 1 0])'

@@ -265,3 +265,20 @@ def test_names_are_checked_without_an_image(form: str, message: str) -> None:
     assert [message in d.message for d in sl.check(program).diagnostics if d.is_error] == [True]
     with pytest.raises(sl.SceneError, match=message):
         sl.evaluate(program)
+
+
+@pytest.mark.parametrize(("line", "message", "place"), [
+    ("(define d [0 0 0])(light :direction d)", "not all 0, got [0 0 0]", 1),
+    ('(render-settings :quality "drafft")', "`:quality` of `render-settings`: unknown quality or backend `drafft`", 1),
+    ('(light :position [1 2 3] :size 1 :look-at "vasse")', 'names "vasse", which is no word of the scene', 1),
+])  # fmt: skip
+def test_a_mistake_is_one_diagnostic_with_its_place(
+    line: str, message: str, place: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.scene"
+    path.write_text(f'{line}\n(bind "a" (lambda () (call "cube")))\n')
+    assert main(["render", str(path), "-o", str(tmp_path / "a.png"), "--size", "8x8"]) == 1
+    told = capsys.readouterr().err
+    assert message in told
+    assert f"a.scene:{place}:" in told
+    assert told.count("error[") + told.count("warning[") == 1
