@@ -14,21 +14,31 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
+from scenelang.backends.pictures.camera import (
+    PRESETS,
+    Camera,
+    Changes,
+    Viewpoint,
+    camera_at,
+    named_changes,
+    parse_viewpoint,
+)
 from scenelang.backends.pictures.mitsuba_materials import rgb
 from scenelang.backends.surfaces.dome import direction_at
 from scenelang.backends.surfaces.environments import SKY, Studio, times
 from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
-from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
+from scenelang.grammar.diagnostics import SceneError, UsageError, suggest, usage_errors
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.setup import (
     CAMERA,
     ENVIRONMENT,
+    EXCLUSIVE,
     POINT,
     PROPERTIES,
     SETTINGS,
     TARGET,
     Declared,
+    declared_setup,
     named,
 )
 
@@ -69,6 +79,17 @@ class ProgramCamera:
         if self.varies or "eye" in self.item.values or "roll" in self.item.values:
             return None
         return self._viewpoint(scene, 0, 0.0) if not isinstance(target, str) or len(scene.frames) == 1 else None
+
+    def changed(self, changes: Changes) -> ProgramCamera:
+        """Return the camera with other values; what they stand for is left out. Raises UsageError."""
+        values = dict(self.item.values)
+        for key, value in changes.items():
+            for one, others in EXCLUSIVE[CAMERA]:
+                for excluded in others if key == one else (one,) if key in others else ():
+                    values.pop(excluded, None)
+            values["look-at" if key == "target" else key] = value
+        with usage_errors():
+            return ProgramCamera(declared_setup(CAMERA, self.item.name, values, self.item.span)) if changes else self
 
     def target(self, scene: Scene, frame: int = 0, share: float = 0.0) -> Point | None:
         """Return what it looks at (3,) in a frame, None for the whole scene."""
@@ -166,19 +187,22 @@ class ProgramView:
         Name of a camera; empty for the first one, or the default viewpoint in a program without cameras.
     other
         What the name means if no camera of the program has it: a preset, or an error.
+    changes
+        Fields of a viewpoint by which a camera of the program is changed.
     """
 
     name: str = ""
     other: Viewpoint | Camera | None = None
     error: str = field(default="", compare=False)
     hint: str | None = field(default=None, compare=False)
+    changes: Changes = field(default_factory=dict, hash=False)
 
     def of(self, scene: Scene) -> Viewpoint | Camera | ProgramCamera:
         """Return the view of a scene; raises UsageError if it has no such camera."""
         cameras = named(scene.setup, CAMERA)
         chosen = next((item for item in cameras if not self.name or item.name == self.name), None)
         if chosen is not None:
-            camera = ProgramCamera(chosen)
+            camera = ProgramCamera(chosen).changed(self.changes)
             return camera.viewpoint(scene) or camera
         if not self.name:
             return Viewpoint()
@@ -197,17 +221,20 @@ View = Viewpoint | Camera | ProgramView | ProgramCamera
 def view_of(text: str | None) -> Viewpoint | Camera | ProgramView:
     """Return the view of ``--camera``: the name of a camera of the program, or what ``parse_viewpoint`` reads.
 
-    Raises SceneError. A single word may be a camera's name, which is known once the program has run.
+    Raises SceneError. A first word may be a camera's name, which is known once the program has run; ``key=value`` pairs
+    after it change that camera.
     """
     text = (text or "").strip()
     if not text:
         return ProgramView()
-    if any(sign in text for sign in "=,") or text.lower().endswith(".json"):
+    named_view = named_changes(text)
+    if named_view is None:
         return parse_viewpoint(text)
+    name, changes = named_view
     try:
-        return ProgramView(text, parse_viewpoint(text))
+        return ProgramView(name, parse_viewpoint(text), changes=changes)
     except SceneError as error:
-        return ProgramView(text, None, error.message, error.hint)
+        return ProgramView(name, None, error.message, error.hint, changes)
 
 
 def resolved(scene: Scene, view: View) -> Viewpoint | Camera | ProgramCamera:

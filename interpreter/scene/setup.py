@@ -258,7 +258,7 @@ def _short(form: str, text: str) -> str:
 
 def check_together(form: str, keys: frozenset[str]) -> None:
     """Raise SceneError("value") for keywords of a declaration that exclude or need each other."""
-    for one, others in _EXCLUSIVE.get(form, ()):
+    for one, others in EXCLUSIVE.get(form, ()):
         other = next((key for key in others if key in keys), None)
         if one in keys and other is not None:
             raise SceneError("value", f"`{form}` takes `:{one}` or `:{other}`, not both")
@@ -274,7 +274,8 @@ def check_together(form: str, keys: frozenset[str]) -> None:
         raise SceneError("value", "`:blend` is of a spot", "add `:angle`, of the cone in degrees")
 
 
-_EXCLUSIVE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+# Keywords of which a declaration takes the first, or some of the others.
+EXCLUSIVE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     CAMERA: (("eye", ("azimuth", "elevation", "distance", "preset")), ("fov", ("lens",))),
     LIGHT: (("direction", ("look-at",)), ("strength", ("position",)), ("size", ("angle", "radius")),
             ("radius", ("angle",))),

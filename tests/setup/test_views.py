@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import scenelang as sl
-from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
+from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, parse_viewpoint
 from scenelang.backends.pictures.declared import ProgramView, settled, view_of
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.pictures.stage import film, staging_of, still
@@ -151,6 +151,21 @@ def test_names() -> None:
         placed(text, "mian")
     assert caught.value.hint == "did you mean `main`?"
     assert placed(SCENE).eye == pytest.approx(still(sl.evaluate(SCENE).graph, Viewpoint(), None, 80, 60).camera.eye)
+
+
+def test_values_of_a_camera_are_changed() -> None:
+    scene = sl.evaluate(f'{SCENE}(camera "main" :eye [0 5 30] :look-at [0 0 0] :fov 20)(camera "lens" :lens 50)').graph
+    usual, wide = (still(scene, view_of(text), None, 80, 60).camera for text in ("main", "main,fov=90,target=1:0:0"))
+    assert np.allclose(usual.eye, wide.eye)
+    assert wide.focal[1] == pytest.approx(30.0)
+    assert np.allclose(np.cross(wide.forward, [1, -5, -30]), 0.0)
+    around = still(scene, view_of("main,azimuth=90,elevation=0,distance=7"), None, 80, 60).camera
+    assert np.allclose(around.eye, [7.0, 0.0, 0.0])
+    assert still(scene, view_of("lens,fov=90"), None, 80, 60).camera.focal[1] == pytest.approx(30.0)
+    assert view_of("top,azimuth=45") == ProgramView("top", parse_viewpoint("top,azimuth=45"), changes={"azimuth": 45.0})
+    for text in ("main,fov=200", "main,follow", "mian,fov=30"):
+        with pytest.raises(UsageError):
+            still(scene, view_of(text), None, 80, 60)
 
 
 def test_the_api_takes_the_camera_of_the_program() -> None:
