@@ -25,7 +25,7 @@ from scenelang.backends.pictures.camera import (
 )
 from scenelang.backends.pictures.mitsuba_materials import rgb
 from scenelang.backends.surfaces.dome import direction_at
-from scenelang.backends.surfaces.environments import SKY, Studio, times
+from scenelang.backends.surfaces.environments import SKY, Studio, environment_of, times
 from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
 from scenelang.grammar.diagnostics import SceneError, UsageError, suggest, usage_errors
 from scenelang.interpreter.scene.entity import Scene
@@ -399,7 +399,12 @@ def _environment(item: Declared) -> str:
         raise SceneError(
             "value", f'the environment "{item.name}" has no hour and no haze', 'they are those of "sky"', item.span
         )
-    return ",".join([item.name, *given])
+    text = ",".join([item.name, *given])
+    try:
+        environment_of(text)
+    except SceneError as error:
+        raise SceneError(error.name, error.message, error.hint, item.span) from None
+    return text
 
 
 def settled(scene: Scene, options: PictureOptions) -> PictureOptions:

@@ -133,7 +133,7 @@ class Declared:
     form
         CAMERA, LIGHT, ENVIRONMENT or SETTINGS.
     name
-        Name of a camera or light, and of the environment; empty without one.
+        Name of a camera or light, and of the environment, or the path of its image; empty without one.
     values
         Numbers, booleans, strings, tuples of numbers, and for values over the frames tuples of these, by keyword.
     span
@@ -235,10 +235,14 @@ def checked_name(form: str, name: Any) -> str:
         raise SceneError("type", f"`{form}` expects a name as a string", f"write `{_EXAMPLES[form]}`")
     if form == ENVIRONMENT and not name:
         raise SceneError("arity", "`environment` expects the name of an environment", f"write `{_EXAMPLES[form]}`")
-    if form == ENVIRONMENT and name.lower().endswith(PANORAMAS):
-        hint = f"give it where the image is drawn: `--environment {name[:80]}`"
-        raise SceneError("value", "a program names no panorama: it is a file of its user", hint)
+    if form == ENVIRONMENT and is_panorama(name):
+        return name
     return _known(form, "environment", _short(form, name), ENVIRONMENTS if form == ENVIRONMENT else ())
+
+
+def is_panorama(name: Any) -> bool:
+    """Return whether the name of an environment is that of an image file."""
+    return type(name) is str and name.lower().endswith(PANORAMAS)
 
 
 def _known(form: str, what: str, name: str, known: Sequence[str]) -> str:

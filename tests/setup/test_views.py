@@ -262,6 +262,44 @@ def test_a_turned_environment_stands_in_the_world() -> None:
     assert math.degrees(math.atan2(directions[0][0], directions[0][2])) == pytest.approx(0)  # 60 - 60 of "sunny"
 
 
+def panorama(folder: Path, name: str) -> None:
+    """Write a panorama of 4 x 2 pixels, without runs: red above, blue below."""
+    pixels = np.array([[[128, 0, 0, 129]] * 4, [[0, 0, 128, 129]] * 4], np.uint8)
+    (folder / name).write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" + pixels.tobytes())
+
+
+def test_a_panorama_of_the_folder(tmp_path: Path) -> None:
+    panorama(tmp_path, "dawn, east.hdr")
+    file = program(tmp_path, '(environment "dawn, east.hdr" :strength 2 :turn 90)')
+    scene = sl.load(file)
+    image = scene.render(size=(16, 16), camera="front")
+    bright = 2.0 / 0.2126  # a white surface below red light has the luminance 1
+    assert image.radiance[0, 0] == pytest.approx([bright, 0.0, 0.0], abs=0.1)
+    assert image.radiance[-1, 0] == pytest.approx([0.0, 0.0, bright], abs=0.1)
+    scene.export(tmp_path / "scene.json")
+    assert '"dawn, east.hdr"' in (tmp_path / "scene.json").read_text()
+    (item,) = sl.load(tmp_path / "scene.json").graph.setup
+    assert item.to_plain() == scene.graph.setup[0].to_plain()
+
+
+@pytest.mark.parametrize(("name", "message"), [
+    ("lost.hdr", "lost.hdr"), ("../outside.hdr", "outside"), ("/etc/outside.hdr", "outside"), ("bad.hdr", "not an image"),
+])  # fmt: skip
+def test_panoramas_that_a_program_may_not_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, message: str
+) -> None:
+    folder = tmp_path / "project"
+    folder.mkdir()
+    panorama(tmp_path, "outside.hdr")
+    (folder / "bad.hdr").write_bytes(b"nothing")
+    file = program(folder, f'(environment "{name}")')
+    assert main(["render", file, "-o", str(folder / "a.png"), "--size", "8x8"]) == 1
+    told = capsys.readouterr().err
+    assert message in told
+    assert ".scene:" in told
+    assert told.count("error[") == 1
+
+
 def test_names_of_programs_are_those_of_the_renderers() -> None:
     assert set(setup.ENVIRONMENTS) == {*ENVIRONMENTS, SKY}
     assert set(setup.GROUNDS) == set(GROUNDS)
@@ -271,7 +309,6 @@ def test_names_of_programs_are_those_of_the_renderers() -> None:
 
 @pytest.mark.parametrize(("form", "message"), [
     ('(environment "studioo")', '`environment` names no environment: "studioo"'),
-    ('(environment "a.hdr")', "a program names no panorama"),
     ('(render-settings :ground "gras")', '`render-settings` names no ground: "gras"'),
     ('(camera :preset "isometrik")', '`camera` names no preset: "isometrik"'),
 ])  # fmt: skip
