@@ -98,7 +98,7 @@ def camera(rt: Runtime, name: Any = None, **options: Any) -> None:
     LIGHT, f"[name] {_keywords(LIGHT)}", "None",
     _doc(LIGHT, "At top level, declare a light of the scene in world coordinates: a point, a sphere with `:radius`, a"
                 " spot with `:angle`, a rectangle with `:size`, or with `:direction` alone a sun, in the"
-                " units of Blender."),
+                " units of Blender; a list in place of one value is spread over the frames of a video."),
     ("(light :position [2 3 2] :power 100)", "none"),
 )  # fmt: skip
 def light(rt: Runtime, name: Any = None, **options: Any) -> None:

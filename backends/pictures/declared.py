@@ -26,19 +26,27 @@ from scenelang.backends.pictures.camera import (
 from scenelang.backends.pictures.mitsuba_materials import rgb
 from scenelang.backends.surfaces.dome import direction_at
 from scenelang.backends.surfaces.environments import SKY, Studio, environment_of, times
-from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
+from scenelang.backends.surfaces.lights import (
+    Light,
+    LightTrack,
+    Point,
+    center_in,
+    level_axes,
+    light_track,
+    lights_at,
+    target_at,
+    value_at,
+)
 from scenelang.grammar.diagnostics import SceneError, UsageError, suggest, usage_errors
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.setup import (
     CAMERA,
     ENVIRONMENT,
     EXCLUSIVE,
-    POINT,
-    PROPERTIES,
     SETTINGS,
-    TARGET,
     Declared,
     declared_setup,
+    is_keyed,
     named,
 )
 
@@ -65,7 +73,7 @@ class ProgramCamera:
     @property
     def varies(self) -> bool:
         """Whether values are given over the frames."""
-        return any(_is_keyed(key, value) for key, value in self.item.values.items())
+        return any(is_keyed(CAMERA, key, value) for key, value in self.item.values.items())
 
     @property
     def orbit(self) -> float | None:
@@ -93,25 +101,11 @@ class ProgramCamera:
 
     def target(self, scene: Scene, frame: int = 0, share: float = 0.0) -> Point | None:
         """Return what it looks at (3,) in a frame, None for the whole scene."""
-        value = self.item.values.get("look-at")
-        if value is None:
-            return None
-        keys = value if _is_keyed("look-at", value) else (value,)
-        first, last, between = _around(len(keys), share)
-        one, other = (self._point(scene, frame, keys[k]) for k in (first, last))
-        point: Point = _mixed(one, other, between)
-        return point
-
-    def _point(self, scene: Scene, frame: int, target: str | Point) -> Point:
-        return center_of(scene, target, self.item, frame) if isinstance(target, str) else target
+        return target_at(scene, self.item, frame, share)
 
     def _value(self, key: str, share: float) -> Any:
         """Return a value at a share of the way from the first frame to the last, linear between those given."""
-        value = self.item.values.get(key)
-        if value is None or not _is_keyed(key, value):
-            return value
-        first, last, between = _around(len(value), share)
-        return _mixed(value[first], value[last], between)
+        return value_at(self.item, key, share)
 
     def _fov(self, share: float) -> float | None:
         """Return the vertical field of view in degrees, None for that of the preset."""
@@ -258,28 +252,6 @@ def rolled(camera: Camera, degrees: float) -> Camera:
     return replace(camera, world_to_camera=pose)
 
 
-def _is_keyed(key: str, value: Any) -> bool:
-    """Return whether a value of a camera is a sequence of values over the frames rather than one."""
-    is_point = PROPERTIES[CAMERA][key].kind in (POINT, TARGET)
-    return isinstance(value, tuple) and not (is_point and all(isinstance(x, float) for x in value))
-
-
-def _around(count: int, share: float) -> tuple[int, int, float]:
-    """Return the values before and after a share of the way through ``count`` ones, and how far it is between them."""
-    place = min(1.0, max(0.0, share)) * (count - 1)
-    first = min(int(place), count - 1)
-    return first, min(first + 1, count - 1), place - first
-
-
-def _mixed(one: Any, other: Any, between: float) -> Any:
-    """Return a number or point between two others; exactly the first at 0."""
-    if between == 0.0:
-        return one
-    if isinstance(one, tuple):
-        return tuple(a + (b - a) * between for a, b in zip(one, other, strict=True))
-    return one + (other - one) * between
-
-
 # --- lights in final images ----------------------------------------------------------------------------------------
 
 
@@ -342,7 +314,9 @@ class Lighting:
     Attributes
     ----------
     lights
-        In the world.
+        In the world, at the first frame of a video.
+    track
+        Lights at shares of the way through a video, if they move.
     strength
         Factor of the environment's light.
     turn
@@ -364,6 +338,11 @@ class Lighting:
     has_key: bool = True
     tone: str | None = None
     is_metered: bool = False
+    track: LightTrack = ()
+
+    def lights_at(self, share: float) -> tuple[Light, ...]:
+        """Return the lights at a share of the way through a video, from 0 to 1."""
+        return lights_at(self.track, share) if self.track else self.lights
 
     def studio(self, studio: Studio) -> Studio:
         """Return the lighting of an image as the program declares it."""
@@ -425,11 +404,12 @@ def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
     environment = next(iter(named(scene.setup, ENVIRONMENT)), None) if "environment" not in options.stated else None
     if environment is not None:
         changes["environment"] = _environment(environment)
-    lights = lights_of(scene)
+    track = light_track(scene)
+    (_, lights), *later = track
     is_lit_alone = bool(lights) and environment is None and "environment" not in options.stated
     values = environment.values if environment is not None else {}
     changes["lighting"] = Lighting(
         lights, values.get("strength", _AMBIENT_BESIDE_LIGHTS if is_lit_alone else 1.0), values.get("turn"),
-        setting_of(scene, "exposure") or 0.0, not is_lit_alone,
+        setting_of(scene, "exposure") or 0.0, not is_lit_alone, track=track if later else (),
     )  # fmt: skip
     return replace(options, **changes)

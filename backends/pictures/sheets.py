@@ -140,7 +140,7 @@ def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] =
     cells = []
     for name, shot, is_side in zip(views, shots, sides, strict=True):
         camera = zoomed(shot.camera, least / shot.camera.focal[0]) if is_side else shot.camera
-        cells.append(SheetCell(name.strip(), scene, Shot(shot.frame, camera)))
+        cells.append(SheetCell(name.strip(), scene, replace(shot, camera=camera)))
     return cells
 
 

@@ -83,15 +83,25 @@ _CAMERA = {
     "orbit": SetupProperty(NUMBER, "degrees that the camera of a video travels around", -360_000.0, 360_000.0),
 }  # fmt: skip
 _LIGHT = {
-    "position": SetupProperty(POINT, "where it is"),
-    "direction": SetupProperty(DIRECTION, "where it shines; a light with a direction and no position is a sun"),
-    "look-at": SetupProperty(TARGET, 'what it shines at, in place of `:direction`: a point, or words such as "vase"'),
+    "position": SetupProperty(POINT, "where it is", may_vary=True),
+    "direction": SetupProperty(
+        DIRECTION, "where it shines; a light with a direction and no position is a sun", may_vary=True
+    ),
+    "look-at": SetupProperty(
+        TARGET, 'what it shines at, in place of `:direction`: a point, or words such as "vase"', may_vary=True
+    ),
     "color": SetupProperty(COLOR, "linear sRGB, or a name", 0.0),
-    "power": SetupProperty(NUMBER, "radiant flux of a light with a position", 0.0),
-    "strength": SetupProperty(NUMBER, "irradiance of a sun: pi makes a white surface that faces it white", 0.0),
-    "radius": SetupProperty(NUMBER, "of a sphere that shines, for soft shadows; 0 is a point", 0.0),
+    "power": SetupProperty(NUMBER, "radiant flux of a light with a position", 0.0, may_vary=True),
+    "strength": SetupProperty(
+        NUMBER, "irradiance of a sun: pi makes a white surface that faces it white", 0.0, may_vary=True
+    ),
+    "radius": SetupProperty(NUMBER, "of a sphere that shines, for soft shadows; 0 is a point", 0.0, may_vary=True),
     "angle": SetupProperty(
-        NUMBER, "full angle in degrees: of the cone of a spot, or under which a sun is seen", 0.0, 179.0
+        NUMBER,
+        "full angle in degrees: of the cone of a spot, or under which a sun is seen",
+        0.0,
+        179.0,
+        may_vary=True,
     ),
     "blend": SetupProperty(NUMBER, "share of the cone's radius over which a spot fades", 0.0, 1.0),
     "size": _positive(SIZE, "width and height of a rectangle that shines to one side"),
@@ -307,6 +317,15 @@ _SHAPES = {
 }  # fmt: skip
 
 
+_VECTORS = (POINT, DIRECTION, TARGET, COLOR, SIZE, PIXELS)  # kinds of values that are several numbers
+
+
+def is_keyed(form: str, key: str, value: Any) -> bool:
+    """Return whether a value of a declaration is a sequence of values over the frames rather than one."""
+    is_vector = PROPERTIES[form][key].kind in _VECTORS
+    return isinstance(value, tuple) and not (is_vector and all(map(_is_number, value)))
+
+
 @dataclass(frozen=True, slots=True)
 class _Reader:
     """Reads the value of one keyword."""
@@ -328,7 +347,7 @@ class _Reader:
 
     def _is_one(self, value: Any) -> bool:
         """Return whether a list is one value rather than several over the frames."""
-        return self.prop.kind in (POINT, TARGET) and all(_is_number(item) for item in value)
+        return self.prop.kind in _VECTORS and all(_is_number(item) for item in value)
 
     def _one(self, value: Any) -> Any:
         kind = self.prop.kind

@@ -100,7 +100,8 @@ def test_a_scene_at_rest_and_a_shutter_of_0_are_sharp() -> None:
         ).picture
         for shutter in (0.0, 0.5)
     ]
-    assert np.abs(pictures[0].astype(int) - pictures[1]).max() <= 1
+    # Sharp images have the mean of tone-mapped samples at edges, blurred ones the tone-mapped mean.
+    assert np.abs(pictures[0].astype(int) - pictures[1]).max() <= 2
 
 
 def test_the_last_frame_goes_on_and_an_orbit_blurs_what_rests() -> None:

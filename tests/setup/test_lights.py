@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.film import PictureOptions
-from scenelang.backends.surfaces.lights import lights_of
+from scenelang.backends.pictures.stage import film, staging_of
+from scenelang.backends.surfaces.lights import Light, lights_of
 from scenelang.grammar.diagnostics import SceneError
 
 PLANE = """
@@ -205,3 +207,48 @@ def test_exported_scenes_of_mitsuba_have_the_camera_and_lights(tmp_path: Path) -
     assert exported.shape == drawn.shape == (24, 32, 3)
     assert exported.mean() == pytest.approx(float(np.mean(drawn)), rel=0.03)
     assert np.median(np.abs(exported - drawn)) < 0.03 * float(np.mean(drawn))
+
+
+MOVING = """
+(bind "ball" (lambda () (call "sphere" :radius .5)))
+(bind "film" (lambda () (frames (for/list ((x (list 0 1 2 3 4)))
+  (union (call "cube") (transform (call "ball") (translate [x 2 0])))))))
+(scene "film")
+"""
+
+
+def lights_of_shots(text: str, frames: int | None = None) -> list[list[Light]]:
+    """The lights of the images of a video, in the world."""
+    graph = sl.evaluate(text).graph
+    options = settled(graph, PictureOptions())
+    shots = film(graph, Viewpoint(), 20, 20, frames, None)
+    numbers = [shot.frame for shot in shots]
+    staging = staging_of(graph, numbers, 100, lighting=options.lighting)
+    back = -staging.center * staging.scale
+    return [[one.scaled(back, 1.0 / staging.scale) for one in staging.stage(shot).lights] for shot in shots]
+
+
+def test_lights_over_the_frames() -> None:
+    moving = "(light :position (list [0 3 0] [4 3 0] [4 3 8]) :power (list 100 0))(light :direction [0 -1 0])"
+    every = lights_of_shots(MOVING + moving)
+    places = [(0, 3, 0), (2, 3, 0), (4, 3, 0), (4, 3, 4), (4, 3, 8)]
+    assert np.array([one.position for one, _ in every]) == pytest.approx(np.array(places))
+    assert [one.power for one, _ in every] == pytest.approx([100, 75, 50, 25, 0])
+    assert len({sun for _, sun in every}) == 1
+    still = f'(bind "a" (lambda () {PLAIN})){PLANE}(scene "a")'
+    every = lights_of_shots(still + "(light :direction (list [1 -1 0] [-1 -1 0]))", 3)
+    assert [one.direction for (one,) in every][1] == pytest.approx((0, -1, 0))
+
+
+def test_a_light_follows_what_it_looks_at() -> None:
+    every = lights_of_shots(MOVING + '(light :position [2 6 0] :angle 20 :look-at "ball")')
+    for x, (one,) in enumerate(every):
+        assert np.cross(one.direction, [x - 2, -4, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
+
+
+def test_a_moving_light_is_drawn_at_its_frame() -> None:
+    text = MOVING + '(light :position (list [-3 0 3] [3 0 3]) :power 100)(environment "studio" :strength 0)'
+    scene = sl.evaluate(text + '(render-settings :ground "none")(camera :eye [0 0 9] :look-at [0 0 0] :fov 8)')
+    first, last = (scene.render(size=(16, 16), frame=k).radiance for k in (0, 4))
+    assert first[:, :8].mean() > 1.01 * first[:, 8:].mean()
+    assert last[:, 8:].mean() > 1.01 * last[:, :8].mean()
