@@ -189,9 +189,11 @@ def draw_lens(
     if camera.aperture == 0.0 or camera.is_parallel:
         return draw(stage, progress, shaded, cache, by_pixel)
     drafts = []
-    for k, (right, up) in enumerate(disk_points(_LENS_POINTS)):
+    number, count = stage.instant  # instants share the points: all of them see the lens once
+    points = disk_points(_LENS_POINTS)[number::count]
+    for k, (right, up) in enumerate(points):
         pinhole = camera.from_lens(camera.aperture * right, camera.aperture * up)
-        part = sub_progress(progress, k / _LENS_POINTS, (k + 1) / _LENS_POINTS)
+        part = sub_progress(progress, k / len(points), (k + 1) / len(points))
         drafts.append(draw(replace(stage, camera=pinhole), part, shaded, cache, by_pixel))
     mean: dict[str, Any] = {
         name: np.mean([getattr(one, name) for one in drafts], axis=0, dtype=np.float32)

@@ -53,7 +53,8 @@ def instants_of(scene: Scene, shots: Sequence[Shot], shutter: float) -> tuple[Sc
             frames += [] if is_still else between
         cameras = [camera_between(first.camera, last.camera, time) for time in times]
         passed = [first.share + (last.share - first.share) * time for time in times]
-        instants.append([Shot(*each) for each in zip(known[key], cameras, passed, strict=True)])
+        numbers = [(number, INSTANTS) for number in range(INSTANTS)]
+        instants.append([Shot(*each) for each in zip(known[key], cameras, passed, numbers, strict=True)])
     return scene.with_frames(frames), instants
 
 

@@ -36,11 +36,20 @@ _MOST_FRAMED = 1_000  # images of an orbit whose union is framed; of more, every
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Frame number ``frame`` of the scene, seen by ``camera``; ``share`` is how far the video is, from 0 to 1."""
+    """Frame number ``frame`` of the scene, seen by ``camera``.
+
+    Attributes
+    ----------
+    share
+        How far the video is, from 0 to 1.
+    instant
+        Number of the instant, and of all instants of which an image is the mean: these share the points of a lens.
+    """
 
     frame: int
     camera: Camera
     share: float = 0.0
+    instant: tuple[int, int] = (0, 1)
 
 
 def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
@@ -234,6 +243,8 @@ class Stage:
         With ``scale``, defines the frame: ``p_stage = scale (p_world - center)``.
     lights
         Lights of the program, in that frame.
+    instant
+        As of ``Shot``.
     """
 
     solids: Solids
@@ -245,6 +256,7 @@ class Stage:
     scale: float
     is_clear: bool = False
     lights: tuple[Light, ...] = ()
+    instant: tuple[int, int] = (0, 1)
 
     @property
     def fades(self) -> bool:
@@ -314,7 +326,7 @@ class Staging:
         shows_ground = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
         height = ground if shows_ground else None
-        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear, lights)
+        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear, lights, shot.instant)
 
     def studio(self, camera: Camera) -> Studio:
         """Return the lighting of an image by ``camera``."""
