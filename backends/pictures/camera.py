@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal, Protocol
@@ -127,6 +127,14 @@ class Camera:
         fx, fy = self.focal
         intrinsics[:2, 2] += [fx * right / self.focus, -fy * up / self.focus]
         return replace(self, world_to_camera=pose, intrinsics=intrinsics, aperture=0.0)
+
+    @property
+    def identity(self) -> Hashable:
+        """A value that is equal for cameras that see the same."""
+        return (
+            self.world_to_camera.tobytes(), self.intrinsics.tobytes(), self.projection, self.width, self.height,
+            self.aperture, self.focus,
+        )  # fmt: skip
 
     def resized(self, width: int, height: int) -> Camera:
         """Return the same view at another picture size; the vertical field of view is preserved."""

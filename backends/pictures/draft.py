@@ -433,8 +433,7 @@ def _opaque_keys(
     fixed = np.arange(len(stage.solids)) < stage.fixed
     if not fixed.any():
         return caster.cast(opaque, progress=progress)
-    view = (stage.camera.world_to_camera.tobytes(), stage.camera.intrinsics.tobytes(), stage.camera.projection)
-    still = cache.get("keys", view, lambda: caster.cast(opaque & fixed, progress=progress))
+    still = cache.get("keys", stage.camera.identity, lambda: caster.cast(opaque & fixed, progress=progress))
     return np.minimum(still, caster.cast(opaque & ~fixed))
 
 
