@@ -699,11 +699,9 @@ class Session:
             note = Note(f"embeddings are applied to {used}; remove one with `embeddings FILE set HANDLE --clear`")
             problem = replace(problem, notes=(*problem.notes, note))
         warnings = without_suppressed(runtime.warnings.values(), program.sources)
-        diagnostics = tuple(confirmed(checked.diagnostics, problem, warnings))
-        if any(d.is_error for d in diagnostics):  # of a declaration, which is not evaluated before images are drawn
-            scene = None
+        diagnostics = confirmed(checked.diagnostics, problem, warnings)
         draws = runtime.streams.was_used
-        return Evaluated(program, scene, diagnostics, tuple(runtime.log), runtime.meter.total, draws, subject)
+        return Evaluated(program, scene, tuple(diagnostics), tuple(runtime.log), runtime.meter.total, draws, subject)
 
     def check_geometry(self, source: Source) -> list[Diagnostic]:
         """Evaluate a program and run the geometry lint on its scene; returns the diagnostics of both."""
