@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
+from scenelang.interpreter.runtime.parts import image_path
 from scenelang.interpreter.runtime.show import NotPlain, plain_value
 from scenelang.interpreter.runtime.types import Registry
 from scenelang.interpreter.scene.primitives.base import items_of
@@ -16,6 +17,7 @@ from scenelang.interpreter.scene.setup import (
     PROPERTIES,
     SETTINGS,
     declared_setup,
+    is_panorama,
 )
 from scenelang.interpreter.values.values import Array, MutableArray, MutableList
 from scenelang.stdlib.colors import color_of
@@ -96,7 +98,7 @@ def camera(rt: Runtime, name: Any = None, **options: Any) -> None:
     LIGHT, f"[name] {_keywords(LIGHT)}", "None",
     _doc(LIGHT, "At top level, declare a light of the scene in world coordinates: a point, a sphere with `:radius`, a"
                 " spot with `:angle`, a rectangle with `:size`, or with `:direction` alone a sun, in the"
-                " units of Blender."),
+                " units of Blender; a list in place of one value is spread over the frames of a video."),
     ("(light :position [2 3 2] :power 100)", "none"),
 )  # fmt: skip
 def light(rt: Runtime, name: Any = None, **options: Any) -> None:
@@ -105,11 +107,12 @@ def light(rt: Runtime, name: Any = None, **options: Any) -> None:
 
 @registry.define(
     ENVIRONMENT, f"name {_keywords(ENVIRONMENT)}", "None",
-    _doc(ENVIRONMENT, "At top level, declare the environment that lights the scene, as `--environment` names it."),
+    _doc(ENVIRONMENT, "At top level, declare the environment that lights the scene, as `--environment` names it:"
+                      " by name, or a panorama (.hdr, .exr) of the project's folder."),
     ('(environment "sunset" :strength 1 :turn 30)', "none"),
 )  # fmt: skip
 def environment(rt: Runtime, name: Any, **options: Any) -> None:
-    _declare(rt, ENVIRONMENT, name, options)
+    _declare(rt, ENVIRONMENT, image_path(rt, name) if is_panorama(name) else name, options)
 
 
 @registry.define(

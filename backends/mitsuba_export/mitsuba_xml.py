@@ -48,7 +48,7 @@ from scenelang.backends.pictures.mitsuba_scene import (
     unit_parts,
 )
 from scenelang.backends.pictures.stage import Staging, box_of, staging_of, still, unit_size
-from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
 from scenelang.grammar.datum import dataclass, field, replace
 from scenelang.grammar.diagnostics import printable
@@ -263,7 +263,7 @@ class _Shapes:
         file = self.path.with_name(f"{self.path.stem}-mesh{self.meshes:03d}.ply")
         surface = patch.surface
         colors = np.ones_like(surface.vertices) if surface.colors is None else surface.colors
-        lobes = [np.asarray(colors * np.array(patch.look.color) * BRIGHTEST, np.float64)]
+        lobes = [np.asarray(colors * np.array(patch.look.color), np.float64)]
 
         def paint(lobe: Lobe) -> dict[str, Any]:
             """Return the texture of a lobe, which becomes an attribute of the mesh's vertices."""

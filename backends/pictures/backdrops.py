@@ -26,7 +26,7 @@ TONES: tuple[Color, ...] = (
     (0.60, 0.61, 0.625), (0.93, 0.935, 0.945), (0.085, 0.088, 0.095), (0.030, 0.031, 0.034), (0.30, 0.31, 0.325),
     (0.006, 0.006, 0.007),
 )  # fmt: skip
-_ENOUGH = 23.0  # median difference in L*: the eye sees 20 at a glance, and the small draft is off by up to 3
+_ENOUGH = 25.0  # median difference in L*: the eye sees 20 at a glance, and the small draft is off by up to 5
 _PROBE_SIDE = 480  # pixels of the longer side of the draft beside the outline; 240 pixels miss bright rims
 _METER_SIDE = 240  # of the draft by which the exposure is chosen
 _REACH = 2  # pixels from the outline at which lightness is compared
@@ -44,19 +44,17 @@ def lightness(linear: npt.NDArray[np.floating]) -> FloatArray:
 
 def probing(camera: Camera) -> Camera:
     """Return the camera of the draft by which the tone is chosen."""
-    return _at_most(camera, _PROBE_SIDE)
+    return _at(camera, _PROBE_SIDE)
 
 
 def metering(camera: Camera) -> Camera:
     """Return the camera of the draft by which the exposure is chosen."""
-    return _at_most(camera, _METER_SIDE)
+    return _at(camera, _METER_SIDE)
 
 
-def _at_most(camera: Camera, side: int) -> Camera:
-    """Return ``camera`` with at most ``side`` pixels in a row or column."""
+def _at(camera: Camera, side: int) -> Camera:
+    """Return ``camera`` with ``side`` pixels along its longer side: one choice for all sizes of an image."""
     ratio = side / max(camera.width, camera.height)
-    if ratio >= 1.0:
-        return camera
     return camera.resized(max(1, round(camera.width * ratio)), max(1, round(camera.height * ratio)))
 
 

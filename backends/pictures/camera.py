@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Literal, Protocol
@@ -127,6 +127,14 @@ class Camera:
         fx, fy = self.focal
         intrinsics[:2, 2] += [fx * right / self.focus, -fy * up / self.focus]
         return replace(self, world_to_camera=pose, intrinsics=intrinsics, aperture=0.0)
+
+    @property
+    def identity(self) -> Hashable:
+        """A value that is equal for cameras that see the same."""
+        return (
+            self.world_to_camera.tobytes(), self.intrinsics.tobytes(), self.projection, self.width, self.height,
+            self.aperture, self.focus,
+        )  # fmt: skip
 
     def resized(self, width: int, height: int) -> Camera:
         """Return the same view at another picture size; the vertical field of view is preserved."""
@@ -542,8 +550,28 @@ def parse_viewpoint(text: str) -> Viewpoint | Camera:
         message = f"the numbers of the camera `{text[:60]}` need names"
         raise SceneError("value", message, hint=f"write `--camera {named}`; or {_PLACED}")
     start = PRESETS.get(_SIDES.get(items[0].lower(), items[0].lower())) if items else None
-    changes: dict[str, float | bool | Point] = {}
-    for item in items[1:] if start is not None else items:
+    changes = _changes(items[1:] if start is not None else items)
+    return checked(replace(start or Viewpoint(), **changes))  # type: ignore[arg-type]
+
+
+def named_changes(text: str) -> tuple[str, Changes] | None:
+    """Return the name and the changes of a text such as ``main,fov=35``, None if it does not begin with a name.
+
+    Raises SceneError for changes that no camera has.
+    """
+    items = _items(text)
+    if not items or "=" in items[0] or _is_number(items[0]) or text.strip().lower().endswith(".json"):
+        return None
+    return items[0], _changes(items[1:])
+
+
+Changes = dict[str, float | bool | Point]  # of the fields of a viewpoint
+
+
+def _changes(items: Sequence[str]) -> Changes:
+    """Parse fields of a viewpoint; raises SceneError."""
+    changes: Changes = {}
+    for item in items:
         key, value = _change(item)
         if key in changes:
             raise SceneError("value", f"the camera's `{key}` is given twice")
@@ -551,7 +579,7 @@ def parse_viewpoint(text: str) -> Viewpoint | Camera:
     for one, other in (*((("eye", key)) for key in _ANGLED), ("lens", "fov")):
         if one in changes and other in changes:
             raise SceneError("value", f"the camera's `{one}` and `{other}` exclude each other", hint=_EYE_HINT)
-    return checked(replace(start or Viewpoint(), **changes))  # type: ignore[arg-type]
+    return changes
 
 
 def _items(text: str) -> list[str]:

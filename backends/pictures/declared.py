@@ -14,21 +14,39 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, camera_at, parse_viewpoint
+from scenelang.backends.pictures.camera import (
+    PRESETS,
+    Camera,
+    Changes,
+    Viewpoint,
+    camera_at,
+    named_changes,
+    parse_viewpoint,
+)
 from scenelang.backends.pictures.mitsuba_materials import rgb
 from scenelang.backends.surfaces.dome import direction_at
-from scenelang.backends.surfaces.environments import SKY, Studio, times
-from scenelang.backends.surfaces.lights import Light, Point, center_in, center_of, level_axes, lights_of
-from scenelang.grammar.diagnostics import SceneError, UsageError, suggest
+from scenelang.backends.surfaces.environments import SKY, Studio, environment_of, times
+from scenelang.backends.surfaces.lights import (
+    Light,
+    LightTrack,
+    Point,
+    center_in,
+    level_axes,
+    light_track,
+    lights_at,
+    target_at,
+    value_at,
+)
+from scenelang.grammar.diagnostics import SceneError, UsageError, suggest, usage_errors
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.setup import (
     CAMERA,
     ENVIRONMENT,
-    POINT,
-    PROPERTIES,
+    EXCLUSIVE,
     SETTINGS,
-    TARGET,
     Declared,
+    declared_setup,
+    is_keyed,
     named,
 )
 
@@ -55,7 +73,7 @@ class ProgramCamera:
     @property
     def varies(self) -> bool:
         """Whether values are given over the frames."""
-        return any(_is_keyed(key, value) for key, value in self.item.values.items())
+        return any(is_keyed(CAMERA, key, value) for key, value in self.item.values.items())
 
     @property
     def orbit(self) -> float | None:
@@ -70,27 +88,24 @@ class ProgramCamera:
             return None
         return self._viewpoint(scene, 0, 0.0) if not isinstance(target, str) or len(scene.frames) == 1 else None
 
+    def changed(self, changes: Changes) -> ProgramCamera:
+        """Return the camera with other values; what they stand for is left out. Raises UsageError."""
+        values = dict(self.item.values)
+        for key, value in changes.items():
+            for one, others in EXCLUSIVE[CAMERA]:
+                for excluded in others if key == one else (one,) if key in others else ():
+                    values.pop(excluded, None)
+            values["look-at" if key == "target" else key] = value
+        with usage_errors():
+            return ProgramCamera(declared_setup(CAMERA, self.item.name, values, self.item.span)) if changes else self
+
     def target(self, scene: Scene, frame: int = 0, share: float = 0.0) -> Point | None:
         """Return what it looks at (3,) in a frame, None for the whole scene."""
-        value = self.item.values.get("look-at")
-        if value is None:
-            return None
-        keys = value if _is_keyed("look-at", value) else (value,)
-        first, last, between = _around(len(keys), share)
-        one, other = (self._point(scene, frame, keys[k]) for k in (first, last))
-        point: Point = _mixed(one, other, between)
-        return point
-
-    def _point(self, scene: Scene, frame: int, target: str | Point) -> Point:
-        return center_of(scene, target, self.item, frame) if isinstance(target, str) else target
+        return target_at(scene, self.item, frame, share)
 
     def _value(self, key: str, share: float) -> Any:
         """Return a value at a share of the way from the first frame to the last, linear between those given."""
-        value = self.item.values.get(key)
-        if value is None or not _is_keyed(key, value):
-            return value
-        first, last, between = _around(len(value), share)
-        return _mixed(value[first], value[last], between)
+        return value_at(self.item, key, share)
 
     def _fov(self, share: float) -> float | None:
         """Return the vertical field of view in degrees, None for that of the preset."""
@@ -166,19 +181,22 @@ class ProgramView:
         Name of a camera; empty for the first one, or the default viewpoint in a program without cameras.
     other
         What the name means if no camera of the program has it: a preset, or an error.
+    changes
+        Fields of a viewpoint by which a camera of the program is changed.
     """
 
     name: str = ""
     other: Viewpoint | Camera | None = None
     error: str = field(default="", compare=False)
     hint: str | None = field(default=None, compare=False)
+    changes: Changes = field(default_factory=dict, hash=False)
 
     def of(self, scene: Scene) -> Viewpoint | Camera | ProgramCamera:
         """Return the view of a scene; raises UsageError if it has no such camera."""
         cameras = named(scene.setup, CAMERA)
         chosen = next((item for item in cameras if not self.name or item.name == self.name), None)
         if chosen is not None:
-            camera = ProgramCamera(chosen)
+            camera = ProgramCamera(chosen).changed(self.changes)
             return camera.viewpoint(scene) or camera
         if not self.name:
             return Viewpoint()
@@ -197,17 +215,20 @@ View = Viewpoint | Camera | ProgramView | ProgramCamera
 def view_of(text: str | None) -> Viewpoint | Camera | ProgramView:
     """Return the view of ``--camera``: the name of a camera of the program, or what ``parse_viewpoint`` reads.
 
-    Raises SceneError. A single word may be a camera's name, which is known once the program has run.
+    Raises SceneError. A first word may be a camera's name, which is known once the program has run; ``key=value`` pairs
+    after it change that camera.
     """
     text = (text or "").strip()
     if not text:
         return ProgramView()
-    if any(sign in text for sign in "=,") or text.lower().endswith(".json"):
+    named_view = named_changes(text)
+    if named_view is None:
         return parse_viewpoint(text)
+    name, changes = named_view
     try:
-        return ProgramView(text, parse_viewpoint(text))
+        return ProgramView(name, parse_viewpoint(text), changes=changes)
     except SceneError as error:
-        return ProgramView(text, None, error.message, error.hint)
+        return ProgramView(name, None, error.message, error.hint, changes)
 
 
 def resolved(scene: Scene, view: View) -> Viewpoint | Camera | ProgramCamera:
@@ -229,28 +250,6 @@ def rolled(camera: Camera, degrees: float) -> Camera:
     pose = camera.world_to_camera.copy()
     pose[:3] = rotation @ pose[:3]
     return replace(camera, world_to_camera=pose)
-
-
-def _is_keyed(key: str, value: Any) -> bool:
-    """Return whether a value of a camera is a sequence of values over the frames rather than one."""
-    is_point = PROPERTIES[CAMERA][key].kind in (POINT, TARGET)
-    return isinstance(value, tuple) and not (is_point and all(isinstance(x, float) for x in value))
-
-
-def _around(count: int, share: float) -> tuple[int, int, float]:
-    """Return the values before and after a share of the way through ``count`` ones, and how far it is between them."""
-    place = min(1.0, max(0.0, share)) * (count - 1)
-    first = min(int(place), count - 1)
-    return first, min(first + 1, count - 1), place - first
-
-
-def _mixed(one: Any, other: Any, between: float) -> Any:
-    """Return a number or point between two others; exactly the first at 0."""
-    if between == 0.0:
-        return one
-    if isinstance(one, tuple):
-        return tuple(a + (b - a) * between for a, b in zip(one, other, strict=True))
-    return one + (other - one) * between
 
 
 # --- lights in final images ----------------------------------------------------------------------------------------
@@ -315,7 +314,9 @@ class Lighting:
     Attributes
     ----------
     lights
-        In the world.
+        In the world, at the first frame of a video.
+    track
+        Lights at shares of the way through a video, if they move.
     strength
         Factor of the environment's light.
     turn
@@ -337,6 +338,11 @@ class Lighting:
     has_key: bool = True
     tone: str | None = None
     is_metered: bool = False
+    track: LightTrack = ()
+
+    def lights_at(self, share: float) -> tuple[Light, ...]:
+        """Return the lights at a share of the way through a video, from 0 to 1."""
+        return lights_at(self.track, share) if self.track else self.lights
 
     def studio(self, studio: Studio) -> Studio:
         """Return the lighting of an image as the program declares it."""
@@ -372,7 +378,12 @@ def _environment(item: Declared) -> str:
         raise SceneError(
             "value", f'the environment "{item.name}" has no hour and no haze', 'they are those of "sky"', item.span
         )
-    return ",".join([item.name, *given])
+    text = ",".join([item.name, *given])
+    try:
+        environment_of(text)
+    except SceneError as error:
+        raise SceneError(error.name, error.message, error.hint, item.span) from None
+    return text
 
 
 def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
@@ -393,11 +404,12 @@ def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
     environment = next(iter(named(scene.setup, ENVIRONMENT)), None) if "environment" not in options.stated else None
     if environment is not None:
         changes["environment"] = _environment(environment)
-    lights = lights_of(scene)
+    track = light_track(scene)
+    (_, lights), *later = track
     is_lit_alone = bool(lights) and environment is None and "environment" not in options.stated
     values = environment.values if environment is not None else {}
     changes["lighting"] = Lighting(
         lights, values.get("strength", _AMBIENT_BESIDE_LIGHTS if is_lit_alone else 1.0), values.get("turn"),
-        setting_of(scene, "exposure") or 0.0, not is_lit_alone,
+        setting_of(scene, "exposure") or 0.0, not is_lit_alone, track=track if later else (),
     )  # fmt: skip
     return replace(options, **changes)

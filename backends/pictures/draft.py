@@ -189,9 +189,11 @@ def draw_lens(
     if camera.aperture == 0.0 or camera.is_parallel:
         return draw(stage, progress, shaded, cache, by_pixel)
     drafts = []
-    for k, (right, up) in enumerate(disk_points(_LENS_POINTS)):
+    number, count = stage.instant  # instants share the points: all of them see the lens once
+    points = disk_points(_LENS_POINTS)[number::count]
+    for k, (right, up) in enumerate(points):
         pinhole = camera.from_lens(camera.aperture * right, camera.aperture * up)
-        part = sub_progress(progress, k / _LENS_POINTS, (k + 1) / _LENS_POINTS)
+        part = sub_progress(progress, k / len(points), (k + 1) / len(points))
         drafts.append(draw(replace(stage, camera=pinhole), part, shaded, cache, by_pixel))
     mean: dict[str, Any] = {
         name: np.mean([getattr(one, name) for one in drafts], axis=0, dtype=np.float32)
@@ -317,7 +319,7 @@ def _shade(scene: _Shading, pixels: Surface, report: Callable[[float], None]) ->
     reach = _pixel_reach(scene, pixels, inside)
     report(0.3)
     for part in batches(np.flatnonzero(inside), _BATCH_SAMPLES):
-        light = Reach(reach.key[part], reach.ambient[part])
+        light = reach.take(part)
         row, column = np.divmod(part, stage.width)
         places = row * _SAMPLES, column * _SAMPLES
         for output, values in zip(flat, _shaded(scene, pixels.take(part), light, [], places), strict=True):
@@ -431,8 +433,7 @@ def _opaque_keys(
     fixed = np.arange(len(stage.solids)) < stage.fixed
     if not fixed.any():
         return caster.cast(opaque, progress=progress)
-    view = (stage.camera.world_to_camera.tobytes(), stage.camera.intrinsics.tobytes(), stage.camera.projection)
-    still = cache.get("keys", view, lambda: caster.cast(opaque & fixed, progress=progress))
+    still = cache.get("keys", stage.camera.identity, lambda: caster.cast(opaque & fixed, progress=progress))
     return np.minimum(still, caster.cast(opaque & ~fixed))
 
 
@@ -586,9 +587,9 @@ def _shaded(
     normals = visible.normals.astype(np.float32, copy=False)
     empty = (visible.ids < 0 if _has_level_horizon(stage) else visible.ids == SKY).astype(np.float32)[:, None]
     lit = relieved(stage, visible)
-    radiance = radiance_of(stage, lit, albedo, reach)
     if lamps is not None:
-        radiance += lamps.radiance(lit, albedo, *places)
+        reach = replace(reach, lamps=lamps.light(lit, *places))
+    radiance = radiance_of(stage, lit, albedo, reach)
     cover = np.zeros((len(visible.ids), 2), np.float32)
     cover[:, 0] = visible.ids >= 0
     if stage.is_clear:
@@ -599,9 +600,9 @@ def _shaded(
     for at, part, light, seen in reversed(layers):
         layer_albedo, share = albedo_of(stage, part), hidden[part.ids][:, None]
         lit = relieved(stage, part)
-        shade = radiance_of(stage, lit, layer_albedo, light)
         if lamps is not None:
-            shade += lamps.radiance(lit, layer_albedo, *seen)
+            light = replace(light, lamps=lamps.light(lit, *seen))
+        shade = radiance_of(stage, lit, layer_albedo, light)
         for under, over in (
             (color, tone_map(shade, environment).astype(np.float32)),
             (radiance, shade),

@@ -18,23 +18,26 @@ import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import camera_at
 from scenelang.backends.pictures.draft_light import (
-    MIN_ROUGHNESS,
+    GROUND,
     SKY,
+    LampLight,
     Surface,
     batches,
     disk_points,
-    facets,
     gradient_noise,
+    ground_reflectance,
     key_light,
+    mirrored_ground,
+    mirroring,
     rows_of,
     samples_at,
     shadow_map,
 )
 from scenelang.backends.pictures.rays import Rays, camera_rays, caster_for, depths_of
 from scenelang.backends.pictures.stage import Stage
-from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.lights import Light, level_axes
+from scenelang.backends.surfaces.lights import Light, irradiance_of, level_axes
 from scenelang.backends.surfaces.solids import Solids
+from scenelang.interpreter.scene.primitives.mesh import inverses_of
 
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
@@ -46,7 +49,6 @@ _SEARCH_TAPS, _SHADOW_TAPS = 32, 48  # with fewer, penumbras show the rotation o
 _MIN_TEXELS, _MAX_SHARE = 1.0, 0.12  # radius of the taps, in texels, and relative to the map's size
 _NEARER = 1e-3  # a blocker is so much nearer to the lamp than the tangent plane of a point, relative to the distance
 _BATCH = 1 << 15  # points in penumbras at once, which bounds the memory
-_AREA_PLACES = 4  # per side of an area, for its irradiance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,28 +72,55 @@ class Lamps:
         """Texels per side of a map."""
         return min(1024, max(256, self.stage.width, self.stage.height))
 
-    def radiance(self, visible: Surface, albedo: Float32Array, row: IntArray, column: IntArray) -> Float32Array:
-        """Return the radiance (N, 3) that visible surfaces reflect of the lamps.
+    def light(self, visible: Surface, row: IntArray, column: IntArray) -> LampLight:
+        """Return the light of the lamps on visible surfaces.
 
         ``row`` and ``column`` (N,) are the samples' positions in the picture.
         """
-        out = np.zeros((len(visible.ids), 3), np.float32)
+        ground = np.zeros((len(visible.ids), 3), np.float32)
+        mirrors = mirroring(self.stage, visible)
+        if self.stage.ground is not None and len(mirrors):
+            ground[mirrors] = self._mirrored(visible.take(mirrors), row[mirrors], column[mirrors])
+        lit = np.zeros((len(self.stage.lights), len(visible.ids)), np.float32)
         at = np.flatnonzero(visible.ids != SKY)
-        if not len(at):
-            return out
-        part, tint = visible.take(at), albedo[at].astype(np.float64)
-        points = np.asarray(rows_of(part.points, np.arange(len(at))), np.float64)
-        normals = np.asarray(part.normals, np.float64)
-        total = np.zeros((len(at), 3))
+        points = np.asarray(rows_of(visible.points, at), np.float64)
+        normals = np.asarray(visible.normals[at], np.float64)
+        lit[:, at] = self._irradiance(visible.ids[at], points, normals, row[at], column[at])
+        return LampLight(self.stage.lights, lit, ground)
+
+    def _mirrored(self, part: Surface, row: IntArray, column: IntArray) -> Float32Array:
+        """Return the radiance (N, 3) that lamps give the ground where surfaces mirror it."""
+        points = mirrored_ground(self.stage, part)
+        up = np.broadcast_to(np.array([0.0, 1.0, 0.0]), points.shape)
+        lit = self._irradiance(np.full(len(points), GROUND), points, up, row, column)
+        white = LampLight(self.stage.lights, lit, np.zeros((0, 3))).white
+        return white * ground_reflectance(self.stage).astype(np.float32)
+
+    def _irradiance(
+        self, ids: IntArray, points: FloatArray, normals: FloatArray, row: IntArray, column: IntArray
+    ) -> Float32Array:
+        """Return the irradiance (L, N) of points (N, 3) of the solids ``ids`` (N,) by each light of white color."""
+        out = np.zeros((len(self.stage.lights), len(points)), np.float32)
         for number, light in enumerate(self.stage.lights):
-            irradiance, toward = _irradiance(light, points, normals)
+            irradiance = irradiance_of(light, points, normals)
+            irradiance[self._is_shut_out(light, ids, points)] = 0.0
             lit = np.flatnonzero(irradiance > 0.0)
-            if not len(lit):
-                continue
-            share = self._reached(number, points[lit], normals[lit], row[at[lit]], column[at[lit]])
-            light_in = (irradiance[lit] * share)[:, None] * np.array(light.color)
-            total[lit] += _reflected(self.stage, part.take(lit), tint[lit], toward[lit], light_in)
-        out[at] = total
+            if len(lit):
+                share = self._reached(number, points[lit], normals[lit], row[lit], column[lit])
+                out[number, lit] = irradiance[lit] * share
+        return out
+
+    def _is_shut_out(self, light: Light, ids: IntArray, points: FloatArray) -> npt.NDArray[np.bool_]:
+        """Return which points (N, 3) are outside a solid that encloses a lamp.
+
+        Its shadow map does not tell a surface below the solid from the solid's lowest face, which are in one plane.
+        """
+        out, solids = np.zeros(len(points), bool), self.stage.solids
+        if light.kind == "sun":
+            return out
+        for number in _enclosing(solids, np.array(light.position)):
+            rows = np.flatnonzero(ids != number)
+            out[rows] |= ~_is_inside(solids, np.full(len(rows), number), points[rows])
         return out
 
     def _reached(
@@ -162,6 +191,25 @@ def show_lamps(stage: Stage) -> npt.NDArray[np.bool_]:
     return np.asarray(blocks.any(axis=(1, 3)), bool)
 
 
+def _enclosing(solids: Solids, place: FloatArray) -> IntArray:
+    """Return the numbers (K,) of the opaque closed solids around a place (3,)."""
+    rows = np.flatnonzero(solids.that_are("is_closed") & (solids.opacity >= 1.0))
+    return rows[_is_inside(solids, rows, np.broadcast_to(place, (len(rows), 3)))]
+
+
+def _is_inside(solids: Solids, rows: IntArray, points: FloatArray) -> npt.NDArray[np.bool_]:
+    """Return which points (N, 3) are in the solids ``rows`` (N,), each in its own one."""
+    out = np.zeros(len(rows), bool)
+    matrices = solids.matrices[rows]
+    with np.errstate(all="ignore"):  # of flat solids, which have no inside
+        local = np.einsum("nij,nj->ni", inverses_of(matrices[:, :, :3]), points - matrices[:, :, 3])
+    for number in np.unique(solids.forms[rows]).tolist():
+        form, same = solids.kinds[number], np.flatnonzero(solids.forms[rows] == number)
+        u, v, w = local[same].T
+        out[same] = form.contains(u, v, w, solids.ratios_of(form, rows[same]))
+    return out
+
+
 def _shines(light: Light) -> bool:
     """Return whether a light is seen itself."""
     return light.kind == "area" or (light.kind == "point" and light.radius > 0.0)
@@ -179,47 +227,6 @@ def _cube_axes(light: Light) -> FloatArray:
     """Return the axes (3, 3) of a lamp: right, up, and the direction in which it shines."""
     right, up, forward = level_axes(np.array(light.direction))
     return np.stack([right, up, forward])
-
-
-def _irradiance(light: Light, points: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the irradiance (N,) of points (N, 3) by a light of white color, and the unit direction (N, 3) to it."""
-    direction = np.array(light.direction)
-    if light.kind == "sun":
-        toward = np.broadcast_to(-direction, points.shape)
-        return light.power * np.maximum(normals @ -direction, 0.0), toward
-    away, distance, toward = _from(np.array(light.position), points)
-    facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
-    if light.kind == "area":
-        return _of_area(light, points, normals), toward
-    irradiance = light.power * facing / (4.0 * math.pi * distance**2)
-    if light.kind == "spot":
-        half = light.angle / 2.0
-        angle = np.degrees(np.arccos(np.clip(away @ direction, -1.0, 1.0)))
-        irradiance *= np.clip((half - angle) / (half * max(light.blend, 1e-3)), 0.0, 1.0)
-    return irradiance, toward
-
-
-def _from(place: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return unit directions (N, 3) from a place to points, the distances (N,), and the opposite directions."""
-    offset = points - place
-    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-6)
-    away = offset / distance[:, None]
-    return away, distance, -away
-
-
-def _of_area(light: Light, points: FloatArray, normals: FloatArray) -> FloatArray:
-    """Return the irradiance (N,) by a rectangle, as the sum over places on it."""
-    right, up, forward = _cube_axes(light)
-    width, height = light.size
-    steps = (np.arange(_AREA_PLACES) + 0.5) / _AREA_PLACES - 0.5
-    total = np.zeros(len(points))
-    for across in steps:
-        for along in steps:
-            place = np.array(light.position) + across * width * right + along * height * up
-            away, distance, toward = _from(place, points)
-            facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
-            total += facing * np.maximum(away @ forward, 0.0) / distance**2
-    return light.power / (math.pi * _AREA_PLACES**2) * total
 
 
 def _lit_share(
@@ -277,28 +284,6 @@ def _lit_share(
     for part in batches(some, _BATCH):
         share[part] = (heights(radius[part], disk_points(_SHADOW_TAPS), part) <= 0.0).mean(axis=0)
     return share
-
-
-def _reflected(stage: Stage, part: Surface, tint: FloatArray, toward: FloatArray, light: FloatArray) -> FloatArray:
-    """Return the radiance (N, 3) that surfaces reflect of light with the irradiance ``light`` (N, 3).
-
-    ``tint`` (N, 3) is the reflectance, ``toward`` (N, 3) the unit direction to the light. The ground is matte.
-    """
-    out = tint * light / math.pi
-    looks = stage.solids.looks
-    solid = np.flatnonzero(part.ids >= 0)
-    rows = solid[~looks.matte[stage.solids.look[part.ids[solid]]]]
-    if not len(rows):
-        return out
-    look = stage.solids.look[part.ids[rows]]
-    metallic = looks.metallic[look][:, None]
-    base = microfacets.normal_reflectance(looks.ior[look])[:, None]
-    seen = part.take(rows)
-    cosine = np.clip(-np.einsum("ni,ni->n", seen.normals, seen.view), 1e-3, 1.0)
-    reflectance = base * (1.0 - metallic) + tint[rows] * metallic
-    shine = facets(seen, toward[rows], reflectance, cosine, np.maximum(looks.gloss[look], MIN_ROUGHNESS))
-    out[rows] = out[rows] * (1.0 - metallic) * (1.0 - base) + shine * light[rows]
-    return out
 
 
 def _hit(light: Light, origin: FloatArray, direction: FloatArray) -> FloatArray:

@@ -18,8 +18,9 @@ import numpy.typing as npt
 from scenelang.backends.pictures.rays import camera_rays, caster_for, depths_of, parallel_rays
 from scenelang.backends.pictures.stage import Stage
 from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS
+from scenelang.backends.surfaces.appearance import GLASS
 from scenelang.backends.surfaces.environments import FADED, GROUND_EDGE, Studio, faded, ground_colors
+from scenelang.backends.surfaces.lights import Light
 from scenelang.backends.surfaces.solids import Solids
 from scenelang.backends.surfaces.tiles import coordinates, period_of, relief_of, tile_of
 from scenelang.interpreter.scene.primitives.mesh import inverses_of
@@ -628,11 +629,44 @@ def rows_of(vectors: npt.NDArray[T], rows: IntArray) -> npt.NDArray[T]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class LampLight:
+    """Light of the program's lights at N samples.
+
+    Attributes
+    ----------
+    irradiance : (L, N)
+        By each of the ``lights``, without its color.
+    ground : (N, 3)
+        Radiance that they give the ground where the samples mirror it.
+    """
+
+    lights: tuple[Light, ...]
+    irradiance: Float32Array
+    ground: Vectors
+
+    @property
+    def white(self) -> Float32Array:
+        """Radiance (N, 3) of a white matte surface."""
+        colors = np.array([light.color for light in self.lights], np.float32) / np.float32(math.pi)
+        return np.asarray(self.irradiance.T @ colors, np.float32)
+
+    def take(self, rows: IntArray) -> LampLight:
+        """Return some of the samples."""
+        return LampLight(self.lights, self.irradiance[:, rows], self.ground[rows])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Reach:
-    """Light that reaches N samples: shares ``key`` (N,) of the key light and ``ambient`` (N,) of the ambient light."""
+    """Light that reaches N samples: shares ``key`` (N,) of the key light and ``ambient`` (N,) of the ambient light, and
+    the ``lamps`` of the program, if it has any."""
 
     key: Float32Array
     ambient: Float32Array
+    lamps: LampLight | None = None
+
+    def take(self, rows: IntArray) -> Reach:
+        """Return some of the samples."""
+        return Reach(self.key[rows], self.ambient[rows], None if self.lamps is None else self.lamps.take(rows))
 
 
 def hidden_share(solids: Solids) -> FloatArray:
@@ -656,14 +690,13 @@ def albedo_of(stage: Stage, visible: Surface) -> Float32Array:
         at = np.flatnonzero(visible.ids == GROUND)
         out[at] = ground_colors(ground, visible.points[at, 0], visible.points[at, 2])
     solid = np.flatnonzero(visible.ids >= 0)
-    brightest = 1.0 if stage.studio.environment.unlit else BRIGHTEST
-    out[solid] = stage.solids.colors[visible.ids[solid]] * brightest
+    out[solid] = stage.solids.colors[visible.ids[solid]]
     if stage.solids.looks.textured.any():
-        _add_textures(stage, visible, out, brightest)
+        _add_textures(stage, visible, out)
     return out
 
 
-def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightest: float) -> None:
+def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array) -> None:
     """Replace the mean colors in ``albedo`` (N, 3) of surfaces with textures by those at the points that are seen."""
     solids = stage.solids
     solid = np.flatnonzero(visible.ids >= 0)
@@ -674,7 +707,7 @@ def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array, brightes
             rows = solid[look == number]
             points, normals, size = _in_primitive(stage, visible, rows)
             tile, period = tile_of(texture), math.sqrt(math.prod(period_of(texture)))
-            albedo[rows] = tile.at(coordinates(texture, points, normals), size / period) * np.float32(brightest)
+            albedo[rows] = tile.at(coordinates(texture, points, normals), size / period)
 
 
 _MIN_FACING = 0.06  # cosine of the grazing angle from which textures are not blurred further
@@ -772,7 +805,7 @@ def backdrop(studio: Studio, directions: npt.NDArray[np.floating]) -> npt.NDArra
 
 
 def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> Float32Array:
-    """Return the radiance (N, 3) that visible surfaces reflect: of ambient light, occluders, and the key light."""
+    """Return the radiance (N, 3) that visible surfaces reflect: of ambient light, occluders, key light and lamps."""
     environment = stage.studio.environment
     key, sky = np.array(environment.key, np.float32), np.array(environment.ambient, np.float32)
     facing = (
@@ -786,7 +819,10 @@ def _lit(stage: Stage, visible: Surface, albedo: Float32Array, reach: Reach) -> 
         np.float32(_MIN_BOUNCED) + np.float32(1.0 - _MIN_BOUNCED) * share
     )
     bounced = np.where(solid[:, None], albedo, np.float32(_GROUND_ALBEDO)) * lit
-    color = np.asarray(albedo * (around * share + bounced * (1.0 - share) + key * facing[:, None]), np.float32)
+    light = around * share + bounced * (1.0 - share) + key * facing[:, None]
+    if reach.lamps is not None:
+        light += reach.lamps.white
+    color = np.asarray(albedo * light, np.float32)
     _add_gloss(stage, visible, color, albedo, reach)
     return color
 
@@ -850,10 +886,14 @@ def _from_scene(points: npt.NDArray[np.floating]) -> npt.NDArray[np.floating]:
 
 def ground_radiance(stage: Stage) -> FloatArray:
     """Return the mean radiance (3,) of the unshadowed ground; black without a ground."""
-    if stage.studio.ground is None:
-        return np.zeros(3)
     light = stage.studio.environment.on_level(stage.studio.key_direction)
-    return np.asarray(stage.studio.ground.mean(axis=0) * light, np.float64)
+    return np.asarray(ground_reflectance(stage) * light, np.float64)
+
+
+def ground_reflectance(stage: Stage) -> FloatArray:
+    """Return the mean reflectance (3,) of the ground; black without a ground."""
+    ground = stage.studio.ground
+    return np.zeros(3) if ground is None else np.asarray(ground.mean(axis=0), np.float64)
 
 
 # --- gloss -----------------------------------------------------------------------------------------------------
@@ -876,14 +916,10 @@ def _add_gloss(
     Microfacets (GGX, Schlick's Fresnel term) reflect the key light and the surroundings: the dome above the horizon and
     the ground below, both blurred by the roughness. What they lose by single scattering is added (``microfacets``).
     """
-    looks = stage.solids.looks
-    if bool(looks.matte.all()):
-        return
-    solid = np.flatnonzero(visible.ids >= 0)
-    rows = solid[~looks.matte[stage.solids.look[visible.ids[solid]]]]
+    looks, rows = stage.solids.looks, mirroring(stage, visible)
     if not len(rows):
         return
-    gloss = _Gloss(stage, visible.take(rows), reach.key[rows], reach.ambient[rows])
+    gloss = _Gloss(stage, visible.take(rows), reach.take(rows))
     look = stage.solids.look[gloss.part.ids]
     tint, metallic = albedo[rows].astype(np.float64), looks.metallic[look][:, None]
     rough, ior = np.maximum(looks.gloss[look], MIN_ROUGHNESS), np.where(looks.diffuse[look], 1.0, looks.ior[look])
@@ -919,7 +955,7 @@ def through_glass(
         rows = np.flatnonzero(looks.refractive[stage.solids.look[visible.ids]])
     if not len(rows):
         return rows, np.zeros((0, 3), np.float32), np.zeros((0, 1), np.float32)
-    gloss = _Gloss(stage, visible.take(rows), reach.key[rows], reach.ambient[rows])
+    gloss = _Gloss(stage, visible.take(rows), reach.take(rows))
     look = stage.solids.look[gloss.part.ids]
     rough = np.maximum(looks.gloss[look], MIN_ROUGHNESS)
     normal = microfacets.normal_reflectance(looks.ior[look])[:, None]
@@ -931,9 +967,9 @@ def through_glass(
 class _Gloss:
     """Specular reflection at samples: ``toward`` (N,) is the cosine between their normals and the viewer."""
 
-    def __init__(self, stage: Stage, part: Surface, key: Float32Array, ambient: Float32Array) -> None:
-        self.stage, self.part = stage, part
-        self._key, self._ambient = key[:, None], ambient[:, None]
+    def __init__(self, stage: Stage, part: Surface, reach: Reach) -> None:
+        self.stage, self.part, self._lamps = stage, part, reach.lamps
+        self._key, self._ambient = reach.key[:, None], reach.ambient[:, None]
         self.toward = np.clip(-np.einsum("ni,ni->n", part.normals, part.view), 1e-3, 1.0)
 
     @property
@@ -949,9 +985,23 @@ class _Gloss:
         their light is than that of one bounce.
         """
         fresnel = _schlick(normal_reflectance, self.toward, rough) * microfacets.albedo(rough)[:, None]
-        room = fresnel * _room(self.stage, self.part, self.toward, rough) * self._ambient
+        ground = 0.0 if self._lamps is None else self._lamps.ground
+        room = fresnel * _room(self.stage, self.part, self.toward, rough, ground) * self._ambient
         highlight = _highlight(self.stage, self.part, normal_reflectance, self.toward, rough) * self._key
+        if self._lamps is not None:
+            highlight += self._of_lamps(self._lamps, normal_reflectance, rough)
         return np.asarray((room + highlight) * bounces, np.float64)
+
+    def _of_lamps(self, lamps: LampLight, normal_reflectance: Vectors, rough: FloatArray) -> FloatArray:
+        """Return the radiance (N, 3) of the highlights of the lamps."""
+        out = np.zeros((len(self.part.ids), 3))
+        for light, irradiance in zip(lamps.lights, lamps.irradiance, strict=True):
+            at = np.flatnonzero(irradiance)
+            part, reflectance = self.part.take(at), np.broadcast_to(normal_reflectance, out.shape)[at]
+            toward = light.toward(np.asarray(part.points, np.float64))
+            shine = facets(part, toward, reflectance, self.toward[at], rough[at])
+            out[at] += shine * irradiance[at, None] * np.array(light.color)
+        return out
 
 
 def _schlick(reflectance: Vectors, cosine: FloatArray, rough: FloatArray) -> FloatArray:
@@ -960,14 +1010,46 @@ def _schlick(reflectance: Vectors, cosine: FloatArray, rough: FloatArray) -> Flo
     return np.asarray(reflectance + (limit - reflectance) * ((1.0 - cosine) ** 5)[:, None], np.float64)
 
 
-def _room(stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray) -> FloatArray:
-    """Return the radiance (N, 3) of the surroundings in the direction of reflection."""
+def mirroring(stage: Stage, visible: Surface) -> IntArray:
+    """Return the indices (N,) of visible surfaces that mirror what is around them, or have highlights."""
+    looks, solid = stage.solids.looks, np.flatnonzero(visible.ids >= 0)
+    if bool(looks.matte.all()):
+        return solid[:0]
+    return solid[~looks.matte[stage.solids.look[visible.ids[solid]]]]
+
+
+_LEAST_FALL = 0.02  # of a ray that meets the ground, the cosine to the vertical
+
+
+def mirrored_ground(stage: Stage, part: Surface) -> FloatArray:
+    """Return the points (N, 3) of the ground in the middle of what glossy surfaces of a stage with a ground mirror.
+
+    Rough surfaces mirror a wide cone of directions, of which the lower part meets the ground.
+    """
+    toward = np.einsum("ni,ni->n", part.normals, part.view)
+    direction = np.asarray(part.view - 2.0 * toward[:, None] * part.normals, np.float64)
+    rough = stage.solids.looks.gloss[stage.solids.look[part.ids]]
+    fall = np.maximum(-direction[:, 1], np.maximum(0.5 * rough, _LEAST_FALL))
+    points = np.asarray(part.points, np.float64)
+    far = np.maximum(points[:, 1] - (stage.ground or 0.0), 0.0) / fall
+    points = points + direction * far[:, None]
+    points[:, 1] = stage.ground or 0.0
+    return points
+
+
+def _room(
+    stage: Stage, part: Surface, toward: FloatArray, rough: FloatArray, lit_ground: Vectors | float
+) -> FloatArray:
+    """Return the radiance (N, 3) of the surroundings in the direction of reflection.
+
+    ``lit_ground`` (N, 3) is the radiance of the ground there by the lights of the program.
+    """
     direction = part.view + 2.0 * toward[:, None] * part.normals
     sky = stage.studio.dome.radiance(direction, rough)
     if stage.ground is None:
         return sky
     share = np.clip(0.5 + 0.5 * direction[:, 1] / np.maximum(rough, 0.02), 0.0, 1.0)[:, None]
-    return np.asarray(sky * share + ground_radiance(stage) * (1.0 - share), np.float64)
+    return np.asarray(sky * share + (ground_radiance(stage) + lit_ground) * (1.0 - share), np.float64)
 
 
 def _highlight(stage: Stage, part: Surface, reflectance: Vectors, toward: FloatArray, rough: FloatArray) -> FloatArray:

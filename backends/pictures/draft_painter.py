@@ -17,7 +17,7 @@ from scenelang.backends.pictures.film import (
     labels_of,
     write_still,
 )
-from scenelang.backends.pictures.stage import Shot, Staging
+from scenelang.backends.pictures.stage import Shot, Stage, Staging
 from scenelang.backends.surfaces.image_files import encode
 
 
@@ -32,9 +32,18 @@ class DraftPainter:
         self._cache = DraftCache()
 
     def paint(self, shot: Shot, progress: Progress | None = None) -> Image:
-        """Draw one shot; see ``Painter``. The first one decides the backdrop and the exposure."""
+        """Draw one shot; see ``Painter``. The first one decides the backdrop and the exposure.
+
+        Shots that show the same one after the other, as in a video with more images than the scene has frames, share
+        their image.
+        """
         self._staging = adjusted(self._staging, shot)
         stage = self._staging.stage(shot)
+        shown = shot.frame, shot.camera.identity, stage.lights, stage.instant
+        return self._cache.get("image", shown, lambda: self._draw(stage, progress))
+
+    def _draw(self, stage: Stage, progress: Progress | None) -> Image:
+        """Draw a stage."""
         if len(self._staging.moving) == 1:  # one frame, perhaps seen by several cameras
             stage = replace(stage, fixed=len(stage.solids))
         drawn = draw_lens(stage, progress, cache=self._cache, by_pixel=self._by_pixel)

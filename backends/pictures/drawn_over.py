@@ -20,10 +20,10 @@ from scenelang.backends.pictures.painted import Image, Painter, Picture, flatten
 from scenelang.backends.pictures.rays import camera_rays, caster_for, ids_of
 from scenelang.backends.pictures.stage import Shot, Staging
 from scenelang.backends.surfaces.image_files import encode
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import SceneError, UsageError
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, box_of, primitive_ranges
 from scenelang.interpreter.scene.bounds import entity_box
-from scenelang.interpreter.scene.entity import Entity, Scene
+from scenelang.interpreter.scene.entity import Entity, Scene, count_words
 from scenelang.interpreter.scene.primitives.base import Box
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.stdlib.colors import color_of
@@ -34,6 +34,7 @@ Float32Array = npt.NDArray[np.float32]
 _WHITE = np.full(3, 255, np.uint8)
 _PAPER = 0.9  # opacity of the paper around annotations, by which they are readable before dark and busy images
 _LEAST_ROOM = 0.4
+_MOST_LISTED = 8  # words of a scene that an error names
 _MOST_SEARCHED = 100  # levels with a single part that are passed for top-level objects
 
 
@@ -121,7 +122,7 @@ def objects_of(root: Entity, paths: tuple[str, ...]) -> list[Located]:
     found: list[Located] = []
     for path in paths:
         if path != EVERYTHING:
-            found += locator.find(path)
+            found += _selected(locator, path)
             continue
         top = Located((), root, IDENTITY)
         for _ in range(_MOST_SEARCHED):
@@ -130,6 +131,16 @@ def objects_of(root: Entity, paths: tuple[str, ...]) -> list[Located]:
             top = locator.find(EVERYTHING, top)[0]
         found += locator.find(EVERYTHING, top) if top.entity.children else [top]
     return found
+
+
+def _selected(locator: Locator, path: str) -> list[Located]:
+    """Return the instances that a path selects; raises UsageError for one that selects nothing."""
+    try:
+        return locator.find(path)
+    except SceneError as error:
+        words = [word for word in count_words(locator.scene.root) if word]
+        listed = ", ".join(f"`{word[:40]}`" for word in words[:_MOST_LISTED]) + ", ..." * (len(words) > _MOST_LISTED)
+        raise UsageError(error.name, error.message, error.hint or f"the scene has {listed}") from None
 
 
 def callouts_of(root: Entity, paths: tuple[str, ...], seen: IntArray) -> list[Callout]:

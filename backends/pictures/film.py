@@ -48,6 +48,7 @@ from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.settings import FRAME_RATES, frame_rate, setting, whole, within
 from scenelang.interpreter.plugins import PluginRegistry
 from scenelang.interpreter.scene.entity import Scene
+from scenelang.interpreter.scene.setup import SETTINGS, named
 from scenelang.stdlib.colors import color_of
 
 SOFTWARE = "scenelang"  # in the metadata of images, by which `wrote_picture` recognizes them
@@ -170,6 +171,20 @@ def picture_backend(name: str) -> PictureBackend:
             "backend", f"the backend `{name}` does not draw pictures", hint="run `scenelang backends` to list them"
         )
     return _with_settings(backend, quality.settings) if quality.settings else backend
+
+
+def declared_backend(scene: Scene) -> PictureBackend | None:
+    """Return the picture backend of the ``:quality`` of ``render-settings``, None without one.
+
+    Raises SceneError("backend") for an unknown one, where the program states it.
+    """
+    item = next(iter(named(scene.setup, SETTINGS)), None)
+    if item is None or "quality" not in item.values:
+        return None
+    try:
+        return picture_backend(item.values["quality"])
+    except SceneError as error:
+        raise SceneError(error.name, f"`:quality` of `{SETTINGS}`: {error.message}", error.hint, item.span) from None
 
 
 def _with_settings(backend: PictureBackend, settings: Mapping[str, Any]) -> PictureBackend:

@@ -145,6 +145,11 @@ class MitsubaPainter:
         """Draw one shot; a draft of its geometry guides the denoiser and gives the ids of labels."""
         self._staging = adjusted(self._staging, shot)
         stage = self._staging.stage(shot)
+        shown = shot.frame, shot.camera.identity, stage.lights, stage.instant
+        return self._guides.get("image", shown, lambda: self._draw(stage, shot, progress))
+
+    def _draw(self, stage: Stage, shot: Shot, progress: Progress | None) -> Image:
+        """Draw the stage of a shot."""
         if stage.is_clear:
             return self._clear(stage, shot, progress)
         unlit = stage.studio.environment.unlit  # without lighting there is nothing to trace

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.appearance import BRIGHTEST, GLASS, Look
+from scenelang.backends.surfaces.appearance import GLASS, Look
 from scenelang.backends.surfaces.tiles import relief_of, tile_of
 from scenelang.interpreter.scene.primitives.textures import Texture
 
@@ -74,7 +74,7 @@ def bitmap_paint(texture: Texture, source: Callable[[Float32Array], dict[str, An
     ``source`` takes an image (H, W, 3), linear sRGB, and returns the entry of a bitmap that holds or names it.
     """
     image = tile_of(texture).image[::-1]  # row 0 of Mitsuba is at v = 0
-    reflectance = image.reshape(-1, 3).astype(np.float64) * BRIGHTEST
+    reflectance = image.reshape(-1, 3).astype(np.float64)
 
     def paint(lobe: Lobe) -> dict[str, Any]:
         """Return the image of a lobe."""
@@ -148,7 +148,7 @@ def surface(
 
 def uniform(color: tuple[float, float, float]) -> Paint:
     """Return the paint of a surface that has one color."""
-    reflectance = np.array([color]) * BRIGHTEST
+    reflectance = np.array([color])
 
     def paint(lobe: Lobe) -> dict[str, Any]:
         """Return the color of a lobe, which may be above 1."""
@@ -243,7 +243,7 @@ def _glass(look: Look, paint: Paint) -> dict[str, Any]:
         "alpha": rough**2,
         "int_ior": ior,
         "specular_reflectance": gain,
-        "specular_transmittance": paint(lambda color: gain * np.sqrt(color / BRIGHTEST)),
+        "specular_transmittance": paint(lambda color: gain * np.sqrt(color)),
     }
 
 

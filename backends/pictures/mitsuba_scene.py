@@ -14,7 +14,7 @@ from scenelang.backends.pictures.camera import Camera
 from scenelang.backends.pictures.declared import emitters
 from scenelang.backends.pictures.mitsuba_materials import bitmap_paint, is_glass, kind_of, relief, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
-from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.dome import Dome
 from scenelang.backends.surfaces.environments import CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
@@ -447,7 +447,7 @@ def _merged_mesh(mi: Any, part: _Part, emitter: dict[str, Any] | None, *, is_fla
         """Return the entry of a bitmap that holds an image."""
         return {"bitmap": mi.Bitmap(image)}
 
-    colors = part.solids.looks.color * BRIGHTEST
+    colors = part.solids.looks.color
     paint = (lambda lobe: of_faces(lobe(colors))) if texture is None else bitmap_paint(texture, bitmap)
     opacity = of_faces(part.solids.looks.opacity[:, None]) if part.is_clear else None
     bump = None if texture is None else relief(texture, part.depth, bitmap)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import Progress, sub_progress
 from scenelang.backends.pictures.camera import Camera
+from scenelang.backends.pictures.declared import share_of
 from scenelang.backends.pictures.painted import Image, Painter
 from scenelang.backends.pictures.stage import Shot, Staging
 from scenelang.backends.surfaces.environments import tone_map
@@ -51,7 +52,9 @@ def instants_of(scene: Scene, shots: Sequence[Shot], shutter: float) -> tuple[Sc
             known[key] = [shot.frame] * INSTANTS if is_still else list(range(len(frames), len(frames) + INSTANTS))
             frames += [] if is_still else between
         cameras = [camera_between(first.camera, last.camera, time) for time in times]
-        instants.append([Shot(frame, camera) for frame, camera in zip(known[key], cameras, strict=True)])
+        passed = [first.share + (last.share - first.share) * time for time in times]
+        numbers = [(number, INSTANTS) for number in range(INSTANTS)]
+        instants.append([Shot(*each) for each in zip(known[key], cameras, passed, numbers, strict=True)])
     return scene.with_frames(frames), instants
 
 
@@ -63,8 +66,13 @@ def _motion(scene: Scene, shots: Sequence[Shot], k: int) -> tuple[Shot, Shot, fl
     if k > 0:
         return shots[k - 1], shot, 1.0
     if shot.frame + 1 < len(scene.frames):
-        return shot, Shot(shot.frame + 1, shot.camera), 0.0
-    return (Shot(shot.frame - 1, shot.camera), shot, 1.0) if shot.frame > 0 else (shot, shot, 0.0)
+        return shot, _next_to(scene, shot, 1), 0.0
+    return (_next_to(scene, shot, -1), shot, 1.0) if shot.frame > 0 else (shot, shot, 0.0)
+
+
+def _next_to(scene: Scene, shot: Shot, step: int) -> Shot:
+    """Return the shot of another frame by the same camera."""
+    return replace(shot, frame=shot.frame + step, share=share_of(scene, shot.frame + step))
 
 
 def entities_between(one: Entity, other: Entity, times: Sequence[float]) -> Iterator[Entity]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from scenelang.backends.base import frame_of, require, sub_progress
 from scenelang.backends.pictures import film, notes
-from scenelang.backends.pictures.camera import Camera, Viewpoint
+from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
 from scenelang.backends.pictures.declared import resolved, view_of
 from scenelang.backends.pictures.draft import adjusted
 from scenelang.backends.pictures.drawn_over import covered, instances_seen, with_room, zoomed
@@ -140,7 +140,7 @@ def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] =
     cells = []
     for name, shot, is_side in zip(views, shots, sides, strict=True):
         camera = zoomed(shot.camera, least / shot.camera.focal[0]) if is_side else shot.camera
-        cells.append(SheetCell(name.strip(), scene, Shot(shot.frame, camera)))
+        cells.append(SheetCell(name.strip(), scene, replace(shot, camera=camera)))
     return cells
 
 
@@ -385,6 +385,9 @@ def check_wanted(wanted: SheetOptions, scenes: int, *, is_comparison: bool = Fal
         raise SceneError("value", message, hint="give one file, or leave it out for one cell for each file")
     if wanted.columns is not None and not 1 <= wanted.columns <= MOST_CELLS:
         raise SceneError("value", f"a sheet has 1 to {MOST_CELLS} columns, not {wanted.columns}")
+    if wanted.views is not None and not (wanted.views and all(map(str.strip, wanted.views))):
+        message = f"`views` expects names of cameras with commas between them, got `{','.join(wanted.views)[:60]}`"
+        raise SceneError("value", message, hint=f"name a camera of the program, or {', '.join(PRESETS)}")
     for name in ("frames", "seeds"):
         if (count := getattr(wanted, name)) is not None:
             check_count(count, name)
@@ -401,6 +404,7 @@ def values_in(text: str) -> tuple[str, list[str]]:
     name, equals, values = text.partition("=")
     listed = [value.strip() for value in values.split(",")]
     if not equals or not name.strip() or not all(listed):
-        raise SceneError("value", f"`{text[:60]}` names no values of a param", hint="write `--vary legs=3,4,5`")
+        message = "`vary` expects a param of the program and its values"
+        raise SceneError("value", f"{message}, got `{text[:60]}`", hint="write `--vary legs=3,4,5`")
     check_count(len(listed), "values")
     return name.strip(), listed

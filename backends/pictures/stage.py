@@ -36,10 +36,20 @@ _MOST_FRAMED = 1_000  # images of an orbit whose union is framed; of more, every
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """Frame number ``frame`` of the scene, seen by ``camera``."""
+    """Frame number ``frame`` of the scene, seen by ``camera``.
+
+    Attributes
+    ----------
+    share
+        How far the video is, from 0 to 1.
+    instant
+        Number of the instant, and of all instants of which an image is the mean: these share the points of a lens.
+    """
 
     frame: int
     camera: Camera
+    share: float = 0.0
+    instant: tuple[int, int] = (0, 1)
 
 
 def box_of(scene: Scene) -> tuple[FloatArray, FloatArray]:
@@ -83,20 +93,20 @@ def stills(
         return _declared(scene, chosen, list(zip(frames, shares, strict=True)), (width, height), seen or frames)
     low, high = box_of(scene)
     if isinstance(chosen, Camera):
-        return [Shot(frame, _resized(chosen, width, height)) for frame in frames]
+        return [Shot(frame, _resized(chosen, width, height), share_of(scene, frame)) for frame in frames]
     placed = checked(chosen)
     camera = framed(
         placed, _extent(scene, [(scene.frames[k], np.eye(3, 4)) for k in dict.fromkeys(seen or frames)]), width, height
     )
     if not placed.follow or placed.target is not None:
-        return [Shot(frame, camera) for frame in frames]
+        return [Shot(frame, camera, share_of(scene, frame)) for frame in frames]
     distance = placed.distance or float(np.dot((low + high) / 2.0 - camera.eye, camera.forward))
     shots = []
     for frame in frames:
         box = entity_box(scene.frames[frame])
         middle = (np.array(box[:3]) + np.array(box[3:])) / 2.0 if box is not None else (low + high) / 2.0
         aimed = replace(placed, target=tuple(middle.tolist()), distance=None if placed.eye is not None else distance)
-        shots.append(Shot(frame, framed(aimed, BoxExtent(low, high), width, height)))
+        shots.append(Shot(frame, framed(aimed, BoxExtent(low, high), width, height), share_of(scene, frame)))
     return shots
 
 
@@ -114,7 +124,7 @@ def _declared(
         (shot,) = stills(scene, viewpoint, [seen[0]], *size, seen=seen)
         return shot.camera
 
-    return [Shot(frame, camera.at(scene, frame, share, size, place)) for frame, share in shares]
+    return [Shot(frame, camera.at(scene, frame, share, size, place), share) for frame, share in shares]
 
 
 def _extent(scene: Scene, placed: Sequence[tuple[Entity, FloatArray]]) -> Extent:
@@ -149,11 +159,12 @@ def film(scene: Scene, view: View, width: int, height: int, frames: int | None, 
     if not -MOST_ORBIT <= angle <= MOST_ORBIT:
         raise SceneError("value", f"the camera's orbit must be at most {MOST_ORBIT:,.0f} degrees, not {angle:,g}")
     numbers = [i * len(scene.frames) // count for i in range(count)]
+    shares = [i / max(1, count - 1) for i in range(count)]
     if not angle:
         if isinstance(view, ProgramCamera):
-            last = max(1, count - 1)
-            return _declared(scene, view, [(n, i / last) for i, n in enumerate(numbers)], (width, height), numbers)
-        return stills(scene, view, numbers, width, height)
+            return _declared(scene, view, list(zip(numbers, shares, strict=True)), (width, height), numbers)
+        shots = stills(scene, view, numbers, width, height)
+        return [replace(shot, share=share) for shot, share in zip(shots, shares, strict=True)]
     low, high = box_of(scene)
     target = None if isinstance(view, Camera) else view.target if isinstance(view, Viewpoint) else view.target(scene)
     pivot = (low + high) / 2.0 if target is None else np.array(target, np.float64)
@@ -162,7 +173,7 @@ def film(scene: Scene, view: View, width: int, height: int, frames: int | None, 
         (first,) = _declared(scene, view, [(numbers[0], 0.0)], (width, height), numbers)
         view = first.camera
     start = _orbit_start(scene, view, pivot, list(zip(numbers, angles)), (width, height))
-    return [Shot(number, turned(start, pivot, a)) for number, a in zip(numbers, angles)]
+    return [Shot(n, turned(start, pivot, a), share) for n, a, share in zip(numbers, angles, shares, strict=True)]
 
 
 def _resized(camera: Camera, width: int, height: int) -> Camera:
@@ -232,6 +243,8 @@ class Stage:
         With ``scale``, defines the frame: ``p_stage = scale (p_world - center)``.
     lights
         Lights of the program, in that frame.
+    instant
+        As of ``Shot``.
     """
 
     solids: Solids
@@ -243,6 +256,7 @@ class Stage:
     scale: float
     is_clear: bool = False
     lights: tuple[Light, ...] = ()
+    instant: tuple[int, int] = (0, 1)
 
     @property
     def fades(self) -> bool:
@@ -304,7 +318,7 @@ class Staging:
         is_clear = self.ground in CLEAR_GROUNDS
         studio = self.studio(camera)
         lighting = self.lighting or Lighting()
-        lights = tuple(light.scaled(self.center, self.scale) for light in lighting.lights)
+        lights = tuple(light.scaled(self.center, self.scale) for light in lighting.lights_at(shot.share))
         solids = self.moving[shot.frame]
         if self.fixed is not None:
             solids = self.fixed.followed_by(solids)
@@ -312,7 +326,7 @@ class Staging:
         shows_ground = studio.ground is not None and camera.eye[1] > ground + 1e-3
         fixed = len(self.fixed) if self.fixed is not None else 0
         height = ground if shows_ground else None
-        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear, lights)
+        return Stage(solids, fixed, camera, studio, height, self.center, self.scale, is_clear, lights, shot.instant)
 
     def studio(self, camera: Camera) -> Studio:
         """Return the lighting of an image by ``camera``."""

@@ -1,10 +1,11 @@
 """Appearance: the materials of primitives, derived from their words and attributes.
 
-``:color`` is the reflectance in linear sRGB; ``:roughness`` from 0 (polished) to 1, matte if absent; ``:metallic`` from
-0 to 1; ``:opacity`` from 0 (transparent) to 1; ``:emission`` the emitted radiance, one number (multiplied by the
-color) or three; ``:ior`` the index of refraction: the surface is glossy, and light transmitted by its ``:opacity`` is
-refracted, as by glass; ``:coat`` from 0 to 1 a varnish, ``:sheen`` from 0 to 1 the bright rim of fabric. ``:material``
-names a substance (``primitives/substances``), which sets what the other attributes do not set.
+``:color`` is the reflectance in linear sRGB, of metals at normal incidence; ``:roughness`` from 0 (polished) to 1,
+matte if absent; ``:metallic`` from 0 to 1; ``:opacity`` from 0 (transparent) to 1; ``:emission`` the emitted radiance,
+one number (multiplied by the color) or three; ``:ior`` the index of refraction: the surface is glossy, and light
+transmitted by its ``:opacity`` is refracted, as by glass; ``:coat`` from 0 to 1 a varnish, ``:sheen`` from 0 to 1 the
+bright rim of fabric. ``:material`` names a substance (``primitives/substances``), which sets what the other attributes
+do not set.
 """
 
 from __future__ import annotations
@@ -260,9 +261,6 @@ def _numbers_in(
         expected = " or ".join("a number" if length == 1 else f"{length} numbers" for length in lengths)
         raise SceneError("attribute", f'the attribute `:{name}` of "{word}" must be {expected}')
     return floats
-
-
-BRIGHTEST = 0.92  # maximum reflectance; no surface reflects all light
 
 
 # Oklab (Ottosson 2020): linear sRGB to cone responses, and their cube roots to lightness and two opponent axes.

@@ -33,6 +33,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.primitives import MESH_ENDINGS
 from scenelang.interpreter.scene.primitives.mesh import Mesh
 from scenelang.interpreter.scene.primitives.mesh_file import Asset, located, set_mesh_loader
+from scenelang.interpreter.scene.setup import is_panorama
 
 # Support function of a point set: the extremes of a linear form. Points are sorted along a Morton curve into blocks
 # with bounding boxes, so that only blocks that may contain the extreme point are opened. The result equals that of all
@@ -133,15 +134,17 @@ class AssetFiles:
         return asset
 
     def image(self, file: str, charge: Callable[[int], None] = _uncharged) -> str:
-        """Return the path of an image of a texture; raises SceneError if it cannot be one.
+        """Return the path of an image of a texture, or of a panorama; raises SceneError if it cannot be one.
 
-        Only its header is read, by Pillow: its size must be within ``MAX_PIXELS``.
+        Only the header of a texture is read, by Pillow: its size must be within ``MAX_PIXELS``. A panorama is read
+        when an image is drawn.
         """
         target = located(file, "image", self._folder, self._project, self._allow_outside)
         charge(_CLOCK_STEPS)
         if target.stat().st_size > MAX_FILE_BYTES:
             raise SceneError("file", f"the image `{file[:80]}` is larger than {MAX_FILE_BYTES:,} bytes")
-        checked_image(target, file)
+        if not is_panorama(target.name):
+            checked_image(target, file)
         return str(target)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -301,6 +302,7 @@ SKY = "sky"
 IMAGES = PANORAMAS
 USAGE = f"{', '.join(ENVIRONMENTS)}, sky,hour=15, or an image FILE.hdr or FILE.exr, with turn=30,strength=1.5"
 _NUMBERS = {"turn": (-1e6, 1e6), "strength": (0.0, 1e6), "hour": (SUNRISE, SUNSET), "haze": (CLEAREST, HAZIEST)}
+_FILE = re.compile(r".*\.(hdr|exr)\s*(?=,|\Z)", re.IGNORECASE | re.DOTALL)  # its name may have commas
 _HORIZONTAL = 1.0  # radiance of a white surface that faces upwards under a sky or an image of strength 1
 _SUN_RADIUS = 0.5  # degrees, twice that of the sun, so that few rays show no noise
 
@@ -318,7 +320,9 @@ def environment_of(text: str) -> Environment:
     SceneError
         "value" for an unknown name or setting, "file" for a file that is not such an image.
     """
-    name, *items = (piece.strip() for piece in text.split(","))
+    file = _FILE.match(text)
+    name = text.partition(",")[0].strip() if file is None else file[0].strip()
+    items = [piece.strip() for piece in text[len(name if file is None else file[0]) :].split(",")[1:]]
     given: dict[str, float] = {}
     for item in items:
         key, value = _setting(item, is_sky=name == SKY)

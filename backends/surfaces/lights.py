@@ -9,6 +9,8 @@ has the radiance P / (pi A) on one side. A sun has the irradiance E = ``:strengt
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +20,7 @@ import numpy.typing as npt
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.inspection.instance_paths import box_of
 from scenelang.interpreter.scene.entity import Scene, count_words
-from scenelang.interpreter.scene.setup import LIGHT, Declared, named
+from scenelang.interpreter.scene.setup import LIGHT, Declared, is_keyed, named
 
 FloatArray = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
@@ -110,6 +112,12 @@ class Light:
             size=(width * scale, height * scale),
         )  # fmt: skip
 
+    def toward(self, points: FloatArray) -> FloatArray:
+        """Return the unit directions (N, 3) from points (N, 3) to the light."""
+        if self.kind == "sun":
+            return np.broadcast_to(-np.array(self.direction), points.shape)
+        return _apart(points, np.array(self.position))[0]
+
     @property
     def flux(self) -> FloatArray:
         """Power of each channel (3,)."""
@@ -123,22 +131,143 @@ class Light:
         return self.flux / (math.pi * surface)
 
 
+_AREA_PLACES = 4  # per side of an area, for its irradiance
+
+
+def irradiance_of(light: Light, points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the irradiance (N,) of points (N, 3) with unit ``normals`` (N, 3) by a light of white color."""
+    direction = np.array(light.direction)
+    if light.kind == "sun":
+        return np.asarray(light.power * np.maximum(normals @ -direction, 0.0), np.float64)
+    if light.kind == "area":
+        return _of_area(light, points, normals)
+    toward, distance = _apart(points, np.array(light.position))
+    facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
+    irradiance = light.power * facing / (4.0 * math.pi * distance**2)
+    if light.kind == "spot":
+        half = light.angle / 2.0
+        angle = np.degrees(np.arccos(np.clip(toward @ -direction, -1.0, 1.0)))
+        irradiance *= np.clip((half - angle) / (half * max(light.blend, 1e-3)), 0.0, 1.0)
+    return np.asarray(irradiance, np.float64)
+
+
+def _apart(points: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the unit directions (N, 3) from points (N, 3) to a place, and the distances (N,)."""
+    offset = place - points
+    distance = np.maximum(np.linalg.norm(offset, axis=1), 1e-6)
+    return offset / distance[:, None], distance
+
+
+def _of_area(light: Light, points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the irradiance (N,) by a rectangle, as the sum over places on it."""
+    right, up, forward = level_axes(np.array(light.direction))
+    width, height = light.size
+    steps = (np.arange(_AREA_PLACES) + 0.5) / _AREA_PLACES - 0.5
+    total = np.zeros(len(points))
+    for across in steps:
+        for along in steps:
+            place = np.array(light.position) + across * width * right + along * height * up
+            toward, distance = _apart(points, place)
+            facing = np.maximum(np.einsum("ni,ni->n", normals, toward), 0.0)
+            total += facing * np.maximum(-(toward @ forward), 0.0) / distance**2
+    return light.power / (math.pi * _AREA_PLACES**2) * total
+
+
 def lights_of(scene: Scene) -> tuple[Light, ...]:
-    """Return the lights that a program declares; raises SceneError for one that looks at nothing."""
-    return tuple(_light(scene, item) for item in named(scene.setup, LIGHT))
+    """Return the lights that a program declares, at the first frame; raises SceneError if one looks at nothing."""
+    return _lights_at(scene, 0.0)
 
 
-def _light(scene: Scene, item: Declared) -> Light:
-    values = item.values
+LightTrack = tuple[tuple[float, tuple[Light, ...]], ...]  # lights at shares of the way through a video, from 0 to 1
+
+
+def light_track(scene: Scene) -> LightTrack:
+    """Return the lights of a program over a video, between which they move linearly; one entry if they stand still.
+
+    Raises SceneError for a light that looks at nothing.
+    """
+    shares = {0.0}
+    for item in named(scene.setup, LIGHT):
+        for key, value in item.values.items():
+            if is_keyed(LIGHT, key, value):
+                shares |= {k / max(1, len(value) - 1) for k in range(len(value))}
+        if _follows(item):
+            shares |= {k / max(1, len(scene.frames) - 1) for k in range(len(scene.frames))}
+    return tuple((share, _lights_at(scene, share)) for share in sorted(shares))
+
+
+def lights_at(track: LightTrack, share: float) -> tuple[Light, ...]:
+    """Return the lights of a track at a share of the way through the video."""
+    last = min(bisect_left([at for at, _ in track], share), len(track) - 1)
+    (before, one), (after, other) = track[max(0, last - 1)], track[last]
+    between = 1.0 if after == before else min(1.0, max(0.0, (share - before) / (after - before)))
+    return tuple(_between(a, b, between) for a, b in zip(one, other, strict=True))
+
+
+def _between(one: Light, other: Light, between: float) -> Light:
+    """Return a light on the way from one to another of its kind."""
+    direction = mixed(one.direction, other.direction, between)
+    return replace(
+        one, position=mixed(one.position, other.position, between), power=mixed(one.power, other.power, between),
+        direction=_unit(direction) if any(direction) else one.direction,
+        radius=mixed(one.radius, other.radius, between), angle=mixed(one.angle, other.angle, between),
+    )  # fmt: skip
+
+
+def value_at(item: Declared, key: str, share: float, place: Callable[[Any], Any] = lambda value: value) -> Any:
+    """Return a value of a declaration at a share of the way through a video, linear between those given; None without.
+
+    ``place`` is applied to each of the values first.
+    """
+    value = item.values.get(key)
+    if value is None or not is_keyed(item.form, key, value):
+        return None if value is None else place(value)
+    way = min(1.0, max(0.0, share)) * (len(value) - 1)
+    first = min(int(way), len(value) - 1)
+    return mixed(place(value[first]), place(value[min(first + 1, len(value) - 1)]), way - first)
+
+
+def mixed(one: Any, other: Any, between: float) -> Any:
+    """Return a number or point between two others; exactly the first at 0."""
+    if between == 0.0:
+        return one
+    if isinstance(one, tuple):
+        return tuple(a + (b - a) * between for a, b in zip(one, other, strict=True))
+    return one + (other - one) * between
+
+
+def target_at(scene: Scene, item: Declared, frame: int, share: float) -> Point | None:
+    """Return what a camera or a light looks at (3,) in a frame, None for nothing in particular; raises SceneError."""
+
+    def place(target: str | Point) -> Point:
+        """Return a point, or the center of what words name in the frame."""
+        return center_of(scene, target, item, frame) if isinstance(target, str) else target
+
+    point: Point | None = value_at(item, "look-at", share, place)
+    return point
+
+
+def _follows(item: Declared) -> bool:
+    """Return whether a light looks at what words name, which may move."""
+    target = item.values.get("look-at", ())
+    return isinstance(target, str) or any(isinstance(one, str) for one in target)
+
+
+def _lights_at(scene: Scene, share: float) -> tuple[Light, ...]:
+    """Return the lights of a program at a share of the way through a video."""
+    return tuple(_light(scene, item, share) for item in named(scene.setup, LIGHT))
+
+
+def _light(scene: Scene, item: Declared, share: float) -> Light:
+    values = {key: value_at(item, key, share) for key in item.values if key != "look-at"}
     color, direction = values.get("color", (1.0, 1.0, 1.0)), values.get("direction")
     if "position" not in values:
         shape = {"radius": values.get("angle", 0.5) / 2.0}  # the sun is seen under half a degree
         return Light("sun", (0.0, 0.0, 0.0), _unit(direction), color, values.get("strength", math.pi), **shape,
                      name=item.name)  # fmt: skip
     position = values["position"]
-    target = values.get("look-at")
-    if target is not None:
-        point = center_of(scene, target, item) if isinstance(target, str) else target
+    point = target_at(scene, item, round(share * (len(scene.frames) - 1)), share)
+    if point is not None:
         direction = tuple(b - a for a, b in zip(position, point, strict=True))
         if not any(direction):
             raise SceneError("value", "the light is at the point that it looks at", None, item.span)
@@ -146,7 +275,7 @@ def _light(scene: Scene, item: Declared) -> Light:
     more = {key: values[key] for key in ("radius", "angle", "blend", "size") if key in values}
     power = values.get("power")
     if power is None:
-        power = _power_for(scene, position)
+        power = _power_for(scene, value_at(item, "position", 0.0))
     return Light(kind, position, _unit(direction or (0.0, -1.0, 0.0)), color, power, **more, name=item.name)
 
 
@@ -157,8 +286,10 @@ def _power_for(scene: Scene, position: Point) -> float:
 
 
 def _unit(vector: Any) -> Point:
-    """Return a vector (3,) with length 1."""
+    """Return a vector (3,) with length 1; down for one without a length, as halfway between opposite ones."""
     largest = max(map(abs, vector))
+    if largest == 0.0:
+        return 0.0, -1.0, 0.0
     x, y, z = (component / largest for component in vector)
     length = math.hypot(x, y, z)
     return x / length, y / length, z / length

@@ -14,7 +14,7 @@ from scenelang.backends.pictures.declared import Lighting, ProgramCamera, settle
 from scenelang.backends.pictures.film import PictureOptions
 from scenelang.backends.pictures.stage import box_of, has_free_tone, staging_of, still, unit_size
 from scenelang.backends.surfaces import microfacets
-from scenelang.backends.surfaces.appearance import BRIGHTEST, Color
+from scenelang.backends.surfaces.appearance import Color
 from scenelang.backends.surfaces.dome import Panorama, smaller
 from scenelang.backends.surfaces.environments import (
     CHECKER,
@@ -167,7 +167,6 @@ def studio_of(
         "exposure": light.gain,
         "albedo": list(microfacets.ALBEDO),
         "grazing": list(microfacets.GRAZING),
-        "brightest": 1.0 if light.unlit else BRIGHTEST,
         "shoulder": _CLIPPED if light.curve == "clip" else SHOULDER,
         "lights": [] if size is None or light.unlit else [_lamp(lamp.scaled(*size)) for lamp in lighting.lights],
     }, panorama

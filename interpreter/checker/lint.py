@@ -826,12 +826,16 @@ def without_suppressed(diagnostics: Iterable[Diagnostic], sources: Iterable[Sour
 # --- findings and runs -----------------------------------------------------------------------------------------------
 
 
+_DRAWN = "declaration-subject"  # of a word that a camera or a light looks at
+
+
 def confirmed(
     reported: Sequence[Diagnostic], problem: Diagnostic | None, warnings: Sequence[Diagnostic]
 ) -> list[Diagnostic]:
     """Return the findings of a check together with those of the run after it, each mistake once.
 
-    Errors of the check that did not occur in the run become warnings: the code was guarded, or not evaluated.
+    Errors of the check that did not occur in the run become warnings: the code was guarded, or not evaluated. Words
+    that a camera or a light looks at are looked up when an image is drawn, so that a run does not say that they exist.
 
     Parameters
     ----------
@@ -849,7 +853,7 @@ def confirmed(
         reported = [d for d in reported if d.name != "endless-recursion" or d not in known]
         warnings = [d for d in warnings if not CODES[d.name].code.startswith("W6")]  # of values that never end
     if problem is None or CODES[problem.name].code.startswith("E5"):
-        reported = [replace(d, name="conditional-failure") if d.is_error else d for d in reported]
+        reported = [replace(d, name="conditional-failure") if d.is_error and d.name != _DRAWN else d for d in reported]
         return [*reported, problem, *warnings] if problem else [*reported, *warnings]
     candidates = (problem.span, *(span for _, span in problem.chain))
     spans = [span for span in candidates if span is not None]

@@ -273,11 +273,16 @@ def _with_image(runtime: Runtime, texture: Any) -> Any:
     name = texture if type(texture) is str else items[0] if items else None
     if type(name) is not str or not is_image(name):
         return texture
+    path = image_path(runtime, name)
+    return path if items is None else make_list([path, *items[1:]])
+
+
+def image_path(runtime: Runtime, name: str) -> str:
+    """Return the path of an image of the project's folder, a texture or a panorama; raises SceneError."""
     if runtime.image is None:
         raise SceneError("file", f"cannot read the image {name[:80]}: loading of images is disabled here")
     runtime.output += 1  # the file may change
-    path = runtime.image(name, runtime.charge)
-    return path if items is None else make_list([path, *items[1:]])
+    return runtime.image(name, runtime.charge)
 
 
 def load_asset(runtime: Runtime, attributes: dict[str, Any]) -> tuple[Asset, dict[str, Any]]:

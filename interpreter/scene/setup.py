@@ -83,15 +83,25 @@ _CAMERA = {
     "orbit": SetupProperty(NUMBER, "degrees that the camera of a video travels around", -360_000.0, 360_000.0),
 }  # fmt: skip
 _LIGHT = {
-    "position": SetupProperty(POINT, "where it is"),
-    "direction": SetupProperty(DIRECTION, "where it shines; a light with a direction and no position is a sun"),
-    "look-at": SetupProperty(TARGET, 'what it shines at, in place of `:direction`: a point, or words such as "vase"'),
+    "position": SetupProperty(POINT, "where it is", may_vary=True),
+    "direction": SetupProperty(
+        DIRECTION, "where it shines; a light with a direction and no position is a sun", may_vary=True
+    ),
+    "look-at": SetupProperty(
+        TARGET, 'what it shines at, in place of `:direction`: a point, or words such as "vase"', may_vary=True
+    ),
     "color": SetupProperty(COLOR, "linear sRGB, or a name", 0.0),
-    "power": SetupProperty(NUMBER, "radiant flux of a light with a position", 0.0),
-    "strength": SetupProperty(NUMBER, "irradiance of a sun: pi makes a white surface that faces it white", 0.0),
-    "radius": SetupProperty(NUMBER, "of a sphere that shines, for soft shadows; 0 is a point", 0.0),
+    "power": SetupProperty(NUMBER, "radiant flux of a light with a position", 0.0, may_vary=True),
+    "strength": SetupProperty(
+        NUMBER, "irradiance of a sun: pi makes a white surface that faces it white", 0.0, may_vary=True
+    ),
+    "radius": SetupProperty(NUMBER, "of a sphere that shines, for soft shadows; 0 is a point", 0.0, may_vary=True),
     "angle": SetupProperty(
-        NUMBER, "full angle in degrees: of the cone of a spot, or under which a sun is seen", 0.0, 179.0
+        NUMBER,
+        "full angle in degrees: of the cone of a spot, or under which a sun is seen",
+        0.0,
+        179.0,
+        may_vary=True,
     ),
     "blend": SetupProperty(NUMBER, "share of the cone's radius over which a spot fades", 0.0, 1.0),
     "size": _positive(SIZE, "width and height of a rectangle that shines to one side"),
@@ -133,7 +143,7 @@ class Declared:
     form
         CAMERA, LIGHT, ENVIRONMENT or SETTINGS.
     name
-        Name of a camera or light, and of the environment; empty without one.
+        Name of a camera or light, and of the environment, or the path of its image; empty without one.
     values
         Numbers, booleans, strings, tuples of numbers, and for values over the frames tuples of these, by keyword.
     span
@@ -235,10 +245,14 @@ def checked_name(form: str, name: Any) -> str:
         raise SceneError("type", f"`{form}` expects a name as a string", f"write `{_EXAMPLES[form]}`")
     if form == ENVIRONMENT and not name:
         raise SceneError("arity", "`environment` expects the name of an environment", f"write `{_EXAMPLES[form]}`")
-    if form == ENVIRONMENT and name.lower().endswith(PANORAMAS):
-        hint = f"give it where the image is drawn: `--environment {name[:80]}`"
-        raise SceneError("value", "a program names no panorama: it is a file of its user", hint)
+    if form == ENVIRONMENT and is_panorama(name):
+        return name
     return _known(form, "environment", _short(form, name), ENVIRONMENTS if form == ENVIRONMENT else ())
+
+
+def is_panorama(name: Any) -> bool:
+    """Return whether the name of an environment is that of an image file."""
+    return type(name) is str and name.lower().endswith(PANORAMAS)
 
 
 def _known(form: str, what: str, name: str, known: Sequence[str]) -> str:
@@ -258,7 +272,7 @@ def _short(form: str, text: str) -> str:
 
 def check_together(form: str, keys: frozenset[str]) -> None:
     """Raise SceneError("value") for keywords of a declaration that exclude or need each other."""
-    for one, others in _EXCLUSIVE.get(form, ()):
+    for one, others in EXCLUSIVE.get(form, ()):
         other = next((key for key in others if key in keys), None)
         if one in keys and other is not None:
             raise SceneError("value", f"`{form}` takes `:{one}` or `:{other}`, not both")
@@ -274,7 +288,8 @@ def check_together(form: str, keys: frozenset[str]) -> None:
         raise SceneError("value", "`:blend` is of a spot", "add `:angle`, of the cone in degrees")
 
 
-_EXCLUSIVE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+# Keywords of which a declaration takes the first, or some of the others.
+EXCLUSIVE: Mapping[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     CAMERA: (("eye", ("azimuth", "elevation", "distance", "preset")), ("fov", ("lens",))),
     LIGHT: (("direction", ("look-at",)), ("strength", ("position",)), ("size", ("angle", "radius")),
             ("radius", ("angle",))),
@@ -302,6 +317,15 @@ _SHAPES = {
 }  # fmt: skip
 
 
+_VECTORS = (POINT, DIRECTION, TARGET, COLOR, SIZE, PIXELS)  # kinds of values that are several numbers
+
+
+def is_keyed(form: str, key: str, value: Any) -> bool:
+    """Return whether a value of a declaration is a sequence of values over the frames rather than one."""
+    is_vector = PROPERTIES[form][key].kind in _VECTORS
+    return isinstance(value, tuple) and not (is_vector and all(map(_is_number, value)))
+
+
 @dataclass(frozen=True, slots=True)
 class _Reader:
     """Reads the value of one keyword."""
@@ -323,7 +347,7 @@ class _Reader:
 
     def _is_one(self, value: Any) -> bool:
         """Return whether a list is one value rather than several over the frames."""
-        return self.prop.kind in (POINT, TARGET) and all(_is_number(item) for item in value)
+        return self.prop.kind in _VECTORS and all(_is_number(item) for item in value)
 
     def _one(self, value: Any) -> Any:
         kind = self.prop.kind
@@ -392,5 +416,6 @@ def _shown(value: Any) -> str:
     if isinstance(value, str):
         return f'"{value[:40]}"'
     if _is_list(value):
-        return f"{len(value)} values"
+        is_short = len(value) <= 4 and all(map(_is_number, value))
+        return f"[{' '.join(map(_shown, value))}]" if is_short else f"{len(value)} values"
     return "another value"

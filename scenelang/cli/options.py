@@ -311,7 +311,7 @@ def scene_of(arguments: argparse.Namespace, fresh: bool = False) -> LoadedScene:
 
     session_arguments = argparse.Namespace(**{**vars(arguments), "z": None, "file": "-"}) if fresh else arguments
     result, source, session = opened(arguments, session_of(session_arguments))
-    if result.scene is None:
+    if result.scene is None or any(d.is_error for d in result.diagnostics):
         raise ReportedError
     compute_solids(arguments, result.scene.frames)
     return scene_from(LoadedScene, result, source.name, session.options)

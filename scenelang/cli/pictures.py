@@ -18,7 +18,7 @@ from scenelang.backends import base
 from scenelang.backends.files import output_path
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
-from scenelang.backends.pictures.declared import setting_of, settled, view_of
+from scenelang.backends.pictures.declared import settled, view_of
 from scenelang.backends.pictures.figures import Figure
 from scenelang.cli.options import (
     UsageError,
@@ -96,7 +96,8 @@ def _picture_options(arguments: argparse.Namespace, camera: str | None) -> film.
 
 def _backend_of(arguments: argparse.Namespace, scene: Scene, options: film.PictureOptions) -> film.PictureBackend:
     """Return the backend of the quality of a command, else of the program; raises SceneError if it lacks an option."""
-    backend = film.picture_backend(arguments.quality or setting_of(scene, "quality") or "draft")
+    stated = None if arguments.quality else film.declared_backend(scene)
+    backend = stated or film.picture_backend(arguments.quality or "draft")
     film.check(options, [backend])
     return backend
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
@@ -20,7 +20,7 @@ from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.modelling.operations import from_plain, to_plain
 from scenelang.interpreter.scene.modelling.solid import SolidShape
 from scenelang.interpreter.scene.primitives import Primitive, class_of, former_word, word_of_today
-from scenelang.interpreter.scene.setup import setup_of_plain
+from scenelang.interpreter.scene.setup import is_panorama, setup_of_plain
 from scenelang.interpreter.values.values import Embedding, Matrix, Pair
 
 FORMAT = "scenelang-scene"
@@ -47,7 +47,7 @@ def scene_text(scene: Scene, folder: Path) -> Iterator[str]:
         "axes": _AXES,
     }
     if scene.setup:
-        head["setup"] = [item.to_plain() for item in scene.setup]
+        head["setup"] = [_with_name(item.to_plain(), lambda path: _relative(path, folder)) for item in scene.setup]
     yield json.dumps(head)[:-1] + ',\n"entities": ['
     numbers: dict[int, int] = {}
     for entity in descendants(*scene.frames):
@@ -92,6 +92,13 @@ def _attributes(entity: Entity) -> dict[str, Any]:
         except NotPlain:
             continue
     return attributes
+
+
+def _with_name(declared: Any, path_of: Callable[[str], str]) -> Any:
+    """Return a declaration as JSON data with another path of its panorama, if it has one."""
+    if not isinstance(declared, dict) or not is_panorama(declared.get("name")):
+        return declared
+    return {**declared, "name": path_of(declared["name"])}
 
 
 def _relative(file: str, folder: Path) -> str:
@@ -177,7 +184,9 @@ def read_scene(path: Path | str, project: Path | None = None, allow_outside: boo
     if not isinstance(animated, bool) or (len(roots) > 1 and not animated):
         reader.fail('"animated" must be true for several frames')
     try:
-        setup = setup_of_plain(data.get("setup", []))
+        listed = data.get("setup", [])
+        is_list = isinstance(listed, list)
+        setup = setup_of_plain([_with_name(item, reader.assets.image) for item in listed] if is_list else listed)
     except SceneError as error:
         reader.fail(f'"setup": {error.message}')
     return Scene(word, roots, animated, (), setup)

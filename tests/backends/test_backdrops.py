@@ -56,6 +56,16 @@ def test_outlines_of_examples_are_visible(name: str) -> None:
     assert outline_contrast(loaded(PROGRAMS[name]), PictureOptions(width=640, height=480)) >= 20.0
 
 
+@pytest.mark.parametrize("name", ["mug", "chair"])
+def test_small_images_have_the_tone_of_large_ones(name: str) -> None:
+    graph = loaded(PROGRAMS[name])
+    tones = set()
+    for size in ((64, 48), (160, 120), (640, 480)):
+        staging = staging_of(graph, [0], 1_000_000)
+        tones.add(toned(staging, still(graph, Viewpoint(), None, *size)).backdrop)
+    assert len(tones) == 1
+
+
 def test_a_scene_that_fills_the_picture_keeps_the_tone(make: Any) -> None:
     wall = make.scene(make.primitive("cube", color=(1, 1, 1)))
     options = PictureOptions(width=64, height=48, camera=Viewpoint(0, 0, distance=0.7))

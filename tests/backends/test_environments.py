@@ -55,6 +55,21 @@ def test_broken_files_are_diagnostics(tmp_path: Path, data: bytes) -> None:
         environment_of(str(tmp_path / "a.hdr"))
 
 
+@pytest.mark.parametrize(
+    ("pixels", "key"),
+    [([[1.0, 1.0]], 0.0), ([[4.0, 1.0]], 0.0), ([[1.0] * 4, [0.5] * 4], 0.0), ([[1.0, 9.0, 1.0, 1.0], [0.5] * 4], 0.0)],
+)
+def test_an_image_of_few_pixels_is_large_areas_of_light(tmp_path: Path, pixels: list[list[float]], key: float) -> None:
+    mi = pytest.importorskip("mitsuba")
+    image = np.repeat(np.array(pixels, np.float32)[:, :, None], 3, axis=2)
+    mi.Bitmap(image).write(str(tmp_path / "a.exr"))
+    chosen = environment_of(str(tmp_path / "a.exr"))
+    assert np.array(chosen.key).max() == key
+    assert chosen.ambient == pytest.approx((1.0, 1.0, 1.0), abs=0.02)
+    above = image[: max(1, len(image) // 2)].mean()
+    assert chosen.strength == pytest.approx(1.0 / above, rel=0.05)
+
+
 def test_the_sun_of_an_image_becomes_the_key_light() -> None:
     """A uniform sky with a disk whose light is known: the split keeps all of it, at its place."""
     image = np.full((256, 512, 3), 0.4)

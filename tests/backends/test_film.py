@@ -12,6 +12,7 @@ import pytest
 from PIL import Image
 from support import evaluate
 
+from scenelang.backends.pictures import draft_painter
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
 from scenelang.backends.pictures.draft_painter import DRAFT
 from scenelang.backends.pictures.film import Image as DrawnImage
@@ -229,3 +230,22 @@ def test_an_interrupted_film_leaves_nothing(tmp_path: Path, swing: Scene) -> Non
             save_film([Interrupted()], shots, tmp_path / name)
         assert (tmp_path / name).read_text() == "before"
     assert sorted(os.listdir(tmp_path)) == ["a.gif", "a.mp4"]
+
+
+@pytest.mark.parametrize(("camera", "count"), [(Viewpoint(), 2), (Viewpoint(orbit=90.0), 6)])
+def test_images_that_show_the_same_are_drawn_once(
+    camera: Viewpoint, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = []
+    original = draft_painter.draw_lens
+    monkeypatch.setattr(draft_painter, "draw_lens", lambda stage, *more, **named: (
+        drawn.append(stage), original(stage, *more, **named))[1])  # fmt: skip
+    scene = evaluate(
+        '(bind "a" (lambda () (frames (for/list ((x (list 0 1))) (transform (call "cube") (translate [x 0 0]))))))'
+    )
+    shots = film(scene, camera, 16, 12, 6, None)
+    options = PictureOptions(width=16, height=12, ground="none")
+    (painter,) = painters(scene, options, [DRAFT], shots)
+    images = [painter.paint(shot).picture for shot in shots]
+    assert len(drawn) == count
+    assert (images[0] != images[5]).any()

@@ -204,7 +204,7 @@ def test_the_command_compares_and_draws_several_files(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "options",
     [
-        ["-o", "a.gif"], ["-o", "a.exr"], ["--views", "sideways"], ["--vary", "height=1"], ["--vary", "side"], ["--compare"],
+        ["-o", "a.gif"], ["-o", "a.exr"], ["--views", "sideways"], ["--views", ""], ["--views", "top,,front"], ["--vary", ""], ["--vary", "height=1"], ["--vary", "side"], ["--compare"],
         ["--ground", "transparent"], ["--frames", "0"], ["--frames", "1000"], ["--size", "4000x4000", "--frames", "4"],
     ],
 )  # fmt: skip

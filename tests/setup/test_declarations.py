@@ -113,7 +113,7 @@ def test_imported_files_keep_theirs(tmp_path: Path) -> None:
         ('(camera :fov "wide")', [("type", '`:fov` of `camera` expects a number, or a list of these over the frames, got "wide"')]),
         ('(camera :fov 200)', [("value", "`:fov` of `camera` must be 1 to 150, got 200")]),
         ('(camera :distance 0)', [("value", "`:distance` of `camera` must be above 0 and at most 1e+12, got 0")]),
-        ('(camera :eye [1 2])', [("type", "`:eye` of `camera` expects three numbers, or a list of these over the frames, got 2 values")]),
+        ('(camera :eye [1 2])', [("type", "`:eye` of `camera` expects three numbers, or a list of these over the frames, got [1 2]")]),
         ('(camera :eye [1 2 3] :azimuth 3)', [("value", "`camera` takes `:eye` or `:azimuth`, not both")]),
         ('(camera :fov 30 :lens 50)', [("value", "`camera` takes `:fov` or `:lens`, not both")]),
         ('(camera) (camera)', [("duplicate", "two cameras have no name")]),

@@ -9,16 +9,18 @@ import numpy as np
 import pytest
 
 import scenelang as sl
+from scenelang.backends.pictures.camera import Viewpoint
 from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.film import PictureOptions
-from scenelang.backends.surfaces.lights import lights_of
+from scenelang.backends.pictures.stage import film, staging_of
+from scenelang.backends.surfaces.lights import Light, lights_of
 from scenelang.grammar.diagnostics import SceneError
 
-ALBEDO = 0.92  # of a white surface (`BRIGHTEST`)
 PLANE = """
 (bind "plane" (lambda () (transform (call "cube" :scale [8 .1 8] :color [1 1 1]) (translate [0 -.05 0]))))
 (bind "block" (lambda () (transform (call "cube" :scale [.6 .1 .6] :color [1 1 1]) (translate [0 1 0]))))
 """
+QUALITIES = ("draft", "final")
 DARK = '(environment "studio" :strength 0)(render-settings :ground "none")'
 
 
@@ -65,14 +67,14 @@ CASES = [
 
 @pytest.mark.parametrize(("lights", "x", "irradiance"), CASES)
 def test_irradiance_of_a_plane_in_drafts(lights: str, x: float, irradiance: float) -> None:
-    expected = ALBEDO * irradiance / math.pi
+    expected = irradiance / math.pi
     assert radiance(lights, f"[{x} 0 0]", word=PLAIN) == pytest.approx(expected, rel=0.03, abs=1e-6)
 
 
 @pytest.mark.parametrize(("lights", "x", "irradiance"), CASES)
 def test_irradiance_of_a_plane_in_final_images(lights: str, x: float, irradiance: float) -> None:
     pytest.importorskip("mitsuba")
-    expected = ALBEDO * irradiance / math.pi
+    expected = irradiance / math.pi
     assert radiance(lights, f"[{x} 0 0]", "final", PLAIN) == pytest.approx(expected, rel=0.03, abs=1e-4)
 
 
@@ -80,14 +82,14 @@ def test_a_spot_fades_the_same_in_both() -> None:
     pytest.importorskip("mitsuba")
     lights = "(light :position [0 2 0] :power 100 :angle 60 :blend .5)"
     angle = math.degrees(math.atan(0.8 / 2))
-    expected = ALBEDO * point(100, 2, 0.8) / math.pi * (30 - angle) / 15
+    expected = point(100, 2, 0.8) / math.pi * (30 - angle) / 15
     for quality in ("draft", "final"):
         assert radiance(lights, "[.8 0 0]", quality, PLAIN)[0] == pytest.approx(expected, rel=0.03)
 
 
 def test_colors_and_several_lights_add() -> None:
     lights = '(light :position [0 2 0] :power 100 :color [1 .5 0])(light :position [0 2 0] :power 50 :color "#00f")'
-    unit = ALBEDO * point(100, 2, 0) / math.pi
+    unit = point(100, 2, 0) / math.pi
     assert radiance(lights, word=PLAIN) == pytest.approx([unit, unit / 2, unit / 2], rel=0.03)
 
 
@@ -99,6 +101,19 @@ def test_a_block_throws_a_shadow(light: str) -> None:
     both = '(union (call "plane") (call "block"))'
     assert radiance(light, "[0 0 0]", word=both).max() < 0.01  # the plane under the block, which is [-.3, .3] at y = 1
     assert radiance(light, "[1.5 0 0]", word=both) == pytest.approx(radiance(light, "[1.5 0 0]", word=PLAIN), rel=0.03)
+
+
+def test_no_light_leaves_a_closed_solid() -> None:
+    can = '(call "cylinder" :radius 1 :p0 [0 0 0] :p1 [0 2 0])'
+    for below in ('(render-settings :ground "white")', '(render-settings :ground "none")'):
+        for lamp in ("(light :position [0 1 0] :power 300)", "(light :position [.5 .3 0] :power 300 :radius .1)"):
+            text = (
+                f'{PLANE}(bind "all" (lambda () (union {can} {PLAIN if "none" in below else ""})))(scene "all"){lamp}'
+            )
+            text += f'(environment "studio" :strength 0){below}(camera :azimuth 30 :elevation 25)'
+            assert sl.evaluate(text).render(size=(64, 64)).radiance.max() < 1e-6
+    text = f'(bind "all" (lambda () {can}))(light :position [0 1 0] :power 300)(camera :eye [.5 1 0] :look-at [-1 1 0])'
+    assert sl.evaluate(text).render(size=(16, 16)).radiance.min() > 0.1  # the inside is lit
 
 
 def test_penumbras_are_those_of_final_images() -> None:
@@ -116,8 +131,8 @@ def test_penumbras_are_those_of_final_images() -> None:
 
 def test_power_is_chosen_so_that_white_is_white() -> None:
     # The default power makes a white surface that faces the lamp white at the center of the scene, here (0 -.05 0).
-    assert radiance("(light :position [0 2 0])", word=PLAIN)[0] == pytest.approx(ALBEDO * (2.05 / 2) ** 2, rel=0.03)
-    assert radiance("(light :direction [0 -1 0])", word=PLAIN)[0] == pytest.approx(ALBEDO, rel=0.03)
+    assert radiance("(light :position [0 2 0])", word=PLAIN)[0] == pytest.approx((2.05 / 2) ** 2, rel=0.03)
+    assert radiance("(light :direction [0 -1 0])", word=PLAIN)[0] == pytest.approx(1.0, rel=0.03)
 
 
 def test_lights_put_out_the_key_light() -> None:
@@ -145,6 +160,18 @@ def test_a_light_of_a_size_is_seen_in_both() -> None:
         image = np.asarray(sl.evaluate(text).render(size=(16, 16), quality=quality).radiance)
         assert image[8, 8] == pytest.approx(expected, rel=0.02)
         assert image[0, 0] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("roughness", "tolerance"), [(0.1, 0.2), (0.5, 0.3)])
+def test_metal_mirrors_the_ground_that_a_lamp_lights(roughness: float, tolerance: float) -> None:
+    pytest.importorskip("mitsuba")
+    text = f"""(bind "all" (lambda () (call "sphere" :radius 1 :metallic 1 :roughness {roughness})))(scene "all")
+    (environment "studio" :strength 0)(render-settings :ground "white")
+    (light :position [4 3 4] :power 300)(camera :eye [0 0 8] :look-at [.2 -.5 0] :fov 1)"""
+    draft, final = (
+        np.asarray(sl.evaluate(text).render(size=(8, 8), quality=quality).radiance).mean() for quality in QUALITIES
+    )
+    assert draft == pytest.approx(final, rel=tolerance)
 
 
 def test_words_that_a_light_shines_at() -> None:
@@ -180,3 +207,48 @@ def test_exported_scenes_of_mitsuba_have_the_camera_and_lights(tmp_path: Path) -
     assert exported.shape == drawn.shape == (24, 32, 3)
     assert exported.mean() == pytest.approx(float(np.mean(drawn)), rel=0.03)
     assert np.median(np.abs(exported - drawn)) < 0.03 * float(np.mean(drawn))
+
+
+MOVING = """
+(bind "ball" (lambda () (call "sphere" :radius .5)))
+(bind "film" (lambda () (frames (for/list ((x (list 0 1 2 3 4)))
+  (union (call "cube") (transform (call "ball") (translate [x 2 0])))))))
+(scene "film")
+"""
+
+
+def lights_of_shots(text: str, frames: int | None = None) -> list[list[Light]]:
+    """The lights of the images of a video, in the world."""
+    graph = sl.evaluate(text).graph
+    options = settled(graph, PictureOptions())
+    shots = film(graph, Viewpoint(), 20, 20, frames, None)
+    numbers = [shot.frame for shot in shots]
+    staging = staging_of(graph, numbers, 100, lighting=options.lighting)
+    back = -staging.center * staging.scale
+    return [[one.scaled(back, 1.0 / staging.scale) for one in staging.stage(shot).lights] for shot in shots]
+
+
+def test_lights_over_the_frames() -> None:
+    moving = "(light :position (list [0 3 0] [4 3 0] [4 3 8]) :power (list 100 0))(light :direction [0 -1 0])"
+    every = lights_of_shots(MOVING + moving)
+    places = [(0, 3, 0), (2, 3, 0), (4, 3, 0), (4, 3, 4), (4, 3, 8)]
+    assert np.array([one.position for one, _ in every]) == pytest.approx(np.array(places))
+    assert [one.power for one, _ in every] == pytest.approx([100, 75, 50, 25, 0])
+    assert len({sun for _, sun in every}) == 1
+    still = f'(bind "a" (lambda () {PLAIN})){PLANE}(scene "a")'
+    every = lights_of_shots(still + "(light :direction (list [1 -1 0] [-1 -1 0]))", 3)
+    assert [one.direction for (one,) in every][1] == pytest.approx((0, -1, 0))
+
+
+def test_a_light_follows_what_it_looks_at() -> None:
+    every = lights_of_shots(MOVING + '(light :position [2 6 0] :angle 20 :look-at "ball")')
+    for x, (one,) in enumerate(every):
+        assert np.cross(one.direction, [x - 2, -4, 0]) == pytest.approx([0, 0, 0], abs=1e-9)
+
+
+def test_a_moving_light_is_drawn_at_its_frame() -> None:
+    text = MOVING + '(light :position (list [-3 0 3] [3 0 3]) :power 100)(environment "studio" :strength 0)'
+    scene = sl.evaluate(text + '(render-settings :ground "none")(camera :eye [0 0 9] :look-at [0 0 0] :fov 8)')
+    first, last = (scene.render(size=(16, 16), frame=k).radiance for k in (0, 4))
+    assert first[:, :8].mean() > 1.01 * first[:, 8:].mean()
+    assert last[:, 8:].mean() > 1.01 * last[:, :8].mean()

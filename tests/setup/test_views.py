@@ -13,7 +13,7 @@ from PIL import Image
 
 import scenelang as sl
 from scenelang.backends.pictures import film as film_of_pictures
-from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint
+from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, parse_viewpoint
 from scenelang.backends.pictures.declared import ProgramView, settled, view_of
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.pictures.stage import film, staging_of, still
@@ -155,6 +155,21 @@ def test_names() -> None:
     assert placed(SCENE).eye == pytest.approx(still(sl.evaluate(SCENE).graph, Viewpoint(), None, 80, 60).camera.eye)
 
 
+def test_values_of_a_camera_are_changed() -> None:
+    scene = sl.evaluate(f'{SCENE}(camera "main" :eye [0 5 30] :look-at [0 0 0] :fov 20)(camera "lens" :lens 50)').graph
+    usual, wide = (still(scene, view_of(text), None, 80, 60).camera for text in ("main", "main,fov=90,target=1:0:0"))
+    assert np.allclose(usual.eye, wide.eye)
+    assert wide.focal[1] == pytest.approx(30.0)
+    assert np.allclose(np.cross(wide.forward, [1, -5, -30]), 0.0)
+    around = still(scene, view_of("main,azimuth=90,elevation=0,distance=7"), None, 80, 60).camera
+    assert np.allclose(around.eye, [7.0, 0.0, 0.0])
+    assert still(scene, view_of("lens,fov=90"), None, 80, 60).camera.focal[1] == pytest.approx(30.0)
+    assert view_of("top,azimuth=45") == ProgramView("top", parse_viewpoint("top,azimuth=45"), changes={"azimuth": 45.0})
+    for text in ("main,fov=200", "main,follow", "mian,fov=30"):
+        with pytest.raises(UsageError):
+            still(scene, view_of(text), None, 80, 60)
+
+
 def test_the_api_takes_the_camera_of_the_program() -> None:
     scene = sl.evaluate(
         SCENE + '(camera "main" :eye [3 2 25])(camera "side" :eye [25 2 3])(render-settings :size [40 30])'
@@ -261,7 +276,7 @@ def test_strength_multiplies_the_light_of_an_environment() -> None:
 
 
 def test_exposure_is_of_the_picture_and_not_of_the_radiance() -> None:
-    text = "(camera :eye [3 2 25])(render-settings :size [40 30] {})"
+    text = '(camera :eye [3 2 25])(render-settings :size [40 30] :ground "seamless" {})'  # one tone
     plain, dark = (sl.evaluate(SCENE + text.format(more)).render() for more in ("", ":exposure -1"))
     assert np.array_equal(plain.radiance, dark.radiance)
     lit = dark.radiance.max(axis=2) < 0.7  # below the shoulder of the tone curve
@@ -281,6 +296,44 @@ def test_a_turned_environment_stands_in_the_world() -> None:
     assert math.degrees(math.atan2(directions[0][0], directions[0][2])) == pytest.approx(0)  # 60 - 60 of "sunny"
 
 
+def panorama(folder: Path, name: str) -> None:
+    """Write a panorama of 4 x 2 pixels, without runs: red above, blue below."""
+    pixels = np.array([[[128, 0, 0, 129]] * 4, [[0, 0, 128, 129]] * 4], np.uint8)
+    (folder / name).write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" + pixels.tobytes())
+
+
+def test_a_panorama_of_the_folder(tmp_path: Path) -> None:
+    panorama(tmp_path, "dawn, east.hdr")
+    file = program(tmp_path, '(environment "dawn, east.hdr" :strength 2 :turn 90)')
+    scene = sl.load(file)
+    image = scene.render(size=(16, 16), camera="front")
+    bright = 2.0 / 0.2126  # a white surface below red light has the luminance 1
+    assert image.radiance[0, 0] == pytest.approx([bright, 0.0, 0.0], abs=0.1)
+    assert image.radiance[-1, 0] == pytest.approx([0.0, 0.0, bright], abs=0.1)
+    scene.export(tmp_path / "scene.json")
+    assert '"dawn, east.hdr"' in (tmp_path / "scene.json").read_text()
+    (item,) = sl.load(tmp_path / "scene.json").graph.setup
+    assert item.to_plain() == scene.graph.setup[0].to_plain()
+
+
+@pytest.mark.parametrize(("name", "message"), [
+    ("lost.hdr", "lost.hdr"), ("../outside.hdr", "outside"), ("/etc/outside.hdr", "outside"), ("bad.hdr", "not an image"),
+])  # fmt: skip
+def test_panoramas_that_a_program_may_not_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, message: str
+) -> None:
+    folder = tmp_path / "project"
+    folder.mkdir()
+    panorama(tmp_path, "outside.hdr")
+    (folder / "bad.hdr").write_bytes(b"nothing")
+    file = program(folder, f'(environment "{name}")')
+    assert main(["render", file, "-o", str(folder / "a.png"), "--size", "8x8"]) == 1
+    told = capsys.readouterr().err
+    assert message in told
+    assert ".scene:" in told
+    assert told.count("error[") == 1
+
+
 def test_names_of_programs_are_those_of_the_renderers() -> None:
     assert set(setup.ENVIRONMENTS) == {*ENVIRONMENTS, SKY}
     assert set(setup.GROUNDS) == set(GROUNDS)
@@ -290,7 +343,6 @@ def test_names_of_programs_are_those_of_the_renderers() -> None:
 
 @pytest.mark.parametrize(("form", "message"), [
     ('(environment "studioo")', '`environment` names no environment: "studioo"'),
-    ('(environment "a.hdr")', "a program names no panorama"),
     ('(render-settings :ground "gras")', '`render-settings` names no ground: "gras"'),
     ('(camera :preset "isometrik")', '`camera` names no preset: "isometrik"'),
 ])  # fmt: skip
@@ -299,3 +351,20 @@ def test_names_are_checked_without_an_image(form: str, message: str) -> None:
     assert [message in d.message for d in sl.check(program).diagnostics if d.is_error] == [True]
     with pytest.raises(sl.SceneError, match=message):
         sl.evaluate(program)
+
+
+@pytest.mark.parametrize(("line", "message", "place"), [
+    ("(define d [0 0 0])(light :direction d)", "got [0 0 0]", 1),
+    ('(render-settings :quality "drafft")', "`:quality` of `render-settings`: unknown quality or backend `drafft`", 1),
+    ('(light :position [1 2 3] :size 1 :look-at "vasse")', 'names "vasse", which is no word of the scene', 1),
+])  # fmt: skip
+def test_a_mistake_is_one_diagnostic_with_its_place(
+    line: str, message: str, place: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.scene"
+    path.write_text(f'{line}\n(bind "a" (lambda () (call "cube")))\n')
+    assert main(["render", str(path), "-o", str(tmp_path / "a.png"), "--size", "8x8"]) == 1
+    told = capsys.readouterr().err
+    assert message in told
+    assert f"a.scene:{place}:" in told
+    assert told.count("error[") + told.count("warning[") == 1

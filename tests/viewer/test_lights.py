@@ -205,3 +205,15 @@ def test_the_ground_reaches_a_low_camera_and_the_horizon(program: Make, serve: M
         column = 3
         assert np.abs(picture[row, column] - drawn[row, column]).max() <= 8, row
     assert np.ptp(drawn[:, 3].sum(axis=1)) > 100, "there is a sky and a ground"
+
+
+@pytest.mark.browser
+def test_metal_mirrors_the_ground_that_lamps_light(program: Make, serve: Make, show: Make) -> None:
+    path = program(
+        '(environment "studio" :strength 0)(light :position [4 3 4] :power 300)(camera :azimuth 10 :elevation 12)\n'
+        '(bind "a" (lambda () (call "sphere" :metallic 1 :roughness .2)))'
+    )
+    picture, drawn, camera = compared(show(serve(path).address, (300, 240)).ready(), sl.load(path).graph, 0)
+    pixel = at(camera, [0.1, -0.6, 0.75])
+    assert drawn[pixel].max() > 60
+    assert np.abs(picture[pixel] - drawn[pixel]).max() <= 12

@@ -29,7 +29,7 @@ from scenelang.backends.pictures.draft_light import (
 )
 from scenelang.backends.pictures.rays import camera_rays
 from scenelang.backends.pictures.stage import Stage
-from scenelang.backends.surfaces.appearance import BRIGHTEST, Look, look_of
+from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.solids import keeps_own_colors, own_mesh
 from scenelang.grammar.diagnostics import LimitError
 from scenelang.interpreter.scene.entity import Entity, primitive_count
@@ -352,9 +352,7 @@ def shade(
     view = view / np.maximum(np.linalg.norm(view, axis=1, keepdims=True), 1e-300)
     backfacing = np.einsum("ni,ni->n", normals, view) > 0.0
     surface = Surface(ids, np.zeros(len(ids)), points, np.where(backfacing[:, None], -normals, normals), view)
-    brightest = 1.0 if stage.studio.environment.unlit else BRIGHTEST
-    albedo = (colors * brightest).astype(np.float32)
-    return radiance_of(stage, surface, albedo, _reach(stage, surface, shadow, _ROW, _AMBIENT))
+    return radiance_of(stage, surface, colors.astype(np.float32), _reach(stage, surface, shadow, _ROW, _AMBIENT))
 
 
 def backdrop(stage: Stage, shadow: list[Shadow]) -> Float32Array:

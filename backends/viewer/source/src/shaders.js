@@ -250,7 +250,7 @@ const LIGHT = /* glsl */ `
   vec2 onDome(vec3 d) {
     return vec2(atan(d.x, abs(d.z) < 1e-9 ? 1e-9 : d.z) / 6.2831853 + 0.5 - domeTurn, acos(clamp(d.y, -1.0, 1.0)) / 3.14159265);
   }
-  uniform float brightest, groundHeight;
+  uniform float groundHeight;
   ${TONE}
   uniform bool isToned; // else samples are added up first
   vec3 exposed(vec3 c) { return isToned ? tone(c) : c; }
@@ -419,6 +419,10 @@ const LAMPS = /* glsl */ `
       float angle = acos(clamp(-dot(toward, ahead.xyz), -1.0, 1.0));
       return found * clamp((right.w - angle) / (right.w * up.w), 0.0, 1.0);
     }
+    vec3 laterBounces(vec3 albedo, vec4 finish) { // between the facets of metals
+      float missed = 1.0 - tabled(facetAlbedo, max(finish.x, 0.06));
+      return finish.y * albedo * missed / (1.0 - albedo * missed);
+    }
     // The radiance that a surface reflects of all lamps.
     vec3 lampLight(vec3 point, vec3 n, vec3 v, vec3 albedo, float ior, vec4 finish) {
       vec3 total = vec3(0.0);
@@ -437,11 +441,21 @@ const LAMPS = /* glsl */ `
         if (finish.x >= 0.0) {
           float base = atNormal(ior);
           vec3 shine = facets(n, v, toward, mix(vec3(base), albedo, finish.y), cosine, max(finish.x, 0.06));
-          found = found * (1.0 - finish.y) * (1.0 - base) + shine * light;
+          found = found * (1.0 - finish.y) * (1.0 - base) + shine * light * (1.0 + laterBounces(albedo, finish));
         }
         total += found;
       }
       return total;
+    }
+    // The radiance of the lamps on a ground of the given color that a glossy surface mirrors (draft_light.py).
+    vec3 mirroredLamps(vec3 point, vec3 n, vec3 v, vec3 albedo, vec3 ground, float ior, vec4 finish) {
+      float rough = max(finish.x, 0.06), toward = clamp(dot(n, v), 1e-3, 1.0);
+      vec3 d = 2.0 * toward * n - v, up = vec3(0.0, 1.0, 0.0);
+      vec3 at = point + d * max(point.y - groundHeight, 0.0) / max(-d.y, max(0.5 * finish.x, 0.02));
+      at.y = groundHeight;
+      vec3 light = lampLight(at, up, up, ground, 1.0, vec4(-1.0)) * (1.0 - clamp(0.5 + 0.5 * d.y / rough, 0.0, 1.0));
+      vec3 share = schlick(mix(vec3(atNormal(ior)), albedo, finish.y), toward, rough) * tabled(facetAlbedo, rough);
+      return light * share * (1.0 + laterBounces(albedo, finish));
     }
   #else
     vec3 lampLight(vec3 point, vec3 n, vec3 v, vec3 albedo, float ior, vec4 finish) { return vec3(0.0); }
@@ -461,6 +475,7 @@ export const SOLID_FRAGMENT = /* glsl */ `
   flat varying vec2 vInstance;
   flat varying float vMirrored;
   uniform vec2 selected; // instances from .x up to .y are marked
+  uniform vec3 ground[2]; // reflectance of its squares
   uniform vec3 accent;
   uniform int mode; // 0: natural, 1: instances, 2: normals, 3: depth, 4: x-ray
   uniform vec2 depths; // distances from the camera of the nearest and the farthest point
@@ -496,14 +511,18 @@ export const SOLID_FRAGMENT = /* glsl */ `
     float sky = skyShare(vPoint, n);
     #ifdef TEXTURED
       float outside = gl_FrontFacing == (vMirrored > 0.5) ? -1.0 : 1.0;
-      vec3 albedo = textured(surface.rgb, outside) * brightest;
+      vec3 albedo = textured(surface.rgb, outside);
       n = relieved(n, v, outside);
     #else
-      vec3 albedo = surface.rgb * vTint * brightest;
+      vec3 albedo = surface.rgb * vTint;
     #endif
     float facing = max(dot(n, l), 0.0);
     vec3 color = albedo * (surrounding(around(vPoint, n), albedo, sky) + key * facing * lit);
     if (finish.x >= 0.0) color = glossy(color, albedo, n, v, vec2(sky, lit), glow.w, finish);
+    #ifdef LAMPS
+      vec3 floorColor = 0.5 * (ground[0] + ground[1]);
+      if (hasGround && finish.x >= 0.0) color += sky * mirroredLamps(vPoint, n, v, albedo, floorColor, glow.w, finish);
+    #endif
     color = isUnlit ? albedo : color + lampLight(vPoint, n, v, albedo, glow.w, finish);
     color = exposed(color + glow.rgb);
     if (mode == 1) color = hue(vInstance.y) * (0.6 + 0.4 * abs(dot(n, v)));
@@ -539,8 +558,9 @@ export const GROUND_FRAGMENT = /* glsl */ `
     vec3 albedo = mod(square.x + square.y, 2.0) < 0.5 ? ground[0] : ground[1];
     vec3 light = albedo * (surrounding(ambient, vec3(0.4), skyShare(vPoint, n)) + key * lightAxes[2].y * keyShare(vPoint, n));
     float far = clamp(log(max(length(vPoint.xz), fade.x) / fade.x) / log(fade.y / fade.x), 0.0, 1.0);
+    light += lampLight(vPoint, n, n, albedo, 1.0, vec4(-1.0));
     light *= mix(1.0, fade.z, smoothstep(0.0, 1.0, far));
-    gl_FragColor = vec4(exposed(light + lampLight(vPoint, n, n, albedo, 1.0, vec4(-1.0))), 1.0);
+    gl_FragColor = vec4(exposed(light), 1.0);
   }
 `;
 

@@ -103,7 +103,7 @@ export class Stage {
     uniforms.backdrop.value.fromArray(studio.backdrop ?? studio.ambient);
     uniforms.showsDome.value = studio.backdrop === null;
     (studio.ground ?? [[0, 0, 0], [0, 0, 0]]).forEach((color, i) => uniforms.ground.value[i].fromArray(color));
-    for (const name of ["brightest", "shoulder", "exposure", "isUnlit", "checker"]) uniforms[name].value = studio[name];
+    for (const name of ["shoulder", "exposure", "isUnlit", "checker"]) uniforms[name].value = studio[name];
     uniforms.fade.value.fromArray(studio.fade);
     uniforms.keySpread.value = Math.tan(studio.keyRadius);
     uniforms.facetAlbedo.value = studio.albedo;
@@ -408,7 +408,7 @@ function sharedUniforms(shadow, sky) {
     shadowMap: { value: shadow.depthTexture }, shadowTexel: { value: (2 * HALF) / shadow.width }, seed: { value: 0 }, hasSky: { value: false }, isToned: { value: true },
     skyMap: { value: sky.depthTexture }, skyTexel: { value: (2 * HALF) / sky.width }, skyAxes: { value: new Matrix3() }, skyDirections: { value: skyDirections() }, lightAxes: { value: new Matrix3() }, keySpread: { value: 0 },
     backdrop: vector(), ambient: vector(), key: vector(), ground: { value: [new Vector3(), new Vector3()] }, groundLight: vector(), checker: { value: 1 }, fade: vector(), showsDome: { value: false }, isUnlit: { value: false }, exposure: { value: 1 },
-    lamps: { value: null }, lampMaps: { value: null }, lampCount: { value: 0 }, lampTiles: { value: 1 }, brightest: { value: 1 }, shoulder: { value: 1 },
+    lamps: { value: null }, lampMaps: { value: null }, lampCount: { value: 0 }, lampTiles: { value: 1 }, shoulder: { value: 1 },
     dome: { value: null }, domeTables: { value: null }, domeTurn: { value: 0 }, hasGround: { value: true }, facetAlbedo: { value: [] }, facetGrazing: { value: [] },
     placements: { value: null }, tiles: { value: null }, pixel: { value: 0 },
     mode: { value: 0 }, section: { value: new Vector4(0, 0, 0, NOTHING) }, depths: { value: new Vector2(1, 2) },
