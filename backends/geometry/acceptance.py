@@ -23,7 +23,7 @@ from scenelang.backends.geometry.perturbations import (
     testbeds,
     walled,
 )
-from scenelang.backends.geometry.relations import FACING_DEGREES, SIDES, reasons
+from scenelang.backends.geometry.relations import FACING_DEGREES, SIDES, accepts, reasons
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.declarations import AXES, FRAME_FLAGS, Declaration
@@ -208,7 +208,7 @@ def plain_faults(scene: Scene, declarations: Sequence[Declaration]) -> list[str]
     for name, (count, kinds) in _PLAINLY_WRONG.items():
         if len(objects) < count or len({each.word for each in objects}) < kinds:
             continue
-        if not any(reasons(changed(whole, words, CHANGES[name]), declarations)):
+        if accepts(changed(whole, words, CHANGES[name]), declarations):
             messages.append(f"the scene with {name} fulfills all declarations; {_REMEDIES[name]}")
     return messages
 

@@ -226,6 +226,19 @@ def reasons(scene: Scene, declarations: Sequence[Declaration], *, is_lenient: bo
     return [messages.get(number) for number in range(len(declarations))]
 
 
+def accepts(scene: Scene, declarations: Sequence[Declaration]) -> bool:
+    """Return whether all declarations about the whole scene hold; those that are cheap to test are tested first."""
+    ordered = sorted(declarations, key=lambda declaration: declaration.relation in _OF_CONTACT)
+    asked = {id(declaration) for declaration in ordered}
+    return next(_tested(scene, ordered, lambda each: id(each) in asked, first=True), None) is None
+
+
+# Relations that compare surfaces, or need the ground, which follows from contacts.
+_OF_CONTACT = frozenset({
+    "clear-of", "distance", "elevation", "fastened", "floating", "inside", "on", "reachable", "supported", "touching", "visible-from",
+})  # fmt: skip
+
+
 def _tested(
     scene: Scene,
     extra: Sequence[Declaration] = (),
