@@ -235,7 +235,8 @@ def accepts(scene: Scene, declarations: Sequence[Declaration]) -> bool:
 
 # Relations that compare surfaces, or need the ground, which follows from contacts.
 _OF_CONTACT = frozenset({
-    "clear-of", "distance", "elevation", "fastened", "floating", "inside", "on", "reachable", "supported", "touching", "visible-from",
+    "clear-of", "distance", "elevation", "fastened", "floating", "inside", "on", "reachable", "supported", "touching",
+    "visible-from",
 })  # fmt: skip
 
 
