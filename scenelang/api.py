@@ -396,6 +396,8 @@ def primer(
 ) -> str:
     """Return what a language model must know to write a scene: the system prompt of ``generate``, and sections.
 
+    For a task, objects of the library that fit it and examples of programs follow, as in the prompts of ``generate``.
+
     It is for those who bring their own model. An answer is read by ``evaluate``, which takes responses too.
 
     Parameters
@@ -407,12 +409,12 @@ def primer(
     notation : str
         "language" for the Scene Language, or "python" for Python with the helper API.
     sections : sequence of str
-        Further sections by name: "films", "solids" or "blocks".
+        Further sections by name: "films", "solids", "relations" or "blocks".
 
     Returns
     -------
     str
-        Some 10,000 characters of Markdown; a section has at most 1,500.
+        Some 12,000 characters of Markdown, and 4,000 for a task; a section has at most 1,500.
 
     Raises
     ------
@@ -428,7 +430,7 @@ def primer(
     """
     from scenelang.inference.brief import Brief, Notation, Prompts, Task, TaskKind
 
-    return Brief(Task(task, TaskKind(kind), Notation(notation)), Prompts()).with_sections(sections)
+    return Brief(Task(task, TaskKind(kind), Notation(notation)), Prompts()).teaching(sections)
 
 
 @typed

@@ -214,7 +214,7 @@ def sections_of(kind: TaskKind) -> tuple[str, ...]:
 
 
 _SECTIONS = {TaskKind.FILM: ("films",), TaskKind.BLOCKS: ("blocks",)}
-_BY_WORDS = ("solids",)  # the others are those of a kind
+_BY_WORDS = ("solids", "relations")  # the others are those of a kind
 
 
 def _listed(kind: TaskKind) -> tuple[str, ...]:
@@ -298,6 +298,11 @@ class Brief:
             stated = "\n".join(map(str, self.acceptance))
             text = f"{text.strip()}\n\n{self.prompts.text('accepted.md', declarations=stated)}"
         return Message("user", (*pictures, TextContent(text.strip(), is_cacheable=True)))
+
+    def teaching(self, names: Sequence[str] = ()) -> str:
+        """Return all that a prompt teaches: for a task also objects of the library, and examples of programs."""
+        further = [self._objects(), self.example] if self.task.text else []
+        return "\n\n".join(text for text in (self.with_sections(names), *further) if text)
 
     def with_sections(self, names: Sequence[str] = ()) -> str:
         """Return the system prompt with the sections of the task and others by name, each once."""

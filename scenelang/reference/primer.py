@@ -77,7 +77,7 @@ _STATED = (
 )
 _STATEMENTS = ('(on "cup" "table")', '(facing "chair" "table")', '(clear-of "chair" "chair" :min .1)',
                '(size "table" .75 :axis "y")')  # fmt: skip
-_PLAIN_OPTION = re.compile(r" \[:(?!along|across)[^]]*(?:\[[^]]*\][^]]*)?\]")  # that a usage can do without
+_PLAIN_OPTION = re.compile(r" \[:(?!along|across|around)[^][]*(?:\[[^][]*\][^][]*)*\]")  # that a usage can do without
 _CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
 _SURFACE = ("color", *(attribute.name for attribute in primitives.MATERIALS))
 _SHOWN = ("color", "emission", "opacity", "material", "texture")  # a substance stands for the others of a surface
@@ -127,7 +127,7 @@ def relation_usage(name: str) -> str:
     """Return how a relation is written, without the options that it can do without.
 
     >>> relation_usage("order")
-    '(order A B ... [:along "x"])'
+    '(order A B ... [:along "x"] [:around C])'
     """
     return _PLAIN_OPTION.sub("", RELATIONS[name].usage)
 

@@ -1,4 +1,4 @@
-"""Sections of prompts: films, solids and blocks, each added by the kind of scene, by words of the task, or by name.
+"""Sections of prompts, about films, solids, relations and blocks: by kind of scene, by words of the task, or by name.
 
 What each names comes from the registries of builtins, relations and primitives. A prompt without a section stays short;
 a task about a pipe or a sign gets the one that says how to make these.
@@ -87,6 +87,14 @@ SECTIONS: Mapping[str, PromptSection] = MappingProxyType({
         " inscription letter logo mug pot rail rope ship sign smooth spring teapot thread trumpet vase vault wheel",
         text="Profiles are in the plane of x and y, paths arrays of points [x y z]; lengths are in scene units, angles"
         " in radians.",
+    ),
+    "relations": PromptSection(
+        "More relations",
+        relations=(
+            "proportion", "aspect", "outline", "encircles", "rising", "elevation", "reachable", "visible-from",
+        ),
+        words="accessible blocked circle door entrance heights oval proportions reach reachable round see seen spiral"
+        " staircase surround twice view visible",
     ),
     "blocks": PromptSection("Minecraft blocks", relations=("made-of",), words="minecraft", primitives=block_words()),
 })  # fmt: skip

@@ -40,9 +40,10 @@ from scenelang.interpreter.runtime.modelling_helpers import (
     python_name,
     relation_helpers,
 )
+from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.interpreter.scene.entity import count_words
 from scenelang.interpreter.scene.primitives import attributes_read, block_words
-from scenelang.reference.primer import taught
+from scenelang.reference.primer import relation_usage, taught
 from scenelang.reference.sections import MAX_SECTION, SECTIONS, section_text
 from scenelang.session.declarations import declarations_in
 from scenelang.session.scene_changes import changes_between, compared_frames
@@ -246,6 +247,25 @@ def test_prompts_are_short(kind: TaskKind, notation: Notation) -> None:
     chosen = brief(task(kind, notation))
     text = chosen.system + "".join(part.text for part in chosen.first.parts if isinstance(part, TextContent))
     assert len(text) <= 13_000 + MAX_SECTION * len(sections_of(kind))
+
+
+@pytest.mark.parametrize("name", RELATIONS)
+def test_usages_of_relations_are_balanced(name: str) -> None:
+    """Options are left out as a whole, those that have options of their own included."""
+    usage = relation_usage(name)
+    assert all(usage.count(a) == usage.count(b) for a, b in ("()", "[]"))
+    assert usage.startswith(f"({name} A")
+
+
+def test_the_primer_of_a_task_has_what_its_prompt_has() -> None:
+    text = "a table with a vase on it, and a chair that is reachable"
+    first = str(Brief(Task(text, TaskKind.STILL, Notation.LANGUAGE), Prompts()).first)
+    told = sl.primer(text)
+    assert '(import "std/furniture.scene")' in told
+    assert "(reachable A B)" in told
+    for part in ('(call "table"', "(reachable A B)", "three benches in a row"):
+        assert part in first
+        assert part in told
 
 
 @pytest.mark.parametrize("is_python", [False, True])
