@@ -234,20 +234,22 @@ def require_word(scene: Scene, word: str) -> None:
         raise SceneError("value", f'no entity has the word "{word}"', hint)
 
 
-def check_settings(options: BackendOptions, backends: Sequence[Backend]) -> None:
-    """Validate ``options.settings``; raises SceneError("value") for an unknown option or a disallowed value."""
+def check_settings(options: BackendOptions, backends: Sequence[Backend], shown: Callable[[str], str] = str) -> None:
+    """Validate ``options.settings``; raises SceneError("value") for an unknown option or a disallowed value.
+
+    ``shown`` returns how a hint calls a backend of a name, such as by its quality.
+    """
     for name in (name for name, value in options.settings.items() if value is not None):
         owners = [backend for backend in backends if any(option.name == name for option in backend.options)]
         for backend in owners:
             backend.setting(options, name)
         if not owners:
-            others = [
-                backend.name for backend in all_backends() if any(option.name == name for option in backend.options)
-            ]
+            having = [each.name for each in all_backends() if any(option.name == name for option in each.options)]
+            others = [shown(other) for other in having]
             verb = "has" if len(others) == 1 else "have"
             hint = f"{' and '.join(others)} {verb} it: choose that, or leave it out" if others else None
-            shown = ", ".join(f"`{backend.name}`" for backend in backends)
-            raise SceneError("value", f"{shown} has no option `--{name}`", hint=hint)
+            chosen = ", ".join(f"`{backend.name}`" for backend in backends)
+            raise SceneError("value", f"{chosen} has no option `--{name}`", hint=hint)
 
 
 @cache

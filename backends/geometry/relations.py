@@ -717,7 +717,8 @@ def _clear_of(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure |
     move = _apart(context.arrangement, a, b, least, _scaled(context.arrangement.away(separation), lacking))
     if separation.distance < 0.0:
         return _Failure(f"{_two_words(a, b)} overlap by {-separation.distance:.3g}", lacking, a, b, move)
-    return _Failure(f"{_two_words(a, b)} are only {separation.distance:.3g} apart", lacking, a, b, move)
+    distance = separation.distance + 0.0  # -0 becomes 0
+    return _Failure(f"{_two_words(a, b)} are only {distance:.3g} apart", lacking, a, b, move)
 
 
 def _apart(arrangement: Arrangement, a: PlacedObject, b: PlacedObject, least: float, move: Vector) -> Vector:

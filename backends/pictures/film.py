@@ -401,7 +401,13 @@ def check(options: PictureOptions, backends: Sequence[Backend]) -> None:
                 message = f"the backend `{backend.name}` draws no image without a ground"
                 raise SceneError("value", message, hint="use `--quality draft` or `--quality final`")
     check_figure(options.figure)
-    check_settings(options, backends)
+    check_settings(options, backends, _as_quality)
+
+
+def _as_quality(backend: str) -> str:
+    """Return how the command line chooses a backend: by a quality that it draws, else by its name."""
+    qualities = (QUALITIES.find(name) for name in QUALITIES.names())
+    return next((f"`--quality {each.name}`" for each in qualities if each.backend == backend), backend)
 
 
 def check_alpha(options: PictureOptions, path: Path, is_video: bool) -> None:

@@ -25,6 +25,7 @@ from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Pai
 MAX_INSTANCES = 100_000  # that a path may select
 _MAX_CHARACTERS = 2_000  # of a path
 _MAX_CACHED_WORDS = 64  # words whose counts are cached
+_MAX_SHOWN_WORDS = 12
 _MAX_EXAMINED = 100  # instances in which the words for a hint are looked up
 _MAX_SHOWN_CHARACTERS = 80  # of a malformed path, in a message
 _SPECIAL = frozenset("/[]\\")
@@ -208,7 +209,10 @@ class Locator:
                 counted = f"are {most} `{every}`, numbered from 0" if most > 1 else f"is only one `{every}`"
                 return SceneError("value", f"no part `{step}` in `{around}`", f"there {counted}")
         words = sorted({e.word for instance in selection[:_MAX_EXAMINED] for e in descendants(instance.entity)})
-        hint = suggest(step.name, words) if step.kind == "word" else None
+        hint = None
+        if step.kind == "word":
+            shown = ", ".join(words[:_MAX_SHOWN_WORDS]) + (", ..." if len(words) > _MAX_SHOWN_WORDS else "")
+            hint = suggest(step.name, words) or f"its words are {shown}"
         return SceneError("value", f"no part `{step}` in `{around}`", hint)
 
     def _under(self, top: Located, step: PathStep, *, with_top: bool) -> list[Located]:

@@ -652,11 +652,11 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         form: Annotated[str, Field(description='form in its place, such as (call "cone")')] = "",
         remove: Annotated[bool, Field(description="remove it")] = False,
         recolor: Annotated[
-            str, Field(description='color of all its primitives, such as (color "ivory") or [1 0 0]')
+            str, Field(description="color of all its primitives, such as ivory, #ffcc00 or [1 0 0]")
         ] = "",
         scale: Annotated[
-            list[float] | None,
-            Field(min_length=1, max_length=3, description="factor, or three along x, y, z; its underside stays"),
+            float | list[float] | None,
+            Field(description="factor, or three along x, y, z; its underside stays"),
         ] = None,
         rotate: Annotated[float | None, Field(description="degrees about its middle")] = None,
         axis: Annotated[Literal["x", "y", "z"], Field(description="axis of the scene for `rotate`")] = "y",
@@ -672,7 +672,7 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
             form or None,
             remove,
             recolor or None,
-            None if scale is None else _triple("scale", scale * 3 if len(scale) == 1 else scale),
+            None if scale is None else _triple("scale", _factors(scale)),
             None if rotate is None else (axis, rotate),
             shared=shared,
         )
@@ -723,6 +723,12 @@ def _add_edits(server: SceneServer, bench: Bench) -> None:
         return await bench.changed(
             draft, [f"redid {taken} of {steps}" if taken else "nothing to redo"], {"steps": taken}
         )
+
+
+def _factors(scale: float | list[float]) -> list[float]:
+    """Return factors along the axes of a factor, or of a list of one or three."""
+    factors = scale if isinstance(scale, list) else [scale]
+    return factors * 3 if len(factors) == 1 else factors
 
 
 def _triple(name: str, numbers: list[float]) -> tuple[float, float, float]:

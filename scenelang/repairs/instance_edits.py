@@ -9,6 +9,7 @@ instance becomes an exception (``single_instances``), or, in a shared edit, the 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
 
 _EFFORT = 20.0  # budget of all trials in units of ``Trials``: about 20 s
 _NUMBER_EFFORT = 5.0  # the same for the numbers that place an instance
+_NAMED_COLOR = re.compile(r"[a-zA-Z][a-zA-Z ]*|#[0-9a-fA-F]{3,8}")  # what `color` takes, which people write bare
 _MAX_TESTS = 120  # evaluations of changed forms
 _MAX_PRIMITIVES = 200_000
 _POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than this have not moved
@@ -114,6 +116,8 @@ class InstanceEdit:
     shared: bool = False
 
     def __post_init__(self) -> None:
+        if self.recolor is not None and _NAMED_COLOR.fullmatch(self.recolor.strip()):
+            object.__setattr__(self, "recolor", f'(color "{self.recolor.strip()}")')
         given = (
             self.move, self.attribute, self.form, self.remove or None, self.recolor, self.scale, self.rotate,
             self.duplicate, self.word, self.rename,

@@ -640,7 +640,10 @@ class Session:
             """Return whether the program is a scene, not a library; reads other files, so only on demand."""
             return word is not None and not root and not self._is_imported(program.main)
 
-        return [*kind_errors, *lint(program, is_scene), *root]
+        warnings = lint(program, is_scene)
+        if self.options.root is not None:  # other words are other variants of the program
+            warnings = [warning for warning in warnings if warning.name != "unreachable-word"]
+        return [*kind_errors, *warnings, *root]
 
     def _is_imported(self, source: Source) -> bool:
         """Return whether a program in the same or the parent folder imports this one."""

@@ -45,7 +45,7 @@ def test_whole_objects(agent: Any) -> None:
     assert "(1 instance, nothing else changes)" in said
     found = agent.told("query", session=session, path="cup/cube")["instances"]
     assert [each["attributes"]["color"] for each in found] == [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 1]]
-    assert agent.told("edit_part", session=session, path="cup[0]", scale=[2])["ok"]
+    assert agent.told("edit_part", session=session, path="cup[0]", scale=2)["ok"]
     assert agent.told("measure", session=session, a="cup[0]")["boxes"][0]["box"] == [[-1, -0.5, -1], [1, 2.5, 1]]
     assert agent.told("edit_part", session=session, path="cup[0]", rotate=90, axis="x")["ok"]
     assert agent.told("measure", session=session, a="cup[0]")["boxes"][0]["size"] == pytest.approx([2, 2, 3])

@@ -129,7 +129,7 @@ def test_every_frame_of_a_film_changes() -> None:
         ("chair[0]/leg", {"scale": (2.0, 2.0, 2.0)}, "no form of the program makes only"),
         ("chair", {"recolor": '"blue sky"'}, ""),
         ("chair", {"recolor": "[1 2"}, "must be one form"),
-        ("chair", {"recolor": "wood"}, "the name of a color"),
+        ("chair", {"recolor": "wood"}, "unknown color"),
         ("chair", {"scale": (0.0, 1.0, 1.0)}, "`scale`"),
         ("chair", {"scale": (math.inf, 1.0, 1.0)}, "`scale`"),
         ("chair", {"rotate": ("w", 3.0)}, "`rotate`"),
@@ -142,6 +142,19 @@ def test_what_is_refused(path: str, change: dict[str, Any], part: str) -> None:
     with pytest.raises(sl.SceneError) as error:
         edit(ROOM, path, **change)
     assert part in error.value.message
+
+
+@pytest.mark.parametrize("written", ["steelblue", "#4682b4"])
+def test_a_color_may_be_its_name_alone(written: str) -> None:
+    changed = edit(ROOM, "chair[0]", recolor=written)
+    assert f'(color "{written}")' in changed.text
+
+
+def test_a_path_to_nothing_names_the_words_there_are() -> None:
+    with pytest.raises(sl.SceneError) as error:
+        sl.evaluate(ROOM).part("zzz")
+    assert error.value.hint is not None
+    assert error.value.hint == "its words are ball, chair, cube, leg, room, sphere"
 
 
 def test_a_flat_instance_has_no_axes() -> None:

@@ -211,6 +211,8 @@ def test_roots(program: str, word: str, warnings: list[str]) -> None:
 def test_root_options() -> None:
     program = f'(bind "a" {LEAF}) (bind "b" {LEAF}) (scene "b")'
     assert scene(program, root="a").word == "a"
+    assert [d.name for d in run(program).diagnostics] == ["unreachable-word"]
+    assert run(program, root="a").diagnostics == ()  # the other word is another variant
     assert refused(program, root="c") == "root"
     assert refused('(bind "a" (lambda () 5)) (scene "a")') == "parts"
     assert refused(f'(scene "nothing") (bind "a" {LEAF})') == "root"
