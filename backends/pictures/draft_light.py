@@ -899,9 +899,9 @@ def ground_reflectance(stage: Stage) -> FloatArray:
 # --- gloss -----------------------------------------------------------------------------------------------------
 
 _COAT_ROUGHNESS = 0.06  # of varnish
-# The bright rim of fabric, as Mitsuba's ``principled`` has it: its share of the light, and its reflectance k (1 - c)^p
-# by the cosine c between normal and view.
-_SHEEN_ALBEDO, _SHEEN_RIM, _SHEEN_POWER = 0.12, 0.75, 2.16
+# The bright rim of fabric, as Mitsuba's ``principled`` has it: its reflectance k (1 - c)^p of light from all sides, by
+# the cosine c between normal and view.
+_SHEEN_RIM, _SHEEN_POWER = 0.75, 2.16
 
 
 def _add_gloss(
@@ -931,7 +931,8 @@ def _add_gloss(
     coat, sheen = looks.coat[look][:, None], looks.sheen[look][:, None]
     if sheen.any():
         rim = _SHEEN_RIM * (1.0 - gloss.toward[:, None]) ** _SHEEN_POWER
-        out += sheen * (rim * gloss.around - _SHEEN_ALBEDO * out)  # the key light is beside the viewer
+        # The key light is beside the viewer, where a sheen reflects nothing.
+        out += sheen * (rim * gloss.around + microfacets.SHEEN_ALBEDO * (gloss.rim_of_lamps() - out))
     if coat.any():
         varnish, smooth = (
             np.full(coat.shape, microfacets.normal_reflectance(GLASS)),
@@ -991,6 +992,20 @@ class _Gloss:
         if self._lamps is not None:
             highlight += self._of_lamps(self._lamps, normal_reflectance, rough)
         return np.asarray((room + highlight) * bounces, np.float64)
+
+    def rim_of_lamps(self) -> FloatArray:
+        """Return the radiance (N, 3) of the rim that a sheen of 1 has by the lamps, as in final images.
+
+        It is the sheen of Disney's BRDF (Burley, 2012), of the strength that ``mitsuba_materials`` gives it.
+        """
+        out = np.zeros((len(self.part.ids), 3))
+        lamps = self._lamps
+        for light, irradiance in () if lamps is None else zip(lamps.lights, lamps.irradiance, strict=True):
+            toward = light.toward(np.asarray(self.part.points, np.float64))
+            between = np.einsum("ni,ni->n", toward, -self.part.view)
+            half = np.sqrt(np.clip(0.5 + 0.5 * between, 0.0, 1.0))  # cosine of half the angle between light and viewer
+            out += (microfacets.SHEEN_STRENGTH * (1.0 - half) ** 5 * irradiance)[:, None] * np.array(light.color)
+        return out
 
     def _of_lamps(self, lamps: LampLight, normal_reflectance: Vectors, rough: FloatArray) -> FloatArray:
         """Return the radiance (N, 3) of the highlights of the lamps."""

@@ -53,10 +53,6 @@ _GLASS_LOSS = np.array([
     [1.000, 1.006, 1.064, 1.215, 1.545, 2.174],
 ])  # fmt: skip
 
-# ``principled`` with a sheen of 1 reflects a hundredth of the light, nearly all at grazing angles: with a hundred, all.
-_SHEEN_STRENGTH, _SHEEN_ALBEDO = 100.0, 0.12
-
-
 FloatArray = npt.NDArray[np.float64]
 Float32Array = npt.NDArray[np.float32]
 Lobe = Callable[[FloatArray], FloatArray]  # from colors (K, 3) of surfaces to those (K, 3) of one lobe of their BSDF
@@ -167,8 +163,9 @@ def _opaque(look: Look, paint: Paint) -> dict[str, Any]:
         plastic = _plastic(look, paint) if look.metallic < 1.0 else {}
         base = _blend(look.metallic, plastic, metal)
     if look.sheen > 0.0:
-        rim = {"type": "principled", "base_color": 0.0, "specular": 0.0, "roughness": 1.0, "sheen": _SHEEN_STRENGTH}
-        base = _blend(_SHEEN_ALBEDO * look.sheen, base, rim)
+        sheen = {"sheen": microfacets.SHEEN_STRENGTH}
+        rim = {"type": "principled", "base_color": 0.0, "specular": 0.0, "roughness": 1.0, **sheen}
+        base = _blend(microfacets.SHEEN_ALBEDO * look.sheen, base, rim)
     return base if look.coat == 0.0 else _blend(*_facets(look.coat, _COAT_ROUGHNESS, GLASS, base))
 
 

@@ -20,6 +20,10 @@ ALBEDO = (1.0, 0.9999, 0.9960, 0.9801, 0.9435, 0.8823, 0.7979, 0.6956, 0.5841, 0
 # refraction n reflect ``(albedo - grazing) F0 + grazing``, fitted to n = 1.5 and 2.4 (Karis, 2013).
 GRAZING = (0.0404, 0.0402, 0.0390, 0.0352, 0.0283, 0.0220, 0.0161, 0.0120, 0.0087, 0.0067, 0.0055)
 
+# The sheen of fabric is that of Mitsuba's ``principled``, which with a sheen of 1 reflects a hundredth of the light,
+# nearly all at grazing angles: with a hundred, all. It takes this share of the light from the surface below.
+SHEEN_STRENGTH, SHEEN_ALBEDO = 100.0, 0.12
+
 
 def albedo(roughness: Floats | float) -> Floats:
     """Return the share of light, of the shape of ``roughness``, that perfectly reflecting facets reflect at once."""

@@ -129,7 +129,7 @@ def test_every_frame_of_a_film_changes() -> None:
         ("chair[0]/leg", {"scale": (2.0, 2.0, 2.0)}, "no form of the program makes only"),
         ("chair", {"recolor": '"blue sky"'}, ""),
         ("chair", {"recolor": "[1 2"}, "must be one form"),
-        ("chair", {"recolor": "wood"}, "unknown color"),
+        ("chair", {"recolor": "wood"}, "unknown col"),
         ("chair", {"scale": (0.0, 1.0, 1.0)}, "`scale`"),
         ("chair", {"scale": (math.inf, 1.0, 1.0)}, "`scale`"),
         ("chair", {"rotate": ("w", 3.0)}, "`rotate`"),

@@ -252,3 +252,14 @@ def test_a_moving_light_is_drawn_at_its_frame() -> None:
     first, last = (scene.render(size=(16, 16), frame=k).radiance for k in (0, 4))
     assert first[:, :8].mean() > 1.01 * first[:, 8:].mean()
     assert last[:, 8:].mean() > 1.01 * last[:, :8].mean()
+
+
+def test_the_rim_of_fabric_is_lit_by_lamps_in_drafts_as_in_final_images() -> None:
+    """The upper edge of a velvet ball before a lamp; without the rim a draft has less than half of the radiance."""
+    pytest.importorskip("mitsuba")
+    text = f"""(bind "all" (lambda () (call "sphere" :radius 1 :material "velvet" :color (color "teal"))))(scene "all"){DARK}
+    (light :position [0 5 -2] :power 300)(camera :eye [0 0 8] :look-at [0 .85 0] :fov 1)"""
+    draft, final = (
+        np.asarray(sl.evaluate(text).render(size=(8, 8), quality=quality).radiance).mean() for quality in QUALITIES
+    )
+    assert draft == pytest.approx(final, rel=0.1)
