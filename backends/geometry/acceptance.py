@@ -161,7 +161,8 @@ def _allows_all(declaration: Declaration) -> bool:
 def _may_be_lax(declaration: Declaration) -> bool:
     """Return whether a declaration has a tolerance or a greatest amount, which may exclude nothing."""
     return not declaration.options.get("negated") and (
-        "within" in declaration.options or ("max" in declaration.options and declaration.relation != "count")
+        "within" in declaration.options
+        or ("max" in declaration.options and "min" not in declaration.options and declaration.relation != "count")
     )
 
 

@@ -232,7 +232,12 @@ def _decided(draft: _Draft, brief: Brief, speaker: Speaker, plan: SamplePlan) ->
             break
         draft = draft.noted(f"plan: decides too little, {problems[0]}")
         options, written = draft.reader.options, _plan_text(draft.stated)
-        stated = yield from plan_steps(brief, options, speaker, plan.repairs, problems, written)
+        try:
+            stated = yield from plan_steps(brief, options, speaker, plan.repairs, problems, written)
+        except SceneError as error:
+            if error.name != "model-answer":
+                raise
+            break  # the statements there are, without those that say nothing, are better than none
         draft = draft.tested(stated)
         draft = replace(draft, asked=(draft.brief.first, *draft.asked[1:]))
         yield SampleProgress(draft.verdict, _plan_note(stated))
