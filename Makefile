@@ -86,7 +86,7 @@ chromium:
 	@if ! command -v chromium >/dev/null && command -v apt-get >/dev/null && [ "$$(id -u)" = 0 ]; then \
 	  (apt-get update -qq && apt-get install -y -qq chromium) >/dev/null 2>&1 || true; fi
 
-# Neighbouring tests go to one worker, so that what a module's tests share is made once; bytecode of the tests is kept.
+# Neighboring tests go to one worker, so that what a module's tests share is made once; bytecode of the tests is kept.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 
 test: lint chromium $(VENV)/.validator $(VENV)/.three $(VENV)/.textmate
@@ -141,7 +141,7 @@ $(VENV)/.three: $(VENV)/.run
 	-command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/three $(THREE)
 	touch $@
 
-# The engine that VS Code colours by, where node and npm are; its tests say when it is not there.
+# The engine that VS Code colors by, where node and npm are; its tests say when it is not there.
 TEXTMATE := vscode-textmate@9.3.2 vscode-oniguruma@2.0.1
 $(VENV)/.textmate: $(VENV)/.run
 	-command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix $(VENV)/textmate $(TEXTMATE)

@@ -185,7 +185,7 @@ CODES: dict[str, DiagnosticCode] = {
     "unstable": DiagnosticCode("W626", "An object would tip over, slide or fall: nothing holds it where it is."),
     "below-ground": DiagnosticCode("W613", "An object is sunk into the ground, or into what it stands on."),
     "coincident-faces": DiagnosticCode(
-        "W614", "Two faces of different colours are coplanar and overlap, so either may be drawn (z-fighting)."
+        "W614", "Two faces of different colors are coplanar and overlap, so either may be drawn (z-fighting)."
     ),
     "outlier": DiagnosticCode(
         "W628", "An object differs from its siblings: turned, out of its row, larger, or missing."
@@ -194,7 +194,7 @@ CODES: dict[str, DiagnosticCode] = {
     "overlap-note": DiagnosticCode("N611", "Two objects are in each other, and may be meant to be."),
     "floating-note": DiagnosticCode("N612", "An object has no support, and may be meant to fly."),
     "unstable-note": DiagnosticCode("N626", "An object stands only if something that no contact shows holds it."),
-    "coincident-faces-note": DiagnosticCode("N614", "Small coplanar faces of different colours overlap (z-fighting)."),
+    "coincident-faces-note": DiagnosticCode("N614", "Small coplanar faces of different colors overlap (z-fighting)."),
     "below-ground-note": DiagnosticCode("N613", "An object is in the ground, and may be planted there."),
     "geometry-limit": DiagnosticCode(
         "W615", "The scene is too large for `check --geometry` to check completely, or has too many findings."
@@ -241,7 +241,7 @@ CODES: dict[str, DiagnosticCode] = {
         "W618", "A Minecraft build file contains data other than blocks, which is dropped."
     ),
     "plain-look": DiagnosticCode(
-        "W619", "The resource pack has no model for a block, so it is drawn as a box of the block's average colour."
+        "W619", "The resource pack has no model for a block, so it is drawn as a box of the block's average color."
     ),
     "not-shown": DiagnosticCode("W625", "There are more findings than can be shown at once."),
     "crowded-layout": DiagnosticCode(
@@ -927,7 +927,7 @@ _MODELS = {
 
 _WARNINGS = {
     "conditional-failure": "Correct the expression as the message says, or remove the branch if it is never needed.",
-    "out-of-range": "Use the unit and range of the hint: radians for angles, 0 to 1 for colours and shares.",
+    "out-of-range": "Use the unit and range of the hint: radians for angles, 0 to 1 for colors and shares.",
     "dropped-value": "Put everything that belongs to the scene into one `(union ...)`, which the body returns.",
     "unreachable-code": "Remove the code, or move it before the call that never returns.",
     "unused-value": "Write a field `{}` for each value, as in Python.",

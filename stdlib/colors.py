@@ -73,11 +73,11 @@ def color_of(name: str) -> Vector:
         if digits is None:
             near = tuple(near_names(text, named_colors()))
             hint = f"did you mean {' or '.join(map(show, near))}?" if near else 'write a CSS name, "#c08040" or "#c84"'
-            raise SceneError("value", f"unknown colour {show(name, 40)}", hint=hint, near=near)
+            raise SceneError("value", f"unknown color {show(name, 40)}", hint=hint, near=near)
         text = "#" + digits
     vector = _from_hex(text)
     if vector is None:
-        raise SceneError("value", f"unknown colour {show(name, 40)}", hint='write a CSS name, "#c08040" or "#c84"')
+        raise SceneError("value", f"unknown color {show(name, 40)}", hint='write a CSS name, "#c08040" or "#c84"')
     return vector
 
 
@@ -85,7 +85,7 @@ def color_of(name: str) -> Vector:
     "color",
     "name::String",
     "Vector",
-    "Return the colour `#rrggbb`, `#rgb` or with a CSS name, as the linear sRGB that `:color` expects.",
+    "Return the color `#rrggbb`, `#rgb` or with a CSS name, as the linear sRGB that `:color` expects.",
     ('(list (color "#f00") (color "white"))', "([1.0 0.0 0.0] [1.0 1.0 1.0])"),
     check=color_of,
 )
@@ -105,7 +105,7 @@ def check_components(*components: Any) -> None:
     "rgb",
     "red::Number green::Number blue::Number",
     "Vector",
-    "Return the colour with sRGB components from 0 to 255, as the linear sRGB that `:color` expects.",
+    "Return the color with sRGB components from 0 to 255, as the linear sRGB that `:color` expects.",
     ("(rgb 255 0 0)", "[1.0 0.0 0.0]"),
     check=check_components,
 )
@@ -118,7 +118,7 @@ def rgb(rt: Runtime, *components: Any) -> Vector:
     "hsv",
     "hue::Number saturation::Number value::Number",
     "Vector",
-    "Return the colour with a hue from 0 to 1 (0 red, 1/3 green, 2/3 blue) and saturation and value from 0 to 1, "
+    "Return the color with a hue from 0 to 1 (0 red, 1/3 green, 2/3 blue) and saturation and value from 0 to 1, "
     "converted as by Python's `colorsys`. The components are taken as linear.",
     ("(hsv 0 1 .5)", "[0.5 0.0 0.0]"),
 )

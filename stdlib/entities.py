@@ -402,7 +402,7 @@ def shape_max(rt: Runtime, x: Any) -> Vector:
 
 @define(
     "compute-shape-center", "x::Parts", "Vector",
-    "Return the centre of the bounding box of an entity or parts, [x y z] in scene units.",
+    "Return the center of the bounding box of an entity or parts, [x y z] in scene units.",
     ('(compute-shape-center (call "cylinder"))', "[0.0 0.5 0.0]"),
 )  # fmt: skip
 def shape_center(rt: Runtime, x: Any) -> Vector:

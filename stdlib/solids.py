@@ -169,7 +169,7 @@ def _combined(
 
 @define(
     "difference", f"base::Parts tools::Parts ... [:segments::Integer] {LOOK}", "Entity",
-    "Return the solid that remains of `base` without `tools`. Faces keep the colours and words of their operands.",
+    "Return the solid that remains of `base` without `tools`. Faces keep the colors and words of their operands.",
     ('(volume (difference (call "cube") (call "cube" :scale [.5 .5 2])))', "0.75"),
     picture='(difference (call "cube" :color (color "tomato")) (call "sphere" :radius .62 :color (color '
             '"gold")))',
@@ -662,7 +662,7 @@ def surface_area(rt: Runtime, x: Any) -> float:
 
 
 @define(
-    "centroid", "x::Parts", "Vector", "Return the centre of mass of an entity or parts of uniform density.",
+    "centroid", "x::Parts", "Vector", "Return the center of mass of an entity or parts of uniform density.",
     ('(centroid (transform (call "cube") (translate [1 2 3])))', "[1.0 2.0 3.0]"),
 )  # fmt: skip
 def centroid(rt: Runtime, x: Any) -> Vector:
@@ -671,7 +671,7 @@ def centroid(rt: Runtime, x: Any) -> Vector:
 
 @define(
     "inertia", "x::Parts", "Array",
-    "Return the inertia tensor of an entity or parts of density 1 about its centre of mass, along its own axes.",
+    "Return the inertia tensor of an entity or parts of density 1 about its center of mass, along its own axes.",
     ('(round (inertia (call "cube" :scale 6)) 6)', "[[1296.0 0.0 0.0] [0.0 1296.0 0.0] [0.0 0.0 1296.0]]"),
 )  # fmt: skip
 def inertia(rt: Runtime, x: Any) -> Any:

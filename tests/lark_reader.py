@@ -68,7 +68,7 @@ class _Brackets:
         else:
             if token.line != last.end_line:
                 self._note_indentation(token, last)
-            _check_neighbours(token, last)
+            _check_neighbors(token, last)
         if kind in _OPEN_ENDED:
             self.prefixes += 1
             self._check_depth(self.depths[-1] + self.prefixes, token)
@@ -141,7 +141,7 @@ class _Brackets:
 _OPEN_ENDED = ("PREFIX", "DATUM_COMMENT")
 
 
-def _check_neighbours(token: Token, last: Token) -> None:
+def _check_neighbors(token: Token, last: Token) -> None:
     kind = token.type
     if kind == "LSQB" and last.type == "ATOM" and last.end_pos == token.start_pos and "::" not in last:
         hint = f"write `(ref {_short(last)} 0)`, or leave a space before `[`"

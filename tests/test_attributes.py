@@ -44,7 +44,7 @@ def test_what_a_primitive_is_said_to_read_changes_it(word: str, name: str) -> No
 def test_what_a_primitive_reads_is_said(word: str) -> None:
     assert set(shape_of(word, {}).defining_attributes()) <= set(attributes_of(word))
     unread = {name: value for name, value in OTHER.items() if name not in attributes_of(word)}
-    if word != "delete-blocks":  # a colour is taken, and there is nothing to show it
+    if word != "delete-blocks":  # a color is taken, and there is nothing to show it
         assert shape_of(word, unread) == shape_of(word, {})
 
 

@@ -195,7 +195,7 @@ def test_diff(shell: Shell) -> None:
         assert shell("diff", *sides) == "equal: 6 primitives\n"
         assert shell.json("diff", *sides) == {
             "equal": True, "frames": {"a": 1, "b": 1}, "matched": 6,
-            "moved": 0, "recoloured": 0, "missing": 0, "extra": 0, "changes": [],
+            "moved": 0, "recolored": 0, "missing": 0, "extra": 0, "changes": [],
         }  # fmt: skip
     assert "equal" not in shell("diff", "row.json", "row.scene", "--seed", "1", code=1)
     assert "equal" in shell("diff", "row.json", "row.scene", "--tolerance", "0.9", "--seed", "1")
@@ -219,17 +219,17 @@ def test_diff_names_changes(shell: Shell) -> None:
     primitives.append({"shape": "cone\x1b[2J", "matrix": [[1, 0, 0, 2], [0, 1, 0, 2], [0, 0, 1, 2], [0, 0, 0, 1]]})
     shell.write("changed.json", json.dumps(before))
     assert shell("diff", "row.scene", "changed.json", code=1) == (
-        "different: 2 matched, 2 moved, 1 recoloured, 1 missing, 1 extra\n"
+        "different: 2 matched, 2 moved, 1 recolored, 1 missing, 1 extra\n"
         "cone\N{REPLACEMENT CHARACTER}[2J\n  extra [0] at [2 2 2]\n"
         "cube\n  moved row/post[0]: [0 0 0] -> [0 0.5 0]\n  moved row/post[4] at [8 0 0]: rotated\n"
-        "  recoloured row/post[2] at [4 0 0]: [1 0 0] -> [0 0 1]\n"
+        "  recolored row/post[2] at [4 0 0]: [1 0 0] -> [0 0 1]\n"
         "cylinder\n  missing row/post[5] at [8 0.5 0]\n"
     )
     short = shell("diff", "row.scene", "changed.json", "--limit", "2", code=1).splitlines()
     assert len(short) == 6
     assert short[-1] == "... and 3 more"
     found = shell.json("diff", "row.scene", "changed.json", code=1)
-    assert [found[name] for name in ("equal", "matched", "moved", "recoloured", "missing", "extra")] == [
+    assert [found[name] for name in ("equal", "matched", "moved", "recolored", "missing", "extra")] == [
         False,
         2,
         2,
@@ -384,7 +384,7 @@ def test_numbers_of_options_are_shown_in_full(shell: Shell) -> None:
     assert "must be 1,024 or less" in shell.err
 
 
-def test_quiet_verbose_and_colour(shell: Shell) -> None:
+def test_quiet_verbose_and_color(shell: Shell) -> None:
     shell.write(
         "warn.scene",
         '(bind "a" (lambda () (print "log") (call "cube"))) (bind "b" (lambda () (print "log") (call "cube")))',
@@ -398,10 +398,10 @@ def test_quiet_verbose_and_colour(shell: Shell) -> None:
     assert "steps" in shell.err
     shell("run", "broken.scene", "-q", code=1)
     assert "E401" in shell.err, "errors are always told"
-    assert "\x1b[" not in shell.err, "no colours where there is no terminal"
+    assert "\x1b[" not in shell.err, "no colors where there is no terminal"
 
 
-def test_colours_on_a_terminal(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_colors_on_a_terminal(shell: Shell, monkeypatch: pytest.MonkeyPatch) -> None:
     class Terminal(io.StringIO):
         def isatty(self) -> bool:
             return True

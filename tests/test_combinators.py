@@ -70,7 +70,7 @@ def test_docs_name_every_keyword(record: ReferenceRecord) -> None:
 # --- grid and ring ---------------------------------------------------------------------------------------------------
 
 
-def test_grid_is_centred() -> None:
+def test_grid_is_centered() -> None:
     assert whole(f"(grid {CUBE} :nx 3 :ny 2 :nz 4 :spacing [2 3 4])") == (-2.5, -2, -6.5, 2.5, 2, 6.5)
     assert len(boxes(f"(grid {CUBE} :nx 3 :ny 2 :nz 4)")) == 24
     assert boxes(f"(grid {CUBE})") == [(-0.5, -0.5, -0.5, 0.5, 0.5, 0.5)]
@@ -118,7 +118,7 @@ def test_ring_keeps_orientation_and_sweep() -> None:
 
 
 @pytest.mark.parametrize(("axis", "k"), [("x", 0), ("y", 1), ("z", 2)])
-def test_row_is_centred_with_gaps(axis: str, k: int) -> None:
+def test_row_is_centered_with_gaps(axis: str, k: int) -> None:
     found = boxes(f"(row (list {CUBE} {BALL} {CUBE}) :gap .5 :axis :{axis})")
     assert [box[k] for box in found] == pytest.approx([-2.5, -1, 1.5])
     assert [box[k + 3] for box in found] == pytest.approx([-1.5, 1, 2.5])

@@ -130,7 +130,7 @@ def test_as_many_as_possible_are_paired() -> None:
     assert counts(wanted) == (3, 0, 0, 0, 0)
 
 
-def test_colours_are_paired_so_that_most_agree() -> None:
+def test_colors_are_paired_so_that_most_agree() -> None:
     colored = lambda r: (ComparedSolid("cube", "cube", "", (r, 0.0, 0.0)), pose(0, 0, 0))
     found = compare_frames(frame_of([FAR, colored(0.2), colored(0.3)]), frame_of([FAR, colored(0.3), colored(0.1)]))
     assert counts(found) == (2, 0, 1, 0, 0)
@@ -175,7 +175,7 @@ def test_turned_things_have_moved_but_larger_ones_not() -> None:
     )
 
 
-def test_a_block_of_another_type_is_recoloured() -> None:
+def test_a_block_of_another_type_is_recolored() -> None:
     stone, dirt = (solid_of("block", {"block_type": f"minecraft:{name}"}) for name in ("stone", "dirt"))
     found = compare_frames(frame_of([FAR, (stone, pose(1, 2, 3))]), frame_of([(dirt, pose(1, 2, 3)), FAR]))
     assert counts(found) == (1, 0, 1, 0, 0)
@@ -253,7 +253,7 @@ def test_one_moved(scene: list[Row], row: Row, random: Any) -> None:
 
 @RUNS
 @given(scenes, rows(), colors, st.randoms(use_true_random=False))
-def test_one_recoloured(scene: list[Row], row: Row, color: Any, random: Any) -> None:
+def test_one_recolored(scene: list[Row], row: Row, color: Any, random: Any) -> None:
     solid, matrix = row
     painted = solid_of("block", {"block_type": "gold"}) if solid.is_block else replace(solid, color=color)
     assume(painted != solid)

@@ -34,7 +34,7 @@ def test_nothing_is_lost_and_nothing_is_an_error(path: Path) -> None:
 
 
 @given(st.text(alphabet="()[]\"\\;#|:'`,@<>.*z1 +\n\r\tλ\x00", max_size=40))
-def test_any_text_is_coloured_whole(text: str) -> None:
+def test_any_text_is_colored_whole(text: str) -> None:
     tokens = _tokens(text)
     assert "".join(value for _, value in tokens) == text
     assert Error not in {token for token, _ in tokens}

@@ -353,7 +353,7 @@ def test_comment_at_the_end_moves_behind_the_parentheses() -> None:
     assert commented("(list a b)", {"a": around(after="one")}) == "(list a  ; one\n      b)\n"
 
 
-def test_comments_at_the_ends_of_neighbouring_lines_are_aligned() -> None:
+def test_comments_at_the_ends_of_neighboring_lines_are_aligned() -> None:
     text = "(let () (define inner 1) (define longer 2) (define z 3))"
     trivia = {"(define inner 1)": around(after="a"), "(define longer 2)": around(after="b")}
     assert commented(text, trivia) == "(let ()\n  (define inner 1)   ; a\n  (define longer 2)  ; b\n  (define z 3))\n"

@@ -35,7 +35,7 @@ from scenelang.stdlib.reference import RecordKind, combinators, parts, records
 DOCS = ROOT / "docs"
 STEPS = list(steps(DOCS / "tutorial.md"))
 RECIPES = list(recipes())
-_ALIKE = 2.0  # of 255: what the fewer colours of a file and the softer edges of its picture may change
+_ALIKE = 2.0  # of 255: what the fewer colors of a file and the softer edges of its picture may change
 
 
 @pytest.mark.parametrize("name", PAGES)

@@ -116,7 +116,7 @@ class Curve(HostObject):
         return float(y0 + (y1 - y0) * eased(first.interpolation, first.easing, share))
 
     def _handles(self, number: int) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return the left and the right handle of a keyframe; each spans a third of the frames to its neighbour."""
+        """Return the left and the right handle of a keyframe; each spans a third of the frames to its neighbor."""
         keys = self.keyframe_points
         x, y = keys[number].co
         before = x - keys[number - 1].co[0] if number > 0 else 1.0
@@ -163,7 +163,7 @@ def _smooth_slopes(keys: list[Keyframe]) -> list[float]:
         before, after = secants[i - 1], secants[i]
         if keys[i].handle_left_type == "VECTOR" or (keys[i].handle_left_type == "AUTO_CLAMPED" and before * after <= 0):
             fixed[i] = 0.0
-        elif keys[i].handle_left_type == "AUTO_CLAMPED":  # no handle is higher or lower than the neighbours
+        elif keys[i].handle_left_type == "AUTO_CLAMPED":  # no handle is higher or lower than the neighbors
             most = 3 * min(abs(before), abs(after))
             limits[i] = (0.0, most) if before > 0 else (-most, 0.0)
     while True:

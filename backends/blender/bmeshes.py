@@ -561,15 +561,15 @@ class BmeshOperators:
                 place[id(corner)] = Corner(bm, corner.co.values)
                 bm.add_corner(place[id(corner)])
         walls: list[Side] = []
-        has_neighbours = False
+        has_neighbors = False
         for side in chosen:
             for a, b in _edges_of(side):
                 others = around[frozenset((id(a), id(b)))]
-                has_neighbours |= any(id(other) not in inside for other in others)
+                has_neighbors |= any(id(other) not in inside for other in others)
                 if sum(id(other) in inside for other in others) == 1:
                     walls.append(Side(bm, [a, b, place[id(b)], place[id(a)]], side.material_index, side.smooth))
         made = [Side(bm, [place[id(c)] for c in side.verts], side.material_index, side.smooth) for side in chosen]
-        if not has_neighbours:
+        if not has_neighbors:
             for side in chosen:
                 side.normal_flip()
         for side in chosen:

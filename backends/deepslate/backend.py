@@ -334,7 +334,7 @@ def _atlas(looks: BlockLooks) -> dict[str, Any]:
 
 
 def _studio(studio: Studio, around: PageSurroundings) -> Mapping[str, Sequence[Any] | float | None]:
-    """Return the surroundings as colours: sRGB of backdrop and ground, linear light on upward faces."""
+    """Return the surroundings as colors: sRGB of backdrop and ground, linear light on upward faces."""
     environment = studio.environment
     light = environment.on_level(studio.key_direction)
     ground = None if studio.ground is None else to_srgb(tone_map(studio.ground * light, environment)).tolist()

@@ -32,7 +32,7 @@ def is_wet(state: BlockState) -> bool:
     return state.name in _PLANTS or ("waterlogged", "true") in state.properties
 
 
-# Visible blocks of a build: those with an exposed side, and occlusion by their neighbours.
+# Visible blocks of a build: those with an exposed side, and occlusion by their neighbors.
 
 
 IntArray = npt.NDArray[np.int32]
@@ -118,7 +118,7 @@ def _is_clear(name: str, kind: BlockKind) -> bool:
 
 
 def _exposed(build: Build, padded: ByteArray, slab: int) -> npt.NDArray[np.int64]:
-    """Return the cells (3, N) of blocks with a side that no neighbour hides."""
+    """Return the cells (3, N) of blocks with a side that no neighbor hides."""
     parts, count = [np.zeros((3, 0), np.int64)], 0
     x, y, z = build.size
     for start in range(0, x, slab):

@@ -494,7 +494,7 @@ def _numbers(given: Any, count: int) -> list[float]:
     return numbers
 
 
-# Fallback for blocks without a model: boxes of their average colour, like those of the other renderers.
+# Fallback for blocks without a model: boxes of their average color, like those of the other renderers.
 
 
 _FACES = {"west": (0, 0.0), "down": (1, 0.0), "north": (2, 0.0), "east": (0, 16.0), "up": (1, 16.0), "south": (2, 16.0)}
@@ -507,7 +507,7 @@ def plain_model(state: BlockState, texture: str) -> Json:
 
 
 def plain_texture(state: BlockState) -> Pixels:
-    """Return a uniform texture with the block's colour and opacity."""
+    """Return a uniform texture with the block's color and opacity."""
     kind = load_table().blocks[state.name]
     color = [*(kind.color or (0, 0, 0)), round(255 * kind.opacity)]
     return np.tile(np.array(color, np.uint8), (_SIDE, _SIDE, 1))
@@ -547,7 +547,7 @@ class BlockLooks:
     """Models and textures of a palette.
 
     ``states[n]`` is the look of state ``n``; ``models`` are by name, with parents merged. ``plain`` are the blocks that
-    no source contains, drawn as boxes of their average colour.
+    no source contains, drawn as boxes of their average color.
     """
 
     states: tuple[BlockLook, ...]
@@ -562,7 +562,7 @@ class BlockLooks:
             return ()
         more = ", .." if len(self.plain) > _MAX_NAMED else ""
         shown = ", ".join(f"`{name}`" for name in self.plain[:_MAX_NAMED]) + more
-        message = f"missing or incomplete models for {shown}; drawn as boxes of their average colour"
+        message = f"missing or incomplete models for {shown}; drawn as boxes of their average color"
         hint = "if you use a resource pack, install the game too, which provides the missing models"
         return (Diagnostic("plain-look", message, hint=hint),)
 

@@ -39,7 +39,7 @@ from scenelang.backends.files import atomic_write_all
 from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.convex import clusters
 from scenelang.backends.surfaces.cuts import cut, planes_of
-from scenelang.backends.surfaces.distance import neighbours
+from scenelang.backends.surfaces.distance import neighbors
 from scenelang.backends.surfaces.image_files import to_srgb
 from scenelang.backends.surfaces.precision import (
     SINGLE,
@@ -228,7 +228,7 @@ PARTS = Option("parts", "write one file per part (default --depth 1): OUT-001-wo
 FPS = Option("fps", "frames per second of a 4D scene", 24.0, minimum=0.01, maximum=1000.0)
 INSTANCES = Option(
     "instance-limit",
-    "number of nodes beyond which repeated parts are merged into shared meshes with vertex colours",
+    "number of nodes beyond which repeated parts are merged into shared meshes with vertex colors",
     100_000,
     minimum=1,
     maximum=1_000_000,
@@ -526,7 +526,7 @@ def _near_parts(root: Entity) -> list[tuple[Entity, FloatArray | None]]:
     if copies.thick().fit(SINGLE.error).all():
         return [(root, None)]
     low, high = copies.centers - copies.radii[:, None], copies.centers + copies.radii[:, None]
-    near, _ = neighbours(low, high, 0.0, MAX_VERTICES)
+    near, _ = neighbors(low, high, 0.0, MAX_VERTICES)
     _, group = np.unique(clusters(len(rows), near.tolist()), return_inverse=True)
     near_parts: list[tuple[Entity, FloatArray | None]] = []
     for groups, offset in chunks_of(copies.grouped(group)):

@@ -56,7 +56,7 @@ def _write_obj(job: Job, path: Path) -> None:
     # a name is any bytes, and a line of the file
     library = path.with_name(_CONTROLS.sub("_", path.stem) + ".mtl")
     with path.open("w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
-        file.write(f"# scenelang: y up, colours are sRGB\nmtllib {library.name}\n")
+        file.write(f"# scenelang: y up, colors are sRGB\nmtllib {library.name}\n")
         for block in surfaces.blocks():
             file.writelines(text.objects(block))
     images = TextureFiles(path)
@@ -262,7 +262,7 @@ OBJ = mesh_backend(
 # points without normals, and the colors of its faces.
 
 
-_COMMENT = "scenelang: y up, colours are sRGB"
+_COMMENT = "scenelang: y up, colors are sRGB"
 _NORMALS = tuple(("float", name) for name in ("nx", "ny", "nz"))
 _COLORS = tuple(("uchar", name) for name in ("red", "green", "blue", "alpha"))
 _FACE = np.dtype([("count", "u1"), ("corners", "<i4", 3)])
@@ -359,7 +359,7 @@ def _painted_faces(block: WorldBlock, start: int) -> npt.NDArray[Any]:
 
 
 PLY = mesh_backend(
-    "ply", "PLY: one coloured mesh", (".ply",), _write_ply, options=(SIDES, TOLERANCE), attributes=("color", "opacity")
+    "ply", "PLY: one colored mesh", (".ply",), _write_ply, options=(SIDES, TOLERANCE), attributes=("color", "opacity")
 )
 
 
@@ -417,7 +417,7 @@ def _triangles(vertices: FloatArray, faces: IntArray) -> npt.NDArray[np.void]:
 
 STL = mesh_backend(
     "stl",
-    "STL: one mesh without colours, for 3D printing",
+    "STL: one mesh without colors, for 3D printing",
     (".stl",),
     _write_stl,
     options=(SIDES, TOLERANCE),

@@ -233,7 +233,7 @@ def _spelled(pose: FloatArray) -> str:
 
 
 THREE_MF = mesh_backend(
-    "3mf", "3MF for printers and slicers: named parts with colours", (".3mf",), _write_3mf,
+    "3mf", "3MF for printers and slicers: named parts with colors", (".3mf",), _write_3mf,
     options=(SIDES, TOLERANCE, Option("unit", "what a scene unit is in print", "millimeter", tuple(UNITS))),
     attributes=("color", "opacity", "texture"),
 )  # fmt: skip

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from scenelang.backends.facts.tolerances import SLIM, TOUCH_OF_SOLIDS
 from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies, hull_of, plane_axes, signed_area
-from scenelang.backends.surfaces.distance import IntArray, neighbours
+from scenelang.backends.surfaces.distance import IntArray, neighbors
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm, Ratios
 
@@ -93,7 +93,7 @@ class Contacts:
 
 def _compared_again(solids: Bodies, before: Contacts, moved: BoolArray) -> tuple[IntArray, FloatArray, bool]:
     """Return the touching pairs (M, 2), sorted, their distances, and whether all were compared."""
-    near, complete = neighbours(*solids.boxes, solids.touch, MAX_PAIRS)
+    near, complete = neighbors(*solids.boxes, solids.touch, MAX_PAIRS)
     pairs, gaps = solids.touching(near[moved[near].any(axis=1)])
     same = ~moved[before.pairs].any(axis=1)
     pairs, gaps = np.concatenate([before.pairs[same], pairs]), np.concatenate([before.gaps[same], gaps])

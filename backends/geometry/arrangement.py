@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from scenelang.backends.facts.frame import facts_of
 from scenelang.backends.surfaces.convex import MAX_PAIRS, Bodies
-from scenelang.backends.surfaces.distance import IntArray, Pairs, depths, distances, neighbours
+from scenelang.backends.surfaces.distance import IntArray, Pairs, depths, distances, neighbors
 from scenelang.backends.surfaces.solids import FloatArray, is_object
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.inspection.instance_paths import Locator, is_handle, is_plain
@@ -478,7 +478,7 @@ class Arrangement:
         Returns the objects near each subject, by instance; None if there are more than ``limit`` pairs.
         """
         low, high = (np.array(corners) for corners in zip(*(self.box(placed) for placed in (*subjects, *objects))))
-        near, complete = neighbours(low, high, max(reaches, default=0.0), limit)
+        near, complete = neighbors(low, high, max(reaches, default=0.0), limit)
         if not complete:
             return None
         count = len(subjects)
@@ -729,7 +729,7 @@ def related(arrangement: Arrangement, rows: Sequence[int], limit: int = _MAX_REL
     boxes = [arrangement.box(placed) for placed in objects]
     low, high = np.array([box[0] for box in boxes]).reshape(-1, 3), np.array([box[1] for box in boxes]).reshape(-1, 3)
     reach = max((arrangement.touch(placed) for placed in objects), default=0.0)
-    pairs, complete = neighbours(low, high, reach, limit)
+    pairs, complete = neighbors(low, high, reach, limit)
     if not complete:
         raise LimitError("primitives", f"more than {limit:,} pairs of things are near each other")
     relations: list[Related] = []
@@ -786,7 +786,7 @@ def paired(center: FloatArray, mirrored: FloatArray, size: FloatArray, words: In
     """
     count = len(center)
     places = np.concatenate([center, mirrored])
-    near, _ = neighbours(places, places, within, MAX_PAIRS)
+    near, _ = neighbors(places, places, within, MAX_PAIRS)
     first, second = near[(near[:, 0] < count) & (near[:, 1] >= count)].T
     second = second - count
     is_match = (words[first] == words[second]) & (np.abs(size[first] - size[second]).max(axis=1, initial=0.0) <= within)

@@ -853,7 +853,7 @@ def _diagnostic(group: Iterable[_Named], *, animated: bool) -> Diagnostic:
         each = " of each" if times > 1 else ""
         hint = f"`(translate [{rounded(move, 3)}])`{each} would fix it"
     elif named.finding.shift is not None and not named.finding.note:
-        hint = f"move its centre of mass by `[{rounded(named.finding.shift, 3)}]` over its support, or broaden that"
+        hint = f"move its center of mass by `[{rounded(named.finding.shift, 3)}]` over its support, or broaden that"
     other = named.other_place
     notes = (Note("the other object is created here", other),) if other is not None and other != named.place else ()
     return Diagnostic(name, message, named.place, hint, notes)
@@ -882,7 +882,7 @@ def _hidden(named: _Named) -> str:
 
 def _deep(named: _Named) -> str:
     """Return the message about objects that are in each other."""
-    other = "its neighbour of the same word" if named.words == named.other else _path(named.other)
+    other = "its neighbor of the same word" if named.words == named.other else _path(named.other)
     return f"{_path(named.words)} is {named.finding.amount:.3g} deep in {other}"
 
 
@@ -892,7 +892,7 @@ def _falling(what: str) -> Callable[[_Named], str]:
     def message(named: _Named) -> str:
         """Return the message."""
         on = f" on {_path(named.other)}" if named.other else " on the ground"
-        beside = f": its centre of mass is {named.finding.amount:.3g} beyond its support"
+        beside = f": its center of mass is {named.finding.amount:.3g} beyond its support"
         return f"{_path(named.words)} {what}{on}{beside if named.finding.amount > 0.0 else ''}"
 
     return message
@@ -925,7 +925,7 @@ def _outlier(named: _Named) -> str:
 
 def _coplanar(named: _Named) -> str:
     """Return the message about z-fighting faces."""
-    return f"a face of {_path(named.words)} is coplanar with one of {_path(named.other)} in another colour (z-fighting)"
+    return f"a face of {_path(named.words)} is coplanar with one of {_path(named.other)} in another color (z-fighting)"
 
 
 _MESSAGES: dict[str, tuple[str, Callable[[_Named], str]]] = {

@@ -428,7 +428,7 @@ def _legend(truth: Truth, handles: Sequence[str], bodies: IntArray) -> dict[str,
         "parts": [{"id": i, "word": word, "color": word_color(word)} for i, word in enumerate(truth.solids.part_words)],
         "flow_state": {"gone": ground_truth.GONE, "hidden": ground_truth.HIDDEN, "visible": ground_truth.VISIBLE},
         "axes": "depth along the optical axis, in scene units; normals and positions in the world; pixels from the top "
-        "left corner, their centres at half-integers",
+        "left corner, their centers at half-integers",
     }
 
 

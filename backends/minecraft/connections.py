@@ -381,13 +381,13 @@ def settled(voxels: Voxels, table: BlockTable | None = None, similar: Similar | 
         for state, place in zip(requested.palette[1:], voxels.places[1:])
     ]
     warnings = {warning.message: warning for state in resolved for warning in state.warnings}
-    build = unified(requested.origin, *_with_neighbours(requested.cells, resolved, table))
+    build = unified(requested.origin, *_with_neighbors(requested.cells, resolved, table))
     ignored_words = ignored(voxels)
     more = (warning for warning in (ignored_words, voxels.off_cells) if warning is not None)
     return Settled(build, (*warnings.values(), *more))
 
 
-def _with_neighbours(cells: Cells, resolved: Sequence[Resolved], table: BlockTable) -> tuple[Cells, list[BlockState]]:
+def _with_neighbors(cells: Cells, resolved: Sequence[Resolved], table: BlockTable) -> tuple[Cells, list[BlockState]]:
     """Return the cells with neighbor-dependent states applied, and the states of their indices."""
     states = [one.state for one in resolved]
     kinds = [table.blocks[state.name] for state in states]

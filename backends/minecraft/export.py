@@ -260,7 +260,7 @@ VOXELIZE = Option(
 )
 PALETTE = Option(
     "palette",
-    "blocks for --voxelize, matched by colour: families (wool, concrete, terracotta, glass, planks, ..., all) and "
+    "blocks for --voxelize, matched by color: families (wool, concrete, terracotta, glass, planks, ..., all) and "
     "block names, separated by commas",
     USUAL,
     check=palette_of,

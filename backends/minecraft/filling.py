@@ -293,7 +293,7 @@ def _kinds(name: str, table: BlockTable) -> Sequence[BlockKind]:
     exact = table.blocks.get(namespaced(name))
     if exact is not None and name not in FAMILIES:
         if not _is_building_block(exact):
-            raise SceneError("value", f"`{name}` is not a full cube with a colour")
+            raise SceneError("value", f"`{name}` is not a full cube with a color")
         return [exact]
     endings = _ENDINGS.get(name, (f"_{name}", f":{name}"))
     kinds = [kind for kind in cubes if kind.name.endswith(endings)]

@@ -200,7 +200,7 @@ def _appearance_of(entity: Entity, named: Entity, primitives: Iterable[Entity]) 
         return own
     members = [Member(each, named if entity.is_primitive else each) for each in primitives]
     texts = [described.text for described in describe_all(members)]
-    if not entity.is_primitive:  # only the first part of each: the primitive's text, or its colour
+    if not entity.is_primitive:  # only the first part of each: the primitive's text, or its color
         texts = list(dict.fromkeys(text.partition(",")[0] for text in texts))
     return " and ".join(texts[:_MAX_APPEARANCES])
 

@@ -274,7 +274,7 @@ def own_name(special: str) -> str:
 
 
 def look_of(c: Converter, color: Snippet, alpha: Snippet | None, span: Span) -> str:
-    """Return the attributes of a colour: nothing of a text that names none."""
+    """Return the attributes of a color: nothing of a text that names none."""
     opacity = alpha
     if color.parts is not None and len(color.parts) in (3, 4):
         opacity = alpha or (color.parts[3] if len(color.parts) == 4 else None)
@@ -282,7 +282,7 @@ def look_of(c: Converter, color: Snippet, alpha: Snippet | None, span: Span) -> 
     elif color.string is not None:
         name, own = _named_color(color.string)
         if not name:
-            c.warn(span, f"the colour {string_text(color.string)} is unknown, and left out")
+            c.warn(span, f"the color {string_text(color.string)} is unknown, and left out")
             return ""
         opacity = alpha or own
         text = call("color", color.text if name == color.string else f'"{name}"')
@@ -300,7 +300,7 @@ def _component(part: Snippet) -> str:
 
 
 def _named_color(name: str) -> tuple[str, Snippet | None]:
-    """Return a colour as the Scene Language writes it, empty if it is none, and its opacity if it has one."""
+    """Return a color as the Scene Language writes it, empty if it is none, and its opacity if it has one."""
     if name.lower() == "transparent":
         return "black", constant(0)
     if not name.startswith("#"):

@@ -43,7 +43,7 @@ _TEXT = """
         ((< radius 1e-6) 5)
         (else (min 1024 (ceiling (max 5 (min (/ 360 (max fa .01)) (/ (* tau radius) (max fs .01)))))))))
 
-;;; A solid in one colour.
+;;; A solid in one color.
 (define (painted object (:color none) (:opacity none))
   (if (empty? (primitives object))
     (union)
@@ -253,7 +253,7 @@ _TEXT = """
     (for/list ((new size) (old sizes)) (if (= new 0) 1 (/ new old))))
   (transform object (scale (array factors))))
 
-;;; A colour by name or by components from 0 to 1.
+;;; A color by name or by components from 0 to 1.
 (define (color-of c)
   (if (string? c)
     (color c)

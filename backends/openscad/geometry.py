@@ -387,7 +387,7 @@ class Objects(Expressions):
         return [text for _, text in definitions], shapes
 
     def boolean(self, instance: Instance) -> Shape:
-        """Convert an operation on several objects, whose colour is that of the place."""
+        """Convert an operation on several objects, whose color is that of the place."""
         color, self.color = self.color, ""
         definitions, shapes = self._members(instance)
         if not shapes:
@@ -422,7 +422,7 @@ class Objects(Expressions):
         return Shape(long_call(operation, [*texts, *look]), dimensions)
 
     def _painted(self, shape: Shape, color: str) -> Shape:
-        """Return a solid that was made elsewhere with one colour."""
+        """Return a solid that was made elsewhere with one color."""
         name = self.c.helper("painted") if shape.may_be_empty else "solid-union"
         return Shape(
             call(name, shape._replace(moves=()).text, color), shape.dimensions, shape.may_be_empty, shape.moves
@@ -556,7 +556,7 @@ class Objects(Expressions):
         return texts
 
     def solid(self, *words: str, may_be_empty: bool = False) -> Shape:
-        """Return a call that makes a solid, in the colour of the place."""
+        """Return a call that makes a solid, in the color of the place."""
         return Shape(call(*words, *([self.color] if self.color else [])), 3, may_be_empty)
 
     def flat(self, *words: str) -> Shape:
@@ -599,14 +599,14 @@ def _centered(place: Objects, value: Snippet | None) -> str | None:
     return "#t" if value.text in ("#t", "1") else place.truth(value)
 
 
-def _either(place: Objects, center: str | None, centred: Shape, corner: Callable[[], Shape]) -> Shape:
+def _either(place: Objects, center: str | None, centerd: Shape, corner: Callable[[], Shape]) -> Shape:
     """Return one of two forms of an object, which may be decided when the program runs."""
     if center is None:
         return corner()
     if center == "#t":
-        return centred
-    text = call("if", center, place.place(centred), place.place(corner()))
-    return Shape(text, centred.dimensions)
+        return centerd
+    text = call("if", center, place.place(centerd), place.place(corner()))
+    return Shape(text, centerd.dimensions)
 
 
 def _void(place: Objects, instance: Instance, dimensions: int, sizes: Sequence[Snippet]) -> Shape | None:
@@ -630,8 +630,8 @@ def _cube(place: Objects, instance: Instance) -> Shape:
         return void
     if any(each.number is None for each in sizes):
         return place.solid(place.c.helper("box"), scale, *([] if center is None else [f":center {center}"]))
-    centred = place.solid("call", '"cube"', f":scale {scale}")
-    return _either(place, center, centred, lambda: _corner_box(place, size, scale))
+    centerd = place.solid("call", '"cube"', f":scale {scale}")
+    return _either(place, center, centerd, lambda: _corner_box(place, size, scale))
 
 
 def _corner_box(place: Objects, size: Snippet, scale: str) -> Shape:

@@ -37,7 +37,7 @@ from scenelang.backends.physics.dynamics import Distances, Overlap
 from scenelang.backends.physics.masses import Moments, entity_moments, primitive_moments, total, united_moments
 from scenelang.backends.surfaces.appearance import look_of
 from scenelang.backends.surfaces.convex import clusters
-from scenelang.backends.surfaces.distance import neighbours
+from scenelang.backends.surfaces.distance import neighbors
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import LimitError, Note, SceneError
 from scenelang.interpreter.scene.entity import Entity, descendants
@@ -301,7 +301,7 @@ class _Grouping:
     def _find_contacts(self) -> None:
         """Measure the gaps of nearby parts; raises LimitError for more than ``MAX_PAIRS``."""
         margin = TOUCH * float(self.diagonal.max())
-        pairs, complete = neighbours(self.low, self.high, margin, MAX_PAIRS)
+        pairs, complete = neighbors(self.low, self.high, margin, MAX_PAIRS)
         if not complete:
             message = f"more than the limit of {MAX_PAIRS:,} pairs of nearby parts to simulate"
             raise LimitError("size", message, "simulate a part of the scene with `--root WORD`")

@@ -214,9 +214,9 @@ def _why(bodies: BodySet, motion: Motion, number: int, kind: str) -> str:
         return "nothing carries it"
     beyond, _ = beyond_edge(points[:, [0, 2]], body.moments.center[[0, 2]])
     if beyond > 1e-3 * body.size:
-        return f"its centre of mass is {beyond:.3g} beyond the edge of what it stands on"
+        return f"its center of mass is {beyond:.3g} beyond the edge of what it stands on"
     if beyond > -1e-2 * body.size:
-        return "its centre of mass is above the edge of what it stands on"
+        return "its center of mass is above the edge of what it stands on"
     return _PUSHED
 
 

@@ -24,7 +24,7 @@ FloatArray = npt.NDArray[np.float64]
 Projection = Literal["perspective", "orthographic"]
 
 FORMAT, VERSION = "scenelang-camera", 1
-AXES = "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centres at halves"
+AXES = "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centers at halves"
 LARGEST = 8192  # pixels of a side
 _MAX_FILE_BYTES = 100_000
 

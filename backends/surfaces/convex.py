@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.surfaces.appearance import look_of
-from scenelang.backends.surfaces.distance import IntArray, Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.surfaces.distance import IntArray, Pairs, boxes, depths, distances, neighbors
 from scenelang.backends.surfaces.solids import FloatArray, PosedForms, composed, own_mesh, posed_forms
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity, descendants, primitive_count
@@ -146,7 +146,7 @@ class Bodies:
     @cached_property
     def contacts(self) -> tuple[IntArray, FloatArray, bool]:
         """The touching pairs (M, 2), their distances, and whether all pairs were checked."""
-        near, complete = neighbours(*self.boxes, self.touch, MAX_PAIRS)
+        near, complete = neighbors(*self.boxes, self.touch, MAX_PAIRS)
         return *self.touching(near), complete
 
     def touching(self, near: IntArray) -> tuple[IntArray, FloatArray]:

@@ -30,7 +30,7 @@ _BATCH_BOXES = 1 << 18  # boxes looked up at once, which bounds the memory
 _OFFSETS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
 
 
-def neighbours(low: FloatArray, high: FloatArray, margin: float, most: int) -> tuple[IntArray, bool]:
+def neighbors(low: FloatArray, high: FloatArray, margin: float, most: int) -> tuple[IntArray, bool]:
     """Return the pairs of boxes that are within a distance of each other.
 
     Boxes are hashed by their low corners in a hierarchy of grids, whose cells double in size: each box is compared with

@@ -316,7 +316,7 @@ FORMS: Sequence[Idiom] = (
          "`rotate` makes a pose; `transform` applies it to an entity"),
     Idiom("OpenSCAD", "(scale ?s ?child)", "(transform ?child (scale ?s))",
          "`scale` makes a pose; `transform` applies it to an entity"),
-    Idiom("OpenSCAD", "(color ?c ?child)", "", "the colour is an attribute of the call: `:color (color \"red\")`"),
+    Idiom("OpenSCAD", "(color ?c ?child)", "", "the color is an attribute of the call: `:color (color \"red\")`"),
     *(Idiom("Python", f"(?a {op} ?b)", f"({name} ?a ?b)", INFIX)
       for op, name in (("+", "+"), ("-", "-"), ("*", "*"), ("/", "/"), ("%", "%"), ("//", "//"), ("**", "expt"),
                        ("^", "expt"), ("<", "<"), (">", ">"), ("<=", "<="), (">=", ">="), ("==", "="),
@@ -344,12 +344,12 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})°", r"(deg \1)", "angles are in radians; `deg` converts degrees"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})%", r"(/ \1 100)", "shares are numbers from 0 to 1"),
     Spelling("CSS", rf"(?<![\w#])({_NUMBER})(?:px|pt|cm|mm|m|in|em)\b", r"\1", "lengths have no unit"),
-    Spelling("CSS", r"(?<=\(color )#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'"#\1"', "a colour is a string"),
+    Spelling("CSS", r"(?<=\(color )#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b", r'"#\1"', "a color is a string"),
     Spelling(
         "CSS",
         r"(?<![\w\"])(?<!\(color )#([0-9a-fA-F]{6}|[0-9a-fA-F]{3})\b",
         r'(color "#\1")',
-        "colours are converted by `color`",
+        "colors are converted by `color`",
     ),
     Spelling("Python", r"(?<![\w.])(\d+)_(\d{3})\b", r"\1\2", "digits of a number are not grouped"),
     Spelling("Scheme", r"#\(([^()\[\]]*)\)", r"[\1]", "an array is written in square brackets"),

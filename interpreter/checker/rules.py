@@ -714,7 +714,7 @@ _ANY = {
     "rotation rotate angle orientation axis euler yaw pitch": _TURNED,
     "texture material shader image uv texture-map bump": _MATERIAL,
     "segments sides resolution subdivisions facets fn slices stacks $fn $fa $fs": _SMOOTH,
-    "paint fill background backgroundColor background-color tint": 'the colour is `:color`: `:color (color "red")`',
+    "paint fill background backgroundColor background-color tint": 'the color is `:color`: `:color (color "red")`',
     "transparency": "`:opacity` is 1 for an opaque surface and 0 for an invisible one",
 }
 

@@ -205,7 +205,7 @@ def _color(value: Any) -> Point:
     if value is None or value == []:
         return _ONES
     if not isinstance(value, (list, tuple)):
-        raise ValueError("has a colour that is not a list of three numbers")
+        raise ValueError("has a color that is not a list of three numbers")
     r, g, b = (min(1.0, max(0.0, x)) for x in _point(value[:3]))
     return (r, g, b)
 

@@ -546,7 +546,7 @@ _ORDER = (1, 2, 0)  # a grid's loops from the outermost: y, z, x
 
 
 def _axes(body: _Body, vector: Sequence[CodeTree], counts: Sequence[tuple[str, CodeTree]]) -> _Axes | None:
-    """Return the variable, count and spacing of each axis along which copies are centred."""
+    """Return the variable, count and spacing of each axis along which copies are centerd."""
     found: _Axes = {}
     for axis, coordinate in enumerate(vector):
         used = [(name, count) for name, count in counts if _mentions(body, coordinate, name)]
@@ -555,7 +555,7 @@ def _axes(body: _Body, vector: Sequence[CodeTree], counts: Sequence[tuple[str, C
         if len(used) > 1:
             return None
         name, count = used[0]
-        spacing = _centred(body, coordinate, name, count)
+        spacing = _centered(body, coordinate, name, count)
         if spacing is None:
             return None
         found[axis] = name, count, spacing
@@ -569,7 +569,7 @@ def _mentions(body: _Body, node: CodeTree, name: str) -> bool:
     )
 
 
-def _centred(body: _Body, coordinate: CodeTree, name: str, count: CodeTree) -> Poly | None:
+def _centered(body: _Body, coordinate: CodeTree, name: str, count: CodeTree) -> Poly | None:
     """Return the spacing of a coordinate that is ``spacing * (i - (count - 1) / 2)``."""
     value = body.poly(coordinate)
     linear = value.split(name, lambda node: _mentions(body, node, name))

@@ -52,7 +52,7 @@ def factors(matrix: CodeTree) -> list[CodeTree]:
 
 
 def product(matrices: Sequence[CodeTree]) -> CodeTree:
-    """Return the product of matrices; neighbouring translations are added."""
+    """Return the product of matrices; neighboring translations are added."""
     kept: list[CodeTree] = []
     for matrix in matrices:
         total = _added(kept[-1], matrix) if kept else None

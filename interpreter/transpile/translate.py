@@ -465,9 +465,9 @@ def _python_hint(diagnostic: Diagnostic) -> str | None:
     hint, span = diagnostic.hint or "", diagnostic.span
     text = span.text if span is not None else ""
     if diagnostic.name == "attribute" and "color" in diagnostic.message and diagnostic.found == "a String":
-        return "a colour is a tuple of three numbers from 0 to 1: (1.0, 0.0, 0.0) is red"
+        return "a color is a tuple of three numbers from 0 to 1: (1.0, 0.0, 0.0) is red"
     if diagnostic.name == "out-of-range" and "color" in diagnostic.message:
-        return "the components of a colour are from 0 to 1: divide them by 255"
+        return "the components of a color are from 0 to 1: divide them by 255"
     if diagnostic.name == "out-of-range" and "radians" in diagnostic.message:
         return f"convert degrees: `math.radians({text})`"
     if "wrong order" in hint:

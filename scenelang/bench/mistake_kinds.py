@@ -196,7 +196,7 @@ def _short(value: float) -> str:
 
 
 def _misspelled(pick: Random, name: str) -> str:
-    """A name with two letters swapped, one left out, doubled, or replaced by its neighbour on the keyboard."""
+    """A name with two letters swapped, one left out, doubled, or replaced by its neighbor on the keyboard."""
     at = pick.randrange(1, len(name) - 1)
     kind = pick.randrange(4)
     if kind == 0:
@@ -205,10 +205,10 @@ def _misspelled(pick: Random, name: str) -> str:
         return name[:at] + name[at + 1 :]
     if kind == 2:
         return name[: at + 1] + name[at] + name[at + 1 :]
-    return name[:at] + _NEIGHBOURS.get(name[at], "e") + name[at + 1 :]
+    return name[:at] + _NEIGHBORS.get(name[at], "e") + name[at + 1 :]
 
 
-_NEIGHBOURS = dict(zip("qwertyuiopasdfghjklzxcvbnm", "wertyuiopoasdfghjkkxcvbnmn", strict=True))
+_NEIGHBORS = dict(zip("qwertyuiopasdfghjklzxcvbnm", "wertyuiopoasdfghjkkxcvbnmn", strict=True))
 _LEAST = 4  # letters of a name that is misspelled
 
 
@@ -454,7 +454,7 @@ def _vector_in_parentheses(text: Text, pick: Random) -> Iterator[TextChange]:
 
 @_kind("length of a vector", "bracket", tuned=True)
 def _vector_length(text: Text, pick: Random) -> Iterator[TextChange]:
-    """A point or colour has a fourth component, or a point of the plane z = 0 has only two."""
+    """A point or color has a fourth component, or a point of the plane z = 0 has only two."""
     for node, parent, _ in text.nodes:
         if isinstance(node, ArrayDatum) and len(node.items) == 3 and isinstance(parent, ListDatum):
             last = node.items[-1]
@@ -509,9 +509,9 @@ def _constant(datum: Datum) -> float | None:
     return first / math.prod(rest) if head == "/" and rest and 0.0 not in rest else None
 
 
-@_kind("bytes of a colour", "unit", tuned=False)
+@_kind("bytes of a color", "unit", tuned=False)
 def _color_bytes(text: Text, pick: Random) -> Iterator[TextChange]:
-    """The components of a colour go from 0 to 255, in sRGB as everywhere else."""
+    """The components of a color go from 0 to 255, in sRGB as everywhere else."""
     for node, parent, place in text.nodes:
         numbers = _numbers(node)
         if numbers and len(numbers) == 3 and isinstance(parent, ListDatum) and place > 0:

@@ -39,7 +39,7 @@ _MAX_TRIED = 12  # places of a program that a mistake of a kind is tried at
 _MAX_PRIMITIVES = 3_000
 _FRAMES = 4  # of a film, that are compared
 _POSE = 1e-6  # of the scene's size
-_SHADE = 0.006  # of a colour: less than a byte shows
+_SHADE = 0.006  # of a color: less than a byte shows
 _MOVED = 0.03  # of the scene's size: how far a part may end from where it was
 _NAME = "program.scene"
 

@@ -71,7 +71,7 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
         "tree": CommandRow(PROGRAM, "programs", "print the entity hierarchy"),
         "count": CommandRow(PROGRAM, "programs", "count the instances of every word"),
         "bounds": CommandRow(PROGRAM, "programs", "print the exact bounding box of the scene or of a word"),
-        "measure": CommandRow(PROGRAM, "programs", "print volume, surface, centre of mass and inertia"),
+        "measure": CommandRow(PROGRAM, "programs", "print volume, surface, center of mass and inertia"),
         "simulate": CommandRow(PROGRAM, "physics", "show how the scene moves under gravity, as a video or a 4D scene"),
         "settle": CommandRow(PROGRAM, "physics", "let the scene come to rest, and write it with the new poses"),
         "repair": CommandRow(PROGRAM, "physics", "edit the program to resolve findings and failed declarations"),

@@ -545,7 +545,7 @@ def _check_look(table: TomlTable, name: str, look: Distribution) -> None:
             except SceneError as error:
                 table.fail(name, f"`{name}`: {error.message}", error.hint)
         elif name == "color" and not is_vector:
-            table.fail(name, f"`{name}`: expected colours, got {shown(value)}", 'write "red", "#3f5c45" or [r, g, b]')
+            table.fail(name, f"`{name}`: expected colors, got {shown(value)}", 'write "red", "#3f5c45" or [r, g, b]')
         elif not (_is_number(value) or (is_vector and name in ("color", "emission"))):
             table.fail(name, f"`{name}`: expected numbers, got {shown(value)}")
 

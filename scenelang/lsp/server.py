@@ -100,7 +100,7 @@ def _positional_names(code: Any) -> list[str]:
     return []
 
 
-# Colour swatches: `(color "name")`, `(rgb r g b)` and arrays of three literal numbers as the value of `:color`.
+# Color swatches: `(color "name")`, `(rgb r g b)` and arrays of three literal numbers as the value of `:color`.
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _COLORS = re.compile(
@@ -110,7 +110,7 @@ _COLORS = re.compile(
 
 
 def color_swatches(document: Document) -> list[lsp.ColorInformation]:
-    """Return the literal colours of a document, as sRGB."""
+    """Return the literal colors of a document, as sRGB."""
     text = document.source.text
     found = []
     for match in _COLORS.finditer(text):
@@ -135,7 +135,7 @@ def _components(match: re.Match[str]) -> tuple[float, float, float]:
 
 
 def color_notations(source: Source, color: lsp.Color, range_: lsp.Range) -> list[lsp.ColorPresentation]:
-    """Return the ways to write a colour that was picked, the one that the text uses first."""
+    """Return the ways to write a color that was picked, the one that the text uses first."""
     components = (color.red, color.green, color.blue)
     digits = "".join(f"{round(value * 255):02x}" for value in components)
     array = "[" + " ".join(f"{linear(value):.4g}" for value in components) + "]"

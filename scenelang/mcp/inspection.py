@@ -184,7 +184,7 @@ def _add_volume(scene: LoadedScene, path: str, frame: int, lines: list[str], dat
         lines.append(f"no volume: {error.message}")
         return
     lines.append(
-        f"volume {_number(measures.volume)}, surface {_number(measures.area)}, centre {_triple(measures.centroid)}"
+        f"volume {_number(measures.volume)}, surface {_number(measures.area)}, center {_triple(measures.centroid)}"
     )
     data |= {
         "volume": round(measures.volume, 9),
@@ -221,9 +221,9 @@ def _add_distance(arrangement: Arrangement, a: str, b: str, lines: list[str], da
         "nearest": [arrangement.path(a_instance), arrangement.path(b_instance)],
         "distance": round(nearest.distance, 9),
         "clearance": _rounded(gaps),
-        "centres": _rounded(arrangement.center(b_instance) - arrangement.center(a_instance)),
+        "centers": _rounded(arrangement.center(b_instance) - arrangement.center(a_instance)),
     }
-    lines.append(f"from centre to centre {_triple(arrangement.center(b_instance) - arrangement.center(a_instance))}")
+    lines.append(f"from center to center {_triple(arrangement.center(b_instance) - arrangement.center(a_instance))}")
 
 
 def _add_relations(
@@ -418,7 +418,7 @@ class _Sheet:
                     for k, (near, far) in enumerate(self._depths, 1)]  # fmt: skip
         names = [f"{name} #{r:02x}{g:02x}{b:02x}" for name, (r, g, b) in self._legend.items()]
         left = len(names) - _MAX_LEGEND_ENTRIES
-        return [*names[:_MAX_LEGEND_ENTRIES], *([f"... and {left:,} more colours"] if left > 0 else [])]
+        return [*names[:_MAX_LEGEND_ENTRIES], *([f"... and {left:,} more colors"] if left > 0 else [])]
 
     def png(self, cells: Sequence[Pixels], columns: int, labels: Sequence[str]) -> bytes:
         """Return the sheet with the cameras above the images and the legend below."""

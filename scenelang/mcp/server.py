@@ -414,7 +414,7 @@ def _add_pictures(server: SceneServer, bench: Bench) -> None:
         session: Name,
         cameras: Annotated[list[str] | None, Field(max_length=inspection.MAX_CAMERAS, description=CAMERA)] = None,
         overlay: Annotated[
-            Literal["none", "word", "instance", "depth"], Field(description="colour by word or instance, or show depth")
+            Literal["none", "word", "instance", "depth"], Field(description="color by word or instance, or show depth")
         ] = "none",
         frame: Number = 0,
         part: ScenePath = "",
@@ -848,7 +848,7 @@ def _add_prompts(server: SceneServer) -> None:
         return (
             f"Reconstruct `{image[:200]}` as a program of the Scene Language. `open` an empty session and `compare` it "
             "with the image early and often, from a camera that fits. First get the layout and the counts right, then "
-            "proportions, then colours and materials. `check` with `geometry`, `repair`, and `save` the program."
+            "proportions, then colors and materials. `check` with `geometry`, `repair`, and `save` the program."
         )
 
 

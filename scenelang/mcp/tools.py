@@ -216,7 +216,7 @@ A scene is a program of words and functions. `bind` binds a function to a word, 
 `transform` puts it under a pose (a 4x4 matrix), `union` brings several together. A word that nothing binds is a
 primitive: one of those below, or a box with its word on it. The scene is the word that no other function calls.
 
-y is up, lengths are the scene's units, angles radians. Colours are linear, `[red green blue]` from 0 to 1, or
+y is up, lengths are the scene's units, angles radians. Colors are linear, `[red green blue]` from 0 to 1, or
 `(color "ivory")`. `[1 2 3]` is an array, `:name` a keyword argument, `;` begins a comment.
 
 ```scene

@@ -32,7 +32,7 @@ TOLERANCE = 1e-5  # relative to the scene's size, as in `interpreter/inspection/
 _MAX_FILE_SIZE = 128_000_000  # bytes; parsed data can take thirty times as much memory
 _MAX_PATH_LENGTH = 1_000  # words
 _HINT = "create one with `scenelang flatten FILE --json`"
-_KINDS = ("moved", "recoloured", "resized", "missing", "extra")
+_KINDS = ("moved", "recolored", "resized", "missing", "extra")
 _PAIRED = "resized"  # this kind is only produced by ``paired_by_path``
 _AS_IT_IS: Mapping[str, str] = MappingProxyType({kind: kind for kind in _KINDS})
 OF_AN_EDIT: Mapping[str, str] = MappingProxyType({**_AS_IT_IS, "missing": "removed", "extra": "added"})
@@ -45,7 +45,7 @@ class Change:
     Attributes
     ----------
     kind
-        One of moved, recoloured, resized, missing and extra.
+        One of moved, recolored, resized, missing and extra.
     frame, word
         Number of the frame, and word of the object.
     before, after
@@ -161,7 +161,7 @@ def _changes(frame: int, a: ComparedFrame, b: ComparedFrame, difference: FrameDi
     after = [_side(b, row, label, difference.positions_b[row]) for row, label in zip(rows_b, b.labels(rows_b))]
     moved, paired = len(difference.moved), len(difference.moved) + len(difference.recolored)
     for i in range(paired):
-        kind = "moved" if i < moved else "recoloured"
+        kind = "moved" if i < moved else "recolored"
         yield Change(kind, frame, a.solid(rows_a[i]).word, before[i], after[i])
     for i in range(paired, len(rows_a)):
         yield Change("missing", frame, a.solid(rows_a[i]).word, before[i], None)
@@ -248,7 +248,7 @@ def _change_line(change: Change, kind: str) -> str:
     start = f"{kind} {_clean(side['path'])}"
     if change.before is None or change.after is None:
         return f"{start} at {_point(side['at'])}"
-    if change.kind == "recoloured":
+    if change.kind == "recolored":
         return f"{start} at {_point(side['at'])}: {_look(change.before)} -> {_look(change.after)}"
     if change.kind == _PAIRED:
         return f"{start} at {_point(change.after['at'])}"

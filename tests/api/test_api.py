@@ -116,8 +116,8 @@ def test_maps_label_every_pixel(board: sl.Scene, tmp_path: Path) -> None:
     np.testing.assert_array_equal(maps["semantic"][pegs], {w: n for n, w in maps.words.items()}["cylinder"])
     assert len(maps.crops("peg")) == 2
     for crop in maps.crops("peg"):
-        centre = crop.pixels[crop.size[1] // 2, crop.size[0] // 2].astype(int)
-        assert centre[0] - centre[2] > 60
+        center = crop.pixels[crop.size[1] // 2, crop.size[0] // 2].astype(int)
+        assert center[0] - center[2] > 60
     coco = maps.coco()
     assert [c["name"] for c in coco["categories"]] == board.words
     folder = maps.save(tmp_path / "maps")
@@ -131,8 +131,8 @@ def test_variants(board: sl.Scene) -> None:
     blue = board.restyled("peg", color=(0, 0, 1))
     changes = sl.diff(board, blue)
     assert not changes.equal
-    assert changes.counts == {"recoloured": 2}
-    assert repr(changes) == "<Changes: 2 recoloured; 1 primitives match>"
+    assert changes.counts == {"recolored": 2}
+    assert repr(changes) == "<Changes: 2 recolored; 1 primitives match>"
     assert repr(sl.diff(board, board)) == "<Changes: none, 3 primitives match>"
     assert set(map(tuple, board.flatten().color)) == {(1, 1, 1), (1, 0, 0)}, "the first scene stays what it was"
     assert board.restyled("peg", color="tomato").flatten().color[-1][0] == 1.0

@@ -118,7 +118,7 @@ def test_words_for_numbers(beach: sl.Scene) -> None:
     with pytest.raises(sl.SceneError, match="is already described"):
         z.describe(beach, describe=lambda questions: [])
     with pytest.raises(sl.SceneError, match=r"the placeholders are \{embedding\}"):
-        z.words_of(beach, template="{embedding} {colour}")
+        z.words_of(beach, template="{embedding} {color}")
 
 
 def test_mistakes_about_embeddings(beach: sl.Scene) -> None:

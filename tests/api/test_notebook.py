@@ -15,7 +15,7 @@ pytest.importorskip("IPython")
 ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted((ROOT / "examples" / "notebooks").glob("*.ipynb"))
 TOWER = """(param floors 3 "how high" :min 1 :max 9)
-(param paint "#c04030" "its colour")
+(param paint "#c04030" "its color")
 (bind "tower" (lambda () (union-loop floors (lambda (i)
   (transform (call "cube" :color (color paint)) (translate [0 i 0]))))))
 """

@@ -146,7 +146,7 @@ def test_exr_has_alpha_and_multiplied_radiance(tmp_path: Path) -> None:
         (["--ground", "transparent", "-o", "a.jpg"], "a .jpg file has no transparency"),
         (["--ground", "shadow", "-o", "a.gif"], "a video has no transparency"),
         (["--ground", "white", "--background", "red"], "a flat background has no ground"),
-        (["--background", "reddish"], "unknown colour"),
+        (["--background", "reddish"], "unknown color"),
         (["--ground", "transparant"], "transparent"),
     ],
 )

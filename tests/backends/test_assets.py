@@ -1,4 +1,4 @@
-"""Mesh files as assets: colours of every kind, limits, and files that are none."""
+"""Mesh files as assets: colors of every kind, limits, and files that are none."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def colored(kind: str) -> trimesh.Trimesh:
     [
         ("vertex", ".ply", from_srgb(RED[:3] / 255.0)),
         ("face", ".ply", from_srgb(RED[:3] / 255.0)),
-        ("vertex", ".glb", RED[:3] / 255.0),  # glTF's vertex colours are linear
+        ("vertex", ".glb", RED[:3] / 255.0),  # glTF's vertex colors are linear
         ("material", ".glb", np.array([0.02, 0.5, 0.9])),
         ("material", ".gltf", np.array([0.02, 0.5, 0.9])),
         ("texture", ".glb", from_srgb(RED[:3] / 255.0)),
@@ -53,7 +53,7 @@ def colored(kind: str) -> trimesh.Trimesh:
         ("vertex", ".off", None),
     ],
 )
-def test_colours_of_files(tmp_path: Path, kind: str, ending: str, expected: np.ndarray | None) -> None:
+def test_colors_of_files(tmp_path: Path, kind: str, ending: str, expected: np.ndarray | None) -> None:
     path = tmp_path / f"a{ending}"
     if ending == ".gltf":
         for name, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(colored(kind))).items():
@@ -69,7 +69,7 @@ def test_colours_of_files(tmp_path: Path, kind: str, ending: str, expected: np.n
     assert mesh.colors == pytest.approx(np.tile(expected, (12, 1)), abs=3e-3)
 
 
-def test_parts_of_one_file_keep_their_colours_where_they_touch(tmp_path: Path) -> None:
+def test_parts_of_one_file_keep_their_colors_where_they_touch(tmp_path: Path) -> None:
     scene = trimesh.Scene()
     for name, x, color in (("a", 0.0, (1.0, 0.0, 0.0, 1.0)), ("b", 1.0, (0.0, 0.0, 1.0, 1.0))):
         box = trimesh.creation.box((1, 1, 1), trimesh.transformations.translation_matrix((x, 0, 0)))

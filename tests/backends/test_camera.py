@@ -56,7 +56,7 @@ def test_the_whole_box_is_in_view_and_touches_the_margin(
 @pytest.mark.parametrize("aspect", [0.5, 1.0, 16 / 9])
 @pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, 25.0), (30.0, 25.0), (-135.0, 60.0), (45.0, -35.0)])
 @pytest.mark.parametrize("distance", [None, 40.0])
-def test_the_box_is_centred_along_both_sides_of_the_picture(
+def test_the_box_is_centered_along_both_sides_of_the_picture(
     low: list[float], high: list[float], aspect: float, azimuth: float, elevation: float, distance: float | None
 ) -> None:
     viewpoint = Viewpoint(azimuth, elevation, distance=distance)

@@ -186,8 +186,8 @@ COLORS = [(0.8, 0.1, 0.05), (0.02, 0.02, 0.02), (0.5, 0.5, 0.5), (1.0, 1.0, 1.0)
     "color",
     one_in(5, map(pytest.param, COLORS)),
 )
-def test_a_flat_patch_has_one_colour_everywhere(color: tuple[float, ...], tmp_path: Path) -> None:
-    """Draft, final, and a GLB that is exported and read back, agree within 2/255; flat light shows the colour itself."""
+def test_a_flat_patch_has_one_color_everywhere(color: tuple[float, ...], tmp_path: Path) -> None:
+    """Draft, final, and a GLB that is exported and read back, agree within 2/255; flat light shows the color itself."""
     given = " ".join(map(str, color))
     text = f'(bind "patch" (lambda () (call "cube" :scale [4 .1 4] :color [{given}])))'
     (tmp_path / "a.scene").write_text(text)
@@ -390,7 +390,7 @@ _SMALL = {*_ALL} - {"fractal-tree", "menger-sponge", "toys"}
 
 @pytest.mark.parametrize("name", only(_SMALL, _ALL))
 @pytest.mark.sampled(4)
-def test_examples_have_the_same_mean_colour_in_draft_and_final(name: str) -> None:
+def test_examples_have_the_same_mean_color_in_draft_and_final(name: str) -> None:
     draft, final = both(scenelang.load(EXAMPLES / f"{name}.scene").graph, size=(64, 48))
     assert np.abs(draft.mean(axis=(0, 1)) - final.mean(axis=(0, 1))).max() < 0.08 * 255
 

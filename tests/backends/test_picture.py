@@ -97,7 +97,7 @@ def test_the_unshaded_ground_is_the_backdrop(make: Any) -> None:
         assert np.abs(np.diff(middle[:40], 2, axis=0)).max() < 10  # no horizon
 
 
-def test_colours_are_right(make: Any) -> None:
+def test_colors_are_right(make: Any) -> None:
     for color, strongest in (((0.8, 0.1, 0.1), 0), ((0.1, 0.7, 0.1), 1), ((0.05, 0.1, 0.8), 2)):
         picture = drafted(make.scene(make.primitive("cube", color=color)), labels=False)
         middle = picture[24:40, 24:40].reshape(-1, 3).mean(axis=0)
@@ -230,7 +230,7 @@ def test_labels_stand_on_what_is_seen_of_their_boxes(make: Any) -> None:
     assert (drafted(village(make), labels=True) != drafted(village(make), labels=False)).any()
 
 
-def test_words_have_stable_tints_unless_they_have_a_colour(make: Any) -> None:
+def test_words_have_stable_tints_unless_they_have_a_color(make: Any) -> None:
     from scenelang.backends.surfaces.appearance import look_of
 
     assert look_of(make.primitive("house")) == look_of(make.primitive("house"))

@@ -83,12 +83,12 @@ def test_a_text_in_z_changes_one_sentence(place: Path) -> None:
 def test_the_style_changes_all(place: Path) -> None:
     main(["embeddings", "beach.scene", "encode", "-q"])
     before = read_encodings(z(place))
-    main(["embeddings", "beach.scene", "set", "<z1>", "--text", "watercolour", "-q"])
+    main(["embeddings", "beach.scene", "set", "<z1>", "--text", "watercolor", "-q"])
     main(["embeddings", "beach.scene", "encode", "-q"])
     after = read_encodings(z(place))
     assert before is not None
     assert after is not None
-    assert all("in the style of watercolour" in row.prompt for row in after.rows)
+    assert all("in the style of watercolor" in row.prompt for row in after.rows)
     assert (np.abs(before.matrix - after.matrix).max(axis=1) > 1e-4).all()
 
 

@@ -23,7 +23,7 @@ from scenelang.backends.neural.clip import (
 )
 from scenelang.grammar.diagnostics import SceneError
 
-TEXTS = ["a moai", "a weathered stone moai, in the style of a watercolour, 3D model", "", "Größe! 7 <b>"]
+TEXTS = ["a moai", "a weathered stone moai, in the style of a watercolor, 3D model", "", "Größe! 7 <b>"]
 WORDS = st.sampled_from(["moai", "red", "wooden", "castle", "zebra", "chess", "ivory"])
 
 

@@ -525,7 +525,7 @@ def test_the_preview_shows_samples_and_what_varies(
         assert sheet.format == "JPEG"
 
 
-def test_the_preview_explains_its_colours_and_shows_all_that_is_written(folder: Path, tmp_path: Path) -> None:
+def test_the_preview_explains_its_colors_and_shows_all_that_is_written(folder: Path, tmp_path: Path) -> None:
     from PIL import Image
 
     from scenelang.backends.labels.dataset import instance_color, word_color

@@ -210,7 +210,7 @@ def test_hemispheres_are_those_of_maps(read: Read) -> None:
 # --- words, captions, filters ----------------------------------------------------------------------------------------
 
 
-def test_words_are_recoloured_and_bound_again(read: Read) -> None:
+def test_words_are_recolored_and_bound_again(read: Read) -> None:
     text = "seeds = 1\n" + HEAD + "[labels]\nwrite = ['semantic', 'albedo', 'instance', 'program']\n"
     red = Maker(read(text + "[words.ball]\ncolor = ['lime']")).make(0).items[0].files
     record = json.loads(red["json"])

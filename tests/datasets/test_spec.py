@@ -45,7 +45,7 @@ ORTHOGRAPHIC = (
         (HEAD + "[params]\nballs = { choice = [1, 2], weights = [nan, 1] }", 3, 28, "expected finite numbers", None),
         (HEAD + "[cameras]\ntarget = [0, nan, 0]", 3, 1, "expected three finite numbers", None),
         (HEAD + "[cameras]\nkind = 'file'\nfiles = 'spec.toml'", 4, 1, "is not a camera file", None),
-        (HEAD + "[words.ball]\ncolor = ['redd']", 3, 1, "unknown colour", "did you mean"),
+        (HEAD + "[words.ball]\ncolor = ['redd']", 3, 1, "unknown color", "did you mean"),
         (HEAD + "[words.ball]\nroughness = ['rough']", 3, 1, "`roughness`: expected numbers", None),
         (HEAD + "[words.ball]\nbind = ['(lambda (']", 3, 1, "`bind`: ", None),
         (HEAD + "[words.ball]\nbind = ['1 2']", 3, 1, "expected one expression, got 2", None),

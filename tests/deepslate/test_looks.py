@@ -70,7 +70,7 @@ def test_the_first_layer_wins_and_others_fill_in(pack: Path, tmp_path: Path) -> 
     assert tuple(pixels(found)[top, left]) == (255, 0, 0, 255)
 
 
-def test_a_block_that_no_layer_has_is_a_cube_of_its_average_colour(pack: Path) -> None:
+def test_a_block_that_no_layer_has_is_a_cube_of_its_average_color(pack: Path) -> None:
     found = looks(pack, state("stone"), state("dirt"))
     (part,) = found.states[2].parts
     left, top, *_ = found.atlas.places[part["model"]]

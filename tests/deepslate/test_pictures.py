@@ -66,7 +66,7 @@ def test_framing_is_that_of_draft_pictures(view: str, draw: Callable[..., Pictur
     assert (ours != theirs).mean() < 0.01, "only edges may differ"
 
 
-def test_colours_are_those_of_the_textures(draw: Callable[..., Picture]) -> None:
+def test_colors_are_those_of_the_textures(draw: Callable[..., Picture]) -> None:
     picture = draw('(block "stone" 0 0 0 1 1 1)', camera=parse_viewpoint("top"), environment="flat")
     assert np.abs(picture[90, 120].astype(int) - 120).max() <= 1
 

@@ -11,7 +11,7 @@ from scenelang.backends.neural.clip import ClipName, Prompt, Slot, TextEncoder, 
 from scenelang.backends.neural.diffusion import ClipPromptEncoder, TransformersPromptEncoder
 from scenelang.grammar.diagnostics import SceneError
 
-PROMPTS: list[Prompt] = [("a moai, in the style of a watercolour",), (), ("castle " * 100,), ("Red <b>blue</b>; 7",)]
+PROMPTS: list[Prompt] = [("a moai, in the style of a watercolor",), (), ("castle " * 100,), ("Red <b>blue</b>; 7",)]
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ torch = later("torch")
 
 
 @pytest.mark.gpu
-def test_colours_and_shapes_on_cuda(tmp_path: Path) -> None:
+def test_colors_and_shapes_on_cuda(tmp_path: Path) -> None:
     if not torch.cuda.is_available():
         pytest.skip("there is no GPU")
     toy = unpack(tmp_path / "toy")

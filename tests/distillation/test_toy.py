@@ -55,7 +55,7 @@ def place(toy: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def views(kept: SavedDistillation, figure: int) -> tuple[np.ndarray, np.ndarray]:
-    """Mean colour (3,) where a figure hides anything, and how much it hides (4, 64, 64), from four sides."""
+    """Mean color (3,) where a figure hides anything, and how much it hides (4, 64, 64), from four sides."""
     gaussians = kept.groups()[figure]
     splats = apply_pose(gaussians, torch.eye(3), torch.zeros(3))
     drawn = [rasterise(splats, view_of(camera, splats.means)) for camera in orbit_cameras(4, 64, 20.0, 15.0, 40.0, 1.1)]
@@ -74,7 +74,7 @@ def likeness(alpha: np.ndarray, shape: str) -> float:
 
 
 @pytest.mark.slow
-def test_colours_and_shapes_are_those_of_the_sentences(place: Path) -> None:
+def test_colors_and_shapes_are_those_of_the_sentences(place: Path) -> None:
     kept = load_checkpoint(place / "run")
     red, round_ = views(kept, 0)
     blue, square = views(kept, 1)

@@ -1,4 +1,4 @@
-"""Run by a Python that has Blender's module `bpy`: bounds, mesh count, volumes and colours of imported files, as JSON.
+"""Run by a Python that has Blender's module `bpy`: bounds, mesh count, volumes and colors of imported files, as JSON.
 
 python blender_bounds.py FRAME FILE...: FRAME counts from 0. Bounds are in scene axes: Blender's z is up.
 """
@@ -50,7 +50,7 @@ def _volume(thing: bpy.types.Object, matrix: np.ndarray) -> float:
 
 
 def _colors(thing: bpy.types.Object) -> list[list[float]] | None:
-    """The distinct base colours of an object, those of its vertices where its material reads them."""
+    """The distinct base colors of an object, those of its vertices where its material reads them."""
     material = next((slot.material for slot in thing.material_slots if slot.material is not None), None)
     if material is None:
         return None
@@ -62,7 +62,7 @@ def _colors(thing: bpy.types.Object) -> list[list[float]] | None:
 
 
 def _color(thing: bpy.types.Object) -> list[float] | None:
-    """The base colour of an object's material; None where it has none."""
+    """The base color of an object's material; None where it has none."""
     material = next((slot.material for slot in thing.material_slots if slot.material is not None), None)
     if material is None or material.node_tree is None:
         return None

@@ -1,4 +1,4 @@
-"""Run by a Python that has Blender's module `bpy`: draw the base colours of a file, and what each pixel shows.
+"""Run by a Python that has Blender's module `bpy`: draw the base colors of a file, and what each pixel shows.
 
 python blender_textures.py FILE IMAGE POINTS: a view without light or perspective of the objects of `textured_scene`, drawn
 by Cycles; and an .npz file with the pixels (row, column) that show a surface, its points and normals in scene axes.
@@ -17,7 +17,7 @@ WIDTH, HEIGHT, SCALE = 1000, 720, 25.0  # pixels, and units along the width
 
 
 def unlit(material: bpy.types.Material) -> None:
-    """Make a material shine with its base colour."""
+    """Make a material shine with its base color."""
     nodes, links = material.node_tree.nodes, material.node_tree.links
     shader = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
     output = next(node for node in nodes if node.type == "OUTPUT_MATERIAL")

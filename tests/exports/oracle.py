@@ -68,7 +68,7 @@ def corners_of(one: Expected, segments: int = SEGMENTS) -> np.ndarray:
 
 
 def obj_corners(path: Path) -> np.ndarray:
-    """The corners of the triangles of an OBJ file, one a row: position, colour if all have one, and normal."""
+    """The corners of the triangles of an OBJ file, one a row: position, color if all have one, and normal."""
     lines = [line.split() for line in path.read_text().splitlines()]
     found = [line[1:] for line in lines if line[:1] == ["v"]]
     width = min(map(len, found))

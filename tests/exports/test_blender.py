@@ -1,4 +1,4 @@
-"""GLB and USD files in Blender have the bounds and colours of the scene. Needs `make test-blender`."""
+"""GLB and USD files in Blender have the bounds and colors of the scene. Needs `make test-blender`."""
 
 from __future__ import annotations
 
@@ -76,8 +76,8 @@ def test_bounds_in_blender(name: str, frame: int, defines: dict[str, Any], tmp_p
 
 
 @pytest.mark.parametrize("name", one_in(4, ["materials.scene", "jenga.scene", "chessboard.scene", "orrery.scene"]))
-def test_colours_in_blender(name: str, tmp_path: Path) -> None:
-    """Every mesh of a USD file has a material, in the colour that the scene says."""
+def test_colors_in_blender(name: str, tmp_path: Path) -> None:
+    """Every mesh of a USD file has a material, in the color that the scene says."""
     scene = example(name)
     USD.run(scene, tmp_path / "a.usdc", BackendOptions())
     (found,) = imported(0, tmp_path / "a.usdc")
@@ -108,7 +108,7 @@ SOLIDS = """
 
 
 @pytest.mark.parametrize(("instancing", "draco"), [(0, False), (2, False), (0, True)])
-def test_solids_have_their_volumes_and_colours(instancing: int, draco: bool, tmp_path: Path) -> None:
+def test_solids_have_their_volumes_and_colors(instancing: int, draco: bool, tmp_path: Path) -> None:
     """Every solid and primitive, also mirrored, sheared and as an instance, in USD and GLB, also compressed."""
     if draco:
         pytest.importorskip("DracoPy", reason="DracoPy is not installed")
@@ -122,12 +122,12 @@ def test_solids_have_their_volumes_and_colours(instancing: int, draco: bool, tmp
         assert len(rows) == len(wanted)
         for (volume, colors), (true, own) in zip(rows, wanted, strict=True):
             assert volume == pytest.approx(true, rel=0.01)
-            # Blender keeps the vertex colours of glTF in 8 bits of sRGB
+            # Blender keeps the vertex colors of glTF in 8 bits of sRGB
             assert np.array(sorted(colors)) == pytest.approx(np.array(sorted(own)), abs=4e-3)
 
 
 def _solid(one: Any) -> tuple[float, list[list[float]]]:
-    """The volume and the distinct colours of a primitive."""
+    """The volume and the distinct colors of a primitive."""
     surface = surface_of(one.entity)
     assert surface is not None
     colors = np.array([one.color]) if surface.colors is None else surface.colors * np.array(one.color)

@@ -111,7 +111,7 @@ def crowded(faces: np.ndarray) -> set[tuple[int, int]]:
 
 
 def cubes(cells: Iterable[Cell], size: str = "1", more: str = "") -> str:
-    """Unit cubes at cells, with colours that differ."""
+    """Unit cubes at cells, with colors that differ."""
     parts = (
         f'(transform (call "cube" :scale {size} :color [{k % 3 / 2} .5 {k % 2}]) (translate [{x} {y} {z}]))'
         for k, (x, y, z) in enumerate(cells)

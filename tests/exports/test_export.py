@@ -151,7 +151,7 @@ def test_blocks_are_cubes_at_whole_cells(backend: Backend, ending: str, tmp_path
 
 @pytest.fixture
 def painted(tmp_path: Path, make: Any) -> Callable[..., Scene]:
-    """A scene with a mesh file whose faces have two colours, sheared; with or without a ``:color``."""
+    """A scene with a mesh file whose faces have two colors, sheared; with or without a ``:color``."""
     red, blue = (make.primitive("cube", scale=(1, 2, 1.4), color=color) for color in ((1, 0, 0), (0, 0, 1)))
     halves = make.scene((red, pose.translation(0, 0, -0.75)), (blue, pose.translation(0, 0, 0.75)))
     run(PLY, halves, tmp_path / "box.ply")
@@ -170,7 +170,7 @@ def painted(tmp_path: Path, make: Any) -> Callable[..., Scene]:
 
 
 @pytest.mark.parametrize("depth", [None, 0])
-def test_assets_are_there_with_their_colours(depth: int | None, painted: Callable[..., Scene], tmp_path: Path) -> None:
+def test_assets_are_there_with_their_colors(depth: int | None, painted: Callable[..., Scene], tmp_path: Path) -> None:
     from pxr import Usd
 
     for scene, colors in (

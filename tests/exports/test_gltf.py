@@ -33,7 +33,7 @@ def tolerance(wanted: list[Expected]) -> float:
 
 
 def check(gltf: Gltf, scene: Scene, frame: int = 0, fps: float = 24.0) -> None:
-    """Every primitive at its place, in its colour, under its words."""
+    """Every primitive at its place, in its color, under its words."""
     seen, wanted = gltf.seen(frame / fps if scene.animated else 0.0), list(expected(scene, frame))
     assert len(seen) == len(wanted)
     near = tolerance(wanted)
@@ -48,7 +48,7 @@ def check(gltf: Gltf, scene: Scene, frame: int = 0, fps: float = 24.0) -> None:
     ("name", "ending"), [*on_examples(".glb"), ("orrery.scene", ".gltf"), ("jenga.scene", ".gltf")]
 )
 @pytest.mark.sampled(3)
-def test_examples_keep_their_geometry_names_and_colours(name: str, ending: str, tmp_path: Path) -> None:
+def test_examples_keep_their_geometry_names_and_colors(name: str, ending: str, tmp_path: Path) -> None:
     scene = example(name)
     gltf = written(scene, tmp_path / f"a b{ending}")
     for frame in {0, len(scene.frames) // 3, len(scene.frames) - 1}:
@@ -93,7 +93,7 @@ def test_static_nodes_have_no_tracks(tmp_path: Path) -> None:
 
 @settings(max_examples=many(30), deadline=None)
 @given(scenes())
-def test_merged_repetitions_keep_points_colours_and_counts(scene: Scene) -> None:
+def test_merged_repetitions_keep_points_colors_and_counts(scene: Scene) -> None:
     with tempfile.TemporaryDirectory() as folder:
         gltf = written(scene, Path(folder) / "a.glb", instance_limit=4)
     wanted = list(expected(scene))
@@ -129,7 +129,7 @@ def test_depth_merges_each_entity_of_that_level(tmp_path: Path) -> None:
     assert len(whole.nodes) == 1
 
 
-def test_the_base_colour_is_the_colour(make: Any, tmp_path: Path) -> None:
+def test_the_base_color_is_the_color(make: Any, tmp_path: Path) -> None:
     cube = make.primitive("cube", color=(0.0123, 0.5, 0.9))
     (one,) = written(make.scene(cube), tmp_path / "a.glb").seen()
     assert one.material["pbrMetallicRoughness"]["baseColorFactor"] == [0.0123, 0.5, 0.9, 1.0]

@@ -45,7 +45,7 @@ def usd_rows(stage: Any) -> list[tuple[tuple[str, ...], np.ndarray, np.ndarray]]
 
 
 def same_scene(got: Sequence[tuple[str, np.ndarray, np.ndarray]], scene: Scene) -> None:
-    """``got`` has the last word, vertices and colours of each primitive, in any order."""
+    """``got`` has the last word, vertices and colors of each primitive, in any order."""
     wanted = list(expected(scene))
     assert Counter(word for word, _, _ in got) == Counter(one.path[-1] for one in wanted)
     points = [np.hstack([vertices, colors]) for _, vertices, colors in got]

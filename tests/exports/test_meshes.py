@@ -24,13 +24,13 @@ FEW = [pytest.param(f"{name}.scene") for name in ("jenga", "orrery", "strict", "
 
 
 def points_and_colors(scene: Scene) -> np.ndarray:
-    """Every vertex with its sRGB colour (V, 6)."""
+    """Every vertex with its sRGB color (V, 6)."""
     rows = [np.hstack([o.vertices, np.tile(to_srgb(np.array(o.color)), (len(o.vertices), 1))]) for o in expected(scene)]
     return np.concatenate(rows) if rows else np.zeros((0, 6))
 
 
 def ply_rows(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """The vertices of a PLY file with their colours (V, 6), and its faces (F, 3)."""
+    """The vertices of a PLY file with their colors (V, 6), and its faces (F, 3)."""
     head, _, body = path.read_bytes().partition(b"end_header\n")
     count, faces = (int(line.split()[-1]) for line in head.decode().splitlines() if line.startswith("element"))
     dtype = np.dtype([("p", "<f4", 3), ("n", "<f4", 3), ("c", "u1", 4)])
@@ -44,7 +44,7 @@ def ply_rows(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("name", on_examples())
 @pytest.mark.sampled(3)
-def test_ply_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
+def test_ply_keeps_positions_and_colors(name: str, tmp_path: Path) -> None:
     scene = example(name)
     PLY.run(scene, tmp_path / "a.ply", BackendOptions())
     got, wanted = ply_rows(tmp_path / "a.ply")[0], points_and_colors(scene)
@@ -118,7 +118,7 @@ def test_obj_names_objects_by_path_and_paints_them(make: Any, tmp_path: Path) ->
 
 @pytest.mark.parametrize("name", ["strict.scene", "orrery.scene", "jenga.scene"])
 @pytest.mark.sampled(3)
-def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
+def test_obj_keeps_positions_and_colors(name: str, tmp_path: Path) -> None:
     import trimesh
 
     scene = example(name)
@@ -130,7 +130,7 @@ def test_obj_keeps_positions_and_colours(name: str, tmp_path: Path) -> None:
     assert len(loaded.geometry) == len(list(expected(scene)))
 
 
-def test_obj_of_parts_has_coloured_vertices(tmp_path: Path) -> None:
+def test_obj_of_parts_has_colored_vertices(tmp_path: Path) -> None:
     scene = example("jenga.scene")
     OBJ.run(scene, tmp_path / "a.obj", BackendOptions(settings={"depth": 0}))
     lines = (tmp_path / "a.obj").read_text().splitlines()

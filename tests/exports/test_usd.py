@@ -43,7 +43,7 @@ def check(stage: Any, scene: Scene, frame: int = 0) -> None:
 
 @pytest.mark.parametrize("name", on_examples())
 @pytest.mark.sampled(3)
-def test_examples_keep_their_geometry_words_and_colours(name: str, tmp_path: Path) -> None:
+def test_examples_keep_their_geometry_words_and_colors(name: str, tmp_path: Path) -> None:
     scene = example(name)
     stage = written(scene, tmp_path / "a.usda")
     for frame in {0, len(scene.frames) // 3, len(scene.frames) - 1}:

@@ -13,7 +13,7 @@ from scenelang.interpreter.scene.primitives.capsule import CAPSULE
 
 
 def seen(stage: Any, moment: float = 0.0) -> Iterator[tuple[tuple[str, ...], np.ndarray, np.ndarray]]:
-    """The words down to every visible shape, its world vertices and its colours, in depth-first order."""
+    """The words down to every visible shape, its world vertices and its colors, in depth-first order."""
     from pxr import Usd, UsdGeom
 
     places, default = UsdGeom.XformCache(moment), Usd.TimeCode(moment)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from scenelang.backends.surfaces.distance import Pairs, boxes, depths, distances, neighbours
+from scenelang.backends.surfaces.distance import Pairs, boxes, depths, distances, neighbors
 from scenelang.backends.surfaces.solids import PosedForms
 from scenelang.interpreter.scene.primitives import standard_forms
 
@@ -112,10 +112,10 @@ def test_support_points_are_on_the_solids() -> None:
         assert (inside[pairs.a.forms == pairs.a.kinds.index(form)] <= 1 + 1e-9).all()
 
 
-def test_neighbours_are_all_pairs_of_boxes_that_meet() -> None:
+def test_neighbors_are_all_pairs_of_boxes_that_meet() -> None:
     pairs = random_pairs(4, 120, 4.0)
     low, high = boxes(pairs.a)
-    found, complete = neighbours(low, high, 0.1, 10_000)
+    found, complete = neighbors(low, high, 0.1, 10_000)
     expected = {
         (i, j)
         for i in range(120)
@@ -124,14 +124,14 @@ def test_neighbours_are_all_pairs_of_boxes_that_meet() -> None:
     }
     assert complete
     assert set(map(tuple, found.tolist())) == expected
-    few, complete = neighbours(low, high, 0.1, 5)
+    few, complete = neighbors(low, high, 0.1, 5)
     assert len(few) == 5
     assert not complete
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 300])
 @pytest.mark.parametrize("spread", [0.5, 40.0, 1e9])
-def test_neighbours_of_boxes_of_any_size(count: int, spread: float) -> None:
+def test_neighbors_of_boxes_of_any_size(count: int, spread: float) -> None:
     """Sizes over twelve orders of magnitude, flat boxes, equal boxes, and what only touches."""
     chance = np.random.default_rng(count)
     center = np.round(chance.uniform(-spread, spread, (count, 3)), 1)
@@ -141,14 +141,14 @@ def test_neighbours_of_boxes_of_any_size(count: int, spread: float) -> None:
         np.concatenate([center - half, center[:2] - half[:2]]),
         np.concatenate([center + half, center[:2] + half[:2]]),
     )
-    found, complete = neighbours(low, high, 0.0, 10**6)
+    found, complete = neighbors(low, high, 0.0, 10**6)
     meets = (low[:, None] <= high[None]).all(axis=2) & (low[None] <= high[:, None]).all(axis=2)
     first, second = np.nonzero(np.triu(meets, 1))
     assert complete
     np.testing.assert_array_equal(found, np.stack([first, second], axis=1))
 
 
-def test_neighbours_of_many_boxes_take_time_in_proportion() -> None:
+def test_neighbors_of_many_boxes_take_time_in_proportion() -> None:
     """A cube of cells with a slab under all of them: no box is compared with a whole row of others."""
     import scenelang.backends.surfaces.distance as module
 
@@ -161,7 +161,7 @@ def test_neighbours_of_many_boxes_take_time_in_proportion() -> None:
             grid = np.stack(np.meshgrid(*[np.arange(side)] * 3), -1).reshape(-1, 3).astype(float)
             low = np.concatenate([grid, [[0.0, -1.0, 0.0]]])
             high = np.concatenate([grid + 1.0, [[side, 0.0, side]]])
-            pairs, _ = neighbours(low, high, 1e-3, 10**7)
+            pairs, _ = neighbors(low, high, 1e-3, 10**7)
             assert len(pairs) == (3 * side - 2) ** 3 // 2 - side**3 // 2 + side**2
     cut = counted.index(-1, 1)
     assert sum(counted[cut + 1 :]) < 12 * sum(counted[1:cut])  # 8 times as many boxes; comparing rows takes 32 times

@@ -60,7 +60,7 @@ def test_findings(parts: str, names: list[str]) -> None:
     assert found(parts) == names
 
 
-def test_neighbours_of_a_word_with_one_solid() -> None:
+def test_neighbors_of_a_word_with_one_solid() -> None:
     box = '(bind "box" (lambda () (call "cube"))) (bind "row" (lambda () (union (call "box") (transform (call "box") (translate [{} 0 0])))))'
     near, apart = (session.check_geometry(Source("a.scene", box.format(x))) for x in (".58", "1.02"))
     assert [d.name for d in near] == ["overlap"]

@@ -55,9 +55,9 @@ def test_a_round_thing_falls_until_it_meets_what_is_below() -> None:
 
 def test_moving_what_is_top_heavy_on_flat_ground_is_not_proposed() -> None:
     ((message, hint),) = found(at("easel", "2 0 2"))
-    assert "its centre of mass is 0.1" in message
+    assert "its center of mass is 0.1" in message
     assert hint is not None
-    assert hint.startswith("move its centre of mass by `[-0.")
+    assert hint.startswith("move its center of mass by `[-0.")
 
 
 @pytest.mark.parametrize("place", ["2 0 2", "2.008 0 2"])

@@ -109,7 +109,7 @@ def test_the_move_that_is_proposed_makes_it_stand() -> None:
         if d.name == "unstable"
     )  # fmt: skip
     assert problem.message == (
-        '"room/vase" would tip over on "room/table": its centre of mass is 0.05 beyond its support'
+        '"room/vase" would tip over on "room/table": its center of mass is 0.05 beyond its support'
     )
     assert problem.hint == "`(translate [-0.0735 0 0])` would fix it"  # with room
     assert found(vase=at("vase", "[.97 .8 0]")) == []

@@ -63,7 +63,7 @@ def test_scopes(tmp_path: Path) -> None:
     assert [scope for text, scope in tokens if text.strip() == "7"] == ["constant.numeric.scene"]
 
 
-def test_every_example_is_coloured_whole(tmp_path: Path) -> None:
+def test_every_example_is_colored_whole(tmp_path: Path) -> None:
     for path, tokens in _scopes(tmp_path, GOOD).items():
         assert "".join(text for text, _ in tokens) == Path(path).read_text("utf-8").replace("\n", "")
         bare = [text for text, scope in tokens if text.strip() and not scope]

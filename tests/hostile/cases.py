@@ -117,7 +117,7 @@ def many_meshes(path: Path) -> None:
 
 
 def png(width: int, height: int) -> bytes:
-    """A picture of one colour, which compresses to almost nothing."""
+    """A picture of one color, which compresses to almost nothing."""
 
     def chunk(name: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
@@ -224,7 +224,7 @@ TEXTS = {
     "the same definition": "(define a 1)\n" * 60_000, "one wide list": "(list " + "1 " * N + ")",
     "wide call of words": '(bind "a" (lambda () (union ' + '(call "cube") ' * 60_000 + ")))",
     "nested lets": "(let ((a 1)) " * 4_000 + "a" + ")" * 4_000, "nested lambdas": "(lambda () " * 4_000 + "1" + ")" * 4_000,
-    "long cond": "(cond " + "((= 1 2) 3) " * 60_000 + ")", "colours": "(color \"" + "e" * N + "\")",
+    "long cond": "(cond " + "((= 1 2) 3) " * 60_000 + ")", "colors": "(color \"" + "e" * N + "\")",
     "controls": "\x1b[2J\x07\x00" * 100_000, "line ends": "\r\n\x0b\x0c\u2028" * 200_000, "marks": "\u202e\u0301" * 300_000,
     "similar names": "\n".join(f"(define aaaaaaaaaaaaaaaaaaaa{i} 1) (aaaaaaaaaaaaaaaaaaab{i})" for i in range(3_000)),
     "vectors as in Scheme": "#(1 2)" * 100_000,

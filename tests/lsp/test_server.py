@@ -499,8 +499,8 @@ def test_inlay_hints_of_kinds_are_requested(tmp_path: Path) -> None:
 
 
 @pytest.mark.asyncio(loop_scope="module")
-async def test_colours_have_swatches_and_a_picker(client: LanguageClient) -> None:
-    editor = Editor(client, "colours.scene", DECORATED)
+async def test_colors_have_swatches_and_a_picker(client: LanguageClient) -> None:
+    editor = Editor(client, "colors.scene", DECORATED)
     await editor.diagnostics()
     found = await client.text_document_document_color_async(lsp.DocumentColorParams(editor.document))
     assert [(round(c.color.red), round(c.color.green), round(c.color.blue)) for c in found] == [
@@ -517,7 +517,7 @@ async def test_colours_have_swatches_and_a_picker(client: LanguageClient) -> Non
 
 
 @pytest.mark.asyncio(loop_scope="module")
-async def test_names_of_colours_are_completed(client: LanguageClient) -> None:
+async def test_names_of_colors_are_completed(client: LanguageClient) -> None:
     editor = Editor(client, "named.scene", '(bind "a" (lambda () (call "cube" :color (color "stee')
     items = await complete(editor, '"stee')
     assert set(items) == {"steelblue", "lightsteelblue"}

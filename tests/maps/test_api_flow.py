@@ -90,8 +90,8 @@ def moved(pose: str, body: str = '(call "cube" :scale 2)', more: str = "") -> sl
     )
 
 
-def centres() -> tuple[np.ndarray, np.ndarray]:
-    """The places of pixel centres from the middle of the picture, to the right and upwards."""
+def centers() -> tuple[np.ndarray, np.ndarray]:
+    """The places of pixel centers from the middle of the picture, to the right and upwards."""
     column, row = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1]) + 0.5)
     return column - SIZE[0] / 2.0, SIZE[1] / 2.0 - row
 
@@ -102,7 +102,7 @@ def test_a_translated_cube(x: float, y: float, z: float) -> None:
     """Of its front, which is at z = 1, all points have one depth before and after."""
     maps = moved(f"(translate [{x:.9f} {y:.9f} {z:.9f}])").maps(FRONT, size=SIZE, frame=0)
     seen = maps["instance"] >= 0
-    right, up = centres()
+    right, up = centers()
     assert (seen == (np.maximum(abs(right), abs(up)) < FOCAL / (DISTANCE - 1.0))).all()
     before, after = DISTANCE - 1.0, DISTANCE - 1.0 - z
     expected = np.stack(
@@ -121,7 +121,7 @@ def test_a_translated_cube(x: float, y: float, z: float) -> None:
 def test_a_turn_about_the_axis_of_the_camera(angle: float) -> None:
     maps = moved(f"(rotate {angle} [0 0 1])").maps(FRONT, size=SIZE, frame=0)
     seen = maps["instance"] >= 0
-    right, up = centres()
+    right, up = centers()
     c, s = math.cos(angle), math.sin(angle)
     expected = np.stack([c * right - s * up - right, up - s * right - c * up], axis=2)
     assert maps["flow"][seen] == pytest.approx(expected[seen], abs=2e-4)
@@ -153,7 +153,7 @@ def test_any_motion_and_camera(
         depth = 9.0 - world @ back
         return np.stack([world @ side, -(world @ np.cross(back, side))], axis=1) / depth[:, None] * FOCAL
 
-    middle = np.stack([each[seen] for each in centres()], axis=1) * [1.0, -1.0]
+    middle = np.stack([each[seen] for each in centers()], axis=1) * [1.0, -1.0]
     assert project(points) == pytest.approx(middle, abs=2e-3)
     assert maps["flow"][seen] == pytest.approx(project(there) - middle, abs=2e-3)
     assert maps["flow_world"][seen] == pytest.approx(there - points, abs=2e-4)

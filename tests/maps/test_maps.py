@@ -105,7 +105,7 @@ def test_instances_depth_and_normals_agree_with_an_independent_ray_caster() -> N
     who, depth, normal = mitsuba_hits(found)
     expected = np.where(who >= 0, found.ancestry.primitives[found.solids.instance[np.maximum(who, 0)]], -1)
     same = found.instance == expected
-    assert same.mean() > 0.9995  # a pixel centre may lie on an edge
+    assert same.mean() > 0.9995  # a pixel center may lie on an edge
     both = same & found.seen
     assert both.sum() > 1500
     assert found.depth[both] == pytest.approx(depth[both], rel=2e-5)

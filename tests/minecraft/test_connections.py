@@ -55,7 +55,7 @@ NORTH, EAST, SOUTH, WEST, UP = (0, 0, -1), (1, 0, 0), (0, 0, 1), (-1, 0, 0), (0,
 
 
 @pytest.mark.parametrize(
-    ("block", "neighbour", "meets"),
+    ("block", "neighbor", "meets"),
     [
         ("oak_fence", "oak_fence", True),
         ("oak_fence", "birch_fence", True),
@@ -84,8 +84,8 @@ NORTH, EAST, SOUTH, WEST, UP = (0, 0, -1), (1, 0, 0), (0, 0, 1), (-1, 0, 0), (0,
         ("cobblestone_wall", "stone", True),
     ],
 )
-def test_what_meets_what_to_the_east(block: str, neighbour: str, meets: bool) -> None:
-    found = arms(look({(0, 0, 0): block, EAST: neighbour}))
+def test_what_meets_what_to_the_east(block: str, neighbor: str, meets: bool) -> None:
+    found = arms(look({(0, 0, 0): block, EAST: neighbor}))
     assert found == ({"e": "low" if block.endswith("_wall") else "true"} if meets else {})
 
 

@@ -1,4 +1,4 @@
-"""Builds as coloured cubes: the cells that are filled, their colours and shapes, and the parts of the scene."""
+"""Builds as colored cubes: the cells that are filled, their colors and shapes, and the parts of the scene."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_the_cells_are_those_of_the_build(cuboids: list[Cuboid], steps: list[Cel
     assert filled(made) == short(of_build(voxelised(root).build))
 
 
-def test_neighbours_are_merged() -> None:
+def test_neighbors_are_merged() -> None:
     row = '(for/union ((i (range 30))) (transform (call "set-cuboid" :block-type "stone") (translate [i 0 0])))'
     assert primitive_count(drawn(f'(bind "row" (lambda () {row}))')) == 1
 
@@ -149,7 +149,7 @@ def only(root: Entity) -> Entity:
 
 
 @pytest.mark.parametrize("name", ["stone", "glass", "water", "red_wool", "oak_leaves", "ice"])
-def test_colours_and_opacity_come_from_the_table(name: str) -> None:
+def test_colors_and_opacity_come_from_the_table(name: str) -> None:
     kind = load_table().blocks[f"minecraft:{name}"]
     assert kind.color is not None
     look = look_of(only(drawn(f'(call "set-cuboid" :block-type "{name}")')))
@@ -223,7 +223,7 @@ def test_shapes_of_blocks(text: str, wanted: dict[tuple[float, ...], int]) -> No
     assert boxes(text) == wanted
 
 
-def test_a_fence_has_rails_to_its_neighbours() -> None:
+def test_a_fence_has_rails_to_its_neighbors() -> None:
     found = boxes(block("oak_fence", size=(2, 1, 1)))
     assert found[6, 0, 6, 10, 16, 10] == found[22, 0, 6, 26, 16, 10] == 1
     assert found[10, 12, 7, 16, 15, 9] == found[16, 6, 7, 22, 9, 9] == 1

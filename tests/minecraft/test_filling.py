@@ -1,4 +1,4 @@
-"""Scenes filled with blocks: cells against a slow test of every centre, thin things, meshes, colours and palettes."""
+"""Scenes filled with blocks: cells against a slow test of every center, thin things, meshes, colors and palettes."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def test_meshes_are_filled(ball: Path) -> None:
     grid = filled(mesh_scene(ball, '(call "mesh" :file "ball.ply")'), 30)
     edges = (np.indices(grid.cells.shape).reshape(3, -1).T + 0.5) * grid.edge - 1.0
     away = np.linalg.norm(edges, axis=1).reshape(grid.cells.shape)
-    assert (grid.cells[away < 1 - 1e-3] != 0).all()  # every centre inside
+    assert (grid.cells[away < 1 - 1e-3] != 0).all()  # every center inside
     assert (grid.cells[away > 1 + grid.edge] == 0).all()  # and at most the cells that the surface goes through
     assert [state.name for state in in_blocks(grid, palette_of("concrete")).palette[1:]] == ["minecraft:lime_concrete"]
 
@@ -152,7 +152,7 @@ def test_open_meshes_are_shells(tmp_path: Path) -> None:
     assert grid.cells[0].all()
 
 
-# --- colours ---------------------------------------------------------------------------------------------------------
+# --- colors ---------------------------------------------------------------------------------------------------------
 
 
 def oklab(srgb: tuple[int, int, int]) -> tuple[float, float, float]:
@@ -183,7 +183,7 @@ def distance(one: tuple[float, float, float], other: tuple[float, float, float])
         ("forestgreen", "lime_"), ("hotpink", "pink_"), ("gray", "gray_"), ("saddlebrown", "brown_"),
     ],
 )  # fmt: skip
-def test_colours_of_everyday(color: str, block: str) -> None:
+def test_colors_of_everyday(color: str, block: str) -> None:
     build = in_blocks(fill(f'(call "cube" :color (color "{color}"))', 1), palette_of("wool,concrete"))
     (found,) = (state.name.removeprefix("minecraft:").removeprefix("light_") for state in build.palette[1:])
     assert found.startswith(block)
@@ -191,7 +191,7 @@ def test_colours_of_everyday(color: str, block: str) -> None:
 
 @settings(max_examples=many(60), deadline=None)
 @given(st.tuples(*[st.integers(0, 255)] * 3))
-def test_colours_become_the_nearest_block(color: tuple[int, int, int]) -> None:
+def test_colors_become_the_nearest_block(color: tuple[int, int, int]) -> None:
     red, green, blue = from_srgb(np.array(color) / 255).tolist()
     build = in_blocks(
         fill(f'(call "cube" :color [{red:.9f} {green:.9f} {blue:.9f}])', 1), palette_of("concrete,terracotta")

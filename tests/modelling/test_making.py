@@ -74,7 +74,7 @@ def test_3mf_is_z_up_with_the_sizes_of_the_scene(thing: sl.Scene, tmp_path: Path
     assert mesh.bounds == pytest.approx(standing, abs=1e-6)
 
 
-def test_3mf_has_the_colours_of_faces(thing: sl.Scene, tmp_path: Path) -> None:
+def test_3mf_has_the_colors_of_faces(thing: sl.Scene, tmp_path: Path) -> None:
     thing.export(tmp_path / "a.3mf")
     text = zipfile.ZipFile(tmp_path / "a.3mf").read("3D/3dmodel.model").decode()
     colors = {line.split('"')[1] for line in text.splitlines() if line.startswith("<base ")}
@@ -117,14 +117,14 @@ def test_bodies_are_closed_by_their_numbers_alone(thing: sl.Scene, tmp_path: Pat
     assert mesh.volume == pytest.approx(sl.evaluate(BRACKET).measure().volume, rel=1e-3)
 
 
-def test_faces_of_a_ply_body_have_their_colours(thing: sl.Scene, tmp_path: Path) -> None:
+def test_faces_of_a_ply_body_have_their_colors(thing: sl.Scene, tmp_path: Path) -> None:
     thing.export(tmp_path / "a.ply", settings={"solid": True})
     colors = trimesh.load(tmp_path / "a.ply", process=False).visual.face_colors
     assert set(map(tuple, colors.tolist())) == {(255, 0, 0, 255), (0, 0, 255, 255), (0, 255, 0, 255)}
 
 
 @pytest.mark.parametrize("ending", ["obj", "glb"])
-def test_points_of_a_body_have_the_mean_colour_of_the_faces_around(tmp_path: Path, ending: str) -> None:
+def test_points_of_a_body_have_the_mean_color_of_the_faces_around(tmp_path: Path, ending: str) -> None:
     """At the corner of a half red, half blue cube, whatever its triangles are."""
     scene = sl.evaluate(
         '(bind "half" (lambda () (union (call "cube" :color [1 0 0])'
@@ -160,7 +160,7 @@ def test_faces_that_become_each_others_reverse_vanish() -> None:
     assert trimesh.Trimesh(body.vertices, body.faces, process=False).is_watertight
 
 
-def test_a_body_in_usd_shares_points_and_keeps_colours_of_faces(thing: sl.Scene, tmp_path: Path) -> None:
+def test_a_body_in_usd_shares_points_and_keeps_colors_of_faces(thing: sl.Scene, tmp_path: Path) -> None:
     usd = pytest.importorskip("pxr.UsdGeom")
     thing.export(tmp_path / "a.usda", settings={"solid": True})
     stage = pytest.importorskip("pxr.Usd").Stage.Open(str(tmp_path / "a.usda"))

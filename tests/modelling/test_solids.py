@@ -1,4 +1,4 @@
-"""Solids: volumes, provenance of colours and words, exact bounds, sharing, errors, and what every backend makes of them."""
+"""Solids: volumes, provenance of colors and words, exact bounds, sharing, errors, and what every backend makes of them."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def _world_vertices(scene: Scene) -> np.ndarray:
     return np.asarray(entity.shape.computed.mesh.vertices @ matrix[:, :3].T + matrix[:, 3])
 
 
-# --- colours and words -----------------------------------------------------------------------------------------------
+# --- colors and words -----------------------------------------------------------------------------------------------
 
 
 def areas_by_color(shape: SolidShape) -> dict[tuple[float, ...], float]:
@@ -181,20 +181,20 @@ def areas_by_color(shape: SolidShape) -> dict[tuple[float, ...], float]:
     return found
 
 
-def test_faces_keep_the_colours_of_their_operands() -> None:
+def test_faces_keep_the_colors_of_their_operands() -> None:
     drill = '(call "cube" :scale [.5 .5 3] :color [0 0 1])'
     found = areas_by_color(solid_in(scene_of(f'(difference (call "cube" :scale 2 :color [1 0 0]) {drill})')))
     assert found == {(1.0, 0.0, 0.0): pytest.approx(24.0 - 0.5), (0.0, 0.0, 1.0): pytest.approx(4.0)}
 
 
-def test_a_colour_of_the_result_replaces_those_of_operands_in_later_operations() -> None:
+def test_a_color_of_the_result_replaces_those_of_operands_in_later_operations() -> None:
     inner = f"(difference {CUBE} {BALL} :color [0 1 0])"
     found = areas_by_color(solid_in(scene_of(f"(solid-union {inner} (transform {inner} (translate [3 0 0])) {CUBE})")))
     assert (0.0, 1.0, 0.0) in found
     assert (0.1, 0.2, 0.9) not in found
 
 
-def test_one_solid_in_two_colours() -> None:
+def test_one_solid_in_two_colors() -> None:
     drilled = f"(difference {CUBE} {BALL})"
     before = f"(define plain {drilled})\n(define green (difference {CUBE} {BALL} :color [0 1 0]))"
     scene = scene_of("(solid-union plain (transform green (translate [2 0 0])))", before)

@@ -74,7 +74,7 @@ def test_a_circle_along_a_line_is_a_cylinder(number: Numbers) -> None:
     ],
 )
 def test_the_volume_is_area_times_length(number: Numbers, profile: str, path: str) -> None:
-    """Pappus's theorem, for profiles with their centre on the path; where the profile turns, its sides are not flat."""
+    """Pappus's theorem, for profiles with their center on the path; where the profile turns, its sides are not flat."""
     volume = number(f"(volume (sweep {profile} {path}))")
     assert volume == pytest.approx(number(f"(* (profile-area {profile}) (path-length {path}))"), rel=1e-4)
 

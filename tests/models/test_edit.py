@@ -86,8 +86,8 @@ def test_the_scene_difference_is_told_by_path(place: Place, tower: Path) -> None
     lines = done.out.splitlines()
     assert "-(param floors 3)" in lines
     assert "+(param floors 5)" in lines
-    assert "different: 0 matched, 3 recoloured, 2 added" in lines
-    assert "  recoloured tower[0] at [0 0.5 0]: [0.2 0.3 0.8] -> [0.8 0.1 0.1]" in lines
+    assert "different: 0 matched, 3 recolored, 2 added" in lines
+    assert "  recolored tower[0] at [0 0.5 0]: [0.2 0.3 0.8] -> [0.8 0.1 0.1]" in lines
     assert "  added tower[4] at [0 4.5 0]" in lines
     assert tower.read_text() == TOWER
     assert "to apply the edit" in done.err
@@ -168,7 +168,7 @@ def test_json(place: Place, tower: Path) -> None:
     place.serve([fenced(TALLER)])
     done = place.run("edit", "tower.scene", "higher", "--json")
     data = json.loads(done.out)
-    assert (data["changes"]["extra"], data["changes"]["recoloured"]) == (2, 3)
+    assert (data["changes"]["extra"], data["changes"]["recolored"]) == (2, 3)
     assert "+(param floors 5)" in data["diff"]
     assert Path(data["picture"]).is_file()
     assert data["cost"] > 0

@@ -143,7 +143,7 @@ def test_a_part_of_the_language(program: str, expected: float) -> None:
     assert volume_of(program) == pytest.approx(expected, rel=1e-9)
 
 
-def test_the_outermost_colour_wins() -> None:
+def test_the_outermost_color_wins() -> None:
     text, _ = converted('color("red") color("blue") cube(1);')
     assert '(color "red")' in text
     assert "blue" not in text
@@ -376,7 +376,7 @@ def test_the_moment_of_an_animation_is_a_param() -> None:
     assert sl.evaluate(text, defines={"moment": 0.5}).measure().volume == pytest.approx(1.5)
 
 
-# --- turned, empty and coloured objects; volumes are those of OpenSCAD 2021.01 ---------------------------------------
+# --- turned, empty and colored objects; volumes are those of OpenSCAD 2021.01 ---------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -447,27 +447,27 @@ def test_sizes_that_the_program_finds_out_may_make_nothing() -> None:
         ("[1, 0, 0, 0.5], 0.25", "(rgb 255 0 0) :opacity 0.25"), ("[2, -1, 0]", "(rgb 255 0 0)"),
     ],
 )  # fmt: skip
-def test_colours_with_alpha_have_an_opacity(color: str, look: str) -> None:
+def test_colors_with_alpha_have_an_opacity(color: str, look: str) -> None:
     text, warnings = converted(f"color({color}) cube(1);")
     assert f":color {look}" in " ".join(text.split())
     assert not warnings
     assert volume(text) == pytest.approx(1)
 
 
-def test_colours_of_variables_are_known_too() -> None:
+def test_colors_of_variables_are_known_too() -> None:
     text, warnings = converted(
         'a = "#f008"; b = "red"; d = "nope"; color(a) cube(1); color(b) cube(1); color(d) cube(1);'
     )
     assert '(color "#f00") :opacity 0.5333' in text
     assert "(color b)" in text
-    assert [each.message for each in warnings] == ['the colour "nope" is unknown, and left out']
+    assert [each.message for each in warnings] == ['the color "nope" is unknown, and left out']
     assert volume(text) == pytest.approx(1)
 
 
 @pytest.mark.parametrize("color", ["nope", "#ff00zz", "#12345", "#1234567"])
-def test_unknown_colours_are_left_out(color: str) -> None:
+def test_unknown_colors_are_left_out(color: str) -> None:
     text, warnings = converted(f' color("{color}") color("red") cube(1);')
-    assert [each.message for each in warnings] == [f'the colour "{color}" is unknown, and left out']
+    assert [each.message for each in warnings] == [f'the color "{color}" is unknown, and left out']
     assert warnings[0].span is not None
     assert warnings[0].span.start == 1
     assert '(color "red")' in text  # as in OpenSCAD

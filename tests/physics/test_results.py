@@ -138,7 +138,7 @@ def test_a_picture_of_what_falls(file: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert (sorted(marks.subject), sorted(marks.other)) == ([5], [0, 1, 2, 3, 4])  # the vase on the table
     assert marks.points[:, 0].max() == pytest.approx(1.0, abs=1e-3)  # the table's edge
     assert marks.centers == pytest.approx(np.array([[1.04, 1.2, 0.0]]))
-    assert [1.04, 1.2, 0.0] in np.round(marks.lines, 6).tolist()[0]  # the plumb line starts at the centre of mass
+    assert [1.04, 1.2, 0.0] in np.round(marks.lines, 6).tolist()[0]  # the plumb line starts at the center of mass
     file.write_text(SOUND, "utf-8")
     assert main(["check", "--physics", "--picture", "b.png", "-q", "room.scene"]) == 0
     assert len(shown) == 1

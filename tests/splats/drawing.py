@@ -38,7 +38,7 @@ def a_camera(width: int = 48, height: int = 40, **view: Any) -> Camera:
 
 
 def directly(splats: Splats, camera: Camera, antialiased: bool = False) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Colour (H, W, 3), alpha and depth (H, W) by the definition."""
+    """Color (H, W, 3), alpha and depth (H, W) by the definition."""
     ellipses = [e for i in range(len(splats)) if (e := _ellipse(splats, i, camera, antialiased)) is not None]
     ellipses.sort(key=lambda ellipse: ellipse[0])
     color = np.zeros((camera.height, camera.width, 3))

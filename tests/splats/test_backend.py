@@ -24,7 +24,7 @@ def options(**more: object) -> PictureOptions:
 
 
 def test_a_picture_is_like_the_draft() -> None:
-    """The same framing, shapes, colours, light and shadow: only edges are softer."""
+    """The same framing, shapes, colors, light and shadow: only edges are softer."""
     scene = evaluate(SCENE)
     draft = render(scene, options()).astype(float)
     drawn = render(scene, options(settings={"gaussians": 20_000}), "splats").astype(float)
@@ -33,7 +33,7 @@ def test_a_picture_is_like_the_draft() -> None:
     assert np.median(np.abs(drawn - draft)) < 3.0
 
 
-def test_an_unlit_picture_has_the_scenes_colours() -> None:
+def test_an_unlit_picture_has_the_scenes_colors() -> None:
     scene = evaluate('(bind "a" (lambda () (call "cube" :scale 1 :color [0.5 0.25 1])))')
     drawn = render(scene, options(environment="flat"), "splats")
     draft = render(scene, options(environment="flat"))

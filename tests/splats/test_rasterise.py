@@ -69,7 +69,7 @@ def test_near_and_wide_ones_are_as_defined(engine: Any) -> None:
 @pytest.mark.parametrize("engine", engines())
 @pytest.mark.sampled(2)
 def test_derivatives(engine: Any) -> None:
-    """By means, covariances, opacities and colours, of colour, alpha, depth and the entities' weights."""
+    """By means, covariances, opacities and colors, of color, alpha, depth and the entities' weights."""
     splats = splats_of(random_gaussians(6, seed=11, size=0.3))
     members = EntityLabels(torch.tensor([0, 1, 2, 0, 1, 2]), 3)
     camera = a_camera(7, 6)

@@ -1,4 +1,4 @@
-"""Synthetic pictures of one coloured solid from four sides: what the toy diffusion model learns from."""
+"""Synthetic pictures of one colored solid from four sides: what the toy diffusion model learns from."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Run by hand it writes `tests/toy/weights.safetensors` anew; the tests make a few of its steps.
 
-Four views of one coloured solid are denoised together under MVDream's conditions (cameras, sentences) with
+Four views of one colored solid are denoised together under MVDream's conditions (cameras, sentences) with
 v-prediction; the text encoder is a small CLIP in OpenCLIP's form that learns along. What is saved is the average of the
 weights over the last steps, as the folder layout of docs/distillation.md has it, packed into one file.
 """

@@ -170,7 +170,7 @@ STREET = """(bind "house" (lambda ((:size 1)) (call "cube" :scale [size 1 1])))
 """
 EDITS = {
     "nothing": ("", ""),
-    "a colour": ('"cube"', '"cube" :color [1 0 0]'),
+    "a color": ('"cube"', '"cube" :color [1 0 0]'),
     "one part": ("(+ 1 i)", "(if (= i 250) 7 (+ 1 i))"),
     "a moved part": ("(list (* 2 i) 0 0)", "(if (= i 250) (list 400 0 0) (list (* 2 i) 0 0))"),
     "more parts": ("union-loop 500", "union-loop 501"),

@@ -25,7 +25,7 @@ pytestmark = pytest.mark.browser
 
 Show = Callable[..., Any]
 PAIR = """(param size 1.0 "how large the ball is" :min 0.2 :max 1.5)
-(param tint [.8 .1 .1] "the ball's colour")
+(param tint [.8 .1 .1] "the ball's color")
 (param doubled (* 2 size))
 (bind "ball" (lambda () (call "sphere" :radius size :color tint)))
 (bind "box" (lambda () (transform (call "cube" :color [.1 .2 .8]) (translate [3 0 0]))))
@@ -228,7 +228,7 @@ def test_the_views_agree_with_the_renderers_cameras(program: Show, serve: Show, 
 
 # As it is moved, refined as far as a slow machine may get, refined.
 @pytest.mark.parametrize("samples", [0, 10, pytest.param(32, marks=pytest.mark.slow)])
-def test_a_flat_patch_has_the_colour_of_draft_pictures(program: Show, serve: Show, show: Show, samples: int) -> None:
+def test_a_flat_patch_has_the_color_of_draft_pictures(program: Show, serve: Show, show: Show, samples: int) -> None:
     colors = ["1 1 1", ".8 .8 .8", ".5 .1 .05", ".05 .3 .9", ".02 .02 .02", "0 1 0"]
     patches = "\n".join(
         f'(transform (call "cube" :scale [1 .01 1] :color [{color}]) (translate [{i} 0 0]))'

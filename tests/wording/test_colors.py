@@ -1,4 +1,4 @@
-"""Colours and the words for them."""
+"""Colors and the words for them."""
 
 from __future__ import annotations
 

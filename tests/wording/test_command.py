@@ -90,7 +90,7 @@ def test_another_file_and_standard_input(run: Run, monkeypatch: pytest.MonkeyPat
 
 def test_a_template_of_ones_own(run: Run) -> None:
     assert "pawn, <z3>, <z1>" in run("embed", "a.scene", "--print", "--template", "{word}, {embedding}, {style}")
-    assert "{colour}" in run("embed", "a.scene", "--template", "{embedding} {colour}", code=2)
+    assert "{color}" in run("embed", "a.scene", "--template", "{embedding} {color}", code=2)
     assert not Path("a.z.safetensors").exists()
 
 

@@ -223,7 +223,7 @@ def test_too_few_answers_serve_as_far_as_they_go() -> None:
     "template",
     [
         "a {word}",
-        "{embedding} {colour}",
+        "{embedding} {color}",
         "{embedding} {",
         "{embedding} }",
         "{embedding}\n",

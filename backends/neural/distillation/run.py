@@ -119,7 +119,7 @@ class SavedDistillation:
         return {number: group_state(self.tensors, number) for number in self.frozen}
 
     def groups(self) -> list[Gaussians]:
-        """Return the Gaussians of every group in its frame, colours sRGB."""
+        """Return the Gaussians of every group in its frame, colors sRGB."""
         found = []
         for number in range(len(self.keys)):
             state = group_state(self.tensors, number)
@@ -132,7 +132,7 @@ class SavedDistillation:
         return PoseOffsets(*(self.tensors[f"poses/{name}"] for name in ("turns", "shifts", "log_scales")))
 
     def splats(self, frame: int) -> Splats:
-        """Return all Gaussians of a frame in the world, colours sRGB; the frame must have a visible instance."""
+        """Return all Gaussians of a frame in the world, colors sRGB; the frame must have a visible instance."""
         return compose(self.groups(), self.instances, self.tensors["starts"], self.offsets(), frame)
 
     def matrices(self, instance: int) -> list[list[list[float]] | None]:
@@ -317,7 +317,7 @@ def write_outcome(saved: SavedDistillation, scene: SceneGroups, folder: Path) ->
 def poses_of(saved: SavedDistillation, scene: SceneGroups) -> dict[str, Any]:
     """Return the learned poses as JSON data.
 
-    Of each instance: words, handle, group, matrices (3, 4) in every frame, and the path of its centre; both are null in
+    Of each instance: words, handle, group, matrices (3, 4) in every frame, and the path of its center; both are null in
     frames where it is not visible. Of each group: prompt, key and half sizes of the box.
     """
     instances = []
@@ -443,7 +443,7 @@ def _append_losses(path: Path, log: list[dict[str, Any]]) -> None:
 
 
 class DistilledPainter:
-    """Painter for the result of a run. The learned colours include lighting, so they are rendered unlit."""
+    """Painter for the result of a run. The learned colors include lighting, so they are rendered unlit."""
 
     def __init__(self, staging: Staging, folder: Path) -> None:
         self._staging = staging

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _INITIAL_EXTENT = 0.8  # size of the initial ellipsoid, in half sizes of the box
 _INITIAL_OPACITY = -2.2  # logit of 0.1, as in 3D Gaussian Splatting
-_INITIAL_SCALE = 0.6  # standard deviation, in mean distances between neighbours
+_INITIAL_SCALE = 0.6  # standard deviation, in mean distances between neighbors
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +44,7 @@ class Theta:
     quaternions
         (K, 4), w first; need not be normalised.
     colors
-        (K, 3), logits of sRGB, the colour space of diffusion models.
+        (K, 3), logits of sRGB, the color space of diffusion models.
     """
 
     means: Tensor
@@ -61,7 +61,7 @@ class Theta:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def gaussians(self) -> Gaussians:
-        """Return the Gaussians for the renderer, with colours in [0, 1], sRGB."""
+        """Return the Gaussians for the renderer, with colors in [0, 1], sRGB."""
         return Gaussians(self.means, self.log_scales, self.quaternions, self.opacities, self.colors.sigmoid())
 
 
@@ -96,7 +96,7 @@ class PoseOffsets:
     Attributes
     ----------
     rotations
-        (N, F, 3), rotations about the instance's centre: the vector part of a quaternion with scalar part 1.
+        (N, F, 3), rotations about the instance's center: the vector part of a quaternion with scalar part 1.
     translations
         (N, F, 3), in units of the instance's size.
     log_scales
@@ -422,7 +422,7 @@ def _reconstruction(
 ) -> Tensor:
     """Return the original latents predicted by the guided noise, rescaled towards the contrast without guidance.
 
-    Strong guidance increases the standard deviation, which saturates colours (MVDream, section 3.3).
+    Strong guidance increases the standard deviation, which saturates colors (MVDream, section 3.3).
     """
     original, unguided = ((noisy - (1.0 - alphas).sqrt() * each) / alphas.sqrt() for each in (guided, conditional))
     group_size = views if len(original) % views == 0 else 1

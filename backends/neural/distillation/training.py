@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
 # Groups: one set of Gaussians for all leaves with the same prompt and the same shape of box.
 #
-# The Gaussians of a group are in a frame of their own, in which the leaf's box is centred and its half sizes have norm
+# The Gaussians of a group are in a frame of their own, in which the leaf's box is centerd and its half sizes have norm
 # 1. The pose of an instance maps it to the world. In the paper's terms, the primitive is normalised, and leaves with
 # equal ``z`` and equal ``S_t / ||S_t||`` share ``theta``.
 
@@ -156,7 +156,7 @@ def _instance(group: int, box: FloatArray, by_frame: dict[int, PromptLeaf], fram
 
 
 def _center_and_half_sizes(leaf: PromptLeaf) -> tuple[FloatArray, FloatArray]:
-    """Return the centre and the half sizes (3,) of a leaf's box in its own frame, with a minimum thickness."""
+    """Return the center and the half sizes (3,) of a leaf's box in its own frame, with a minimum thickness."""
     low, high = np.array(leaf.box[:3]), np.array(leaf.box[3:])
     half = (high - low) / 2.0
     return (low + high) / 2.0, np.maximum(half, _MIN_THICKNESS * max(float(half.max()), 1e-9))
@@ -648,7 +648,7 @@ class DistillationTrainer:
         return sds_loss(model, to_batch([picture]), conditioning, guidance, timestep_range, generator)
 
     def splats(self, frame: int) -> Splats:
-        """Return all Gaussians of a frame in the world, colours sRGB; differentiable."""
+        """Return all Gaussians of a frame in the world, colors sRGB; differentiable."""
         groups = [group.theta.gaussians() for group in self.groups]
         return compose(groups, self.scene.instances, self._initial_poses, self.offsets, frame)
 

@@ -99,7 +99,7 @@ def _min_depths(truth: Truth, units: IntArray) -> FloatArray:
     return out
 
 
-# Visualization of layouts: an image with coloured, labelled boxes, and JSON.
+# Visualization of layouts: an image with colored, labelled boxes, and JSON.
 
 
 Picture = npt.NDArray[np.uint8]
@@ -112,7 +112,7 @@ _LINE_HEIGHT = 13  # pixels
 
 
 def layout_picture(layout: PictureLayout, conditions: Sequence[PromptCondition]) -> Picture:
-    """Draw the boxes (H, W, 3) from far to near, each in its own colour with as much of its prompt as fits."""
+    """Draw the boxes (H, W, 3) from far to near, each in its own color with as much of its prompt as fits."""
     picture = np.full((layout.height, layout.width, 3), _BACKGROUND, np.uint8)
     rows = list(enumerate(zip(layout.instances, conditions, strict=True)))
     for number, (instance, _) in reversed(rows):
@@ -265,7 +265,7 @@ def feature_shape(tokens: int, latent: tuple[int, int]) -> tuple[int, int]:
 
 
 def cells_in(box: Box, shape: tuple[int, int]) -> list[int]:
-    """Return the row-major indices of the grid cells whose centres are in ``box``, or else of the nearest cell.
+    """Return the row-major indices of the grid cells whose centers are in ``box``, or else of the nearest cell.
 
     ``shape`` is the height and width of the grid.
     """

@@ -113,7 +113,7 @@ class SplatsPainter:
 
 
 def _lit(stage: Stage, scene_splats: SceneSplats, shadow: list[Shadow]) -> Splats:
-    """Return the Gaussians of visible primitives in the stage's frame, with radiance as colours, in float32."""
+    """Return the Gaussians of visible primitives in the stage's frame, with radiance as colors, in float32."""
     import torch
 
     # the first solid of each primitive, since a primitive may consist of several solids
@@ -158,7 +158,7 @@ SPLATS = PictureBackend(
 
 
 def _export(backend: Backend, scene: Scene, path: Path, options: BackendOptions) -> Sequence[Path]:
-    """Write the Gaussians of one frame, with reflectance and emission as colours, without lighting."""
+    """Write the Gaussians of one frame, with reflectance and emission as colors, without lighting."""
     check_settings(options, [backend])
     require("torch", INSTALL)
     if len(scene.frames) > 1 and options.frame is None:

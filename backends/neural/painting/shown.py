@@ -17,7 +17,7 @@ _DEFAULT_SPLATS = 100_000  # target for a scene without learned Gaussians
 
 
 def surface_splats(scene: Scene) -> list[Splats]:
-    """Return Gaussians on the surfaces of every frame's primitives, with colours without lighting."""
+    """Return Gaussians on the surfaces of every frame's primitives, with colors without lighting."""
     require("torch", INSTALL)
     from scenelang.backends.neural.splats.initial import gaussians_of
 

@@ -1,6 +1,6 @@
 """Files of Gaussians: ``.ply`` of 3D Gaussian Splatting, and ``.splat`` with 32 bytes per Gaussian.
 
-Coordinates are those of the scene, unchanged: x right, y up, z towards the viewer, in scene units. Colours are sRGB in
+Coordinates are those of the scene, unchanged: x right, y up, z towards the viewer, in scene units. Colors are sRGB in
 files and linear in memory. Reading is bounded, and sizes in headers are checked against the size of the file.
 """
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 FloatArray = npt.NDArray[np.float64]
 
-C0 = 0.28209479177387814  # spherical harmonic of degree 0, 1 / (2 sqrt(pi)); a colour is 0.5 + C0 f_dc
+C0 = 0.28209479177387814  # spherical harmonic of degree 0, 1 / (2 sqrt(pi)); a color is 0.5 + C0 f_dc
 MAX_GAUSSIANS = 20_000_000
 _MAX_BYTES = 8 << 30
 _MAX_HEADER_BYTES = 1 << 16
@@ -71,12 +71,12 @@ def write_gaussians(gaussians: Gaussians, path: Path) -> None:
         if rows is not None:
             temporary.write_bytes(rows.tobytes())
         else:
-            comment = "scenelang: y up, colours are sRGB"
+            comment = "scenelang: y up, colors are sRGB"
             write_ply(temporary, [("float", name) for name in _NAMES], [ply_rows(gaussians)], None, comment)
 
 
 def ply_rows(gaussians: Gaussians) -> npt.NDArray[np.float32]:
-    """Return the rows (N, 17) of a ``.ply``: position, zero normal, colour, opacity logit, log scales, quaternion."""
+    """Return the rows (N, 17) of a ``.ply``: position, zero normal, color, opacity logit, log scales, quaternion."""
     rows = np.zeros((len(gaussians), len(_NAMES)), np.float32)
     rows[:, 0:3] = _array(gaussians.means)
     rows[:, 6:9] = (to_srgb(_array(gaussians.colors)) - 0.5) / C0
@@ -87,7 +87,7 @@ def ply_rows(gaussians: Gaussians) -> npt.NDArray[np.float32]:
 
 
 def splat_rows(gaussians: Gaussians) -> npt.NDArray[np.void]:
-    """Return the rows (N,) of a ``.splat``, with 8 bits per component of colours, opacities and quaternions.
+    """Return the rows (N,) of a ``.splat``, with 8 bits per component of colors, opacities and quaternions.
 
     The largest and most opaque Gaussians are first, since viewers render while they load.
     """
@@ -115,7 +115,7 @@ def _unit_quaternions(gaussians: Gaussians) -> FloatArray:
 def read_gaussians(path: Path | str) -> Gaussians:
     """Read the Gaussians of a ``.splat`` or, for any other suffix, ``.ply`` file, in float32.
 
-    View-dependent colours (``f_rest_*``) are ignored. Raises SceneError: "file" if the file is unreadable or invalid,
+    View-dependent colors (``f_rest_*``) are ignored. Raises SceneError: "file" if the file is unreadable or invalid,
     "backend" without torch; LimitError for more than MAX_GAUSSIANS.
     """
     target = Path(path)

@@ -251,7 +251,7 @@ def project(splats: Splats, view: View, antialiased: bool = False) -> ProjectedS
 
 
 def _perspective(local: Tensor, covariances: Tensor, view: View) -> tuple[Tensor, tuple[Tensor, Tensor, Tensor]]:
-    """Project means (M, 3) and covariances (M, 3, 3) in camera space to centres (M, 2) and covariances xx, xy, yy."""
+    """Project means (M, 3) and covariances (M, 3, 3) in camera space to centers (M, 2) and covariances xx, xy, yy."""
     fx, fy, cx, cy = (float(view.intrinsics[i, j]) for i, j in ((0, 0), (1, 1), (0, 2), (1, 2)))
     x, y, z = local.unbind(-1)
     centers = _stack(fx * (x / z) + cx, fy * (y / z) + cy)
@@ -285,7 +285,7 @@ def _stack(*columns: Tensor) -> Tensor:
 
 
 def _radii(xx: Tensor, yy: Tensor, opacities: Tensor) -> Tensor:
-    """Return the distances (M, 2) from the centre, in pixels, at which alpha decreases to MIN_ALPHA."""
+    """Return the distances (M, 2) from the center, in pixels, at which alpha decreases to MIN_ALPHA."""
     ratio = (opacities.detach() / MIN_ALPHA).clamp_min(1.0)
     deviations = (2.0 * ratio.log()).sqrt().clamp_max(_CUTOFF)[:, None]
     # larger than any image, but small enough for integers
@@ -308,7 +308,7 @@ def _visible(centers: Tensor, conics: Tensor, radii: Tensor, opacities: Tensor, 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
     """Camera as tensors: ``world_to_camera`` (4, 4) and ``intrinsics`` (3, 3), with the conventions of
-    ``camera.Camera`` and gsplat (x right, y down, z forward, pixel centres at half integers)."""
+    ``camera.Camera`` and gsplat (x right, y down, z forward, pixel centers at half integers)."""
 
     world_to_camera: Tensor
     intrinsics: Tensor

@@ -121,7 +121,7 @@ MAX_GAUSSIANS = 5_000_000  # of a scene
 MIN_GAUSSIANS = 16  # of a primitive; fewer do not cover its surface
 _INTERIOR_FRACTION = 0.1  # of the Gaussians, on copies of the surface scaled by these factors
 _MIN_INTERIOR_SCALE, _MAX_INTERIOR_SCALE = 0.3, 0.8
-_WIDTH, _THICKNESS = 0.6, 0.08  # standard deviations along and across the surface, in distances between neighbours
+_WIDTH, _THICKNESS = 0.6, 0.08  # standard deviations along and across the surface, in distances between neighbors
 _OVERLAP = 2.0 * np.pi * _WIDTH**2  # mean number of Gaussians at each point: density times the integral of a Gaussian
 _MAX_OPACITY = 0.98
 _MIN_RELATIVE_SCALE = 1e-9  # of standard deviations, relative to the largest, since logarithms must be finite
@@ -143,7 +143,7 @@ class SceneSplats:
     Attributes
     ----------
     splats
-        Gaussians, with reflectance as colours.
+        Gaussians, with reflectance as colors.
     emission
         (N, 3), emitted radiance.
     normals
@@ -275,7 +275,7 @@ def _solid_cover(placed: Placed, look: Look, count: int, seed: int) -> Cover | N
 
 
 def _mesh_cover(entity: Entity, mesh: Mesh, look: Look, count: int, seed: int) -> Cover | None:
-    """Return the Gaussians of a mesh, in its own colours unless the primitive has a ``:color``."""
+    """Return the Gaussians of a mesh, in its own colors unless the primitive has a ``:color``."""
     surface, triangle = sample_triangles(mesh.corners, count, seed)
     if not len(surface.points):
         return None

@@ -1,4 +1,4 @@
-"""Rasterisation of splats, differentiable in means, covariances, opacities and colours.
+"""Rasterisation of splats, differentiable in means, covariances, opacities and colors.
 
 Uses gsplat on CUDA and numba on the CPU if installed, and plain torch otherwise.
 """
@@ -92,7 +92,7 @@ def engine_for(device: torch.device) -> Engine:
 
 
 def _features(splats: Splats, view: View, labels: EntityLabels | None) -> Tensor:
-    """Return the features to composite: colours (N, 3), and one-hot labels (N, E)."""
+    """Return the features to composite: colors (N, 3), and one-hot labels (N, E)."""
     import torch
 
     if labels is None:

@@ -55,7 +55,7 @@ def _arrays(ellipses: Ellipses) -> tuple[Floats, Floats, Floats, Floats]:
 
 # Alpha compositing of projected splats, common to all engines (3D Gaussian Splatting, section 4, as in gsplat).
 #
-# The alpha of a splat at offset ``d`` from its centre is ``min(0.999, opacity exp(-d' conic d / 2))``, or 0 below
+# The alpha of a splat at offset ``d`` from its center is ``min(0.999, opacity exp(-d' conic d / 2))``, or 0 below
 # 1/255. From near to far, each splat adds its features times alpha times the transmittance of those before it; a pixel
 # is finished before a splat that would reduce the transmittance below 1e-4.
 

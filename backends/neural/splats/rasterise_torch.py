@@ -26,7 +26,7 @@ _MAX_EXPONENT = 30.0  # larger exponents would produce denormal numbers, which a
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Tile:
-    """Tile of pixels ``rows`` x ``columns`` (slices) with centres ``y`` (Y,) and ``x`` (X,), and the indices of the
+    """Tile of pixels ``rows`` x ``columns`` (slices) with centers ``y`` (Y,) and ``x`` (X,), and the indices of the
     ``splats`` that overlap it, sorted from near to far."""
 
     rows: slice
@@ -84,7 +84,7 @@ class _Chunk:
     Attributes
     ----------
     dx, dy
-        (X, K) and (Y, K), offsets of the pixels from the splats' centres.
+        (X, K) and (Y, K), offsets of the pixels from the splats' centers.
     alphas
         (Y, X, K), 0 below the minimum.
     transmittance

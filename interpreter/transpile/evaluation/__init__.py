@@ -279,7 +279,7 @@ _INSTEAD = {
     "secrets": "use `random`", "uuid": "use `random`", "asyncio": "build the scene in one go, without tasks",
     "threading": "build the scene in one go, without threads", "sys": "leave this out", "os": "leave this out",
     "inspect": "name the functions in a list or dictionary", "argparse": "use constants at the top of the program",
-    "trimesh": "build the scene from primitives", "matplotlib": "write colours as tuples of three numbers",
+    "trimesh": "build the scene from primitives", "matplotlib": "write colors as tuples of three numbers",
 }  # fmt: skip
 
 

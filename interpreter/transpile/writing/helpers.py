@@ -333,7 +333,7 @@ def _is_nothing(value: ast.expr) -> bool:
 
 
 def write_color(w: Writer, value: ast.expr) -> Code:
-    """Return a colour of three components; a fourth, alpha, is dropped."""
+    """Return a color of three components; a fourth, alpha, is dropped."""
     if isinstance(value, (ast.Tuple, ast.List)) and len(value.elts) == 4:
         if not any(isinstance(e, ast.Starred) for e in value.elts) and not w.effect(value.elts[3]).has_effect:
             return write_vector(w, ast.copy_location(ast.Tuple(value.elts[:3], ast.Load()), value))

@@ -728,7 +728,7 @@ def is_constant(node: ast.expr) -> bool:
 
 
 def write_vector(w: Writer, node: ast.expr) -> Code:
-    """Return an expression where a vector or colour is expected; displays become arrays."""
+    """Return an expression where a vector or color is expected; displays become arrays."""
     if isinstance(node, (ast.Tuple, ast.List)) and node.elts and not w.is_mutated(node):
         if not any(isinstance(e, ast.Starred) for e in node.elts):
             items = [w.comment_item(numeric(w, element), element) for element in node.elts]

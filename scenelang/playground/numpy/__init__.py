@@ -2014,7 +2014,7 @@ def pad(value: Any, widths: Any, mode: str = "constant", constant_values: Any = 
 
 
 def diff(value: Any, n: int = 1, axis: int = -1, prepend: Any = None, append: Any = None) -> ndarray:
-    """Return the differences of neighbours along an axis."""
+    """Return the differences of neighbors along an axis."""
     source = asarray(value)
     ends = [[asarray(each)] if each is not None else [] for each in (prepend, append)]
     parts = [*ends[0], source, *ends[1]]

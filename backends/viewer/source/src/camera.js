@@ -158,7 +158,7 @@ export class Viewpoint {
       projection: this.orthographic ? "orthographic" : "perspective",
       K: [[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]],
       world_to_camera: [row(right), row(down), row(forward), [0, 0, 0, 1]],
-      axes: "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centres at halves",
+      axes: "camera: x right, y down, z forward; world: x right, y up, z towards the viewer; pixel centers at halves",
       aperture: 0,
       focus: this.distance / scale,
     };

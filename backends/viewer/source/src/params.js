@@ -1,4 +1,4 @@
-// Params: sliders, fields and colour pickers; trying a value out, and writing it back to the file.
+// Params: sliders, fields and color pickers; trying a value out, and writing it back to the file.
 import { debounced, el, fill } from "./dom.js";
 
 const DELAY = 120; // milliseconds between the last movement and the evaluation

@@ -76,7 +76,7 @@ export const GROUND_VERTEX = /* glsl */ `
 `;
 
 const LOOK = /* glsl */ `
-  uniform sampler2D looks; // three texels a primitive: colour and opacity; emission and ior; roughness, metallic, coat, sheen
+  uniform sampler2D looks; // three texels a primitive: color and opacity; emission and ior; roughness, metallic, coat, sheen
   uniform float looksWidth;
   vec4 look(int part) {
     int at = int(vInstance.x + 0.5) * 3 + part;
@@ -263,7 +263,7 @@ const LIGHT = /* glsl */ `
     float shaded = 0.7 * turnedAway * exp(-height / 0.35);
     return sky + (0.5 - 0.5 * normal.y) * groundLight * (1.0 - shaded);
   }
-  // What hides the surrounding light is itself lit, and taken to have the colour albedo.
+  // What hides the surrounding light is itself lit, and taken to have the color albedo.
   vec3 surrounding(vec3 light, vec3 albedo, float share) {
     vec3 bounced = albedo * (0.5 * ambient + 0.28 * key) * 0.65;
     return bounced + (light - bounced) * share;

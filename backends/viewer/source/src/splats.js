@@ -2,7 +2,7 @@
 import { BufferAttribute, CustomBlending, DataTexture, DynamicDrawUsage, FloatType, InstancedBufferAttribute, InstancedBufferGeometry, Mesh, NearestFilter, OneFactor, OneMinusSrcAlphaFactor, RGBAFormat, ShaderMaterial, Vector2 } from "three";
 import { SPLAT_FRAGMENT, SPLAT_VERTEX } from "./shaders.js";
 
-const TEXELS = 4; // a Gaussian: place, covariance (two), colour
+const TEXELS = 4; // a Gaussian: place, covariance (two), color
 const WIDTH = 4096;
 const LEVELS = 65536; // of depth, for the order
 

@@ -392,7 +392,7 @@ function fullScreen(fragmentShader, uniforms, options) {
   return mesh;
 }
 
-// Directions spread evenly over the sky, as those of drafts, neighbours in number far apart.
+// Directions spread evenly over the sky, as those of drafts, neighbors in number far apart.
 function skyDirections() {
   return Array.from({ length: SAMPLES }, (_, i) => {
     const y = 1 - (((i * 11) % SAMPLES) + 0.5) / SAMPLES * 0.97;
