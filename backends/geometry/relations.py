@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.geometry.arrangement import SUNK, Arrangement, PlacedObject, Vector, paired, seen_share, share_of
+from scenelang.backends.geometry.arrangement import (
+    SUNK,
+    Arrangement,
+    PlacedObject,
+    Vector,
+    paired,
+    seen_share,
+    share_of,
+)
 from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.geometry.measures import FREE_RADIUS, WalkingPlan, block_types, outlines, tilt, visible_share
 from scenelang.backends.surfaces.convex import bodies_of

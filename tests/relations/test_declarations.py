@@ -84,7 +84,11 @@ CASES = [
     (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" :max .01 :along "xy")', False),
     (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" .3 :along "xy")', True),
     (at("post", 0, 0, 0) + at("post", 3, 0, 0) + at("cup", 3, 5, 0), '(distance "cup" "post" 0 :along "x")', True),
-    (at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1), '(distance "cup" "post" :min 1 :along "x")', False),
+    (
+        at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1),
+        '(distance "cup" "post" :min 1 :along "x")',
+        False,
+    ),
     (at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1), '(distance "cup" "post" :max 1 :along "x")', True),
     # touching and clear-of, with holes that no box has
     (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.65), '(touching "chair" "wall")', True),
