@@ -254,7 +254,7 @@ def _apart(declarations: Sequence[Declaration]) -> list[str]:
     Models state "to the right on the table" as two relations, of which the second one means beside the table.
     """
     plain = [d for d in declarations if not {"negated", "any", *FRAME_FLAGS} & {*d.options}]
-    resting = [d for d in plain if d.relation in ("on", "inside")]
+    resting = [d for d in plain if d.relation in ("on", "inside") and "axis" not in d.options]
     over = {things: d for d in resting for things in (d.things, d.things[::-1])}
     return [
         f"{over[d.things]} and {d} contradict each other: the second one means {SIDES[d.relation][2]} all of the other"
@@ -299,7 +299,8 @@ def _amounts_of(declaration: Declaration) -> Iterator[tuple[tuple[object, ...], 
         return
     if amount is not None:
         yield amount, *_range_of(declaration)
-    if declaration.relation in ("on", "touching", "inside"):
+    # What is inside along an axis only, such as a picture before its wall, may be far away along it.
+    if declaration.relation in ("on", "touching", "inside") and "axis" not in options:
         yield ("distance", things, *when), 0.0, _TOUCHING
     elif declaration.relation == "clear-of" and "min" in options:
         for pair in (things, things[::-1]):
@@ -334,8 +335,10 @@ def _amount_of(declaration: Declaration) -> tuple[object, ...] | None:
         return declaration.relation, declaration.things, *axes, *when
     if declaration.relation in ("size", "proportion"):
         return declaration.relation, declaration.things, options["axis"], *when
-    if declaration.relation in ("angle", "distance") and options.get("all"):
+    if declaration.relation == "angle" and options.get("all"):
         return declaration.relation, declaration.things, options.get("axis"), *when
+    if declaration.relation == "distance" and "along" in options:
+        return "distance of centers", declaration.things, options["along"], *when
     return (declaration.relation, declaration.things, *when) if declaration.relation == "distance" else None
 
 
@@ -373,7 +376,7 @@ def _edges(declaration: Declaration) -> list[tuple[str, str, str]]:
     things = declaration.things
     if declaration.relation == "on":
         return [("of what is on what", things[1], things[0]), (f"along {AXES[1]}", things[1], things[0])]
-    if declaration.relation == "inside":
+    if declaration.relation == "inside" and "axis" not in declaration.options:
         return [("of what is inside what", things[1], things[0])]
     if declaration.relation in SIDES:
         axis, sign, _ = SIDES[declaration.relation]

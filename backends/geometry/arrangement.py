@@ -695,6 +695,33 @@ def share_of(inner: Manifold, outer: Manifold) -> float | None:
     return float((inner ^ outer).volume() / volume)
 
 
+def seen_share(inner: Manifold, outer: Manifold, kept: Sequence[int]) -> float | None:
+    """Return the fraction of the outline of a convex solid that is inside that of another, both projected.
+
+    Parameters
+    ----------
+    inner, outer
+        Convex solids.
+    kept
+        The two axes that the projection keeps.
+
+    Returns
+    -------
+    float or None
+        None if either outline has no area.
+    """
+    import manifold3d
+
+    first, second = (
+        manifold3d.CrossSection.hull_points(np.asarray(solid.to_mesh64().vert_properties[:, kept], np.float64))
+        for solid in (inner, outer)
+    )
+    area = first.area()
+    if area <= 0.0 or second.area() <= 0.0:
+        return None
+    return float((first ^ second).area() / area)
+
+
 # --- all relations of a frame ----------------------------------------------------------------------------------------
 
 

@@ -13,7 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from scenelang.backends.geometry.arrangement import SUNK, Arrangement, PlacedObject, Vector, paired, share_of
+from scenelang.backends.geometry.arrangement import (
+    SUNK,
+    Arrangement,
+    PlacedObject,
+    Vector,
+    paired,
+    seen_share,
+    share_of,
+)
 from scenelang.backends.geometry.lint import rounded
 from scenelang.backends.geometry.measures import FREE_RADIUS, WalkingPlan, block_types, outlines, tilt, visible_share
 from scenelang.backends.surfaces.convex import bodies_of
@@ -457,10 +465,11 @@ def _pairwise(test: _Test, *, every_object: bool = False) -> Callable[[_Context]
         apart = every_object or (test is _distance and declaration.number is None and "max" not in declaration.options)
         universal = apart or bool(declaration.options.get("all"))
         boxes = _boxes(context, objects)
-        reach = float(declaration.options.get("min", 0.0)) if apart else np.inf
+        of_surfaces = "along" not in declaration.options  # centers may be near along an axis and far across it
+        reach = float(declaration.options.get("min", 0.0)) if apart and of_surfaces else np.inf
         near = None
         are_solid = not any(context.arrangement.has_blocks(placed) for placed in (*subjects, *objects))
-        if len(subjects) > 1 and are_solid and (apart or test in _CONTACTS):
+        if len(subjects) > 1 and are_solid and of_surfaces and (apart or test in _CONTACTS):
             reaches = [max(context.touch(a), reach) if apart else context.touch(a) for a in subjects]
             near = context.arrangement.prepare(subjects, objects, reaches, _MAX_COMPARISONS)
         if context.first and near is not None and not universal and declaration.options.get("any"):
@@ -573,6 +582,8 @@ def _blocks_clear_of(context: _Context, a: PlacedObject, b: PlacedObject) -> _Fa
 
 def _blocks_distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
     """Return why the distance of the blocks of two objects is not as declared."""
+    if context.option("along") is not None:
+        return _center_distance(context, a, b)
     apart = max(_blocks_apart(context, a, b), 0.0)
     off = _off(context, apart)
     return None if off == 0.0 else _Failure(f"{_two_words(a, b)} are {apart:.3g} apart", abs(off), a, b)
@@ -675,21 +686,25 @@ def _dropped(
 
 
 def _inside(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
-    """Return why too little of the hull of ``a`` is inside that of ``b``."""
-    arrangement, least = context.arrangement, float(context.option("share", 1.0))
+    """Return why too little of the hull of ``a`` is inside that of ``b``, in space or seen along an axis."""
+    arrangement, least, axis = context.arrangement, float(context.option("share", 1.0)), context.option("axis")
     inner, outer = arrangement.hull(a, b), arrangement.hull(b, a)
     (low, high), (under, over) = arrangement.box(a), arrangement.box(b)
-    share = share_of(inner, outer)
+    kept = [k for k in range(3) if axis is None or k != "xyz".index(axis)]
+    share = share_of(inner, outer) if axis is None else seen_share(inner, outer, kept)
     if share is None:  # flat or empty: by boxes
         extent = np.maximum(high - low, 1e-12)
-        share = float(np.prod(np.clip(np.minimum(high, over) - np.maximum(low, under), 0.0, None) / extent))
+        shared = np.clip(np.minimum(high, over) - np.maximum(low, under), 0.0, None) / extent
+        share = float(np.prod(shared[kept]))
     if share >= least - 1e-3:
         return None
     out = np.maximum(under - low, 0.0) - np.maximum(high - over, 0.0)
-    fits = bool((high - low <= over - under).all())
+    out[[k for k in range(3) if k not in kept]] = 0.0
+    fits = bool((high - low <= over - under)[kept].all())
     move = _vector(out) if fits and out.any() else None
     amount = max(float(np.linalg.norm(out)), (least - share) * float((high - low).max()), arrangement.touch(a))
-    return _Failure(f'{share:.0%} of "{a.entity.word}" is inside "{b.entity.word}"', amount, a, b, move)
+    seen = f", seen along {axis}" if axis is not None else ""
+    return _Failure(f'{share:.0%} of "{a.entity.word}" is inside "{b.entity.word}"{seen}', amount, a, b, move)
 
 
 def _touching(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
@@ -735,6 +750,8 @@ def _apart(arrangement: Arrangement, a: PlacedObject, b: PlacedObject, least: fl
 
 def _distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
     """Return why the distance of two objects is not as declared."""
+    if context.option("along") is not None:
+        return _center_distance(context, a, b)
     separation = context.arrangement.separation(a, b)
     if separation is None:
         return None
@@ -749,6 +766,20 @@ def _distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure |
         b,
         _scaled(context.arrangement.away(separation), -off),
     )
+
+
+def _center_distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
+    """Return why the distance of the centers of two objects, measured along axes, is not as declared."""
+    along = str(context.option("along"))
+    apart = context.arrangement.center(a) - context.arrangement.center(b)
+    apart[[k for k, axis in enumerate("xyz") if axis not in along]] = 0.0
+    distance = float(np.linalg.norm(apart))
+    off = _off(context, distance)
+    if off == 0.0:
+        return None
+    move = _vector(-off / distance * apart) if distance > 0.0 else None
+    message = f"the centers of {_two_words(a, b)} are {distance:.3g} apart along {along}"
+    return _Failure(message, abs(off), a, b, move)
 
 
 def _off(context: _Context, value: float) -> float:
@@ -953,10 +984,15 @@ def _elevation(context: _Context) -> list[_Failure]:
     return _measured(context, (0.0 if abs(height) <= reach else height for height in heights), "is {:.3g} high")
 
 
+def _common_center(context: _Context, name: str) -> FloatArray:
+    """Return the mean (3,) of the centers of all objects of a name: of a ring without a center, the ring's."""
+    return np.asarray(np.mean([context.arrangement.center(a) for a in context.objects(name)], axis=0), np.float64)
+
+
 def _encircles(context: _Context) -> list[_Failure]:
     """Return the subjects that are not at the declared distance from an axis, or not at the distance of the others."""
     arrangement, (first, second) = context.arrangement, context.declaration.things
-    objects, middle = context.objects(first), arrangement.center(context.objects(second)[0])
+    objects, middle = context.objects(first), _common_center(context, second)
     context.work.spend(len(objects))
     kept = [k for k in range(3) if k != "xyz".index(context.option("axis", "y"))]
     radii = np.array([np.linalg.norm((arrangement.center(placed) - middle)[kept]) for placed in objects])
@@ -1173,7 +1209,7 @@ def _path(context: _Context) -> list[_Failure]:
     """Return the subjects whose centers do not move on a path of the declared shape."""
     shape, about = str(context.declaration.term), context.option("about")
     frames = [[arrangement.center(a) for a in objects] for arrangement, objects in _frames(context)]
-    axis_center = None if about is None else context.arrangement.center(context.objects(about)[0])
+    axis_center = None if about is None else _common_center(context, about)
     failures = []
     for placed, places in zip(context.objects(context.declaration.things[0]), np.array(frames).transpose(1, 0, 2)):
         off, tolerance = _off_path(places, shape, axis_center)
@@ -1312,7 +1348,7 @@ def _azimuths(context: _Context, objects: Sequence[PlacedObject]) -> FloatArray:
     Raises SceneError for one at its center, which has none.
     """
     arrangement, about = context.arrangement, context.option("around")
-    middle = arrangement.center(context.objects(about)[0])
+    middle = _common_center(context, about)
     kept = {"x": [1, 2], "y": [0, 2], "z": [0, 1]}[context.option("axis", "y")]
     away = np.array([arrangement.center(placed) - middle for placed in objects])[:, kept]
     for placed, length in zip(objects, np.linalg.norm(away, axis=1).tolist()):
@@ -1395,11 +1431,7 @@ def _symmetric(context: _Context) -> list[_Failure]:
     objects, _, within = _centers(context)
     axis = "xyz".index(context.option("across", "x"))
     arrangement, about = context.arrangement, context.option("about")
-    middle = (
-        arrangement.center(context.objects(about)[0])[axis]
-        if about is not None
-        else _middle(arrangement, objects)[axis]
-    )
+    middle = (_common_center(context, about) if about is not None else _middle(arrangement, objects))[axis]
     parts = [_parts(arrangement, placed) for placed in objects]
     owner = np.repeat(np.arange(len(objects)), [len(part_words) for _, _, part_words in parts])
     context.work.spend(len(owner))

@@ -101,11 +101,12 @@ _RELATIONS = (
     ),
     Relation(
         "inside",
-        "(inside A B [:any] [:all] [:share share])",
-        "Every A is inside the convex hull of some B, or at least a share of its volume (from 0 to 1).",
+        '(inside A B [:any] [:all] [:share share] [:axis "y"])',
+        "Every A is inside the convex hull of some B, or at least a share of its volume (from 0 to 1). With `:axis`, so"
+        " are their outlines, seen along that axis of the scene: along y, an A on B does not reach beyond its edge.",
         '(inside "pencil" "mug" :share .5)',
         (OBJECT, OBJECT),
-        (*_QUANTIFIERS, "share"),
+        (*_QUANTIFIERS, "share", "axis"),
     ),
     Relation(
         "touching",
@@ -125,12 +126,13 @@ _RELATIONS = (
     ),
     Relation(
         "distance",
-        "(distance A B [length] [:within length] [:min length] [:max length] [:any] [:all])",
+        '(distance A B [length] [:along "xy"] [:within length] [:min length] [:max length] [:any] [:all])',
         "The distance of every A from the nearest B is a length, or in a range: between their surfaces, and 0 if they"
-        " touch or overlap.",
+        " touch or overlap. With `:along`, between their centers, along one axis or in the plane of two: a knob is in"
+        ' the middle of a front if `(distance "front" "knob" :max .01 :along "xy")`.',
         '(distance "chair" "table" :max .5)',
         (OBJECT, OBJECT, NUMBER),
-        (*_QUANTIFIERS, "within", "min", "max"),
+        (*_QUANTIFIERS, "along", "within", "min", "max"),
         1,
     ),
     Relation(
@@ -205,7 +207,7 @@ _RELATIONS = (
         "symmetric",
         '(symmetric A [:across "x"] [:about B] [:within length])',
         "All A together are mirror images of themselves across the plane perpendicular to an axis through their centre,"
-        " or through the centre of B.",
+        " or through the common centre of all B.",
         '(symmetric "chair" :across "x" :about "table")',
         (OBJECT,),
         ("across", "about", "within"),
@@ -276,7 +278,8 @@ _RELATIONS = (
     Relation(
         "encircles",
         '(encircles A B [radius] [:axis "y"] [:within length] [:min length] [:max length])',
-        "The centers of all A are at one distance from the axis through the center of B, or at a given one.",
+        "The centers of all A are at one distance from the axis through the common center of all B, or at a given one;"
+        ' `(encircles "stone" "stone")` states a circle.',
         '(encircles "chair" "table" 1.6)',
         (OBJECT, OBJECT, NUMBER),
         ("axis", "within", "min", "max"),

@@ -24,6 +24,7 @@ FOLDER = Path(tasks.__file__).parent / "tasks"
 FILES = [tomllib.loads(path.read_text("utf-8")) for path in sorted(FOLDER.glob("*.toml"))]
 NAMES = [table["name"] for file in FILES for table in file["task"]]
 HARD = [table["name"] for file in FILES if file.get("hard") for table in file["task"]]
+IMAGES = [table["name"] for file in FILES for table in file["task"] if table.get("image")]
 EDITS = [table["name"] for file in FILES for table in file["task"] if "program" in table]
 PROGRAMS = {table["program"]: table.get("python") for file in FILES for table in file["task"] if "program" in table}
 # Wrong scenes that pass, by task, and why they are wrong: what the predicates cannot tell yet.
@@ -32,7 +33,7 @@ MISSED: dict[str, tuple[str, ...]] = {
     "hydra": ("heads half way down the necks",),
     "ladder-against-wall": ("foot at the wall, top leans away",),
     "menger-sponge": ("half sunk into the ground",),
-    "paper-bramante-staircase": ("two separate spirals side by side",),
+    "paper-bramante-staircase": ("a cylinder fills the shaft",),
     "rubiks-cube": ("every face has three stripes of colors",),
     "stonehenge": ("each lintel lies on one stone only",),
 }
@@ -72,21 +73,42 @@ def passes(task: BenchTask, program: str) -> bool:
 
 
 def test_a_scene_in_which_an_edit_moved_what_it_must_keep_does_not_pass() -> None:
-    task, wrong = next((task, each) for task in load_tasks() for each in task.wrong if each.breaks == KEEP)
+    task, wrong = next((task, wrong) for task in load_tasks() for wrong in task.wrong if wrong.breaks in keeping(task))
     assert KEEP in score_of(task, scene_of(wrong.program)).failed(task)
 
 
+def keeping(task: BenchTask) -> str:
+    """Return the words of a task that say what its edit leaves alone."""
+    return " ".join(clause.says for clause in task.clauses if clause.keep)
+
+
 @pytest.mark.parametrize("name", NAMES)
-def test_wrong_scenes_are_five_with_a_reason_each(task: BenchTask) -> None:
-    assert 4 <= len(task.wrong) == len({wrong.program for wrong in task.wrong}) <= 5
+def test_wrong_scenes_are_at_least_five_with_a_reason_each(task: BenchTask) -> None:
+    assert len(task.wrong) == len({wrong.program for wrong in task.wrong}) >= 5
     assert all(wrong.breaks and wrong.why for wrong in task.wrong)
 
 
-@pytest.mark.parametrize("name", HARD)
-@pytest.mark.sampled(20)
-def test_every_clause_of_a_hard_task_is_broken_by_a_wrong_scene(task: BenchTask) -> None:
-    broken = {text for wrong in task.wrong for text in score_of(task, scene_of(wrong.program)).failed(task)}
-    assert [clause.says for clause in task.clauses if clause.that and not broken & {*clause.that}] == []
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in IMAGES])
+def test_wrong_scenes_name_words_of_every_clause(task: BenchTask) -> None:
+    named = [wrong.breaks for wrong in task.wrong]
+    checked = [clause.says for clause in task.clauses if clause.is_checked]
+    assert [says for says in checked if not any(words in says for words in named)] == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.sampled(40)
+def test_every_clause_is_broken_by_a_wrong_scene(task: BenchTask) -> None:
+    broken = {text for wrong in task.wrong for text in failed_of(task, wrong.program)}
+    predicates = [(clause.says, {*clause.that, *([KEEP] if clause.keep else [])}) for clause in task.clauses]
+    assert [says for says, stated in predicates if stated and not broken & stated] == []
+
+
+def failed_of(task: BenchTask, program: str) -> list[str]:
+    """Return the predicates that a program breaks; all declarations where they cannot be tested."""
+    try:
+        return score_of(task, scene_of(program)).failed(task)
+    except SceneError:
+        return list(task.that)
 
 
 def test_the_hard_split_runs_only_when_it_is_asked_for() -> None:

@@ -44,6 +44,7 @@ def at(word: str, x: float, y: float, z: float, more: str = "") -> str:
 
 TABLE = at("table", 0, 0, 0)
 WALL = at("wall", 0, 0, 0)
+RING = at("chair", 2, 0, 0) + at("chair", -1, 0, 1.7321) + at("chair", -1, 0, -1.7321)
 TURNED = "(rotate (/ pi 2) [0 1 0])"
 
 CASES = [
@@ -68,6 +69,27 @@ CASES = [
     (at("bowl", 0, 0, 0) + at("ball", 0, 0.4, 0), '(inside "ball" "bowl")', False),
     (at("bowl", 0, 0, 0) + at("ball", 0, 0.4, 0), '(inside "ball" "bowl" :share .4)', True),
     (at("bowl", 0, 0, 0) + at("ball", 0.6, 0.2, 0), '(inside "ball" "bowl" :share .1)', False),
+    # inside along an axis: by outlines, at any distance along it, not by boxes
+    (TABLE + at("cup", 0.9, 1, 0.4), '(inside "cup" "table" :axis "y")', True),
+    (TABLE + at("cup", 0.95, 1, 0), '(inside "cup" "table" :axis "y")', False),
+    (TABLE + at("cup", 0.95, 1, 0), '(inside "cup" "table" :axis "y" :share .8)', True),
+    (TABLE + at("cup", 1.05, 1, 0), '(inside "cup" "table" :axis "y" :share .8)', False),
+    (WALL + at("chair", 1.7, 0, 3), '(inside "chair" "wall" :axis "z")', True),
+    (WALL + at("chair", 1.8, 0, 3), '(inside "chair" "wall" :axis "z")', False),
+    (WALL + at("chair", 1.7, 0, 3), '(inside "chair" "wall" :axis "x")', False),
+    (at("post", 0, 0, 0) + at("chair", 0, 2, 0, "(scale .6)"), '(inside "chair" "post" :axis "y")', False),
+    (at("post", 0, 0, 0) + at("chair", 0, 2, 0, "(scale .5)"), '(inside "chair" "post" :axis "y")', True),
+    # distance along axes: of the centers, from the nearest
+    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" :max .01 :along "y")', True),
+    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" :max .01 :along "xy")', False),
+    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" .3 :along "xy")', True),
+    (at("post", 0, 0, 0) + at("post", 3, 0, 0) + at("cup", 3, 5, 0), '(distance "cup" "post" 0 :along "x")', True),
+    (
+        at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1),
+        '(distance "cup" "post" :min 1 :along "x")',
+        False,
+    ),
+    (at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1), '(distance "cup" "post" :max 1 :along "x")', True),
     # touching and clear-of, with holes that no box has
     (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.65), '(touching "chair" "wall")', True),
     (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.5), '(touching "chair" "wall")', False),
@@ -147,6 +169,13 @@ CASES = [
         '(evenly-spaced "chair" :around "table" :within 20)',
         True,
     ),
+    # around several objects: around their common center, which a ring has without an object there
+    (RING, '(encircles "chair" "chair" 2)', True),
+    (RING, '(evenly-spaced "chair" :around "chair")', True),
+    (RING + at("chair", 1, 0, -2), '(encircles "chair" "chair")', False),
+    (RING + at("chair", 1, 0, -2), '(evenly-spaced "chair" :around "chair")', False),
+    (at("post", -1, 0, 0) + at("post", 3, 0, 0) + at("cup", 1, 0, 0), '(symmetric "cup" :about "post")', True),
+    (at("post", -1, 0, 0) + at("post", 3, 0, 0) + at("cup", -1, 0, 0), '(symmetric "cup" :about "post")', False),
     # aspect, elevation, encircles, rising
     (at("post", 0, 0, 0), '(aspect "post" 5 :axis "y" :to "xz")', True),
     (at("post", 0, 0, 0, "(rotate (/ pi 2) [1 0 0])"), '(aspect "post" :axis "y" :to "xz" :min 2)', False),
