@@ -1353,7 +1353,7 @@ def _azimuths(context: _Context, objects: Sequence[PlacedObject]) -> FloatArray:
     away = np.array([arrangement.center(placed) - middle for placed in objects])[:, kept]
     for placed, length in zip(objects, np.linalg.norm(away, axis=1).tolist()):
         if length <= arrangement.touch(placed):
-            raise SceneError("declaration-subject", f'"{placed.entity.word}" is at the centre of "{about}"')
+            raise SceneError("declaration-subject", f'"{placed.entity.word}" is at the center of "{about}"')
     across = -away[:, 1] if context.option("axis", "y") == "y" else away[:, 1]  # counterclockwise seen from above
     return np.asarray(np.degrees(np.arctan2(across, away[:, 0])) % 360.0, np.float64)
 

@@ -160,7 +160,7 @@ _RELATIONS = (
     Relation(
         "between",
         "(between A B C [:any])",
-        "Every A is between some B and some C: the line between their centres passes through its box.",
+        "Every A is between some B and some C: the line between their centers passes through its box.",
         '(between "candle" "cup" "plate")',
         (OBJECT, OBJECT, OBJECT),
         ("any",),
@@ -168,7 +168,7 @@ _RELATIONS = (
     Relation(
         "aligned",
         '(aligned A [:along "x"] [:within length])',
-        'The centres of all A are on a line, along an axis or, with two axes such as "xz", in a plane.',
+        'The centers of all A are on a line, along an axis or, with two axes such as "xz", in a plane.',
         '(aligned "pawn" :along "x")',
         (OBJECT,),
         ("along", "within"),
@@ -176,9 +176,9 @@ _RELATIONS = (
     Relation(
         "evenly-spaced",
         '(evenly-spaced A [:along "x"] [:around B [:axis "y"]] [:within length])',
-        "The distances between neighbouring centres of all A, in the order along a line, are equal; objects at one"
-        " position along an axis count once. With `:around`, the angles between neighbours, seen along an axis from the"
-        " centre of B; `:within` is then in degrees, by default a tenth of the angle.",
+        "The distances between neighboring centers of all A, in the order along a line, are equal; objects at one"
+        " position along an axis count once. With `:around`, the angles between neighbors, seen along an axis from the"
+        " center of B; `:within` is then in degrees, by default a tenth of the angle.",
         '(evenly-spaced "pawn" :along "x")',
         (OBJECT,),
         ("along", "around", "axis", "within"),
@@ -196,7 +196,7 @@ _RELATIONS = (
     Relation(
         "order",
         '(order A B ... [:along "x"] [:around C])',
-        "All A come before all B, and so on, by their centres along an axis, in its direction. With `:around`,"
+        "All A come before all B, and so on, by their centers along an axis, in its direction. With `:around`,"
         " counterclockwise seen from above, from the first A on.",
         '(order "cup" "candle" "plate" :along "x")',
         (OBJECT, OBJECT),
@@ -206,8 +206,8 @@ _RELATIONS = (
     Relation(
         "symmetric",
         '(symmetric A [:across "x"] [:about B] [:within length])',
-        "All A together are mirror images of themselves across the plane perpendicular to an axis through their centre,"
-        " or through the common centre of all B.",
+        "All A together are mirror images of themselves across the plane perpendicular to an axis through their center,"
+        " or through the common center of all B.",
         '(symmetric "chair" :across "x" :about "table")',
         (OBJECT,),
         ("across", "about", "within"),
@@ -360,7 +360,7 @@ _RELATIONS = (
     Relation(
         "moves",
         '(moves A [length] [:along "x"] [:within length] [:min length] [:max length] [:any])',
-        "The centre of every A moves through the frames: the extent of its places, along an axis if one is given, is a"
+        "The center of every A moves through the frames: the extent of its places, along an axis if one is given, is a"
         ' length, or in a range. Along a direction such as "+x" or "-y", the way from its first place to its last.',
         '(moves "cup" :along "y" :min .2)',
         (OBJECT, NUMBER),
@@ -381,7 +381,7 @@ _RELATIONS = (
     Relation(
         "path",
         "(path A shape [:about B] [:within length] [:any])",
-        'The centre of every A moves on a "line", on a "circle" (with `:about`, one whose axis goes through the centre'
+        'The center of every A moves on a "line", on a "circle" (with `:about`, one whose axis goes through the center'
         ' of B), or on a "closed" path, which ends where it begins.',
         '(path "cup" "line")',
         (OBJECT, PATH),
