@@ -337,8 +337,8 @@ def _amount_of(declaration: Declaration) -> tuple[object, ...] | None:
         return declaration.relation, declaration.things, options["axis"], *when
     if declaration.relation == "angle" and options.get("all"):
         return declaration.relation, declaration.things, options.get("axis"), *when
-    if declaration.relation == "distance" and "along" in options:
-        return "distance of centers", declaration.things, options["along"], *when
+    if declaration.relation == "distance" and "axis" in options:
+        return "distance of centers", declaration.things, options["axis"], *when
     return (declaration.relation, declaration.things, *when) if declaration.relation == "distance" else None
 
 

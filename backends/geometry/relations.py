@@ -465,7 +465,7 @@ def _pairwise(test: _Test, *, every_object: bool = False) -> Callable[[_Context]
         apart = every_object or (test is _distance and declaration.number is None and "max" not in declaration.options)
         universal = apart or bool(declaration.options.get("all"))
         boxes = _boxes(context, objects)
-        of_surfaces = "along" not in declaration.options  # centers may be near along an axis and far across it
+        of_surfaces = "axis" not in declaration.options  # centers may be near along an axis and far across it
         reach = float(declaration.options.get("min", 0.0)) if apart and of_surfaces else np.inf
         near = None
         are_solid = not any(context.arrangement.has_blocks(placed) for placed in (*subjects, *objects))
@@ -582,7 +582,7 @@ def _blocks_clear_of(context: _Context, a: PlacedObject, b: PlacedObject) -> _Fa
 
 def _blocks_distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
     """Return why the distance of the blocks of two objects is not as declared."""
-    if context.option("along") is not None:
+    if context.option("axis") is not None:
         return _center_distance(context, a, b)
     apart = max(_blocks_apart(context, a, b), 0.0)
     off = _off(context, apart)
@@ -750,7 +750,7 @@ def _apart(arrangement: Arrangement, a: PlacedObject, b: PlacedObject, least: fl
 
 def _distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
     """Return why the distance of two objects is not as declared."""
-    if context.option("along") is not None:
+    if context.option("axis") is not None:
         return _center_distance(context, a, b)
     separation = context.arrangement.separation(a, b)
     if separation is None:
@@ -770,7 +770,7 @@ def _distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure |
 
 def _center_distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
     """Return why the distance of the centers of two objects, measured along axes, is not as declared."""
-    along = str(context.option("along"))
+    along = str(context.option("axis"))
     apart = context.arrangement.center(a) - context.arrangement.center(b)
     apart[[k for k, axis in enumerate("xyz") if axis not in along]] = 0.0
     distance = float(np.linalg.norm(apart))

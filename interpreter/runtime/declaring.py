@@ -35,7 +35,7 @@ _LENGTHS = ("within", "min", "max")
 # Options that may be several axes, and how many.
 _SEVERAL_AXES = {
     ("aligned", "along"): 2, ("evenly-spaced", "along"): 2, ("size", "axis"): 3, ("proportion", "axis"): 3,
-    ("aspect", "axis"): 3, ("aspect", "to"): 3, ("distance", "along"): 2,
+    ("aspect", "axis"): 3, ("aspect", "to"): 3, ("distance", "axis"): 2,
 }  # fmt: skip
 # Options that may be a direction such as "+x".
 _SIGNED = frozenset({("moves", "along"), ("turns", "axis"), ("rising", "along"), ("rows", "along")})

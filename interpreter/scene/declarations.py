@@ -126,13 +126,13 @@ _RELATIONS = (
     ),
     Relation(
         "distance",
-        '(distance A B [length] [:along "xy"] [:within length] [:min length] [:max length] [:any] [:all])',
+        '(distance A B [length] [:axis "xy"] [:within length] [:min length] [:max length] [:any] [:all])',
         "The distance of every A from the nearest B is a length, or in a range: between their surfaces, and 0 if they"
-        " touch or overlap. With `:along`, between their centers, along one axis or in the plane of two: a knob is in"
-        ' the middle of a front if `(distance "front" "knob" :max .01 :along "xy")`.',
+        " touch or overlap. With `:axis`, between their centers, along one axis or in the plane of two: a knob is in"
+        ' the middle of a front if `(distance "front" "knob" :max .01 :axis "xy")`.',
         '(distance "chair" "table" :max .5)',
         (OBJECT, OBJECT, NUMBER),
-        (*_QUANTIFIERS, "along", "within", "min", "max"),
+        (*_QUANTIFIERS, "axis", "within", "min", "max"),
         1,
     ),
     Relation(

@@ -144,8 +144,8 @@ def test_a_set_that_accepts_none(room: sl.Scene) -> None:
         (['(inside "cup" "box" :axis "y")', '(inside "box" "cup" :axis "y")'], 0),
         (['(inside "cup" "box" :axis "z")', '(in-front-of "cup" "box")'], 0),
         (['(inside "cup" "box" :axis "z")', '(distance "cup" "box" :min 2)'], 0),
-        (['(distance "cup" "box" :min 2)', '(distance "cup" "box" :max 1 :along "x")'], 0),
-        (['(distance "cup" "box" :min 2 :along "x")', '(distance "cup" "box" :max 1 :along "x")'], 1),
+        (['(distance "cup" "box" :min 2)', '(distance "cup" "box" :max 1 :axis "x")'], 0),
+        (['(distance "cup" "box" :min 2 :axis "x")', '(distance "cup" "box" :max 1 :axis "x")'], 1),
         (['(elevation "cup" 1)', '(elevation "cup" :max .5)'], 1),
     ],
 )

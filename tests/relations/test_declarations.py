@@ -80,16 +80,16 @@ CASES = [
     (at("post", 0, 0, 0) + at("chair", 0, 2, 0, "(scale .6)"), '(inside "chair" "post" :axis "y")', False),
     (at("post", 0, 0, 0) + at("chair", 0, 2, 0, "(scale .5)"), '(inside "chair" "post" :axis "y")', True),
     # distance along axes: of the centers, from the nearest
-    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" :max .01 :along "y")', True),
-    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" :max .01 :along "xy")', False),
-    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" .3 :along "xy")', True),
-    (at("post", 0, 0, 0) + at("post", 3, 0, 0) + at("cup", 3, 5, 0), '(distance "cup" "post" 0 :along "x")', True),
+    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" :max .01 :axis "y")', True),
+    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" :max .01 :axis "xy")', False),
+    (WALL + at("chair", 0.3, 1, 0), '(distance "chair" "wall" .3 :axis "xy")', True),
+    (at("post", 0, 0, 0) + at("post", 3, 0, 0) + at("cup", 3, 5, 0), '(distance "cup" "post" 0 :axis "x")', True),
     (
         at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1),
-        '(distance "cup" "post" :min 1 :along "x")',
+        '(distance "cup" "post" :min 1 :axis "x")',
         False,
     ),
-    (at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1), '(distance "cup" "post" :max 1 :along "x")', True),
+    (at("post", 0, 0, 0) + at("post", 3, 0, 9) + at("cup", 3, 0, 1), '(distance "cup" "post" :max 1 :axis "x")', True),
     # touching and clear-of, with holes that no box has
     (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.65), '(touching "chair" "wall")', True),
     (at("wall", 0, 0, 0) + at("chair", 0, 0, -1.5), '(touching "chair" "wall")', False),
