@@ -25,7 +25,7 @@ _PLATE = 1e-4  # thickness of what is flat in Blender, of its largest extent
 HELPERS = {
     "prism": """
 (define (prism sides bottom top height . look)
-  "A frustum of a regular polygon around y, with a corner towards -z, centerd at the origin."
+  "A frustum of a regular polygon around y, with a corner towards -z, centered at the origin."
   (define (corner i radius y)
     (define angle (/ (* tau i) sides))
     [(* radius (sin angle)) y (* -1 radius (cos angle))])

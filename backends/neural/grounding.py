@@ -161,7 +161,7 @@ def mask_in(segmenter: LoadedNetwork, picture: Any, box: Box) -> Mask:
     return found
 
 
-# Training images for Textual Inversion: the masked object centerd in a square on plain grey, similar to the renderings
+# Training images for Textual Inversion: the masked object centered in a square on plain grey, similar to the renderings
 # on which multi-view diffusion models are trained (the paper, appendix "Textual Inversion Optimization").
 
 
@@ -198,7 +198,7 @@ def random_grey(seed: int) -> int:
 
 
 def crop_masked(picture: Bytes, mask: Mask, grey: int) -> Bytes:
-    """Return the masked part of ``picture`` (H, W, 3), centerd in the smallest square (S, S, 3) on ``grey``.
+    """Return the masked part of ``picture`` (H, W, 3), centered in the smallest square (S, S, 3) on ``grey``.
 
     If the margin is odd, the larger half is right and below. Raises SceneError("value") for an empty mask.
     """

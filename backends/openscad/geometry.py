@@ -599,14 +599,14 @@ def _centered(place: Objects, value: Snippet | None) -> str | None:
     return "#t" if value.text in ("#t", "1") else place.truth(value)
 
 
-def _either(place: Objects, center: str | None, centerd: Shape, corner: Callable[[], Shape]) -> Shape:
+def _either(place: Objects, center: str | None, centered: Shape, corner: Callable[[], Shape]) -> Shape:
     """Return one of two forms of an object, which may be decided when the program runs."""
     if center is None:
         return corner()
     if center == "#t":
-        return centerd
-    text = call("if", center, place.place(centerd), place.place(corner()))
-    return Shape(text, centerd.dimensions)
+        return centered
+    text = call("if", center, place.place(centered), place.place(corner()))
+    return Shape(text, centered.dimensions)
 
 
 def _void(place: Objects, instance: Instance, dimensions: int, sizes: Sequence[Snippet]) -> Shape | None:
@@ -630,8 +630,8 @@ def _cube(place: Objects, instance: Instance) -> Shape:
         return void
     if any(each.number is None for each in sizes):
         return place.solid(place.c.helper("box"), scale, *([] if center is None else [f":center {center}"]))
-    centerd = place.solid("call", '"cube"', f":scale {scale}")
-    return _either(place, center, centerd, lambda: _corner_box(place, size, scale))
+    centered = place.solid("call", '"cube"', f":scale {scale}")
+    return _either(place, center, centered, lambda: _corner_box(place, size, scale))
 
 
 def _corner_box(place: Objects, size: Snippet, scale: str) -> Shape:

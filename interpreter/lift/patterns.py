@@ -546,7 +546,7 @@ _ORDER = (1, 2, 0)  # a grid's loops from the outermost: y, z, x
 
 
 def _axes(body: _Body, vector: Sequence[CodeTree], counts: Sequence[tuple[str, CodeTree]]) -> _Axes | None:
-    """Return the variable, count and spacing of each axis along which copies are centerd."""
+    """Return the variable, count and spacing of each axis along which copies are centered."""
     found: _Axes = {}
     for axis, coordinate in enumerate(vector):
         used = [(name, count) for name, count in counts if _mentions(body, coordinate, name)]

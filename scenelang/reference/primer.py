@@ -77,9 +77,8 @@ _STATED = (
 )
 _STATEMENTS = ('(on "cup" "table")', '(facing "chair" "table")', '(clear-of "chair" "chair" :min .1)',
                '(size "table" .75 :axis "y")')  # fmt: skip
-_PLAIN_OPTION = re.compile(
-    r' \[:(?!along "[xyz]"|across|around)[^][]*(?:\[[^][]*\][^][]*)*\]'
-)  # that a usage can do without
+# Options that a usage can do without.
+_PLAIN_OPTION = re.compile(r' \[:(?!along "[xyz]"|across|around)[^][]*(?:\[[^][]*\][^][]*)*\]')
 _CLAUSES = re.compile(r"\(\(x xs\) \.\.\.[^()]*\)")
 _SURFACE = ("color", *(attribute.name for attribute in primitives.MATERIALS))
 _SHOWN = ("color", "emission", "opacity", "material", "texture")  # a substance stands for the others of a surface

@@ -198,7 +198,7 @@ COMMANDS = [
     (",doc grid", "(grid object"),
     (",doc if", "(if test then [else])"),
     (",doc double", "macro"),
-    (',doc "cube"', '(call "cube" :scale :color :emission|  a box centerd|  :scale  side lengths along x, y and z|  :ior  '),
+    (',doc "cube"', '(call "cube" :scale :color :emission|  a box centered|  :scale  side lengths along x, y and z|  :ior  '),
     (",doc cylinder", '(call "cylinder" :radius :p0 :p1 :color|  :p1  end point [x y z] of the axis'),
     (",doc :radius", ":radius|  radius in scene units|  read by sphere, cylinder, cone"),
     (",doc :opacity", "read by cube, sphere, cylinder, cone, capsule, torus, rounded-cube, mesh,"),

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 
 # Groups: one set of Gaussians for all leaves with the same prompt and the same shape of box.
 #
-# The Gaussians of a group are in a frame of their own, in which the leaf's box is centerd and its half sizes have norm
+# The Gaussians of a group are in a frame of their own, in which the leaf's box is centered and its half sizes have norm
 # 1. The pose of an instance maps it to the world. In the paper's terms, the primitive is normalised, and leaves with
 # equal ``z`` and equal ``S_t / ||S_t||`` share ``theta``.
 

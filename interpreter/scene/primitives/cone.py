@@ -127,7 +127,7 @@ class Cone(Primitive):
     """Solid cone with its base around ``p0`` and its apex at ``p1``."""
 
     word = "cone"
-    doc = "a solid cone with its base centerd at :p0 and its apex at :p1"
+    doc = "a solid cone with its base centered at :p0 and its apex at :p1"
     attributes = (RADIUS, P0, P1)
     symmetry = Symmetry(axis=True)
 

@@ -93,7 +93,7 @@ class Cube(Primitive):
     """Box of ``size`` centered at the origin."""
 
     word = "cube"
-    doc = "a box centerd at the origin"
+    doc = "a box centered at the origin"
     attributes = (SCALE,)
     symmetry = Symmetry(edges=True)
 
@@ -117,7 +117,7 @@ class Semantic(Cube):
     """Box of ``size`` centered at the origin, with a default color derived from its word."""
 
     word = ""
-    doc = "a semantic primitive: a box of its `:scale`, centerd at the origin"
+    doc = "a semantic primitive: a box of its `:scale`, centered at the origin"
     is_solid = False
     is_semantic = True
     symmetry = Symmetry(unknown=True)

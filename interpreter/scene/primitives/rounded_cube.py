@@ -198,7 +198,7 @@ class RoundedCube(Primitive):
     """
 
     word = "rounded-cube"
-    doc = "a box with rounded edges and corners, centerd at the origin"
+    doc = "a box with rounded edges and corners, centered at the origin"
     attributes = (SCALE, ROUNDING)
     symmetry = Symmetry(edges=True)
 

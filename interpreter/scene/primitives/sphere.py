@@ -93,7 +93,7 @@ class Sphere(Primitive):
     """Ball centered at the origin."""
 
     word = "sphere"
-    doc = "a ball centerd at the origin"
+    doc = "a ball centered at the origin"
     attributes = (RADIUS,)
     symmetry = Symmetry()
 

@@ -239,7 +239,7 @@ class Torus(Primitive):
     """All points within ``tube`` of the circle of ``radius`` around the origin in the plane y = 0."""
 
     word = "torus"
-    doc = "a torus around the y axis, centerd at the origin"
+    doc = "a torus around the y axis, centered at the origin"
     attributes = (RADIUS, TUBE)
     symmetry = Symmetry()
 
