@@ -117,7 +117,7 @@ SPECS = {
     'program = "a.scene"': "programs", 'programs = ["a.scene"]\ncounts = 3': "count", 'programs = ["a.scene"]\n[param]\nx = 1': "params",
     'programs = ["a.scene"]\n[camera]\nviews = 2': "cameras", 'programs = ["a.scene"]\n[cameras]\nview = 2': "views",
     'programs = ["a.scene"]\n[labels]\nwords = ["a"]\nwrites = ["depth"]': "write", 'programs = ["a.scene"]\n[output]\nformat = ["coco"]': "formats",
-    'programs = ["a.scene"]\n[pictures]\nsizes = [9, 9]': "size", 'programs = ["a.scene"]\n[words.ball]\ncolor = ["red"]': "color",
+    'programs = ["a.scene"]\n[pictures]\nsizes = [9, 9]': "size", 'programs = ["a.scene"]\n[words.ball]\ncolour = ["red"]': "color",
     'programs = ["a.scene"]\n[words.cubee]\ncolor = ["red"]': "cube",
 }  # fmt: skip
 

@@ -119,7 +119,7 @@ def _declarations() -> Iterator[str]:
 
 
 _UNITS = (
-    "Lengths are in scene units, angles in degrees; left is -x, front is +z, and the front of an object is its own +z."
+    "Lengths are in scene units, angles in degrees; left is -x, front is +z, and the front of an object its own +z."
 )
 
 

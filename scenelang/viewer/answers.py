@@ -32,7 +32,7 @@ class PageAnswers:
 
     def state(self, file: int) -> dict[str, Any]:
         """Return the state of a program for the page."""
-        return state_data(self.names[file], self.workspace.state(file))
+        return state_data(self.names[file], self.workspace.state(file), path=self.workspace.files[file])
 
     def edit(self, file: int, text: str | None) -> dict[str, Any]:
         """Write a program's new text and evaluate it; None evaluates it as it is."""

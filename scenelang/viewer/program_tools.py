@@ -13,7 +13,7 @@ import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Source
-from scenelang.grammar.diagnostics import Diagnostic, SceneError, capped
+from scenelang.grammar.diagnostics import SceneError, capped
 from scenelang.interpreter.inspection.instance_paths import Locator, outermost, primitive_ranges
 from scenelang.interpreter.plugins import SERVICES
 from scenelang.interpreter.scene.entity import Scene
@@ -90,20 +90,11 @@ def _examined(session: Session, source: Source, data: Mapping[str, Any]) -> dict
     marks = {} if examined.scene is None else _marks(examined.scene)
     findings = []
     for diagnostic in capped(examined.diagnostics):
-        finding = _with_edits(diagnostic, source)
+        finding = diagnostic_data(diagnostic, source.name)
         if (diagnostic.name, diagnostic.message) in marks:
             finding["marks"] = marks[diagnostic.name, diagnostic.message]
         findings.append(finding)
     return {"diagnostics": findings}
-
-
-def _with_edits(diagnostic: Diagnostic, source: Source) -> dict[str, Any]:
-    """Return a diagnostic as JSON data, with the edits of its first fix if they are all in the program."""
-    data: dict[str, Any] = diagnostic_data(diagnostic)
-    fix = diagnostic.fixes[0] if diagnostic.fixes else None
-    if fix is not None and all(e.span.source.name == source.name and e.span.expansion is None for e in fix.edits):
-        data["edits"] = [{"start": e.span.start, "end": e.span.end, "text": e.text} for e in fix.edits]
-    return data
 
 
 def _marks(scene: Scene) -> dict[tuple[str, str], dict[str, Any]]:

@@ -298,7 +298,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _send_state(self, file: int) -> None:
         """Send the state of a file."""
         workspace = self.server.workspace
-        self._send_json(state_data(workspace.files[file], workspace.state(file)))
+        self._send_json(state_data(workspace.files[file], workspace.state(file), path=workspace.files[file]))
 
     def _send_picture(self, file: int, has: str | None) -> None:
         """Send the packet of a file, or its changes to the version ``has`` if that is shorter."""

@@ -708,27 +708,37 @@ def _stamps(path: str, program: Program | None, scene: Scene | None, diagnostics
     return stamps_of(dict.fromkeys(with_missing(names, diagnostics)))
 
 
-def state_data(name: str, state: State, is_live: bool = True) -> dict[str, Any]:
-    """Return the state as JSON data for the page; ``is_live`` is False for a page without a server."""
+def state_data(name: str, state: State, is_live: bool = True, path: str = "") -> dict[str, Any]:
+    """Return the state as JSON data for the page.
+
+    ``is_live`` is False for a page without a server, ``path`` that of the program, whose fixes the page may apply.
+    """
     return {
         "name": name,
         "version": state.version,
         "ok": state.ok,
         "picture": state.picture,
-        "diagnostics": [diagnostic_data(diagnostic) for diagnostic in capped(state.diagnostics)],
+        "diagnostics": [diagnostic_data(diagnostic, path) for diagnostic in capped(state.diagnostics)],
         "params": [_param_data(control, state.values, is_live=is_live) for control in state.controls],
     }
 
 
-def diagnostic_data(diagnostic: Diagnostic) -> dict[str, str]:
-    """Split a rendered diagnostic into the parts of its first line, and the rest."""
+def diagnostic_data(diagnostic: Diagnostic, path: str = "") -> dict[str, Any]:
+    """Split a rendered diagnostic into the parts of its first line, and the rest.
+
+    The edits of its first fix are added if they are all in the program of this path.
+    """
     _, _, rest = render_text(diagnostic).partition(diagnostic.message)
-    return {
+    data: dict[str, Any] = {
         "severity": diagnostic.severity,
         "code": diagnostic.code,
         "message": diagnostic.message,
         "text": rest.strip("\n"),
     }
+    edits = diagnostic.fixes[0].edits if diagnostic.fixes else ()
+    if edits and all(edit.span.source.name == path and edit.span.expansion is None for edit in edits):
+        data["edits"] = [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits]
+    return data
 
 
 def _param_data(control: ParamControl, values: Mapping[str, Any], *, is_live: bool) -> dict[str, Any]:

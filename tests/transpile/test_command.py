@@ -401,8 +401,8 @@ def test_diff_of_a_scene_and_its_edit(shell: Shell) -> None:
     """The apple that covered the face is moved aside; nothing else is."""
     before, after = HERE / "responses" / "t06-son-of-man.txt", HERE / "responses" / "t06-son-of-man.edit.txt"
     found = json.loads(shell("diff", str(before), str(after), "--json", code=1))
-    assert {kind: found[kind] for kind in ("moved", "recoloured", "missing", "extra")} == {
-        "moved": 6, "recoloured": 0, "missing": 0, "extra": 0,
+    assert {kind: found[kind] for kind in ("moved", "recolored", "missing", "extra")} == {
+        "moved": 6, "recolored": 0, "missing": 0, "extra": 0,
     }  # fmt: skip
     assert all(change["a"]["path"].startswith("son_of_man/green_apple") for change in found["changes"])
     centre = {side: sum(change[side]["at"][0] for change in found["changes"]) / 6 for side in ("a", "b")}

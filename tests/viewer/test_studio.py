@@ -560,6 +560,71 @@ def test_page_that_only_looks_keeps_the_draft_of_another(studio: Any, program: A
 
 
 @pytest.mark.browser
+def test_drafts_of_two_windows_are_both_kept(studio: Any, program: Any, show: Any) -> None:
+    """The window that wrote last has its draft shown, and that of the other one is offered."""
+    shown = _open(show, studio(program(PAIR)))
+    page, other = shown.page, shown.context.new_page()
+    other.goto(page.url)
+    other.wait_for_selector("body[data-version]", state="attached")
+    for each, text in ((page, "; mine\n"), (other, "; theirs\n"), (page, "; again\n"), (other, "; last\n")):
+        each.click(".cm-content")
+        each.keyboard.press("Control+Home")
+        each.keyboard.insert_text(text)
+        each.wait_for_timeout(700)
+    other.close(run_before_unload=True)
+    page.evaluate("scenelangPage.hasTyped = false")  # as if the page were killed
+    page.reload()
+    shown.ready()
+    assert _text(shown) == "; last\n; theirs\n" + PAIR
+    page.wait_for_selector("#conflict:not([hidden])")
+    page.click("text=Take that text")
+    assert _text(shown) == "; again\n; mine\n" + PAIR
+    page.reload()
+    shown.ready()
+    assert _text(shown) == "; again\n; mine\n" + PAIR
+    assert page.locator("#conflict").is_hidden()
+
+
+@pytest.mark.browser
+def test_question_about_the_disk_is_answered_once(studio: Any, program: Any, show: Any) -> None:
+    shown = _open(show, studio(program(PAIR)))
+    page = shown.page
+    page.click(".cm-content")
+    page.keyboard.press("Control+Home")
+    page.keyboard.insert_text("; mine\n")
+    page.wait_for_timeout(700)
+    program(PAIR + "; theirs\n")
+    page.wait_for_selector("#conflict:not([hidden])")
+    assert page.locator("#conflict .removed").count() == page.locator("#conflict .added").count() == 1
+    page.click("text=Keep this text")
+    page.reload()
+    shown.ready()
+    assert page.locator("#conflict").is_hidden()
+    assert _text(shown) == "; mine\n" + PAIR
+
+
+@pytest.mark.browser
+def test_words_like_markup_and_paths_can_be_changed(studio: Any, program: Any, show: Any) -> None:
+    text = (
+        '(bind "<b>a/b</b>" (lambda () (union (call "cube" :color (color "tomato"))\n'
+        '  (transform (call "sphere" :color (color "teal")) (translate [2 0 0])))))\n'
+    )
+    shown = _open(show, studio(program(text)))
+    shown.page.evaluate("scenelangPage.select([1])")
+    assert shown.page.input_value("#recolor") == "#008080"
+    shown.page.evaluate("scenelangPage.changeSelection({ move: [0, 1, 0] })")
+    _until(shown, "scenelangPage.editor.text.includes('[2 1 0]')")
+
+
+@pytest.mark.browser
+def test_fix_of_a_mistake_is_a_button(studio: Any, program: Any, show: Any) -> None:
+    shown = _open(show, studio(program('(bind "a" (lambda () (call "cube" :sacle [1 2 1])))\n')))
+    shown.page.click("#diagnostics >> text=Apply this fix")
+    _until(shown, "scenelangPage.editor.text.includes(':scale [1 2 1]')")
+    _until(shown, "document.getElementById('verdict').textContent === ''")
+
+
+@pytest.mark.browser
 def test_new_program_in_the_page(studio: Any, program: Any, show: Any) -> None:
     """A program that was just created has diagnostics in its text."""
     shown = _open(show, studio(program(PAIR)))

@@ -265,7 +265,7 @@ COLOR = Attribute(
 MATERIALS = (
     Attribute("emission", "radiance, a number (times the color) or [r g b]; default 0", "a number or three", 0.0,
               triple_of, accepts=("Number", "Triple"), low=0.0, aliases=("emissive", "glow", "light", "radiance")),
-    Attribute("opacity", "share of light that each surface stops, 0 to 1; a solid has two; default 1", "a number", 1.0,
+    Attribute("opacity", "from 0, transparent, to 1: light that each surface stops; default 1", "a number", 1.0,
               number_of, accepts=("Number",), low=0.0, high=1.0, aliases=("alpha", "transparency", "transparent")),
     Attribute("metallic", "from 0 to 1: metals reflect their color; default 0", "a number", 0.0, number_of,
               accepts=("Number",), low=0.0, high=1.0, aliases=("metalness", "metal")),

@@ -206,10 +206,10 @@ export class Graph {
     return number;
   }
 
-  // The path as people read it: word[i] counts the equal words among brothers.
+  // The path as people and `edit_instance` read it: word[i] counts the equal words among siblings.
   spelled(frame, path) {
     const nodes = this.nodesOn(frame, path);
-    const parts = [this.word(nodes[0])];
+    const parts = [escaped(this.word(nodes[0]))];
     path.forEach((position, depth) => {
       const word = this.word(nodes[depth + 1]);
       let index = 0;
@@ -219,8 +219,21 @@ export class Graph {
         if (i < position) index += 1;
         same += 1;
       }
-      parts.push(same > 1 ? `${word}[${index}]` : word);
+      parts.push(same > 1 ? `${escaped(word)}[${index}]` : escaped(word));
     });
     return parts.join("/");
   }
+
+  // The attribute of the first primitive at or below a node, as text; null without one.
+  attribute(node, name) {
+    let first = node;
+    while (!this.isPrimitive(first) && this.size(first)) first = this.at(first, 0);
+    return this.embedding(first)?.attributes?.find(([key]) => key === name)?.[1] ?? null;
+  }
+}
+
+// A word as a step of a path (`instance_paths.escaped`).
+function escaped(word) {
+  const text = word.replace(/[/[\]\\]/g, "\\$&");
+  return text === "*" || text.startsWith("<") ? `\\${text}` : text;
 }

@@ -129,7 +129,7 @@ export class Measure {
   gapText() {
     const { page } = this;
     if (this.pair.length < 2) return [el("p", {}, this.pair.length ? "Choose the second object." : "Choose two objects in the picture or the tree.")];
-    const names = this.pair.map((path) => page.graph.spelled(page.frame, path).split("/").pop());
+    const names = this.pair.map((path) => page.graph.word(page.graph.nodesOn(page.frame, path).at(-1)));
     const boxes = this.boxes();
     const lines = [el("p", {}, names.join(" and "))];
     if (this.gap) lines.push(el("p", { className: "length" }, this.gap.distance > 0 ? `gap ${lengthText(this.gap.distance)}${this.gap.exact ? "" : " or more"}` : `they touch or overlap${this.gap.exact ? "" : ", as far as their boxes tell"}`));

@@ -104,6 +104,10 @@ export class Page {
     await this.takeState(state);
   }
 
+  showProblems(state) {
+    showDiagnostics(byId("diagnostics"), state.diagnostics, state.picture !== null);
+  }
+
   async takeState(state) {
     const { file } = this;
     this.params.take(state.params);
@@ -113,7 +117,7 @@ export class Page {
       this.takePacket(packet);
       this.shownVersion = state.picture;
     }
-    showDiagnostics(byId("diagnostics"), state.diagnostics, state.picture !== null);
+    this.showProblems(state);
     if (state.picture === null) this.takeNothing(state);
     document.title = `${state.ok ? "" : "! "}${state.name} - scenelang`;
     document.body.dataset.version = String(state.version);

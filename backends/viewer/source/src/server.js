@@ -127,16 +127,25 @@ export class Server {
   }
 
   async json(path) {
-    const response = await fetch(path);
+    const response = await reached(path);
     if (!response.ok) throw new Error(`the server answered ${response.status}`);
     return response.json();
   }
 
   async post(path, data) {
-    const response = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(data) });
+    const response = await reached(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(data) });
     const answer = await response.json();
     if (!response.ok) throw new Error(answer.hint ? `${answer.message}; ${answer.hint}` : answer.message ?? `the server answered ${response.status}`);
     return answer;
+  }
+}
+
+// The answer to a request; a server that has ended is said in words.
+async function reached(path, options) {
+  try {
+    return await fetch(path, options);
+  } catch {
+    throw new Error("the server does not answer: what is typed stays in this browser as a draft");
   }
 }
 

@@ -13,6 +13,9 @@ import { Still } from "./still.js";
 import { Tabs } from "./tabs.js";
 
 const DRAFT = "scenelang-draft:"; // keys of the local store
+const OTHER = "#other"; // ends the key of a draft of another window
+const WINDOW = crypto.randomUUID?.() ?? String(Math.random()); // tells the windows apart that show the same file
+const MOST_CELLS = 4e6; // of the table for a difference: 2,000 lines beside 2,000
 const PATIENCE = 400; // milliseconds that an evaluation has before a newer text ends it
 const SMALL = matchMedia("(max-width: 800px)");
 
@@ -91,10 +94,12 @@ export class Studio extends Page {
     const draft = this.drafts.read(this.server.uri(file) ?? name);
     const isNewer = draft !== null && draft.text !== text;
     this.hasTyped = false;
+    if (draft) this.drafts.adopt(this.server.uri(file) ?? name, draft.text);
     this.disk = isNewer ? draft.base : text; // until the question is answered, saving is refused
     this.editor.open(isNewer ? draft.text : text, this.server.uri(file), isNewer || draft?.text === text ? draft?.state : null);
     this.conflict(isNewer && draft.base !== text ? text : null);
     this.showDirty();
+    this.offerDraft(this.drafts.other(this.server.uri(file) ?? name));
     await this.server.edit(file, this.editor.text); // what another page of this server showed may differ
   }
 
@@ -111,6 +116,9 @@ export class Studio extends Page {
       await this.choose(file);
     } catch (error) {
       this.announce(error.message);
+      byId("new-name").value = name;
+      byId("naming").returnValue = "";
+      byId("naming").showModal();
     }
   }
 
@@ -163,15 +171,34 @@ export class Studio extends Page {
   }
 
   conflict(text) {
+    if (text === null) byId("conflict").hidden = true;
+    else this.askWhich("The file on disk is another than the one that this text was made from.", text, "Take the file", () => { this.disk = text; });
+  }
+
+  // A draft that another window left of this file.
+  offerDraft(draft) {
+    if (draft === null || draft.text === this.editor.text || draft.text === this.disk || !byId("conflict").hidden) return;
+    const name = this.server.uri(this.file) ?? this.fileName;
+    this.askWhich("Another window left another text of this file.", draft.text, "Take that text", () => this.drafts.forget(name));
+  }
+
+  // Shows how another text differs from this one, to take it or to keep this one; `decided` is called for both.
+  askWhich(question, text, take, decided) {
     const bar = byId("conflict");
-    bar.hidden = text === null;
-    if (text === null) return;
+    const close = () => {
+      decided();
+      this.hasTyped = true;
+      this.saveDraft();
+      bar.hidden = true;
+      this.showDirty();
+    };
+    bar.hidden = false;
     fill(
       bar,
-      el("p", {}, "The file on disk is another than the one that this text was made from."),
+      el("p", {}, question),
       el("pre", {}, ...differenceOf(text, this.editor.text)),
-      el("button", { onclick: () => { this.disk = text; this.editor.replace(text); this.conflict(null); this.showDirty(); } }, "Take the file"),
-      el("button", { onclick: () => { this.disk = text; this.conflict(null); this.showDirty(); } }, "Keep this text"),
+      el("button", { onclick: () => { this.editor.replace(text); close(); } }, take),
+      el("button", { onclick: close }, "Keep this text"),
     );
   }
 
@@ -214,6 +241,12 @@ export class Studio extends Page {
     this.isEvaluating = false;
     if (this.typedAt) document.body.dataset.latency = String(Math.round(performance.now() - this.typedAt));
     this.typedAt = undefined;
+  }
+
+  // Errors and warnings, with buttons for their fixes.
+  showProblems(state) {
+    const actions = { apply: (edits) => this.applyEdits(edits), number: () => null, closed: () => {} };
+    showDiagnostics(byId("diagnostics"), state.diagnostics, state.picture !== null, actions);
   }
 
   async takeState(state) {
@@ -460,6 +493,7 @@ export class Studio extends Page {
     this.showBreadcrumb(nodes);
     const places = nodes ? this.placesOf(nodes.at(-1)) : [];
     this.editor?.mark(places, this.selection !== null && !this.fromText);
+    byId("recolor").value = hexOf(nodes && this.graph.attribute(nodes.at(-1), "color"));
   }
 
   placesOf(node) {
@@ -499,6 +533,7 @@ function counted(number, noun) {
 function draftsOf() {
   const key = (name) => `${DRAFT}${name}`;
   const kept = new Map(); // what the store did not take
+  const adopted = new Map(); // texts that this window took over when it opened a file
   return {
     read(name) {
       if (kept.has(name)) return kept.get(name);
@@ -508,8 +543,32 @@ function draftsOf() {
         return null;
       }
     },
-    write(name, draft) {
+    // What another window left, since a later one wrote a draft of the same file; null if there is none.
+    other(name) {
+      try {
+        return JSON.parse(localStorage.getItem(`${key(name)}${OTHER}`));
+      } catch {
+        return null;
+      }
+    },
+    adopt(name, text) {
+      adopted.set(name, text);
+    },
+    forget(name) {
+      try {
+        localStorage.removeItem(`${key(name)}${OTHER}`);
+      } catch { /* no store */ }
+    },
+    write(name, given) {
+      const draft = { ...given, window: WINDOW };
       kept.delete(name);
+      const before = this.read(name);
+      const isOwn = !before || before.window === WINDOW || before.text === adopted.get(name);
+      if (!isOwn && before.text !== draft.text && before.text !== before.base) {
+        try {
+          localStorage.setItem(`${key(name)}${OTHER}`, JSON.stringify({ ...before, state: null }));
+        } catch { /* no store */ }
+      }
       try {
         localStorage.setItem(key(name), JSON.stringify(draft));
       } catch {
@@ -523,15 +582,51 @@ function draftsOf() {
   };
 }
 
-// The lines in which two texts differ, as elements; what is equal at both ends is left out.
+// The lines in which two texts differ, as elements, by the longest common subsequence; equal ends are left out.
 function differenceOf(old, now) {
-  const [a, b] = [old.split("\n"), now.split("\n")];
+  let [a, b] = [old.split("\n"), now.split("\n")];
   let start = 0;
   while (start < a.length && start < b.length && a[start] === b[start]) start += 1;
   let end = 0;
   while (end < a.length - start && end < b.length - start && a.at(-1 - end) === b.at(-1 - end)) end += 1;
-  const rows = (lines, sign, name) => lines.slice(start, lines.length - end).map((line) => el("span", { className: name }, `${sign} ${line}\n`));
-  return [...rows(a, "-", "removed"), ...rows(b, "+", "added")];
+  [a, b] = [a.slice(start, a.length - end), b.slice(start, b.length - end)];
+  return editsOf(a, b).map(([sign, line]) => el("span", { className: { "-": "removed", "+": "added", " ": "" }[sign] }, `${sign} ${line}\n`));
+}
+
+// Lines that are removed (-), added (+) or equal; texts of many lines are removed and added as a whole.
+function editsOf(a, b) {
+  if (a.length * b.length > MOST_CELLS) return [...a.map((line) => ["-", line]), ...b.map((line) => ["+", line])];
+  const width = b.length + 1;
+  const common = new Uint32Array((a.length + 1) * width); // of the lines from here on
+  for (let i = a.length - 1; i >= 0; i -= 1) {
+    for (let j = b.length - 1; j >= 0; j -= 1) {
+      common[i * width + j] = a[i] === b[j] ? common[(i + 1) * width + j + 1] + 1 : Math.max(common[(i + 1) * width + j], common[i * width + j + 1]);
+    }
+  }
+  const edits = [];
+  let [i, j] = [0, 0];
+  while (i < a.length || j < b.length) {
+    if (i < a.length && j < b.length && a[i] === b[j]) {
+      edits.push([" ", a[i]]);
+      i += 1;
+      j += 1;
+    } else if (j === b.length || (i < a.length && common[(i + 1) * width + j] >= common[i * width + j + 1])) {
+      edits.push(["-", a[i]]);
+      i += 1;
+    } else {
+      edits.push(["+", b[j]]);
+      j += 1;
+    }
+  }
+  return edits;
+}
+
+// A linear color such as "[1.0 0.12 0.06]" as the color field has it; gray for another text.
+function hexOf(text) {
+  const parts = /^\[([\d.e+-]+) ([\d.e+-]+) ([\d.e+-]+)\]$/.exec(text ?? "");
+  if (!parts) return "#808080";
+  const level = (value) => Math.round(255 * Math.min(1, value <= 0.0031308 ? 12.92 * Math.max(0, value) : 1.055 * value ** (1 / 2.4) - 0.055));
+  return `#${parts.slice(1).map((value) => level(Number(value)).toString(16).padStart(2, "0")).join("")}`;
 }
 
 function listen(page) {
