@@ -93,7 +93,7 @@ def test_every_recipe_is_drawn_and_no_image_is_left_over() -> None:
 def test_the_command_writes_everything(tmp_path: Path) -> None:
     assert main(tmp_path) == 0
     written = {path.relative_to(tmp_path) for path in tmp_path.rglob("*") if path.is_file()}
-    folders = (DOCS / "reference", DOCS / "tutorial", COOKBOOK / "images")
+    folders = (DOCS / "reference", DOCS / "tutorial", DOCS / "figures", COOKBOOK / "images")
     known = {path.relative_to(DOCS) for folder in folders for path in folder.rglob("*") if path.is_file()}
     assert written == known | {Path(name) for name in PAGES}
 
