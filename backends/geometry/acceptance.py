@@ -76,7 +76,7 @@ def _is_incomplete(scene: Scene, declarations: Sequence[Declaration]) -> bool:
     return any(reasons(scene, [declaration for declaration in declarations if declaration.relation == "count"]))
 
 
-def silent(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
+def silent_statements(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
     """Return the declarations that say nothing about a scene, as they are written; see ``undecided``."""
     try:
         return [] if _is_incomplete(scene, declarations) else [str(d) for d in said_nothing(scene, declarations)]
@@ -201,8 +201,8 @@ def _options(declaration: Declaration) -> list[str]:
 
 def plain_faults(scene: Scene, declarations: Sequence[Declaration]) -> list[str]:
     """Return a message for each plainly wrong scene that fulfills all declarations."""
-    whole, words = list(testbeds(scene, words_of(declarations)))[-1]
-    objects = objects_of(whole.root, words)
+    beds = [(whole, words, objects_of(whole.root, words)) for whole, words in testbeds(scene, words_of(declarations))]
+    whole, words, objects = next((bed for bed in beds if bed[2]), beds[0])  # a root alone only without objects below it
     messages = []
     if not any(_needs_object(d) for d in declarations):
         messages.append("an empty scene fulfills all declarations; state how many of each object there are")

@@ -11,7 +11,7 @@ import re
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
 
-from scenelang.backends.geometry.acceptance import contradictions, silent, undecided
+from scenelang.backends.geometry.acceptance import contradictions, silent_statements, undecided
 from scenelang.backends.language_models.catalogue import Message, Reply
 from scenelang.grammar.datum import ListDatum, Source
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
@@ -229,7 +229,7 @@ def _decided(draft: _Draft, brief: Brief, speaker: Speaker, plan: SamplePlan) ->
     for _ in range(_PLAN_ROUNDS):
         problems = _undecided(draft.verdict, draft.reader)
         if not problems:
-            break
+            return draft
         draft = draft.noted(f"plan: decides too little, {problems[0]}")
         options, written = draft.reader.options, _plan_text(draft.stated)
         try:
@@ -258,7 +258,7 @@ def _silent(verdict: Verdict, reader: AnswerReader) -> list[str]:
     if verdict.scene is None:
         return []
     with EVALUATING:
-        return silent(verdict.scene, reader.acceptance(verdict.scene))
+        return silent_statements(verdict.scene, reader.acceptance(verdict.scene))
 
 
 def _repaired(draft: _Draft, speaker: Speaker, plan: SamplePlan) -> Drafted:

@@ -177,6 +177,14 @@ def test_a_set_about_the_root_that_accepts_no_plainly_wrong_scene() -> None:
     assert any("times ten" in message for message in plain_faults(sl.evaluate(MUG), declarations_in(None, texts[:1])))
 
 
+def test_a_named_root_leaves_its_objects_what_is_perturbed() -> None:
+    """Statements that name the root, too, are tried with the chairs in one place."""
+    text = """(bind "chair" (lambda () (call "cube")))
+    (bind "set" (lambda () (for/union ((x '(-2 0 2))) (transform (call "chair") (translate (vector x .5 0))))))"""
+    stated = ['(count "set" 1)', '(count "chair" 3)', '(size "chair" 1 :axis "y")']
+    assert any("one place" in message for message in plain_faults(sl.evaluate(text), declarations_in(None, stated)))
+
+
 @pytest.mark.parametrize(
     "text",
     [
