@@ -7,7 +7,7 @@ sky, and a small-scale term in screen space, from neighboring pixels.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar
@@ -989,8 +989,7 @@ class _Gloss:
         ground = 0.0 if self._lamps is None else self._lamps.ground
         room = fresnel * _room(self.stage, self.part, self.toward, rough, ground) * self._ambient
         highlight = _highlight(self.stage, self.part, normal_reflectance, self.toward, rough) * self._key
-        if self._lamps is not None:
-            highlight += self._of_lamps(self._lamps, normal_reflectance, rough)
+        highlight = highlight + self._highlights_of_lamps(normal_reflectance, rough)
         return np.asarray((room + highlight) * bounces, np.float64)
 
     def rim_of_lamps(self) -> FloatArray:
@@ -998,24 +997,34 @@ class _Gloss:
 
         It is the sheen of Disney's BRDF (Burley, 2012), of the strength that ``mitsuba_materials`` gives it.
         """
+
+        def rim(part: Surface, rows: IntArray, toward: Vectors) -> Vectors:
+            """Return the BRDF (M, 1) of a sheen of 1."""
+            between = np.einsum("ni,ni->n", toward, -part.view)
+            half = np.sqrt(np.clip(0.5 + 0.5 * between, 0.0, 1.0))  # cosine of half the angle between light and viewer
+            return np.asarray(microfacets.SHEEN_STRENGTH * (1.0 - half[:, None]) ** 5, np.float64)
+
+        return self._of_lamps(rim)
+
+    def _highlights_of_lamps(self, normal_reflectance: Vectors, rough: FloatArray) -> FloatArray:
+        """Return the radiance (N, 3) of the highlights of the lamps."""
+        reflectance = np.broadcast_to(normal_reflectance, (len(self.part.ids), 3))
+        return self._of_lamps(
+            lambda part, rows, toward: facets(part, toward, reflectance[rows], self.toward[rows], rough[rows])
+        )
+
+    def _of_lamps(self, brdf: Callable[[Surface, IntArray, Vectors], Vectors]) -> FloatArray:
+        """Return the radiance (N, 3) that a BRDF reflects of the lamps.
+
+        ``brdf`` takes M lit samples, their indices, and the unit directions (M, 3) to a lamp.
+        """
         out = np.zeros((len(self.part.ids), 3))
         lamps = self._lamps
         for light, irradiance in () if lamps is None else zip(lamps.lights, lamps.irradiance, strict=True):
-            toward = light.toward(np.asarray(self.part.points, np.float64))
-            between = np.einsum("ni,ni->n", toward, -self.part.view)
-            half = np.sqrt(np.clip(0.5 + 0.5 * between, 0.0, 1.0))  # cosine of half the angle between light and viewer
-            out += (microfacets.SHEEN_STRENGTH * (1.0 - half) ** 5 * irradiance)[:, None] * np.array(light.color)
-        return out
-
-    def _of_lamps(self, lamps: LampLight, normal_reflectance: Vectors, rough: FloatArray) -> FloatArray:
-        """Return the radiance (N, 3) of the highlights of the lamps."""
-        out = np.zeros((len(self.part.ids), 3))
-        for light, irradiance in zip(lamps.lights, lamps.irradiance, strict=True):
-            at = np.flatnonzero(irradiance)
-            part, reflectance = self.part.take(at), np.broadcast_to(normal_reflectance, out.shape)[at]
-            toward = light.toward(np.asarray(part.points, np.float64))
-            shine = facets(part, toward, reflectance, self.toward[at], rough[at])
-            out[at] += shine * irradiance[at, None] * np.array(light.color)
+            rows = np.flatnonzero(irradiance)
+            part = self.part.take(rows)
+            reflected = brdf(part, rows, light.toward(np.asarray(part.points, np.float64)))
+            out[rows] += reflected * irradiance[rows, None] * np.array(light.color)
         return out
 
 

@@ -199,10 +199,9 @@ class Conductor:
     @contextmanager
     def _within_limits(self, requests: Sequence[Request]) -> Iterator[None]:
         """Reserve the most tokens that requests use. Raises SceneError if too few of them, or no seconds, are left."""
-        self._check_seconds()
-        needed = sum(map(self._client.max_tokens, requests)) if self._most_tokens is not None else 0
+        needed = self._tokens_of(requests)
         with self._reserving:
-            self._check_tokens(needed)
+            self._check_limits(needed)
             self._reserved += needed
         try:
             yield
@@ -210,21 +209,22 @@ class Conductor:
             with self._reserving:
                 self._reserved -= needed
 
-    def _check_tokens(self, needed: int) -> None:
-        tokens = self._most_tokens
-        if tokens is None:
-            return
-        usages = [_usage(attempt.facts) for attempt in self._run.attempts()]
-        left = tokens - sum(usage.prompt + usage.answered for usage in usages) - self._reserved
-        if needed > left:
-            raise SceneError(
-                "model-cost",
-                f"the next request could use {needed:,} tokens, but only {max(0, left):,} of {tokens:,} remain",
-                "allow more with --max-run-tokens",
-            )
+    def _tokens_of(self, requests: Sequence[Request]) -> int:
+        """Return the most tokens that requests use, 0 if no limit asks for them: services count them on request."""
+        return 0 if self._most_tokens is None else sum(map(self._client.max_tokens, requests))
 
-    def _check_seconds(self) -> None:
-        seconds = self._most_seconds
+    def _check_limits(self, needed: int) -> None:
+        """Raise SceneError if fewer tokens than are ``needed``, or no seconds, are left."""
+        tokens, seconds = self._most_tokens, self._most_seconds
+        if tokens is not None:
+            usages = [_usage(attempt.facts) for attempt in self._run.attempts()]
+            left = tokens - sum(usage.prompt + usage.answered for usage in usages) - self._reserved
+            if needed > left:
+                raise SceneError(
+                    "model-cost",
+                    f"the next request could use {needed:,} tokens, but only {max(0, left):,} of {tokens:,} remain",
+                    "allow more with --max-run-tokens",
+                )
         if seconds is not None and time.monotonic() - self._started > seconds:
             raise SceneError(
                 "model-cost", f"the run has taken more than {seconds:g} s", "allow more with --max-run-seconds"
@@ -352,8 +352,8 @@ class Conductor:
         if sent is not None:
             self._client.budget.reserve(sum(sent[1].values()))
             return sent
-        with self._within_limits([ask.request for ask in asks.values()]):
-            pass  # rounds come one after the other, so that nothing else is in flight
+        # Rounds come one after the other, so that nothing else is in flight.
+        self._check_limits(self._tokens_of([ask.request for ask in asks.values()]))
         for name, ask in asks.items():
             sample, number = (int(piece) for piece in name.split("-")[1:])
             self._run.asked(sample, number, ask.purpose.value, self._client.payload(ask.request))

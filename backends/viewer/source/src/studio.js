@@ -1,4 +1,5 @@
 // The page with an editor: what is typed is evaluated at once, and the picture and the text show each other's selection.
+import { Color } from "three";
 import { Console } from "./console.js";
 import { isTyping, showSheet } from "./controls.js";
 import { showDiagnostics } from "./diagnostics.js";
@@ -91,15 +92,15 @@ export class Studio extends Page {
     if (file !== this.file) return;
     this.fileName = name;
     this.tabs.show(file);
-    const draft = this.drafts.read(this.server.uri(file) ?? name);
+    const draft = this.drafts.read(this.draftName);
     const isNewer = draft !== null && draft.text !== text;
     this.hasTyped = false;
-    if (draft) this.drafts.adopt(this.server.uri(file) ?? name, draft.text);
+    if (draft) this.drafts.adopt(this.draftName, draft.text);
     this.disk = isNewer ? draft.base : text; // until the question is answered, saving is refused
     this.editor.open(isNewer ? draft.text : text, this.server.uri(file), isNewer || draft?.text === text ? draft?.state : null);
     this.conflict(isNewer && draft.base !== text ? text : null);
     this.showDirty();
-    this.offerDraft(this.drafts.other(this.server.uri(file) ?? name));
+    this.offerDraft(this.drafts.other(this.draftName));
     await this.server.edit(file, this.editor.text); // what another page of this server showed may differ
   }
 
@@ -122,6 +123,11 @@ export class Studio extends Page {
     }
   }
 
+  // The name under which drafts of the shown file are kept.
+  get draftName() {
+    return this.server.uri(this.file) ?? this.fileName;
+  }
+
   get isDirty() {
     return this.editor.text !== this.disk;
   }
@@ -137,7 +143,7 @@ export class Studio extends Page {
 
   saveDraft() {
     if (!this.hasTyped) return; // another page may have a draft that is newer
-    this.drafts.write(this.server.uri(this.file) ?? this.fileName, { text: this.editor.text, base: this.disk, state: this.editor.saved() });
+    this.drafts.write(this.draftName, { text: this.editor.text, base: this.disk, state: this.editor.saved() });
   }
 
   async store() {
@@ -178,8 +184,8 @@ export class Studio extends Page {
   // A draft that another window left of this file.
   offerDraft(draft) {
     if (draft === null || draft.text === this.editor.text || draft.text === this.disk || !byId("conflict").hidden) return;
-    const name = this.server.uri(this.file) ?? this.fileName;
-    this.askWhich("Another window left another text of this file.", draft.text, "Take that text", () => this.drafts.forget(name));
+    const { draftName } = this;
+    this.askWhich("Another window left another text of this file.", draft.text, "Take that text", () => this.drafts.forget(draftName));
   }
 
   // Shows how another text differs from this one, to take it or to keep this one; `decided` is called for both.
@@ -625,8 +631,7 @@ function editsOf(a, b) {
 function hexOf(text) {
   const parts = /^\[([\d.e+-]+) ([\d.e+-]+) ([\d.e+-]+)\]$/.exec(text ?? "");
   if (!parts) return "#808080";
-  const level = (value) => Math.round(255 * Math.min(1, value <= 0.0031308 ? 12.92 * Math.max(0, value) : 1.055 * value ** (1 / 2.4) - 0.055));
-  return `#${parts.slice(1).map((value) => level(Number(value)).toString(16).padStart(2, "0")).join("")}`;
+  return `#${new Color(...parts.slice(1).map(Number)).getHexString()}`;
 }
 
 function listen(page) {
