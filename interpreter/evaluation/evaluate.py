@@ -9,7 +9,7 @@ from typing import Any
 
 from scenelang.grammar import ast
 from scenelang.grammar.ast import parse_core
-from scenelang.grammar.datum import Datum, Span, dataclass
+from scenelang.grammar.datum import Datum, Span, dataclass, replace
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.checker.program import Prelude, Program, prelude_of
 from scenelang.interpreter.compile.analyze import pattern_variables, strings_in, walk
@@ -333,6 +333,7 @@ class IncrementalRun:
         self.rt = new_runtime()
         self._place = self.rt.place
         self.evaluated = 0  # top-level forms that the last run evaluated
+        self.most_steps: int | None = None  # of the next versions, if fewer than the runtime's limit
 
     def run(self, program: Program, word: str, seed: int, place: Callable[[Span], Span], spent: float = 0.0) -> Scene:
         """Run the next version of the program and return its scene.
@@ -372,7 +373,7 @@ class IncrementalRun:
         """Run all forms and the root in a new runtime."""
         self.rt = self._new_runtime()
         self.rt.place = self._place
-        self.rt.restart(seed, spent)
+        self._restart(seed, spent)
         run = ProgramRun(self._library, self.rt)
         for form in program.forms:
             run.run_form(form)
@@ -445,7 +446,7 @@ class IncrementalRun:
     ) -> dict[Variable, Any]:
         """Undo the effects of the last run except for unchanged functions; return the values of the other variables."""
         rt = self.rt
-        rt.restart(seed, spent)
+        self._restart(seed, spent)
         bound = {word for reach in reaches if id(reach.form) in unchanged for word in reach.words}
         for word in list(rt.words):
             if word not in bound:
@@ -458,6 +459,13 @@ class IncrementalRun:
                     if cell is not None:
                         values[variable], cell.value = cell.value, UNDEFINED
         return values
+
+    def _restart(self, seed: int, spent: float) -> None:
+        """Prepare the runtime for the next version."""
+        self.rt.restart(seed, spent)
+        meter = self.rt.meter
+        if self.most_steps is not None and self.most_steps < meter.limits.steps:
+            meter.limits = replace(meter.limits, steps=self.most_steps)
 
     def _finish(
         self, run: ProgramRun, program: Program, reaches: Sequence[FormReach], word: str, seed: int, binds: int

@@ -17,7 +17,7 @@ from scenelang.grammar.datum import Source, with_edits
 from scenelang.grammar.diagnostics import Edit
 
 if TYPE_CHECKING:
-    from scenelang.session.session import Evaluated
+    from scenelang.session.session import Evaluated, Session
 
 # Microseconds on one core of the test machine, measured over the examples and the rooms of `benchmarks`: a check takes
 # 2 to 5 for each character of the program; the evaluator 1 to 2 for each step. The geometry checks take 30 to 290 ms
@@ -28,6 +28,11 @@ _BOX_COST = 2  # the corners of one primitive
 _EXAMINATION_COST = 50_000
 _EXAMINED_PRIMITIVE_COST = 300
 _MICROSECONDS_PER_UNIT = 1_000_000
+# Steps of an edited version: several times those of the program, and enough for a small one whose edit adds objects.
+# With an edited number, a recursion such as `(tower (- n 1))` passes its end. By the session's limits, 10 million steps
+# and a depth of 100,000, each such trial took 1 to 3 s, and one move in a named `let` 43 s.
+_STEP_GROWTH = 10
+_FREE_STEPS = 50_000
 
 
 class EditCandidate(Protocol):
@@ -59,7 +64,7 @@ class Trials:
     name : str
         Name of the program in diagnostics.
     evaluate : callable
-        ``Session.evaluate``, or ``Editing.evaluate``, which evaluates of each version only what differs.
+        ``Session.evaluate``, or what ``version_evaluator`` returns.
     effort : float
         Budget; one unit takes about a second on one core.
     most : int, optional
@@ -115,6 +120,26 @@ class Trials:
             if result is not None:
                 return result
         return None
+
+
+def version_evaluator(session: Session) -> Callable[[Source], Evaluated]:
+    """Return a function that evaluates the versions of a program, the program itself first.
+
+    Of each version only what differs is evaluated. A version may take several times the steps of the program, so that
+    an edit after which it does not end costs little.
+    """
+    from scenelang.session.editing import Editing
+
+    editing = Editing(session)
+
+    def evaluate(source: Source) -> Evaluated:
+        """Evaluate the next version."""
+        result = editing.evaluate(source)
+        if editing.most_steps is None:
+            editing.most_steps = _FREE_STEPS + _STEP_GROWTH * result.steps
+        return result
+
+    return evaluate
 
 
 def edited(text: str, edits: Iterable[Edit]) -> str:

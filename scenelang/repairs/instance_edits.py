@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Symbol, walk
+from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, walk
 from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, escaped, outermost, primitive_ranges
@@ -46,7 +46,6 @@ from scenelang.repairs.whole_objects import (
     recoloring_function,
     wrapped_recolorings,
 )
-from scenelang.session.editing import Editing
 
 if TYPE_CHECKING:
     from scenelang.session.session import Session
@@ -224,7 +223,7 @@ class _Search:
 
     def __init__(self, session: Session, source: Source, edit: InstanceEdit) -> None:
         self.session, self.source, self.edit = session, source, edit
-        evaluate = Editing(session).evaluate
+        evaluate = trials.version_evaluator(session)
         self.trials = Trials(source.name, evaluate, _EFFORT, _MAX_TESTS)
         self._number_trials = Trials(source.name, evaluate, _NUMBER_EFFORT)
         self.before = _Layout(evaluate(source).require(), edit)
@@ -240,18 +239,17 @@ class _Search:
         """Yield the edits to try: at the forms and numbers that make the instances, then exceptions for them."""
         source, edit, layout = self.source, self.edit, self.before
         if edit.move is not None and not layout.is_root:
-            calls, bodies = forms_of(source, layout.word)
+            calls = forms_of(source, layout.word)[0]
             yield from (
                 FormCandidate(form.span, new, False)
                 for chain in calls
                 for form in chain
                 for new in shifted(form, layout.local(edit.move))
             )
-            if edit.shared or _are_placed_by_names(source, calls, bodies):
-                # the calls of an imported word's part are in another file
-                around = calls or [chain for word in layout.words_above for chain in forms_of(source, word)[0]]
-                numbers = placing_numbers(source, around)
-                yield from number_edits(source, numbers, edit.move, self._shift, shared=edit.shared)
+            # the calls of an imported word's part are in another file
+            around = calls or [chain for word in layout.words_above for chain in forms_of(source, word)[0]]
+            numbers = placing_numbers(source, around)
+            yield from number_edits(source, numbers, edit.move, self._shift, shared=edit.shared)
         if edit.shared and edit.move is not None:
             yield from _own_moves(source, layout, edit.move)
             return
@@ -748,30 +746,6 @@ def _own_moves(source: Source, layout: _Layout, move: Sequence[float]) -> Iterat
     vector = vector_text(layout.local(move))
     for form in [*(chain[0] for chain in calls if not layout.is_root), *bodies, *uses]:
         yield FormCandidate(form.span, f"(transform {form.span.text} (translate {vector}))", False)
-
-
-def _are_placed_by_names(source: Source, calls: Sequence[Sequence[ListDatum]], bodies: Sequence[ListDatum]) -> bool:
-    """Return whether numbers elsewhere than in literal poses around the calls may place what they make."""
-    for chain in calls:
-        call = chain[0]
-        is_given_numbers = bodies and any(type(datum.value) in (int, float) for datum in _atoms(call))
-        if is_given_numbers or uses_around(source, call.span):
-            return True
-        poses = [form.items[-1] for form in chain if head_of(form) == "transform" and len(form.items) == 3]
-        if any(_names(pose) for pose in poses):
-            return True
-    return False
-
-
-def _atoms(form: Datum) -> Iterator[Atom]:
-    """Yield the atoms of a form."""
-    yield from (datum for datum in walk(form) if isinstance(datum, Atom))
-
-
-def _names(pose: Datum) -> bool:
-    """Return whether a pose has variables."""
-    heads = {form.items[0].span.start for form in walk(pose) if isinstance(form, ListDatum) and form.items}
-    return any(isinstance(atom.value, Symbol) and atom.span.start not in heads for atom in _atoms(pose))
 
 
 def _part_changes(source: Source, edit: InstanceEdit, layout: _Layout) -> Iterator[PartChange]:

@@ -33,7 +33,7 @@ from scenelang.interpreter.scene.entity import primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs.alternatives import loop_counts
-from scenelang.repairs.edit_trials import Trials, cheapest, edited
+from scenelang.repairs.edit_trials import Trials, cheapest, edited, version_evaluator
 from scenelang.repairs.rearranging import Aim, ObjectCorners, aims_of, is_deeper_motion, is_sound_motion, rows_of
 
 if TYPE_CHECKING:
@@ -451,10 +451,8 @@ class _Search:
     def __init__(
         self, session: Session, name: str, extra: tuple[Declaration, ...], geometry: bool, effort: float
     ) -> None:
-        from scenelang.session.editing import Editing
-
         self.name, self.extra, self.geometry = name, extra, geometry
-        self.trials = Trials(name, Editing(session).evaluate, effort)
+        self.trials = Trials(name, version_evaluator(session), effort)
         self._motions_of: dict[str, list[FloatArray | None]] = {}  # of the literals, for the last version only
         self._unposed_texts: set[str] = set()
 

@@ -63,6 +63,7 @@ class Editing:
         self.session = session
         self.texts = texts if texts is not None else {}
         self._versions = self._no_versions()
+        self.most_steps: int | None = None  # of a version, if fewer than those of the session's limits
         self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
         self._run: IncrementalRun | None = None
         self._name = ""
@@ -110,6 +111,7 @@ class Editing:
         if self._run is None or self._name != source.name:
             self._run, self._name = IncrementalRun(session.library, lambda: session.runtime_of(source)), source.name
         run, scene, problem = self._run, None, None
+        run.most_steps = self.most_steps
         try:
             with rare_collection():
                 scene = run_with_room(

@@ -15,6 +15,7 @@ import pytest
 
 import scenelang as sl
 from scenelang.grammar.datum import Source
+from scenelang.repairs.edit_trials import Trials
 from scenelang.repairs.instance_edits import EditedText, InstanceEdit, edited
 from scenelang.session.session import Session
 
@@ -73,6 +74,17 @@ SHAPES = {
     "let": Shape(
         '(bind "a" (lambda () (let ((h 2)) (union (transform (call "cube") (translate (vector 0 h 0))) (call "cone")))))',
         "cube", (0, 1, 0), "(h 3)", "", 1,
+    ),
+    "argument of a macro around the object": Shape(
+        """(define-syntax at (syntax-rules () ((_ p what) (transform what (translate p)))))
+        (bind "a" (lambda () (let ((spot [2 1 0]))
+          (union (call "cube") (at spot (call "sphere" :radius .5)) (at [4 0 0] (call "cone"))))))""",
+        "sphere", (0.5, 0.25, 0), "(spot [2.5 1.25 0])", "", 1,
+    ),
+    "number of a macro with many": Shape(
+        """(define-syntax beads (syntax-rules () ((_ x ...) (union (transform (call "sphere" :radius .3) (translate [x 0 0])) ...))))
+        (bind "a" (lambda () (union (call "cube" :scale .5) (beads 2 3 4))))""",
+        "sphere[1]", (0.25, 0, 0), "(beads 2 3.25 4)", "", 1,
     ),
     "macro": Shape(
         """(define-syntax at (syntax-rules () ((_ w x) (transform (call w) (translate (vector x 0 0))))))
@@ -228,6 +240,30 @@ def test_a_shared_form_changes_all_that_it_makes(tmp_path: Path, change: dict[st
     before, after = _looks(text), _looks(found.text)
     assert sum(look not in after for look in before) == count
     assert found.others == count - 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '(define (tower n) (if (= n 0) (list) (cons (transform (call "cube") (translate [0 n 0])) (tower (- n 1)))))'
+        '(bind "a" (lambda () (union (tower 4))))',
+        '(bind "a" (lambda () (union (let loop ((i 0) (made (list))) (if (= i 4) made '
+        '(loop (+ i 1) (cons (transform (call "cube" :scale .5) (translate [i 0 0])) made)))))))',
+    ],
+)
+def test_a_number_that_ends_a_recursion_costs_little(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With 4 changed the programs do not end: trials took a million steps each."""
+    most = []
+    evaluate = Trials.evaluate
+
+    def counted(self: Trials, version: str) -> Any:
+        result = evaluate(self, version)
+        most.append(result.steps)
+        return result
+
+    monkeypatch.setattr(Trials, "evaluate", counted)
+    edited(Session(), Source("a.scene", text), InstanceEdit("cube[2]", move=(0.25, 0.5, 0.0)))
+    assert 40_000 < max(most) < 100_000
 
 
 MORE = {
