@@ -152,7 +152,7 @@ def _places(table: _Table, spans: Sequence[Span]) -> int:
 def _place_row(span: Span) -> dict[str, Any]:
     """Return the JSON data of a source location, with its line."""
     line, column = span.source.position(span.start)
-    text = span.source.line(line).strip()
+    text = span.text.partition("\n")[0]
     shown = text if len(text) <= _MAX_LINE_LENGTH else text[: _MAX_LINE_LENGTH - 3] + "..."
     return {"file": span.source.name, "line": line, "column": column, "text": shown}
 

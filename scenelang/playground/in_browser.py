@@ -10,10 +10,11 @@ from typing import Any
 from scenelang.backends.base import BackendOptions
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.values.limits import Limits
+from scenelang.playground import DESKTOP
 from scenelang.session.session import Options, Session, definition
 from scenelang.viewer.answers import PageAnswers
 from scenelang.viewer.program_tools import tools
-from scenelang.viewer.workspace import DESKTOP, Workspace, evaluator
+from scenelang.viewer.workspace import Workspace, evaluator
 
 FOLDER = "/scenes"  # of the programs, in the file system of the interpreter
 MAX_PRIMITIVES = 200_000  # of a scene: arrays without numpy take about 10 us for each instance

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, subdatums
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, subdatums
 from scenelang.grammar.diagnostics import Edit
 from scenelang.grammar.reader import read
 from scenelang.repairs.program_forms import head_of
@@ -34,7 +34,7 @@ class FormCandidate:
         """Return the candidate with a translation of its own; with ``in_place`` it is added to that of the form."""
         (form,) = read(Source(self.span.source.name, self.span.text)).forms
         if in_place and self.around is None and isinstance(form, ListDatum):
-            for text in shifted(form, offset):
+            for text in shifted(form, offset, computes=True):
                 return FormCandidate(self.span, text, False)
         before, after = self.around or (f"(transform {self.span.text} (translate ", "))")
         return FormCandidate(self.span, f"{before}{vector_text(offset)}{after}", False, around=self.around)
@@ -46,23 +46,54 @@ def space_before(span: Span) -> str:
     return f"\n{before}" if before and not before.strip() else " "
 
 
-def shifted(form: ListDatum, offset: FloatArray) -> Iterator[str]:
-    """Yield a form `(transform X (translate [x y z]))` with the offset added to its numbers."""
+def shifted(form: ListDatum, offset: FloatArray, *, computes: bool = False) -> Iterator[str]:
+    """Yield a form `(transform X (translate [x y z]))` with the offset added to its numbers.
+
+    With ``computes``, it is added to expressions too: `(translate [(+ x .5) 1 0])`, `(translate (+ p [.5 1 0]))`.
+    """
     if head_of(form) != "transform" or len(form.items) != 3:
         return
     pose = form.items[2]
     if head_of(pose) != "translate" or not isinstance(pose, ListDatum) or len(pose.items) != 2:
         return
-    numbers = [item.value for item in subdatums(pose.items[1]) if isinstance(item, Atom)]
-    if len(numbers) == 3 and all(type(x) in (int, float) for x in numbers) and pose.items[1].span.text[0] == "[":
+    new = _added(pose.items[1], offset, computes)
+    if new is not None:
         place, start = pose.items[1].span, form.span.start
-        new = vector_text(np.array(numbers, np.float64) + offset)
         yield form.span.text[: place.start - start] + new + form.span.text[place.end - start :]
+
+
+def _added(place: Datum, offset: FloatArray, computes: bool) -> str | None:
+    """Return a vector with an offset added; None if it has expressions and ``computes`` is false."""
+    is_vector = head_of(place) == "vector"
+    parts = list(subdatums(place))[is_vector:]
+    numbers = [part.value for part in parts if isinstance(part, Atom) and type(part.value) in (int, float)]
+    is_written = len(parts) == 3 and (is_vector or place.span.text.startswith("["))
+    if is_written and not is_vector and len(numbers) == 3:
+        return vector_text(np.array(numbers, np.float64) + offset)
+    if not computes:
+        return None
+    if not is_written:
+        return f"(+ {place.span.text} {vector_text(offset)})"
+    sums = " ".join(map(_sum, parts, offset))
+    return f"(vector {sums})" if is_vector else f"[{sums}]"
+
+
+def _sum(part: Datum, offset: float) -> str:
+    """Return the text of a component with a number added."""
+    if isinstance(part, Atom) and type(part.value) in (int, float):
+        return number_text(part.value + offset)
+    added = number_text(offset)
+    return part.span.text if added == "0" else f"(+ {part.span.text} {added})"
 
 
 def vector_text(offset: Any) -> str:
     """Write a translation as a vector with nine decimals."""
-    return "[" + " ".join(f"{round(float(x), 9) + 0.0:.12g}" for x in offset) + "]"
+    return "[" + " ".join(map(number_text, offset)) + "]"
+
+
+def number_text(value: float) -> str:
+    """Write a number with nine decimals."""
+    return f"{round(float(value), 9) + 0.0:.12g}"
 
 
 def with_attribute(form: ListDatum, name: str, value: str) -> str:

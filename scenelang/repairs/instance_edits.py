@@ -239,17 +239,14 @@ class _Search:
         """Yield the edits to try: at the forms and numbers that make the instances, then exceptions for them."""
         source, edit, layout = self.source, self.edit, self.before
         if edit.move is not None and not layout.is_root:
-            calls = forms_of(source, layout.word)[0]
-            yield from (
-                FormCandidate(form.span, new, False)
-                for chain in calls
-                for form in chain
-                for new in shifted(form, layout.local(edit.move))
-            )
+            calls, bodies = forms_of(source, layout.word)
+            yield from _shifted(calls, layout.local(edit.move))
             # the calls of an imported word's part are in another file
             around = calls or [chain for word in layout.words_above for chain in forms_of(source, word)[0]]
             numbers = placing_numbers(source, around)
             yield from number_edits(source, numbers, edit.move, self._shift, shared=edit.shared)
+            computed = [*calls, bodies] if edit.shared else calls
+            yield from _shifted(computed, layout.local(edit.move), computes=True)
         if edit.shared and edit.move is not None:
             yield from _own_moves(source, layout, edit.move)
             return
@@ -737,6 +734,15 @@ def _changes(edit: InstanceEdit, form: ListDatum, layout: _Layout, *, is_call: b
         yield from _with_word(form, layout.word, edit.word)
     elif edit.remove:
         yield from ("", "(union)")
+
+
+def _shifted(
+    calls: Sequence[Sequence[ListDatum]], offset: FloatArray, *, computes: bool = False
+) -> Iterator[FormCandidate]:
+    """Yield calls, and the forms around them, with an offset added to their translations, as ``shifted`` does."""
+    for chain in calls:
+        for form in chain:
+            yield from (FormCandidate(form.span, new, False) for new in shifted(form, offset, computes=computes))
 
 
 def _own_moves(source: Source, layout: _Layout, move: Sequence[float]) -> Iterator[FormCandidate]:

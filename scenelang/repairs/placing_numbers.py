@@ -18,8 +18,15 @@ from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Spa
 from scenelang.grammar.diagnostics import Edit
 from scenelang.grammar.reader import read
 from scenelang.repairs.edit_trials import edited
-from scenelang.repairs.form_candidates import FormCandidate
-from scenelang.repairs.program_forms import bound_name, enclosing_forms, forms_of, head_of, uses_around
+from scenelang.repairs.form_candidates import FormCandidate, number_text
+from scenelang.repairs.program_forms import (
+    bound_name,
+    enclosing_forms,
+    forms_of,
+    head_of,
+    outermost_around,
+    uses_around,
+)
 
 _STEP = 0.0625  # added to a number; a power of two, so that sums with short fractions stay exact
 _MAX_REFERENCES = 3  # definitions that are followed one after another
@@ -100,7 +107,7 @@ def placing_numbers(source: Source, calls: Sequence[Sequence[ListDatum]]) -> lis
     forms = read(source).forms
     spans = [chain[-1].span for chain in calls]
     for chain in calls:
-        spans += [use.span for use in uses_around(source, chain[0].span)]
+        spans += _spans_of_uses(source, chain[0].span)
         for outer in enclosing_forms(source, chain[0].span):
             if head_of(outer) == "bind" and len(outer.items) > 1 and isinstance(outer.items[1], Atom):
                 spans += [call[0].span for call in forms_of(source, str(outer.items[1].value))[0]]
@@ -118,6 +125,17 @@ def placing_numbers(source: Source, calls: Sequence[Sequence[ListDatum]]) -> lis
     atoms = _number_atoms(forms)
     order = {atom.span.start: next((k for k, span in enumerate(spans) if _is_in(atom, [span])), None) for atom in atoms}
     return sorted((a for a in atoms if order[a.span.start] is not None), key=lambda a: order[a.span.start] or 0)
+
+
+def _spans_of_uses(source: Source, span: Span) -> list[Span]:
+    """Return the forms around the uses of the functions and macros that a span helps to define, the nearest first."""
+    spans: list[Span] = []
+    level = [span]
+    for _ in range(_MAX_REFERENCES):
+        uses = {use.span.start: use for inner in level for use in uses_around(source, inner)}
+        level = [use.span for use in uses.values()]
+        spans += [outermost_around(source, use) for use in uses.values()]
+    return spans
 
 
 def _is_in(datum: Datum, spans: Sequence[Span]) -> bool:
@@ -193,6 +211,6 @@ def _solved(
 
 def _text(atom: Atom, added: float) -> str:
     """Return the text of a number after an addition, with nine decimals, written as the number is."""
-    text = f"{round(float(atom.value) + added, 9) + 0.0:.12g}"
+    text = number_text(float(atom.value) + added)
     is_short = atom.span.text.lstrip("-+").startswith(".")
     return text.replace("0.", ".", 1) if is_short and text.lstrip("-").startswith("0.") else text

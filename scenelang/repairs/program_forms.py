@@ -75,6 +75,16 @@ def enclosing_forms(source: Source, span: Span) -> list[ListDatum]:
         level = list(subdatums(outer))
 
 
+def outermost_around(source: Source, form: ListDatum) -> Span:
+    """Return the outermost form around another one, up to a definition or a binding."""
+    outermost = form.span
+    for outer in enclosing_forms(source, form.span):
+        if head_of(outer) in _SCOPES:
+            break
+        outermost = outer.span
+    return outermost
+
+
 def uses_around(source: Source, span: Span) -> list[ListDatum]:
     """Return the uses of the functions and macros that a span helps to define, those of the innermost first."""
     uses: list[ListDatum] = []

@@ -402,7 +402,6 @@ class FileWatch:
 
 
 OpenSession = Callable[[str, Mapping[str, str]], Session]  # (file, overridden params) -> the session for it
-DESKTOP = "use the desktop version, where everything is installed"
 # (file, overridden params, text instead of the file's) -> result
 Evaluate = Callable[[str, Mapping[str, str], str | None], "WorkspaceEvaluation"]
 # (tool, file, text, its data) -> what the page gets
@@ -668,8 +667,6 @@ def evaluator(open_session: OpenSession, limit: int, splats: SplatsOf | None = N
                     diagnostics = (*diagnostics, *linted(result, declaration_errors))
         except SceneError as error:
             diagnostics = (*diagnostics, error.diagnostic)
-        except NotImplementedError as error:  # a function that this installation's arrays lack
-            diagnostics = (*diagnostics, SceneError("unsupported", str(error), DESKTOP).diagnostic)
         except Exception as error:  # an internal error must not end the viewer
             message = f"internal error: {type(error).__name__}: {error}"
             diagnostics = (*diagnostics, SceneError("unsupported", message, "please report it").diagnostic)
@@ -726,15 +723,15 @@ def state_data(name: str, state: State, is_live: bool = True, path: str = "") ->
 def diagnostic_data(diagnostic: Diagnostic, path: str = "") -> dict[str, Any]:
     """Split a rendered diagnostic into the parts of its first line, and the rest.
 
-    The edits of its first fix are added if they are all in the program of this path.
+    Files in the folder of the program at ``path`` are named without it. The edits of the first fix are added if all are
+    in this program.
     """
     _, _, rest = render_text(diagnostic).partition(diagnostic.message)
+    folder = path[: path.rfind("/") + 1]
+    message, text = (each.replace(folder, "") if len(folder) > 1 else each for each in (diagnostic.message, rest))
     data: dict[str, Any] = {
-        "severity": diagnostic.severity,
-        "code": diagnostic.code,
-        "message": diagnostic.message,
-        "text": rest.strip("\n"),
-    }
+        "severity": diagnostic.severity, "code": diagnostic.code, "message": message, "text": text.strip("\n"),
+    }  # fmt: skip
     edits = diagnostic.fixes[0].edits if diagnostic.fixes else ()
     if edits and all(edit.span.source.name == path and edit.span.expansion is None for edit in edits):
         data["edits"] = [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits]

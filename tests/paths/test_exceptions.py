@@ -44,7 +44,7 @@ SHAPES = {
     ),
     "for/list over vectors": Shape(
         '(bind "a" (lambda () (for/list ((p (list [0 0 0] [2 0 0] [4 0 1]))) (transform (call "cone") (translate p)))))',
-        "cone[1]", (0, 0, 3), "[2 0 3]", "(translate [0 0 3])", 3,
+        "cone[1]", (0, 0, 3), "[2 0 3]", "(translate (+ p [0 0 3]))", 3,
     ),
     "map with lambda": Shape(
         '(bind "a" (lambda () (map (lambda (x) (transform (call "sphere" :radius .3) (translate (vector x (* x x) 0)))) '
@@ -75,6 +75,12 @@ SHAPES = {
         '(bind "a" (lambda () (let ((h 2)) (union (transform (call "cube") (translate (vector 0 h 0))) (call "cone")))))',
         "cube", (0, 1, 0), "(h 3)", "", 1,
     ),
+    "functions of functions": Shape(
+        """(define (bead) (call "sphere" :radius .3))
+        (define (pair) (union (bead) (transform (bead) (translate [0 1 0]))))
+        (bind "a" (lambda () (union (pair) (transform (pair) (translate [0 0 2])))))""",
+        "sphere[3]", (0.5, 0.25, 0), "part-changed", "(translate [0.5 1.25 0])", 2,
+    ),
     "argument of a macro around the object": Shape(
         """(define-syntax at (syntax-rules () ((_ p what) (transform what (translate p)))))
         (bind "a" (lambda () (let ((spot [2 1 0]))
@@ -89,13 +95,13 @@ SHAPES = {
     "macro": Shape(
         """(define-syntax at (syntax-rules () ((_ w x) (transform (call w) (translate (vector x 0 0))))))
         (bind "a" (lambda () (union (at "cube" 3) (at "cone" 5))))""",
-        "cube", (1, 0, 0), '(at "cube" 4)', "(translate [1 0 0])", 2,
+        "cube", (1, 0, 0), '(at "cube" 4)', "(vector (+ x 1) 0 0)", 2,
     ),
     "param": Shape(
         """(param gap 2)
         (bind "a" (lambda () (union (transform (call "cube") (translate (vector gap 0 0)))
           (transform (call "cone") (translate (vector (* 2 gap) 0 0))))))""",
-        "cube", (1, 0, 0), "(translate [1 0 0])", "(param gap 3)", 2,
+        "cube", (1, 0, 0), "(vector (+ gap 1) 0 0)", "(param gap 3)", 2,
     ),
     "solid": Shape(
         """(bind "a" (lambda () (union-loop 3 (lambda (i)

@@ -217,7 +217,8 @@ def test_session(archive: Path, tmp_path: Path) -> None:
     assert int(next(said)) == first  # the last good picture
     assert json.loads(next(said))["diagnostics"][-1]["code"] == "E502"
     missing = json.loads(next(said))["diagnostics"][-1]
-    assert "playground" in missing["message"] + missing["text"], missing
+    assert "which the playground does not have" in missing["message"]
+    assert "--> a.scene:1:" in missing["text"]
     assert "desktop" in json.loads(next(said))["hint"]
     assert next(said).endswith("b'glTF'")
     assert next(said) == "True"

@@ -5,8 +5,8 @@ strides, offset) of a flat list, so that basic indexing shares memory as in nump
 lists keep without conversion; 32-bit floats and fixed-size integers are rounded when an array is made. Operations map
 C functions over flat lists, and fall back to IEEE rules (``_ieee``) only where Python raises.
 
-A name that is missing raises ``NotImplementedError`` through ``__getattr__`` of this module, which the playground shows
-as a coded diagnostic. ``tests/playground`` compares each function with numpy's.
+A name that is missing raises ``MissingError`` through ``__getattr__`` of this module, a coded diagnostic at the call's
+place. ``tests/playground`` compares each function with numpy's.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from functools import reduce
 from itertools import accumulate, chain, pairwise, product
 from itertools import repeat as _repeat
 from typing import Any
+
+from scenelang.playground import MissingError
 
 __version__ = "2.0.0"  # the interface whose names and promotion of types these are
 
@@ -1011,7 +1013,7 @@ def _expanded(key: tuple[Any, ...], ndim: int) -> _List:
         if isinstance(each, ndarray) and each.dtype.kind == "b":
             items += nonzero(each)
         elif isinstance(each, bool):
-            raise NotImplementedError("an index that is one truth value")
+            raise MissingError("an index that is one truth value")
         elif isinstance(each, (slice, ndarray)) or each is None or each is Ellipsis:
             items.append(each)
         else:
@@ -2252,7 +2254,7 @@ def dot(a: Any, b: Any) -> Any:
         return multiply(a, b)
     if right.ndim <= 2:
         return matmul(left, right)
-    raise NotImplementedError("dot of arrays of more than two axes")
+    raise MissingError("`numpy.dot` of arrays of more than two axes")
 
 
 def vdot(a: Any, b: Any) -> Any:
@@ -2387,14 +2389,10 @@ def packbits(value: Any) -> ndarray:
     return _made(flat, (len(flat),), _U1)
 
 
-class MissingError(NotImplementedError, AttributeError):
-    """Function of numpy that these arrays lack; an AttributeError, as ``import`` and ``hasattr`` expect one."""
-
-
 def __getattr__(name: str) -> Any:
     if name.startswith("__"):
         raise AttributeError(name)
-    raise MissingError(f"it needs `numpy.{name}`, which the playground does not have")
+    raise MissingError(f"`numpy.{name}`")
 
 
 from . import linalg as linalg  # noqa: E402 (their functions are made of those above)

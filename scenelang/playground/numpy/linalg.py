@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from scenelang.playground import MissingError
+
 from . import (
     _F8,
     _finished,
@@ -35,7 +37,7 @@ def norm(value: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) 
         return _reduced(source, axis, keepdims, lambda row: sum(map(abs, row)), kind)
     if ord == math.inf:
         return _reduced(source, axis, keepdims, lambda row: max(map(abs, row)), kind)
-    raise NotImplementedError(f"numpy.linalg.norm of order {ord}")
+    raise MissingError(f"`numpy.linalg.norm` of order {ord}")
 
 
 def _matrices(value: Any) -> tuple[ndarray, tuple[int, ...], list[list[list[float]]]]:

@@ -7,6 +7,8 @@ import random as _random
 from collections.abc import Callable
 from typing import Any
 
+from scenelang.playground import MissingError
+
 from . import _F8, _I8, _extents, _finished, arange, asarray, int64, ndarray, searchsorted, take
 
 _STATE = 624  # words of the generator's state
@@ -178,4 +180,4 @@ class Generator:
 
 def default_rng(seed: Any = None) -> Any:
     """Raise: the newer generator is in the desktop version only."""
-    raise NotImplementedError("it needs `numpy.random.default_rng`, which the playground does not have")
+    raise MissingError("`numpy.random.default_rng`")

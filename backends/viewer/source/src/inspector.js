@@ -1,4 +1,4 @@
-// What is known of the selected entity: path, handle, attributes, and the source line that made it.
+// What is known of the selected entity: path, handle, attributes, and the form that made it.
 import { counted, el, fill } from "./dom.js";
 
 // `size` is the extent of the selection along x, y and z, or null.
@@ -16,7 +16,7 @@ export function inspect(element, graph, frame, path, size) {
   add("path", graph.spelled(frame, path), "path");
   if (handle !== null) add("handle", `<${handle}>`, "code");
   if (embedding?.text) add("text", embedding.text);
-  for (const [name, value] of embedding?.attributes ?? []) add(`:${name}`, value, "code");
+  for (const [name, value] of embedding?.attributes ?? []) add(`:${name}`, shortened(value), "code");
   if (size) add("size", size.map((value) => Number(value.toPrecision(4))).join(" × "));
   if (!graph.isPrimitive(node)) add("primitives", counted(graph.leaves[node]));
   const { calls, definition } = graph.places(node);
@@ -26,5 +26,11 @@ export function inspect(element, graph, frame, path, size) {
 }
 
 function placed(place) {
-  return el("span", { className: "place" }, el("span", {}, `${place.file}:${place.line}:${place.column}`), el("code", {}, place.text));
+  const name = place.file.split("/").pop();
+  return el("span", { className: "place" }, el("span", { title: place.file }, `${name}, line ${place.line}`), el("code", {}, place.text));
+}
+
+// A value as text, its numbers with at most four digits: those of a named color have seventeen.
+function shortened(value) {
+  return value.replace(/(?<![\w"])-?\d+\.\d{4,}(?:e-?\d+)?/g, (number) => String(Number(Number(number).toPrecision(4))));
 }

@@ -16,6 +16,10 @@ import { Timeline } from "./timeline.js";
 import { Tree } from "./tree.js";
 import { Words } from "./words.js";
 
+// The view of the whole scene is made again when its distance would be so many times as long or short, or its middle
+// moved by such a share of it: a step of a slider keeps the picture still. Any view is left at a scene of another size.
+const [GROWN, SHRUNK, SHIFTED, FAR] = [1.12, 1.5, 0.12, 4];
+const ALL = "all"; // the view that frames the whole scene
 const VIEWS = { default: [30, 25, false], front: [0, 0, false], right: [90, 0, false], top: [0, 90, false], isometric: [45, 35.2644, true] };
 
 export class Page {
@@ -28,7 +32,7 @@ export class Page {
     this.packet = null;
     this.selection = null;
     this.isFramed = false;
-    this.followed = null; // camera of the program
+    this.shown = null; // camera of the program, or ALL, while nobody has moved the view
     this.busy = null;
     this.labels = new Labels(byId("labels"));
     this.overlay = null;
@@ -130,7 +134,8 @@ export class Page {
   }
 
   takePacket(packet) {
-    const selection = this.selection;
+    const { selection } = this;
+    const before = this.packet?.box;
     this.packet = packet;
     this.graph = new Graph(packet);
     this.instances = new Instances(packet, (...kind) => this.stage.solidMaterial(...kind));
@@ -149,7 +154,10 @@ export class Page {
     this.selection = isThere ? selection : null;
     this.refill();
     this.listCameras();
-    if (!this.isFramed && packet.box) this.lookFrom(packet.cameras[0] ?? null);
+    if (!packet.box) this.isFramed = false;
+    else if (!this.isFramed) this.lookFrom(packet.cameras[0] ?? null);
+    else if (this.shown && this.shown !== ALL) this.lookFrom(this.shown);
+    else if (before) this.keepView(before);
     this.showSelection();
   }
 
@@ -170,7 +178,7 @@ export class Page {
       this.tree.take(this.graph, this.frame);
       this.words.take(this.graph.wordCounts(this.frame));
     }
-    if (this.followed) this.lookFrom(this.followed);
+    if (this.shown?.poses?.length > 1) this.lookFrom(this.shown);
     this.refill();
     this.showSelection();
   }
@@ -196,8 +204,26 @@ export class Page {
     this.draw();
   }
 
+  // Keeps what is seen in its place: the stage of a changed scene has another middle and another scale. The view of the
+  // whole scene is made again when the scene has outgrown it, or become small in it.
+  keepView(before) {
+    const { center, scale } = this.packet.box;
+    const { viewpoint, shown } = this;
+    viewpoint.target.fromArray(viewpoint.target.toArray().map((x, i) => (x / before.scale + before.center[i] - center[i]) * scale));
+    viewpoint.distance *= scale / before.scale;
+    const now = viewpoint.saved();
+    this.frameAll();
+    const growth = viewpoint.distance / now.distance;
+    const shift = viewpoint.target.distanceTo(new Vector3(...now.target)) / viewpoint.distance;
+    const isOther = growth > FAR || growth < 1 / FAR;
+    if (isOther || (shown === ALL && (growth > GROWN || growth < 1 / SHRUNK || shift > SHIFTED))) return;
+    viewpoint.take(now);
+    this.moved();
+    this.shown = shown;
+  }
+
   moved() {
-    this.followed = null;
+    this.shown = null;
     this.viewpoint.apply();
     this.isMoving = true;
     this.arrangeLater();
@@ -258,6 +284,7 @@ export class Page {
     const farthest = this.instances.farthest();
     if (farthest) this.frameSolid(farthest);
     else this.frameBox(this.staged(box.low), this.staged(box.high));
+    this.shown = ALL;
   }
 
   // A point of the scene in the stage's frame.
@@ -273,11 +300,11 @@ export class Page {
     const group = byId("program-cameras");
     fill(group, ...options);
     group.hidden = !options.length;
-    if (this.followed) this.followed = cameras.find(({ name }) => name === this.followed.name) ?? null;
+    if (this.shown?.poses) this.shown = cameras.find(({ name }) => name === this.shown.name) ?? ALL;
   }
 
-  // Looks as a camera of the program does, and follows it over the frames until the view changes; without one, shows
-  // everything.
+  // Looks as a camera of the program does, and follows it over the frames and changes until the view is moved; without
+  // one, shows everything.
   lookFrom(camera) {
     if (camera) {
       const { poses } = camera;
@@ -288,7 +315,7 @@ export class Page {
       this.isFramed = true;
       this.moved();
     }
-    this.followed = camera?.poses.length > 1 ? camera : null;
+    this.shown = camera ?? ALL;
   }
 
   frameSelection() {

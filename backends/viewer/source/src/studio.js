@@ -57,16 +57,17 @@ export class Studio extends Page {
   async choose(file) {
     if (file === this.file) return;
     this.saveDraft();
-    if (this.packet) this.views.set(this.file, this.viewpoint.saved());
+    if (this.packet) this.views.set(this.file, [this.viewpoint.saved(), this.shown]);
     this.findings.clear();
     this.measure.turn(null);
     await this.openFile(file);
     byId("files").value = String(file);
     await super.choose(file);
-    const view = this.views.get(file);
-    if (!view || !this.packet || file !== this.file) return;
+    if (!this.views.has(file) || !this.packet || file !== this.file) return;
+    const [view, shown] = this.views.get(file);
     this.viewpoint.take(view);
     this.moved();
+    this.shown = shown;
   }
 
   // Opens the tabs of before, and those of drafts that were not saved; returns the file to begin with.
@@ -497,9 +498,18 @@ export class Studio extends Page {
     this.showGizmo();
     const nodes = this.selection && this.graph ? this.graph.nodesOn(this.frame, this.selection) : null;
     this.showBreadcrumb(nodes);
-    const places = nodes ? this.placesOf(nodes.at(-1)) : [];
+    const places = nodes ? this.nearestPlaces(nodes) : [];
     this.editor?.mark(places, this.selection !== null && !this.fromText);
     byId("recolor").value = hexOf(nodes && this.graph.attribute(nodes.at(-1), "color"));
+  }
+
+  // Where the program makes the innermost of some nodes that it makes: parts of imported words are made elsewhere.
+  nearestPlaces(nodes) {
+    for (const node of nodes.slice(1).reverse()) {
+      const places = this.placesOf(node);
+      if (places.length) return places;
+    }
+    return this.placesOf(nodes[0]);
   }
 
   placesOf(node) {

@@ -1,7 +1,8 @@
 // The open programs as tabs, with marks of those that are not saved.
 import { byId, el, fill } from "./dom.js";
 
-const OPEN = "scenelang-tabs"; // key of the store of the browser's tab
+// Key of the store of the browser's tab, and of all its tabs: a browser that was killed keeps the second one only.
+const OPEN = "scenelang-tabs";
 
 export class Tabs {
   // `actions`: choose(file), closed(file); `isUnsaved(file)` tells marks.
@@ -20,12 +21,12 @@ export class Tabs {
     this.draw();
   }
 
-  // Opens what was open in this tab of the browser, and returns the file that was shown, or null.
+  // Opens what was open in this tab of the browser, or in its last one, and returns the file that was shown, or null.
   restore(names, unsaved) {
     this.names = names;
     let saved = {};
     try {
-      saved = JSON.parse(sessionStorage.getItem(OPEN)) ?? {};
+      saved = JSON.parse(sessionStorage.getItem(OPEN) ?? localStorage.getItem(OPEN)) ?? {};
     } catch { /* no store: nothing was open */ }
     const files = [...(saved.open ?? []), ...unsaved].map((name) => names.indexOf(name)).filter((file) => file >= 0);
     this.open = [...new Set(files)];
@@ -36,8 +37,9 @@ export class Tabs {
     if (!this.open.includes(file)) this.open.push(file);
     this.active = file;
     this.draw();
+    const state = JSON.stringify({ open: this.open.map((each) => this.names[each]), active: this.names[file] });
     try {
-      sessionStorage.setItem(OPEN, JSON.stringify({ open: this.open.map((each) => this.names[each]), active: this.names[file] }));
+      for (const store of [sessionStorage, localStorage]) store.setItem(OPEN, state);
     } catch { /* no store: a reload begins anew */ }
   }
 
