@@ -9,8 +9,8 @@ from itertools import groupby
 from typing import Any
 
 import scenelang as sl
+from generator.errors import errors_of
 from generator.markdown import NOTICE, anchor, block, formatted, heading, identifier, table, valued
-from generator.raised import raised_by
 from scenelang.grammar.diagnostics import CODES
 from scenelang.interpreter.expand.forms import ABSENT, FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS, example_of
@@ -85,7 +85,7 @@ def _section(record: ReferenceRecord) -> Iterator[str]:
     if record.picture is not None:
         yield from (f"![{record.name}]({PICTURES}/{record.name}.png)", "")
         yield from block("scene", picture_program(record))
-    yield from _notes(record.name, _errors(record))
+    yield from _notes(record.name, errors_of(record))
 
 
 def _examples(record: ReferenceRecord) -> Iterator[str]:
@@ -117,14 +117,6 @@ def _code(name: str) -> str:
     """Return a diagnostic as a link with its meaning."""
     code, why = CODES[name]
     return f"[{code}](diagnostics.md#{code.lower()}-{name}) ({why[:1].lower()}{why[1:].rstrip('.')})"
-
-
-def _errors(record: ReferenceRecord) -> tuple[str, ...]:
-    """Return the names of the diagnostics that a builtin raises."""
-    library = build_library()
-    entries = [library.builtins, *library.imported.values()]
-    entry = next((entry[record.name] for entry in entries if record.name in entry), None)
-    return raised_by(entry.function) if entry is not None else ()
 
 
 @cache

@@ -387,16 +387,25 @@ def _defined_name(datum: Datum) -> str | None:
 def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
     """Insert a new form into the forms of a session, so that running them in order reproduces its state.
 
-    A function, macro or record takes the position of the form that it replaces. The definition of a value is appended;
-    if code ran after the old definition, which may have used the old value, the old definition is preserved.
+    A function, macro, record or param takes the position of the form that it replaces. The definition of a value is
+    appended; an old definition of it is preserved if code ran after it, which may have used the old value. Where code
+    used an old function or param, the order reproduces the state except for the values that the code made.
     """
     defined = names_of(form)
     replaced = [i for i, old in enumerate(forms) if replaces(form, old, defined)]
-    if replaced and is_assignment(form) and any(runs_code(old) for old in forms[replaced[-1] + 1 :]):
-        replaced = []
+    if is_assignment(form):
+        others = [i for i, old in enumerate(forms) if i not in replaced and runs_code(old)]
+        replaced = [i for i in replaced if not any(i < other for other in others)]
     remaining = [old for i, old in enumerate(forms) if i not in replaced]
-    remaining.insert(replaced[0] if replaced and not runs_code(form) else len(remaining), form)
+    is_moved = runs_code(form) and not _is_param(form)
+    remaining.insert(replaced[0] if replaced and not is_moved else len(remaining), form)
     return remaining
+
+
+def _is_param(form: TopForm) -> bool:
+    """Return whether a form is a `param`, which defines its name once in a program."""
+    datum = form.datums[0]
+    return isinstance(datum, ListDatum) and bool(datum.items) and datum.items[0].span.text == "param"
 
 
 _NONE: Mapping[str, TopForm] = MappingProxyType({})

@@ -19,8 +19,9 @@ from scenelang.grammar.diagnostics import Diagnostic, SceneError, moved_diagnost
 from scenelang.interpreter.checker.lint import find_root
 from scenelang.interpreter.checker.program import TopForm
 from scenelang.interpreter.compile.generated import forget
+from scenelang.interpreter.evaluation.evaluate import ProgramRun, is_plain, is_same
 from scenelang.interpreter.evaluation.interactive import FormResult, TopLevel, is_assignment, names_of
-from scenelang.interpreter.expand.scope import Macro
+from scenelang.interpreter.expand.scope import Macro, base_name
 from scenelang.interpreter.runtime.parts import parts_of
 from scenelang.interpreter.runtime.procedures import TAIL, Closure, Frame
 from scenelang.interpreter.runtime.runtime import Runtime
@@ -51,8 +52,10 @@ def program_text(top: TopLevel) -> str:
 
 
 def checked_program(session: Session, top: TopLevel, name: str) -> str:
-    """Return ``program_text`` after checking that it loads. Raises SceneError if nothing is defined, or if a definition
-    depends on a redefined version of another one."""
+    """Return ``program_text`` after checking that it gives the values of the session.
+
+    Raises SceneError if nothing is defined, or if a value was made with an older version of another definition.
+    """
     text = program_text(top)
     if not text:
         raise SceneError("value", "nothing to save: no definitions")
@@ -60,7 +63,26 @@ def checked_program(session: Session, top: TopLevel, name: str) -> str:
     if errors:
         hint = "enter the interdependent definitions again, in order"
         raise SceneError(errors[0].name, f"the definitions do not load in this order: {errors[0].message}", hint)
+    for variable, value in _values(session, Source(name, text)).items():
+        try:
+            old = top.value_of(variable)
+        except KeyError:
+            continue
+        if is_plain(old) and is_plain(value) and not is_same(old, value):
+            message = f"`{variable}` is {show(old, _MAX_WIDTH)} here, but {show(value, _MAX_WIDTH)} in a saved program"
+            raise SceneError("value", message, f"what it was made with has changed since: define `{variable}` again")
     return text
+
+
+def _values(session: Session, source: Source) -> dict[str, Any]:
+    """Evaluate the definitions of a program and return the values of its variables."""
+    program = session.check(source).program
+    if program is None:
+        return {}
+    run = ProgramRun(session.library, session.runtime_of(source))
+    with limited(session.options.limits):
+        run_with_room(lambda: run.run_forms(program), session.options.limits.depth)
+    return {base_name(variable.name): cell.value for variable, cell in run.globals.items() if cell.value is not None}
 
 
 def _with_comment(top: TopLevel, form: TopForm, seen: set[str]) -> str:
