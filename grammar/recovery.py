@@ -145,10 +145,11 @@ def _advice(source: Source, edit: BracketEdit) -> tuple[str, str]:
     return f"Change to `{edit.text}`", f"write `{edit.text}` for `{source.text[edit.start : edit.end]}` {place}"
 
 
-def moved_brackets(span: Span) -> Iterator[tuple[Fix, str]]:
+def moved_brackets(span: Span, *, only_lists: bool = False) -> Iterator[tuple[Fix, str]]:
     """Iterate over the fixes that move one closing bracket in or around the call at ``span``, with their hints.
 
-    A list inside the call, or inside the one around it, is closed before its last item, or behind the next item.
+    A list inside the call, or inside the one around it, is closed before its last item, or behind the next item; with
+    ``only_lists``, if that item is a list.
     """
     source = span.source
     if span.expansion is not None:
@@ -163,10 +164,12 @@ def moved_brackets(span: Span) -> Iterator[tuple[Fix, str]]:
                 continue
             before = Span(source, item.span.end - 1, item.span.end)
             head = item.items[0].span.text
-            if len(item.items) > _MIN_CLOSED:
+            if len(item.items) > _MIN_CLOSED and (isinstance(item.items[-1], ListDatum) or not only_lists):
                 at, last = item.items[-2].span.end, item.items[-1].span
                 yield _moved(source, before, at, f"close `({head}` before `{_beginning(last.text)}`")
             if number + 1 < len(owner.items) and len(item.items) >= _MIN_CLOSED:
+                if only_lists and not isinstance(owner.items[number + 1], ListDatum):
+                    continue
                 following = owner.items[number + 1].span
                 yield _moved(source, before, following.end, f"close `({head}` after `{_beginning(following.text)}`")
 

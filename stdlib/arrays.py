@@ -25,7 +25,6 @@ from scenelang.stdlib.numbers import add, bounded, check_operand, multiply
 from scenelang.stdlib.operands import (
     INT64,
     Numpy,
-    bad_index,
     check_shape,
     common_shape,
     empty_sequence,
@@ -249,7 +248,7 @@ _CONTAINERS = (Pair, type(NIL), MutableList)
 def check_axis(name: str, data: Numpy, axis: int | None) -> int | None:
     """Return ``axis``; one outside the dimensions of ``data`` is an error."""
     if axis is not None and not -data.ndim <= axis < data.ndim:
-        raise bad_index(axis, data.ndim, f"axes of the array in `{name}`, a list")
+        raise SceneError("index", f"`{name}` expects an axis from {-data.ndim} to {data.ndim - 1}, got {axis}")
     return axis
 
 

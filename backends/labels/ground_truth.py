@@ -391,8 +391,8 @@ def _of_quadrics(frames: FloatArray, camera: Camera) -> FloatArray:
 
 
 # 4D: where the point seen by each pixel is in other frames, and the trajectories of tracked points. Entities of two
-# frames correspond if they have the same path, the child positions from the root. A point moves with its entity: its
-# position in the entity's frame is constant.
+# frames correspond if they have the same path: the child positions from the root, and the words there, as in exported
+# animations. A point moves with its entity: its position in the entity's frame is constant.
 
 
 GONE, HIDDEN, VISIBLE = 0, 1, 2  # state of a point in another frame: does not exist, occluded or out of view, visible
@@ -401,10 +401,10 @@ _DEPTH_TOLERANCE = 2e-3
 
 
 class PathNumbers:
-    """Assigns numbers to paths of child positions, consistently across the frames of a video."""
+    """Assigns numbers to paths of child positions and words, consistently across the frames of a video."""
 
     def __init__(self) -> None:
-        self._numbers: dict[tuple[int, int], int] = {}
+        self._numbers: dict[tuple[int, int, str], int] = {}
 
     def of(self, ancestry: Ancestry) -> IntArray:
         """Return the path number (M,) of every instance; the root's is 0."""
@@ -412,8 +412,9 @@ class PathNumbers:
         for depth in range(1, ancestry.max_depth + 1):
             rows = np.flatnonzero(ancestry.depth == depth)
             above, position = out[ancestry.parent[rows]].tolist(), ancestry.position[rows].tolist()
+            words = [ancestry.nodes[node].word for node in ancestry.node[rows].tolist()]
             table = self._numbers
-            out[rows] = [table.setdefault(key, len(table) + 1) for key in zip(above, position, strict=True)]
+            out[rows] = [table.setdefault(key, len(table) + 1) for key in zip(above, position, words, strict=True)]
         return out
 
 

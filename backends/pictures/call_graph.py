@@ -19,7 +19,7 @@ from scenelang.backends.base import frame_of, require
 from scenelang.backends.files import write_text
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.surfaces.appearance import word_color
-from scenelang.grammar.diagnostics import printable
+from scenelang.grammar.diagnostics import SceneError, printable
 from scenelang.interpreter.inspection.numbering import first_handles
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts
@@ -424,11 +424,16 @@ def _text(x: float, y: float, text: str, size: float, color: str, anchor: str) -
 
 
 def _thumbnail(node: Node) -> str | None:
-    """Return a small draft picture of a node's entity as base64 PNG, or None if the entity has no geometry."""
+    """Return a small draft picture of a node's entity as base64 PNG, or None if nothing of the entity is visible."""
     if entity_box(node.sample) is None:
         return None
     side = 2 * _THUMBNAIL_SIZE
-    picture = render(Scene(node.word, [node.sample], False), PictureOptions(width=side, height=side, labels=False))
+    try:
+        picture = render(Scene(node.word, [node.sample], False), PictureOptions(width=side, height=side, labels=False))
+    except SceneError as error:
+        if error.name != "empty-scene":  # all of it is transparent
+            raise
+        return None
     out = io.BytesIO()
     require("PIL.Image", "pillow").fromarray(picture).quantize(128).save(out, "PNG", optimize=True)
     return base64.b64encode(out.getvalue()).decode("ascii")

@@ -295,7 +295,9 @@ def forms_page() -> str:
         "Using one of these names is an error that says so.",
         "",
     ]
-    lines += table(("name", "instead"), [(f"`{name}`", instead) for name, instead in ABSENT.items()])
+    absent = groupby(ABSENT.items(), key=lambda item: item[1])
+    rows = [(" ".join(f"`{name}`" for name, _ in names), instead) for instead, names in absent]
+    lines += table(("name", "instead"), rows)
     return _page(lines)
 
 

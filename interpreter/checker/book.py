@@ -556,8 +556,9 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     hint, fixes = triple_fix(passed.argument) if name in ("value", "attribute") else (None, ())
     if infix is not None:
         hint, fixes = f"the operator comes first: `{infix.edits[0].text}`", (infix,)
+    usage = None if name == "type" else call_hint(passed.owner, passed.usage)
     return Diagnostic(
-        name, message, passed.argument.span, hint or call_hint(passed.owner, passed.usage), (note,), fixes=fixes,
+        name, message, passed.argument.span, hint or usage, (note,), fixes=fixes,
         expected=use.expected, found=describe(passed.kind), signature=passed.usage,
     )  # fmt: skip
 

@@ -880,8 +880,7 @@ def _check_parameter(
     hint, fixes = _advice_of_type(parameter.type, value, kind)
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
-        value.span, hint or call_hint(owner, usage), fixes=fixes, expected=expected, found=describe(kind),
-        signature=signature or usage,
+        value.span, hint, fixes=fixes, expected=expected, found=describe(kind), signature=signature or usage,
     )  # fmt: skip
     return False
 

@@ -346,6 +346,8 @@ class Expander:
                 "use parentheses instead of square brackets",
                 datum.span,
             )
+        if isinstance(datum, Atom) and datum.span.text in ("none", "#t", "#f"):
+            return SceneError("reserved", f"`{datum.span.text}` is a value and cannot be bound", None, datum.span)
         return SceneError("syntax", "expected a name", None, datum.span)
 
     def template_alias(self, symbol: Symbol) -> Symbol:
@@ -851,7 +853,8 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
             problem = "missing value of `define`" if len(items) == 2 else "`define` has more than one value"
             raise syntax_error("define", problem, datum.span)
         if not is_identifier(head):
-            raise syntax_error("define", "`define` expects a name", head.span)
+            error = expander.not_a_name(head)
+            raise error if error.name == "reserved" else syntax_error("define", "`define` expects a name", head.span)
         target = _target(expander, head, scope)
         spelled = base_name(head.value)
 

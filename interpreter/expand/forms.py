@@ -178,34 +178,58 @@ INDENTS: Mapping[str, int | None] = {
 }  # by head, for the layout and the formatter
 
 # Scheme features that are omitted on purpose, with alternatives.
-ABSENT: dict[str, str] = {
-    "call/cc": "use `let/ec` to exit early",
-    "call-with-current-continuation": "use `let/ec` to exit early",
-    "dynamic-wind": "use `guard` to handle errors",
-    "case-lambda": "give one function optional parameters: `(define (f a (b 2)) ...)`",
-    "eval": "data cannot be evaluated; use functions or macros",
-    "delay": "wrap it in `(lambda () ...)`",
-    "force": "call the function instead",
-    "make-promise": "wrap it in `(lambda () ...)`",
-    "call-with-values": "`values` returns a list; destructure it with `let-values`",
-    "define-record-type": "write `(define-record name field ...)`",
-    "read": "programs cannot read input; use `param`",
-    "read-line": "programs cannot read input; use `param`",
-    "open-input-file": 'programs cannot open files; use `import` or `(call "mesh" :file ...)`',
-    "open-output-file": "programs cannot open files",
-    "with-output-to-file": "programs cannot open files",
-    "display": "use `print`",
-    "newline": "use `print`",
-    "write": "use `print`",
-    "string-set!": "strings are immutable; build a new one",
-    "vector-ref": "use `(ref xs i)`, which reads any sequence",
-    "vector-set!": "use `(set-ref! xs i value)` on a mutable list or array",
-    "make-vector": "use `(make-list n x)`, `(zeros n)` or `(mutable-list ...)`",
-    "hash-table-ref": "use `(ref table key default)`",
-    "set-car!": "pairs are immutable; use `(mutable-list ...)`",
-    "set-cdr!": "pairs are immutable; use `(mutable-list ...)`",
-    "char?": "characters are strings of length 1",
-}
+# Scheme's names that the language does not have, those of R7RS-small and a few more, with what to write instead.
+_ABSENT: tuple[tuple[str, str], ...] = (
+    ("call/cc call-with-current-continuation", "use `let/ec` to exit early"),
+    ("dynamic-wind with-exception-handler raise-continuable", "use `guard` to handle errors"),
+    ("error-object? error-object-message error-object-irritants read-error? file-error?",
+     "use `error?`, `error-message` and `error-code`"),
+    ("case-lambda", "give one function optional parameters: `(define (f a (b 2)) ...)`"),
+    ("eval interaction-environment", "data cannot be evaluated; use functions or macros"),
+    ("delay delay-force make-promise promise?", "wrap it in `(lambda () ...)`"),
+    ("force", "call the function instead"),
+    ("make-parameter parameterize", "pass the value as an argument"),
+    ("call-with-values", "`values` returns a list; destructure it with `let-values`"),
+    ("define-record-type", "write `(define-record name field ...)`"),
+    ("read read-line read-char read-string peek-char char-ready? current-input-port eof-object eof-object? read-u8 "
+     "peek-u8 u8-ready? read-bytevector read-bytevector!", "programs cannot read input; use `param`"),
+    ("open-input-file open-binary-input-file with-input-from-file call-with-input-file load include include-ci",
+     'programs cannot open files; use `import` or `(call "mesh" :file ...)`'),
+    ("open-output-file open-binary-output-file with-output-to-file call-with-output-file delete-file file-exists?",
+     "programs cannot open files"),
+    ("open-input-string open-output-string get-output-string open-input-bytevector open-output-bytevector "
+     "get-output-bytevector call-with-port close-port close-input-port close-output-port current-output-port "
+     "current-error-port flush-output-port input-port? output-port? input-port-open? output-port-open? textual-port? "
+     "binary-port?", "there are no ports; use `print` and `format`"),
+    ("display newline write write-shared write-simple write-string write-char write-u8 write-bytevector",
+     "use `print`"),
+    ("string-set! string-fill! string-copy! make-string", "strings are immutable; build a new one"),
+    ("string-copy vector-copy", "strings and arrays are immutable: a copy is not needed"),
+    ("string-map string-for-each vector-for-each", "use `map` or `for-each`, which take any sequence"),
+    ("string->vector vector->string vector-append", "use `append` or `string->list`"),
+    ("vector-set! list-set! vector-fill! vector-copy!", "use `(set-ref! xs i value)` on a mutable list or array"),
+    ("make-vector", "use `(make-list n x)`, `(zeros n)` or `(mutable-list ...)`"),
+    ("hash-table-ref", "use `(ref table key default)`"),
+    ("set-car! set-cdr!", "pairs are immutable; use `(mutable-list ...)`"),
+    ("char? char=? char<? char>? char<=? char>=? char-ci=? char-ci<? char-ci>? char-ci<=? char-ci>=? char-upcase "
+     "char-downcase char-foldcase char-alphabetic? char-numeric? char-whitespace? char-upper-case? char-lower-case? "
+     "digit-value char->integer integer->char", "characters are strings of length 1"),
+    ("string-foldcase string-ci<? string-ci>? string-ci<=? string-ci>=?", "compare what `string-downcase` gives"),
+    ("bytevector bytevector? make-bytevector bytevector-length bytevector-u8-ref bytevector-u8-set! bytevector-append "
+     "bytevector-copy bytevector-copy! string->utf8 utf8->string", "there are no byte strings; use lists of numbers"),
+    ("complex? real? rational? exact-integer? symbol=?", "use `number?`, `integer?` and `equal?`"),
+    ("make-rectangular make-polar real-part imag-part magnitude numerator denominator rationalize",
+     "numbers are integers and floats"),
+    ("floor-quotient", "use `//`"),
+    ("floor-remainder", "use `modulo`"),
+    ("truncate-quotient", "use `quotient`"),
+    ("truncate-remainder", "use `remainder`"),
+    ("cond-expand features syntax-error", "there is one implementation: nothing depends on features"),
+    ("exit emergency-exit", "a program ends by its value; `(error ...)` ends it with a message"),
+    ("command-line get-environment-variable get-environment-variables", "a program knows its params only; use `param`"),
+    ("current-second current-jiffy jiffies-per-second", "a program gives the same scene at any time"),
+)  # fmt: skip
+ABSENT: Mapping[str, str] = {name: instead for names, instead in _ABSENT for name in names.split()}
 
 # Names of earlier versions, with the names of today (docs/decisions.md, "Names of the field").
 RENAMED: Mapping[str, str] = {"radians": "deg", "degrees": "to-degrees", "union-solid": "solid-union"}

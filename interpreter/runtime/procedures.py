@@ -358,7 +358,7 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
             f"the parameter `{sign}{parameter.name}` of {owner} expects {expected_name(parameter.type.name)}, "
             f"got {described(value, 60)}"
         )
-        raise SceneError("type", message, hint=call_hint(owner, code.usage)) from None
+        raise SceneError("type", message) from None  # the call itself is right
 
 
 # Calls of builtins and record procedures with evaluated arguments: checks of arity, keywords and types.

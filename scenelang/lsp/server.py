@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from pygls.lsp.server import LanguageServer
 
 from scenelang.grammar import ast
 from scenelang.grammar.datum import Source, Span
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, SceneError
 from scenelang.grammar.formatter import UnreadableError, edit_between, format_range, format_text
 from scenelang.grammar.reader import lexemes
 from scenelang.interpreter.compile.analyze import walk
@@ -28,6 +28,7 @@ from scenelang.lsp import completion, references
 from scenelang.lsp.completion import of_attribute, of_binding, of_word
 from scenelang.lsp.names import file_of, offset, path_of, position, range_of, shown, uri_of
 from scenelang.lsp.references import Document, Documents
+from scenelang.session.checking import explained
 from scenelang.session.formatting import indents_of
 from scenelang.stdlib.colors import color_of
 
@@ -189,6 +190,10 @@ def _outermost(ranges: list[lsp.FoldingRange]) -> list[lsp.FoldingRange]:
 
 
 PAUSE = 0.03  # debounce delay of the analysis, in seconds
+# Delay of what trials of other texts show, as where brackets are missing; they take .04 to .3 s for texts up to this
+# length, in which no request is answered.
+REST = 0.4
+_MAX_EXPLAINED = 20_000  # characters
 
 
 class Server(LanguageServer):
@@ -237,11 +242,30 @@ class Server(LanguageServer):
                 self.publish(self.uri(document.path))
 
     def publish(self, uri: str) -> None:
+        """Publish the diagnostics of a document, and after a rest those that `check` explains further."""
         document = self.document(uri)
-        if document is not None:
-            found = [shown(diagnostic, document.source) for diagnostic in document.analyse().diagnostics]
-            version = self.workspace.get_text_document(uri).version
-            self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, found, version))
+        if document is None:
+            return
+        diagnostics = document.analyse().diagnostics
+        self._publish(uri, document, diagnostics)
+        if any(each.is_error for each in diagnostics) and len(document.source.text) <= _MAX_EXPLAINED:
+            self._waiting[uri] = asyncio.get_running_loop().call_later(REST, self._publish_explained, uri)
+
+    def _publish_explained(self, uri: str) -> None:
+        """Publish the diagnostics of a document as `check` reports them, if they differ."""
+        self._waiting.pop(uri, None)
+        document = self.document(uri)
+        if document is None:
+            return
+        diagnostics = document.analyse().diagnostics
+        further = explained(document.editing.session, document.source, diagnostics)
+        if list(further) != list(diagnostics):
+            self._publish(uri, document, further)
+
+    def _publish(self, uri: str, document: Document, diagnostics: Sequence[Diagnostic]) -> None:
+        data = [shown(diagnostic, document.source) for diagnostic in diagnostics]
+        version = self.workspace.get_text_document(uri).version
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, data, version))
 
     def closed(self, uri: str) -> None:
         waiting = self._waiting.pop(uri, None)

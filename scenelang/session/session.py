@@ -87,7 +87,7 @@ MACRO_LIMITS = Limits(steps=2_000_000, seconds=10.0, depth=20_000)
 EXPANSION_DEPTH = 60_000  # Python frames: expansion and compilation recurse over forms, whose depth the reader bounds
 _MAX_FIX_ROUNDS = 20
 # A missing bracket is looked for by indentation, then by meaning. Every candidate text (up to 16 for each broken
-# chunk) is checked, which only the command `check` does: editors check at every key.
+# chunk) is checked, which the command `check` does, and editors where the text rests: they check at every key.
 _MAX_RECOVERED_LENGTH = 30_000  # characters
 _MAX_IMPORTERS = 300  # neighboring files that may import a program
 _MAX_IMPORTER_SIZE = 500_000  # bytes
@@ -558,7 +558,8 @@ class Session:
         known = {(d.name, d.message) for d in errors}
         for error in wrong[:_MAX_REBRACKETED]:
             assert error.span is not None
-            for fix, hint in moved_brackets(error.span):
+            # `(ref (set 1 2) 0)` has the wrong type, and `(ref (set 1) 2 0)` would have none
+            for fix, hint in moved_brackets(error.span, only_lists=error.name == "type"):
                 trial = Source(source.name, with_edits(source.text, fix.text_edits))
                 left = [d for d in self.check(trial).diagnostics if d.is_error]
                 if len(left) < len(errors) and all((d.name, d.message) in known for d in left):

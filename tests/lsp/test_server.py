@@ -64,6 +64,16 @@ async def test_diagnostics(client: LanguageClient) -> None:
 
 
 @pytest.mark.asyncio(loop_scope="module")
+async def test_open_brackets_are_explained_when_the_text_rests(client: LanguageClient) -> None:
+    text = '(bind "a" (lambda () (union (call "cube")\n(bind "b" (lambda () (foo 1)))\n(bind "c" (lambda () [1 2))\n'
+    editor = Editor(client, "open.scene", text)
+    assert [d.code for d in await editor.diagnostics()] == ["E101", "E102"]
+    further = await editor.next_diagnostics()
+    assert [d.code for d in further] == ["E101", "E301", "E601", "E102"]  # those of `check`
+    assert "at the end of line 1: a new form begins in line 2" in further[0].message
+
+
+@pytest.mark.asyncio(loop_scope="module")
 async def test_hover(client: LanguageClient) -> None:
     editor = Editor(client, "hover.scene", CHAIR)
     await editor.diagnostics()

@@ -76,6 +76,14 @@ def test_a_still_has_no_motion() -> None:
     assert "flow" not in film
 
 
+def test_objects_of_other_words_at_a_place_do_not_correspond() -> None:
+    ball, cube = '(transform (call "sphere") (translate [-2 0 0]))', '(transform (call "cube") (translate [2 0 0]))'
+    film = sl.evaluate(f'(bind "film" (lambda () (list (union {ball} {cube}) (union {cube} {ball}))))')
+    maps = film.maps(size=SIZE, frame=0)
+    assert (maps["instance"] >= 0).sum() > 100
+    assert (maps["flow_state"] == GONE).all()
+
+
 # --- closed forms ----------------------------------------------------------------------------------------------------
 
 FOV, DISTANCE = 40.0, 10.0

@@ -178,15 +178,15 @@ def encoded(light: float) -> float:
     return light * 12.92 if light <= 0.0031308 else float(1.055 * light ** (1 / 2.4) - 0.055)
 
 
-def color_of(word: str, value: Any) -> Point:
+def color_of(word: str, value: Any, name: str = "color") -> Point:
     """Convert the value of a color attribute to linear sRGB: its first three numbers, clamped to [0, 1].
 
-    Raises SceneError("attribute"), which names the ``word`` of the call, for other values.
+    Raises SceneError("attribute"), which names the ``word`` of the call and the attribute, for other values.
     """
     numbers = items_of(value)
     if numbers is not None and len(numbers) > 3:
         value = Vector(numbers[:3])
-    r, g, b = point_of(word, "color", value, 'three numbers (red, green, blue), as `(color "ivory")` gives')
+    r, g, b = point_of(word, name, value, 'three numbers (red, green, blue), as `(color "ivory")` gives')
     if 0.0 <= r <= 1.0 and 0.0 <= g <= 1.0 and 0.0 <= b <= 1.0:
         return (r, g, b)
     return (min(1.0, max(0.0, r)), min(1.0, max(0.0, g)), min(1.0, max(0.0, b)))
@@ -231,7 +231,7 @@ def texture_of(word: str, name: str, value: Any, where: str | None = None) -> Te
             colors = (Vector(colors[:3]), Vector(colors[3:]))
         if len(colors) != 2:
             raise SceneError("attribute", f"`:colors` of {where} must be two colors")
-        settings["colors"] = tuple(color_of(word, color) for color in colors)
+        settings["colors"] = tuple(color_of(word, color, "colors") for color in colors)
     if settings.get("at") is not None:
         settings["at"] = items_of(settings["at"]) or ()
     return texture(parts[0], settings, where)
