@@ -157,7 +157,7 @@ CODES: dict[str, DiagnosticCode] = {
     "optional-embedding": DiagnosticCode(
         "W305", "`call` never passes optional positional parameters; their defaults are always used."
     ),
-    "unused": DiagnosticCode("W306", "A definition, local variable or parameter is never used."),
+    "unused": DiagnosticCode("W306", "A definition, local variable or keyword parameter is never used."),
     "shadowed-builtin": DiagnosticCode(
         "W307", "The called variable shadows a builtin function, but its value is not a function."
     ),

@@ -21,6 +21,7 @@ from scenelang.backends.pictures.images import ApiScene, Image, shot_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import typed
+from scenelang.interpreter.inspection.instance_paths import Locator, is_plain
 from scenelang.interpreter.inspection.numbering import frame_numbers, instance_handles
 from scenelang.interpreter.scene.entity import Scene
 
@@ -112,14 +113,25 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
 
     @typed
     def mask(self, word: str) -> npt.NDArray[np.bool_]:
-        """Return the mask (H, W) of the pixels that show an entity of ``word`` or one of its parts."""
-        require_word(self.graph, word)
+        """Return the mask (H, W) of the pixels that show an entity of ``word`` or one of its parts.
+
+        A path, such as ``pawn[2]``, selects instances as ``Scene.instances`` does. Raises SceneError("value") if the
+        scene has no such word or instance.
+        """
         pixels = np.zeros(self["instance"].shape, bool)
-        ancestry = self.truth.ancestry
-        has_word = np.array([entity.word == word for entity in ancestry.nodes], bool)
+        is_selected = self._is_selected(word)
         for level in self["instance_by_depth"]:
-            pixels |= (level >= 0) & has_word[ancestry.node[np.maximum(level, 0)]]
+            pixels |= (level >= 0) & is_selected[np.maximum(level, 0)]
         return pixels
+
+    def _is_selected(self, word: str) -> npt.NDArray[np.bool_]:
+        """Return which instances (M,) of the frame have a word, or are at a path."""
+        require_word(self.graph, word)
+        ancestry = self.truth.ancestry
+        if is_plain(word):
+            return np.array([entity.word == word for entity in ancestry.nodes], bool)[ancestry.node]
+        paths = {each.positions for each in Locator(self.graph, self._frame).find(word)}
+        return np.array([tuple(ancestry.path(i)) in paths for i in range(len(ancestry))], bool)
 
     @typed
     def crops(self, word: str | None = None, margin: float = 0.1) -> list[Image]:
@@ -128,15 +140,14 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
         Parameters
         ----------
         word : str, optional
-            Word of the instances; None selects every visible instance below the root.
+            Word of the instances, or a path; None selects every visible instance below the root.
         margin : float
             Margin around the instance's box, as a fraction of its longer side.
         """
-        if word is not None:
-            require_word(self.graph, word)
         if margin < 0.0:
             raise SceneError("value", f"`margin`: expected at least 0, got {margin:g}")
-        annotations = [a for a in self.annotations() if (a["category"] == word if word else a["depth"] > 0)]
+        is_selected = self.truth.ancestry.depth > 0 if word is None else self._is_selected(word)
+        annotations = [each for each in self.annotations() if is_selected[each["instance"]]]
         return [_crop(self.image, annotation["bbox"], margin) for annotation in annotations]
 
     @typed

@@ -562,7 +562,8 @@ class Session:
             for fix, hint in moved_brackets(error.span, only_lists=error.name == "type"):
                 trial = Source(source.name, with_edits(source.text, fix.text_edits))
                 left = [d for d in self.check(trial).diagnostics if d.is_error]
-                if len(left) < len(errors) and all((d.name, d.message) in known for d in left):
+                remaining = {(d.name, d.message) for d in left}
+                if len(left) < len(errors) and remaining <= known - {(error.name, error.message)}:
                     replaced[id(error)] = replace(error, hint=hint, fixes=(fix,))
                     break
         return [replaced.get(id(d), d) for d in checked]

@@ -128,10 +128,11 @@ def at(camera: Camera, point: list[float]) -> tuple[int, int]:
 def test_flat_patches_have_the_colors_of_drafts_in_every_light(
     program: Make, serve: Make, show: Make, samples: int
 ) -> None:
-    colors = ["1 1 1", ".5 .1 .05", ".05 .3 .9", ".2 .2 .2"]
+    looks = ["[1 1 1]", "[.5 .1 .05]", "[.05 .3 .9]", "[.2 .2 .2]", "[.8 .8 .8] :coat 1 :roughness .5"]
+    looks += ["[.7 .2 .1] :sheen 1", "[.6 .6 .6] :metallic 1 :coat .6"]
     patches = "\n".join(
-        f'(transform (call "cube" :scale [1 .01 1] :color [{color}]) (translate [{i} 0 0]))'
-        for i, color in enumerate(colors)
+        f'(transform (call "cube" :scale [1 .01 1] :color {look}) (translate [{i} 0 0]))'
+        for i, look in enumerate(looks)
     )
     body = f'(camera :azimuth 20 :elevation 60)\n(bind "patches" (lambda () (union {patches})))'
     paths = [program(f"{lights}\n{body}", f"{name}.scene") for name, lights in LIGHTS.items()]
@@ -139,10 +140,10 @@ def test_flat_patches_have_the_colors_of_drafts_in_every_light(
     for number, path in enumerate(paths):
         page.page.evaluate("async (number) => { await scenelangPage.choose(number); }", number)
         picture, drawn, camera = compared(page, sl.load(path).graph, samples)
-        for i in range(len(colors)):
+        for i, look in enumerate(looks):
             for dx in (-0.3, 0, 0.3):
                 pixel = at(camera, [i + dx, 0.005, 0.2])
-                assert np.abs(picture[pixel] - drawn[pixel]).max() <= 3, (path.stem, colors[i], dx)
+                assert np.abs(picture[pixel] - drawn[pixel]).max() <= 3, (path.stem, look, dx)
 
 
 TABLE = """(camera :azimuth 20 :elevation 40)

@@ -4536,6 +4536,7 @@ Please report this to https://github.com/markedjs/marked.`,n){let i="<p>An error
     return bounced + (light - bounced) * share;
   }
 `,R1=`
+  const float SHEEN_STRENGTH = 100.0, SHEEN_ALBEDO = 0.12;
   uniform float facetAlbedo[11], facetGrazing[11]; // by roughness
   float tabled(float table[11], float rough) {
     float at = clamp(rough, 0.0, 1.0) * 10.0;
@@ -4589,8 +4590,8 @@ Please report this to https://github.com/markedjs/marked.`,n){let i="<p>An error
     vec3 found = color * (1.0 - metallic) * (1.0 - dielectricAlbedo(base, rough));
     found += reflected(mix(vec3(base), albedo, metallic), rough, n, v, reach) * (1.0 + later);
     if (sheen > 0.0) {
-      float rim = 1.05 * pow(1.0 - clamp(dot(n, v), 1e-3, 1.0), 2.16);
-      found += sheen * (rim * around(vPoint, n) * reach.x - 0.12 * found);
+      float rim = 0.75 * pow(1.0 - clamp(dot(n, v), 1e-3, 1.0), 2.16);
+      found += sheen * (rim * around(vPoint, n) * reach.x - SHEEN_ALBEDO * found);
     }
     if (coat > 0.0) {
       float varnish = atNormal(1.5);
@@ -4694,9 +4695,15 @@ Please report this to https://github.com/markedjs/marked.`,n){let i="<p>An error
         } else light *= nearShare(i, (point - place.xyz) * axes, n * axes, ahead.w);
         vec3 found = albedo * light / 3.14159265;
         if (finish.x >= 0.0) {
-          float base = atNormal(ior);
-          vec3 shine = facets(n, v, toward, mix(vec3(base), albedo, finish.y), cosine, max(finish.x, 0.06));
-          found = found * (1.0 - finish.y) * (1.0 - base) + shine * light * (1.0 + laterBounces(albedo, finish));
+          float base = atNormal(ior), rough = max(finish.x, 0.06), coat = finish.z, sheen = finish.w;
+          vec3 shine = facets(n, v, toward, mix(vec3(base), albedo, finish.y), cosine, rough);
+          found *= (1.0 - finish.y) * (1.0 - dielectricAlbedo(base, rough));
+          found += shine * light * (1.0 + laterBounces(albedo, finish));
+          float rim = SHEEN_STRENGTH * pow(1.0 - sqrt(0.5 + 0.5 * clamp(dot(toward, v), -1.0, 1.0)), 5.0);
+          found += sheen * SHEEN_ALBEDO * (rim * light - found);
+          float varnish = atNormal(1.5);
+          found *= 1.0 - coat * dielectricAlbedo(varnish, 0.06);
+          found += coat * facets(n, v, toward, vec3(varnish), cosine, 0.06) * light;
         }
         total += found;
       }
