@@ -169,7 +169,10 @@ def transpose(rt: Runtime, array: Any) -> Any:
 def reshape(rt: Runtime, array: Any, shape: Any) -> Any:
     data = to_numpy(rt, array, "reshape")
     rt.charge(data.size >> 5)
-    sides = [shape] if type(shape) is int else [int(side) for side in to_numpy(rt, shape, "reshape").ravel().tolist()]
+    given = [float(shape)] if type(shape) is int else to_numpy(rt, shape, "reshape").ravel().tolist()
+    if not all(float(side).is_integer() for side in given):
+        raise SceneError("value", f"`reshape` expects whole numbers for the shape, got {show(shape, 60)}")
+    sides = list(map(int, given))
     if len(sides) > _MAX_DIMENSIONS:
         raise SceneError("value", f"`reshape` supports at most {_MAX_DIMENSIONS} dimensions, got {len(sides)}")
     known_size = math.prod(side for side in sides if side != -1)  # a single -1 is inferred, as by numpy
@@ -363,14 +366,14 @@ def max_(rt: Runtime, *values: Any, axis: int | None = None) -> Any:
 
 
 @registry.define("argmin", "xs::ArrayLike [:axis::Integer]", "Any",
-                 "Return the index of the smallest number, or the indices along `:axis`.",
+                 "Return the index of the smallest number, counted row by row, or the indices along `:axis`.",
                  ("(argmin '(3 1 2))", "1"))  # fmt: skip
 def argmin(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     return _reduction(rt, "argmin", xs, axis, np.argmin)
 
 
 @registry.define("argmax", "xs::ArrayLike [:axis::Integer]", "Any",
-                 "Return the index of the largest number, or the indices along `:axis`.",
+                 "Return the index of the largest number, counted row by row, or the indices along `:axis`.",
                  ("(argmax [3 1 2])", "0"))  # fmt: skip
 def argmax(rt: Runtime, xs: Any, *, axis: int | None = None) -> Any:
     return _reduction(rt, "argmax", xs, axis, np.argmax)

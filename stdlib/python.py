@@ -653,7 +653,7 @@ def _repeat(rt: Runtime, value: Any, count: int) -> Any:
 
 @registry.define("py-%", "a::Any b::Any", "Any",
                  "Python's `%`: return the remainder of `//`, elementwise on arrays; for a string, the text with its "
-                 "fields %d, %s, %.2f filled with a value, or with the items of a list.",
+                 "fields %d, %s, %.2f filled with a value, or with the items of an immutable list, as of a tuple.",
                  ("(list (py-% -1 12) (py-% \"%d of %s\" '(3 \"oak\")))", '(11 "3 of oak")'))  # fmt: skip
 def percent(rt: Runtime, a: Any, b: Any) -> Any:
     if type(a) is str:

@@ -186,7 +186,7 @@ _TYPES: dict[str, str] = {
     "Embedding": "An embedding; a handle or a string is accepted as one.",
     "Matrix": "A pose: a finite 4x4 matrix whose last row is 0 0 0 1; nested lists and arrays of that shape are "
     "converted.",
-    "Vector": "A one-dimensional array of numbers; a list of numbers is converted.",
+    "Vector": "A one-dimensional array of numbers; a list of one or more numbers is converted.",
     "Point": "A vector of three numbers.",
     "Array": "An array of numbers of any number of dimensions.",
     "Entity": "An entity.",

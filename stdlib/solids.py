@@ -413,7 +413,8 @@ def text_solid(
 @define(
     "lathe", f"profile [:angle::Number] [:segments::Integer] {FILL} {LOOK}", "Entity",
     "Return a profile turned around the y axis: x is the distance from the axis, and what is at x < 0 is left out. "
-    "`:angle` in radians is less than a full turn; `:segments` are those of a full turn, a part has its share. "
+    "`:angle`, in radians, is above 0 and at most a full turn, the default; `:segments` are those of a full turn, "
+    "a part has its share. "
     "`:fill` is that of `profile-union`.",
     ("(round (volume (lathe [[0 0] [1 0] [1 1] [0 1]] :segments 1024)) 3)", "3.142"),
     picture='(lathe [[0 0] [.5 0] [.15 .2] [.1 1] [.6 1.6] [.5 1.6] [0 1.1]] :color (color "gold"))',

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import random
 import re
 import shutil
+import time
 from pathlib import Path
 
 import pytest
 from generator.__main__ import CAMERA, PAGES, PART, SMALL, TUTORIAL, main
 from generator.diagnostics_page import BAD, FIXED, ROOT, shown_case
+from generator.errors import altered, errors_in, errors_of, examined, observed
 from generator.library_page import PICTURES, picture_program
 from generator.markdown import formatted, identifier
 from generator.parts_page import picture_path
 from generator.pictures import difference, drawn, save
-from generator.raised import raised_by
 from generator.recipes import COOKBOOK, SIZE, recipes
 from generator.tutorial import steps
 from test_bad import CASES, ELSEWHERE, _command, _directives
@@ -29,8 +31,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import FORM_EXAMPLES, FORMS
 from scenelang.interpreter.scene.declarations import RELATIONS
 from scenelang.interpreter.scene.primitives import all_primitives
-from scenelang.stdlib.library import build_library
-from scenelang.stdlib.reference import RecordKind, combinators, parts, records
+from scenelang.stdlib.reference import RecordKind, ReferenceRecord, combinators, parts, records
 
 DOCS = ROOT / "docs"
 STEPS = list(steps(DOCS / "tutorial.md"))
@@ -229,16 +230,25 @@ def test_every_option_has_an_anchor_of_its_own() -> None:
     assert {"render-quality", "options-of-view-camera", "options-of-limits-max-steps"} <= set(anchors)
 
 
-@pytest.mark.parametrize(
-    ("name", "errors"),
-    [("profile-union", ("value",)), ("texture", ("attribute",)), ("camera", ("value",)), ("not", ())],
-)
-def test_errors_of_functions_that_call_one_other_are_listed(name: str, errors: tuple[str, ...]) -> None:
-    library = build_library()
-    builtins = {
-        name: entry for group in (library.builtins, *library.imported.values()) for name, entry in group.items()
-    }
-    assert raised_by(builtins[name].function) == errors
+@pytest.mark.parametrize("record", examined(), ids=lambda record: record.name)
+def test_a_recorded_call_raises_each_error_of_a_function(record: ReferenceRecord) -> None:
+    for error, expression in observed().get(record.name, {}).items():
+        assert error in errors_in(record, expression), expression
+
+
+def test_altered_calls_raise_no_error_that_is_not_recorded() -> None:
+    """A sample of what the search for errors tries, which is other calls each week."""
+    drawn = random.Random(int(time.time() // 604_800))
+    for record in drawn.sample(examined(), 40):
+        expressions = list(altered(record))
+        for expression in drawn.sample(expressions, min(10, len(expressions))):
+            assert set(errors_in(record, expression)) <= set(observed().get(record.name, ())), expression
+
+
+def test_errors_are_listed_in_the_reference() -> None:
+    page = (DOCS / "reference/lists.md").read_text("utf-8").split("## iota", 1)[1].split("\n## ", 1)[0]
+    assert "Errors: [E408]" in page
+    assert set(errors_of(next(each for each in examined() if each.name == "iota"))) == {"domain", "value", "size"}
 
 
 def test_every_primitive_has_an_example_and_typed_attributes() -> None:

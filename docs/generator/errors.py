@@ -1,10 +1,10 @@
 """The errors that calls of each function raise, observed rather than derived from its source.
 
 ``python -m generator.errors`` (from ``docs``) evaluates the examples of every function with other arguments and
-keywords and records one expression for each error in ``errors.tsv``; it takes 20 minutes. The reference lists what the
-file has, and a test evaluates every expression of it. Reading the sources for what they may raise, as was done before,
-named errors that no call causes (E411 of ``sort``, which copies its items first) and missed those that arise from
-Python's arithmetic (E408 of ``iota``).
+keywords and records one expression for each error in ``errors.tsv``; it takes 20 minutes, or seconds for the functions
+that are named. The reference lists what the file has, and a test evaluates every expression of it. Reading the sources
+for what they may raise, as was done before, named errors that no call causes (E411 of ``sort``, which copies its items
+first) and missed those that arise from Python's arithmetic (E408 of ``iota``).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -138,25 +138,32 @@ def _with_mutations(call: ListDatum) -> Iterator[str]:
             yield _replaced(call, [(first, function), (second, collection)])
 
 
-def observe() -> None:
-    """Write the table anew: the shortest expression for each error of each function."""
+def observe(names: Sequence[str] = ()) -> None:
+    """Write the table anew, or the rows of some functions: the shortest expression for each error of each function."""
     lines = []
     for record in examined():
-        shortest: dict[str, str] = {}
-        for expression in altered(record):
-            try:
-                errors = errors_in(record, expression)
-            except Exception as problem:  # a fault of the function, to be corrected
-                print("FAULT", expression, repr(problem), file=sys.stderr, flush=True)
-                errors = []
-            for error in errors:
-                if error not in shortest or len(expression) < len(shortest[error]):
-                    shortest[error] = expression
+        known = observed().get(record.name, {})
+        shortest = _shortest(record) if not names or record.name in names else known
         for error in sorted(shortest, key=lambda name: CODES[name].code):
             lines.append("\t".join((record.name, error, " ".join(shortest[error].split()))))
-        print(record.name, *shortest, file=sys.stderr, flush=True)
     FILE.write_text("\n".join(lines) + "\n", "utf-8")
 
 
+def _shortest(record: ReferenceRecord) -> dict[str, str]:
+    """Return the shortest expression for each error of a function."""
+    shortest: dict[str, str] = {}
+    for expression in altered(record):
+        try:
+            errors = errors_in(record, expression)
+        except Exception as problem:  # a fault of the function, to be corrected
+            print("FAULT", expression, repr(problem), file=sys.stderr, flush=True)
+            errors = []
+        for error in errors:
+            if error not in shortest or len(expression) < len(shortest[error]):
+                shortest[error] = expression
+    print(record.name, *shortest, file=sys.stderr, flush=True)
+    return shortest
+
+
 if __name__ == "__main__":
-    observe()
+    observe(sys.argv[1:])

@@ -165,7 +165,7 @@ def _primitives_page() -> str:
     lines += [" · ".join(f"[`{word}`](#{identifier(word)})" for word in words), "", "## Primitives", ""]
     for cls in all_primitives():
         linked = " ".join(f"[`:{name}`](#{identifier(':' + name)})" for name in cls.attribute_names())
-        signature = " ".join(f"[{_typed(cls, name)}]" for name in cls.attribute_names())
+        signature = " ".join(_typed(cls, name) for name in cls.attribute_names())
         lines += [heading(3, cls.word), "", f'`(call "{cls.word}" {signature})`', ""]
         lines += [f"{cls.doc[:1].upper()}{cls.doc[1:].rstrip('.')}.", "", f"Attributes: {linked}", ""]
         lines += [*block("scene", _example_of(cls)), *_notes(cls.word)]
@@ -181,12 +181,13 @@ def _primitives_page() -> str:
 
 
 def _typed(cls: type[Primitive], name: str) -> str:
-    """Return an attribute of a primitive with the types that it takes and its default, as in a signature."""
+    """Return an attribute of a primitive with its types and its default, in brackets if it is optional."""
     attribute = next((each for each in cls.attributes if each.name == name), None)
     if attribute is None:
-        return f":{name}"
+        return f"[:{name}]"
     kinds = f"::{'|'.join(attribute.accepts)}" if attribute.accepts else ""
-    return f":{name}{kinds}{'' if attribute.default is None else f' {_written(attribute.default)}'}"
+    typed = f":{name}{kinds}{'' if attribute.default is None else f' {_written(attribute.default)}'}"
+    return typed if attribute.needed else f"[{typed}]"
 
 
 def _example_of(cls: type[Primitive]) -> str:
@@ -209,8 +210,8 @@ def _index_page() -> str:
     """Return the index: topics, words of other tools, and all names from A to Z."""
     lines = [
         "# Reference", "", NOTICE, "",
-        "Every name of the language has a section: a function with its signature, an example and the errors that it "
-        "raises itself, a primitive with its attributes and their defaults, a constant with its value.", "",
+        "Every name of the language has a section: a function with its signature, an example and the errors that its "
+        "calls raise, besides those of wrong arguments (E401 to E403) and of the limits, a primitive with its attributes and their defaults, a constant with its value.", "",
     ]  # fmt: skip
     topics = [topic for topic in TOPICS if topic not in ("parts",)]
     rows = [(f"[{TOPICS[topic][0]}]({topic}.md)", _names_of(topic)) for topic in topics]

@@ -27,7 +27,7 @@ from scenelang.interpreter.checker.infer import FormKinds, Need, Passed, infer_f
 from scenelang.interpreter.checker.scene_forms import keyword_fixes
 from scenelang.interpreter.compile.kinds import ANY, ARRAYS, ENTITY, FRAMES, LIST, PART, PARTS, Kind, describe, join
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.types import STD, call_hint
+from scenelang.interpreter.runtime.types import STD, call_hint, default_hint
 from scenelang.interpreter.scene.primitives import is_word
 
 if TYPE_CHECKING:
@@ -556,7 +556,7 @@ def _misuse(passed: Passed, use: Need) -> Diagnostic:
     hint, fixes = triple_fix(passed.argument) if name in ("value", "attribute") else (None, ())
     if infix is not None:
         hint, fixes = f"the operator comes first: `{infix.edits[0].text}`", (infix,)
-    usage = None if name == "type" else call_hint(passed.owner, passed.usage)
+    usage = (default_hint if name == "type" else call_hint)(passed.owner, passed.usage)
     return Diagnostic(
         name, message, passed.argument.span, hint or usage, (note,), fixes=fixes,
         expected=use.expected, found=describe(passed.kind), signature=passed.usage,

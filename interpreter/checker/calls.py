@@ -36,7 +36,15 @@ from scenelang.interpreter.checker.common import (
 )
 from scenelang.interpreter.compile.kinds import ANY, ENTITY, INTEGER, NEVER, NONE, PART, Kind, describe, item_of
 from scenelang.interpreter.expand.scope import Variable
-from scenelang.interpreter.runtime.types import STD, Builtin, BuiltinParameter, Type, call_hint, expected_name
+from scenelang.interpreter.runtime.types import (
+    STD,
+    Builtin,
+    BuiltinParameter,
+    Type,
+    call_hint,
+    default_hint,
+    expected_name,
+)
 
 if TYPE_CHECKING:
     from scenelang.interpreter.checker.infer import KindInference, RecordCode
@@ -880,7 +888,8 @@ def _check_parameter(
     hint, fixes = _advice_of_type(parameter.type, value, kind)
     inference.report(
         "type", f"the parameter `{sign}{parameter.name}` of {owner} expects {expected}, got {shown(value, kind)}",
-        value.span, hint, fixes=fixes, expected=expected, found=describe(kind), signature=signature or usage,
+        value.span, hint or default_hint(owner, usage), fixes=fixes, expected=expected, found=describe(kind),
+        signature=signature or usage,
     )  # fmt: skip
     return False
 
@@ -936,8 +945,8 @@ def _report_object(
     hint, fixes = _called_word(value, kind)
     message = f"the parameter `{parameter.name}` of {owner} expects entities, got {shown(value, kind)}"
     inference.report(
-        "parts" if kind.tag == "List" else "type", message, value.span, hint or call_hint(owner, usage), fixes=fixes,
-        expected=A_PART, found=describe(kind), signature=usage,
+        "parts" if kind.tag == "List" else "type", message, value.span, hint or default_hint(owner, usage),
+        fixes=fixes, expected=A_PART, found=describe(kind), signature=usage,
     )  # fmt: skip
 
 

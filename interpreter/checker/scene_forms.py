@@ -380,13 +380,14 @@ def check_primitive(
         attribute = known.get(key)
         if attribute is not None and attribute.accepts:
             _check_attribute(inference, word, attribute, value)
-    if cls is not None and cls.is_file and not any(map(_may_carry_attributes, positional)):
-        if all(key != "file" for key, _, _ in keywords):
-            meant = [said[0] for key, _, _ in keywords if (said := hint_for_primitive(key)) is not None]
-            hint = meant[0] if meant else f'write `(call "{word}" :file "chair.glb")`'  # vertices, as in other tools
-            inference.report("attribute", f'the primitive "{word}" requires the attribute `:file`, a string', node.span,
-                             hint, expected=":file", found="nothing",
-                             signature=_usage_of(word))  # fmt: skip
+    given = {key for key, _, _ in keywords}
+    needed = [each for each in attributes if each.needed and each.name not in given]
+    if needed and not any(map(_may_carry_attributes, positional)):
+        name, value = needed[0].name, needed[0].needed
+        meant = [said[0] for key in given if (said := hint_for_primitive(key)) is not None]  # as `:vertices` of a mesh
+        hint = meant[0] if meant else f'write `(call "{word}" :{name} {value})`'
+        inference.report("attribute", f'the primitive "{word}" requires the attribute `:{name}`, a string', node.span,
+                         hint, expected=f":{name}", found="nothing", signature=_usage_of(word))  # fmt: skip
     ends = [value for key, _, value in keywords if key in ("p0", "p1")]
     points = [[inference.number_of(item) for item in end.items] for end in ends if type(end) is ast.ArrayLiteral]
     if "p0" in known and len(points) == 2 and points[0] == points[1] and None not in points[0]:

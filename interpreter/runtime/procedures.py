@@ -15,6 +15,7 @@ from scenelang.interpreter.runtime.types import (
     Mismatch,
     Type,
     call_hint,
+    default_hint,
     expected_name,
     type_name,
 )
@@ -358,7 +359,7 @@ def _checked(runtime: Runtime, code: ClosureCode, parameter: CodeParameter, valu
             f"the parameter `{sign}{parameter.name}` of {owner} expects {expected_name(parameter.type.name)}, "
             f"got {described(value, 60)}"
         )
-        raise SceneError("type", message) from None  # the call itself is right
+        raise SceneError("type", message, hint=default_hint(owner, code.usage)) from None
 
 
 # Calls of builtins and record procedures with evaluated arguments: checks of arity, keywords and types.

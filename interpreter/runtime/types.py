@@ -603,6 +603,15 @@ def call_hint(owner: str, usage: str) -> str:
     return f"call it as `({' '.join(written)})`"
 
 
+def default_hint(owner: str, usage: str) -> str | None:
+    """Return the hint of ``call_hint`` if it has defaults, which show the types of arguments; else None.
+
+    Names alone say nothing about an argument of the wrong type.
+    """
+    hint = call_hint(owner, usage)
+    return hint if re.search(r" :\S+ (?!\.\.\.)", hint) else None
+
+
 def _argument(parameter: Datum) -> str:
     """Return an argument for a parameter: its name, or a keyword with its default."""
     default = "..."

@@ -178,7 +178,7 @@ _RELATIONS = (
         '(evenly-spaced A [:along "x"] [:around B [:axis "y"]] [:within length])',
         "The distances between neighboring centers of all A, in the order along a line, are equal; objects at one"
         " position along an axis count once. With `:around`, the angles between neighbors, seen along an axis from the"
-        " center of B; `:within` is then in degrees, by default a tenth of the angle.",
+        " center of B; `:within` is then in degrees, by default a tenth of the angle, at most 5.",
         '(evenly-spaced "pawn" :along "x")',
         (OBJECT,),
         ("along", "around", "axis", "within"),

@@ -74,7 +74,7 @@ _CAMERA = {
     "elevation": SetupProperty(NUMBER, "degrees above the horizon", -90.0, 90.0, may_vary=True),
     "distance": _positive(NUMBER, "from what it looks at, in scene units", may_vary=True),
     "fov": SetupProperty(NUMBER, "vertical field of view in degrees", 1.0, 150.0, may_vary=True),
-    "lens": SetupProperty(NUMBER, "focal length in mm on a frame of 36 x 24 mm, in place of `:fov`", 4.0, 1200.0,
+    "lens": SetupProperty(NUMBER, "focal length in mm for an image 36 mm wide, in place of `:fov`", 4.0, 1200.0,
                           may_vary=True),
     "roll": SetupProperty(NUMBER, "degrees that it is turned clockwise about its view", -1e6, 1e6, may_vary=True),
     "orthographic": SetupProperty(FLAG, "parallel projection"),

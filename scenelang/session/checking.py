@@ -287,10 +287,22 @@ def with_hidden(
         for d in map(fixed.original, check(fixed.source)):
             if d is None or d.name in _CONSEQUENCES:
                 continue
+            if d.name in ("unclosed", "extra-close"):  # all of them are known: a fix may close at another place
+                continue
             known = by_key.get(_key(d))
+            if known is None and any(_is_requoted(d, other, changes) for other in diagnostics):
+                continue
             if known is None or (d.fixes and not known.fixes):
                 by_key[_key(d)] = d
     return list(by_key.values())
+
+
+def _is_requoted(diagnostic: Diagnostic, other: Diagnostic, changes: Iterable[TextEdit]) -> bool:
+    """Return whether a diagnostic of a changed text is another one, whose message quotes code that was changed."""
+    if diagnostic.span is None or other.span is None or diagnostic.name != other.name:
+        return False
+    span = other.span
+    return diagnostic.span.start == span.start and any(span.start <= e.start and e.end <= span.end for e in changes)
 
 
 def _key(diagnostic: Diagnostic) -> tuple[str, int, str]:

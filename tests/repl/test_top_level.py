@@ -259,7 +259,7 @@ def test_what_is_saved_loads_again_and_gives_the_same(inputs: list[str]) -> None
         ["(define-macro (m) 1)", "(define b (m))", "(define (h) (m))", "(define-macro (m) 2)"],
         ["(define (f) 1)", "(define b (f))", "(define (f) 2)"],
         ["(define (f) 1)", "(define (g) (f))", "(define b (g))", "(define (f) 2)"],
-        ["(param n 3 \"number\")", "(define b (list n))", "(param n 5 \"number\")"],
+        ['(param n 3 "number")', "(define b (list n))", '(param n 5 "number")'],
     ],
 )
 def test_a_value_that_a_program_cannot_give_is_not_saved(inputs: list[str]) -> None:

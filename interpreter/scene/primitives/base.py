@@ -63,6 +63,8 @@ class Attribute:
         Names of the attribute in other tools, for "did you mean" hints.
     former
         Name in earlier versions, which a fix replaces (docs/decisions.md, "Names of the field").
+    needed
+        Text of a value, if the primitive is nothing without the attribute: for the hint of the error.
     """
 
     name: str
@@ -76,6 +78,7 @@ class Attribute:
     high: float = math.inf
     aliases: tuple[str, ...] = ()
     former: str = ""
+    needed: str = ""
 
 
 def items_of(value: Any) -> Sequence[Any] | None:

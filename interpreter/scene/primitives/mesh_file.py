@@ -27,6 +27,7 @@ FILE = Attribute(
     "path of the mesh file (.glb .gltf .obj .ply .stl .off) inside the project folder",
     "a string",
     accepts=("String",),
+    needed='"chair.glb"',
 )
 
 
