@@ -84,7 +84,7 @@ def laid_ten() -> list[measuring.Pair]:
 
 
 def files(reads: bool) -> Iterator[measuring.Pair]:
-    """A million blocks written as a schematic, or read, and their numbers alone in a plain Python loop."""
+    """A thousand cuboids, of which 960,625 blocks stand, written as a schematic or read, and a plain Python loop."""
     build, version = voxelised(entities(cuboids(1_000, 10))).build, game_version()
     with tempfile.TemporaryDirectory() as folder:
         path, plain = Path(folder) / "a.schem", Path(folder) / "a.gz"
@@ -100,6 +100,6 @@ def files(reads: bool) -> Iterator[measuring.Pair]:
 ROWS = (
     Row("lay 1,000,000 blocks", laid, "a loop over their cells", (Goal(0.1),), rounds=3),
     Row("lay 10,000,000 blocks", laid_ten, goals=(Goal(5.0, "ours"),), rounds=3),
-    Row("write 1,000,000 blocks, .schem", lambda: files(False), "a loop over their box", (Goal(0.3),), rounds=3),
-    Row("read 1,000,000 blocks, .schem", lambda: files(True), "a loop over their box", (Goal(0.5),), rounds=3),
+    Row("write 960,000 blocks, .schem", lambda: files(False), "a loop over their box", (Goal(0.3),), rounds=3),
+    Row("read 960,000 blocks, .schem", lambda: files(True), "a loop over their box", (Goal(0.5),), rounds=3),
 )

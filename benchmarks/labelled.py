@@ -102,21 +102,21 @@ def sample_beside(other: Callable[[], float]) -> Iterator[Pair]:
 
 
 def grown(side: int) -> list[Pair]:
-    return [Pair(*(Child("labelled.py", (str(each),)) for each in (side, 10)))]
+    return [Pair(*(Child("labeled.py", (str(each),)) for each in (side, 10)))]
 
 
-_SAMPLE = "a labelled sample, chess, 256 x 256"
+_SAMPLE = "a labeled sample, chess, 256 x 256"
 ROWS = (
     Row(_SAMPLE, lambda: [Pair(samples())], goals=(Goal(0.2, "ours"),), rounds=12),
     Row(f"{_SAMPLE}, beside `maps`", partial(sample_beside, seconds_of_maps), "`maps`", rounds=1),
     Row(f"{_SAMPLE}, beside bpy", partial(sample_beside, seconds_of_blender), "BlenderProc's passes", rounds=1),
     Row(
-        "a labelled sample, two processes, by the clock",
+        "a labeled sample, two processes, by the clock",
         lambda: [Pair(partial(seconds_of_processes, 2), partial(seconds_of_processes, 1))], "one process",
         (Goal(0.6),), rounds=1,
     ),
     *(
-        Row(f"a labelled sample, {side**3:,} instances", partial(grown, side), "1,000 instances", rounds=1)
+        Row(f"a labeled sample, {side**3:,} instances", partial(grown, side), "1,000 instances", rounds=1)
         for side in (22, 46)
     ),
 )  # fmt: skip

@@ -21,7 +21,7 @@ from measuring import NOT_INSTALLED, VALGRIND, Absent, Figures, Row, clocked, fi
 
 MODULES = (
     "processes", "language", "reading", "large", "editing", "published",
-    "pictures", "exports", "labelled", "solids", "blocks",
+    "pictures", "exports", "labeled", "solids", "blocks",
 )  # fmt: skip
 SAID = {True: "reached", False: "MISSED", None: "not measured"}
 LONGEST = 600  # seconds of one row, which then failed

@@ -436,8 +436,8 @@ def _parts_of(module: str) -> Iterator[LibraryPart]:
 
 def _part(module: str, form: Any, comment: list[str], sockets: Mapping[str, ReferenceRecord]) -> LibraryPart:
     """Return a part from its definition and the lines of its documentation."""
-    summary, *labelled = _LABEL.split(" ".join(comment))
-    fields = dict(zip(labelled[::2], labelled[1::2], strict=True))
+    summary, *labeled = _LABEL.split(" ".join(comment))
+    fields = dict(zip(labeled[::2], labeled[1::2], strict=True))
     word, parameters = form.items[1].value, form.items[2].items[1]
     signature = f'(call "{word}" {" ".join(f"[{print_datum(each)[1:-1]}]" for each in parameters.items)}) -> Entity'
     width, height, depth = map(float, fields["Size"].split())

@@ -256,7 +256,7 @@ def test_every_primitive_has_an_example_and_typed_attributes() -> None:
     for cls in all_primitives():
         section = page.split(f"### {cls.word}\n", 1)[1].split("\n### ", 1)[0]
         assert f'(call "{cls.word}"' in section.split("```scene", 1)[1], cls.word
-        assert all(f"[:{each.name}::" in section for each in cls.attributes if each.accepts), cls.word
+        assert all(f":{each.name}::" in section for each in cls.attributes if each.accepts), cls.word
 
 
 def test_pages_of_the_documentation_in_remedies_are_links() -> None:

@@ -182,7 +182,7 @@ def _merged(pieces: list[MeshPiece], reflection: FloatArray, normal: FloatArray,
         count = len(mesh.points)
         both = polygons.combined([mesh, image])
         place = [*range(count), *(i if near[i] else i + count for i in range(count))]
-        made.append(_raw(both._relabelled(place), [piece]))
+        made.append(_raw(both._relabeled(place), [piece]))
     return made
 
 

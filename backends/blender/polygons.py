@@ -147,9 +147,9 @@ class Polygons:
                 cells[tuple(key.tolist())].append(i)
             else:
                 place[i] = match
-        return self._relabelled(place.tolist())
+        return self._relabeled(place.tolist())
 
-    def _relabelled(self, place: Sequence[int]) -> Polygons:
+    def _relabeled(self, place: Sequence[int]) -> Polygons:
         kept = sorted(set(place))
         number = {corner: i for i, corner in enumerate(kept)}
         faces: list[Face] = []

@@ -704,7 +704,8 @@ def _inside(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | N
     move = _vector(out) if fits and out.any() else None
     amount = max(float(np.linalg.norm(out)), (least - share) * float((high - low).max()), arrangement.touch(a))
     seen = f", seen along {axis}" if axis is not None else ""
-    return _Failure(f'{abs(round(share, 2)):.0%} of "{a.entity.word}" is inside "{b.entity.word}"{seen}', amount, a, b, move)
+    share = abs(round(share, 2))  # rounding may leave -0
+    return _Failure(f'{share:.0%} of "{a.entity.word}" is inside "{b.entity.word}"{seen}', amount, a, b, move)
 
 
 def _touching(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:

@@ -30,7 +30,7 @@ from scenelang.backends.labels.ground_truth import (
     boxes_of,
     correspondence_of,
 )
-from scenelang.backends.labels.views import LabelledView, SceneFacts, labelled_view
+from scenelang.backends.labels.views import LabeledView, SceneFacts, labeled_view
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
 from scenelang.backends.pictures.declared import View, settled
 from scenelang.backends.pictures.film import PictureBackend, PictureOptions, save_picture, write_exr
@@ -500,7 +500,7 @@ def check_set_folder(folder: Path) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class LabelledScene:
+class LabeledScene:
     """Scene of a dataset; ``fingerprint`` is its program and all inputs of its run, to detect changes."""
 
     name: str
@@ -509,7 +509,7 @@ class LabelledScene:
 
 
 def write_set(
-    scenes: Iterable[LabelledScene],
+    scenes: Iterable[LabeledScene],
     folder: Path,
     options: MapOptions,
     backend_of: Callable[[Scene], PictureBackend],
@@ -602,7 +602,7 @@ def _write_view(
     picture_options = settled(facts.scene, replace(options.pictures, camera=camera))
     if isinstance(camera, Camera) and not options.resize:
         picture_options = replace(picture_options, width=camera.width, height=camera.height)
-    view = labelled_view(facts, picture_options, backend, [item.frame for item in items], options.tracks)
+    view = labeled_view(facts, picture_options, backend, [item.frame for item in items], options.tracks)
     for i, item in enumerate(missing):
         _write_shot(view, item, options, sub_progress(progress, i / len(missing), (i + 1) / len(missing)))
     if view.tracks is not None:
@@ -618,7 +618,7 @@ def write_tracks(folder: Path, tracks: ground_truth.Tracks) -> None:
 # --- one shot --------------------------------------------------------------------------------------------------
 
 
-def _write_shot(view: LabelledView, item: DatasetItem, options: MapOptions, progress: Progress | None) -> None:
+def _write_shot(view: LabeledView, item: DatasetItem, options: MapOptions, progress: Progress | None) -> None:
     """Write the files of one shot; its ``shot.json`` is written last and marks it as complete."""
     picture = view.image(item.frame, sub_progress(progress, 0.0, 0.7)).picture
     maps = ShotMaps(view.truth(item.frame), picture)

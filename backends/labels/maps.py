@@ -15,7 +15,7 @@ from scenelang.backends.base import require_word
 from scenelang.backends.files import new_folder, write_json
 from scenelang.backends.labels.dataset import ShotMaps, annotations_of, dataset, word_numbers, write_tracks
 from scenelang.backends.labels.ground_truth import Tracks, bodies_of_instances
-from scenelang.backends.labels.views import LabelledView, SceneFacts
+from scenelang.backends.labels.views import LabeledView, SceneFacts
 from scenelang.backends.pictures.film import PictureOptions, check_opaque
 from scenelang.backends.pictures.images import ApiScene, Image, shot_of
 from scenelang.backends.surfaces.stand_ins import drawn_scene
@@ -37,7 +37,7 @@ def maps_of(graph: Scene, options: PictureOptions, quality: str | Sequence[str] 
     """Render an image with its ground truth; ``tracked`` is the number of points that ``Maps.tracks`` follows."""
     check_opaque(options)
     drawn = drawn_scene(graph, options.limit, options.warn)  # the maps must match the rendered geometry
-    image, shot = shot_of(drawn, options, quality, range(len(drawn.frames)))  # as `LabelledView` does
+    image, shot = shot_of(drawn, options, quality, range(len(drawn.frames)))  # as `LabeledView` does
     return Maps(_DrawnScene(drawn), replace(options, progress=None), shot.frame, tracked, image)
 
 
@@ -67,11 +67,11 @@ class Maps(Mapping[str, npt.NDArray[Any]]):
             self._maps.add_flow(flow)
         self._arrays: dict[str, npt.NDArray[Any]] = {"color": image.pixels[:, :, :3], **self._maps.arrays}
 
-    def _view(self, frames: Sequence[int]) -> LabelledView:
+    def _view(self, frames: Sequence[int]) -> LabeledView:
         """Return the labels of some frames, without images."""
         facts = SceneFacts(self.graph)
         facts.number_paths(frames[-1] + 1)
-        return LabelledView(facts, self._options, frames, self._tracked)
+        return LabeledView(facts, self._options, frames, self._tracked)
 
     @cached_property
     def tracks(self) -> Tracks | None:

@@ -66,7 +66,7 @@ class SceneFacts:
         return self._bodies[frame]
 
 
-class LabelledView:
+class LabeledView:
     """View of the chosen frames of a scene by one camera: images, ground truth, motion and tracks.
 
     Parameters
@@ -182,9 +182,9 @@ def _bytes_of(truth: Truth) -> int:
     return sum(array.nbytes for array in maps) + _INSTANCE_BYTES * len(truth.ancestry)
 
 
-def labelled_view(
+def labeled_view(
     facts: SceneFacts, options: PictureOptions, backend: PictureBackend, frames: Sequence[int], tracked: int
-) -> LabelledView:
+) -> LabeledView:
     """Return the view of ``frames`` by the camera of ``options``, drawn by ``backend``."""
 
     def make_painter(shots: Sequence[Shot]) -> Painter:
@@ -192,4 +192,4 @@ def labelled_view(
         (painter_of_view,) = painters(facts.scene, options, [backend], shots)
         return painter_of_view
 
-    return LabelledView(facts, options, frames, tracked, make_painter)
+    return LabeledView(facts, options, frames, tracked, make_painter)

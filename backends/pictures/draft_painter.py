@@ -13,7 +13,7 @@ from scenelang.backends.pictures.film import (
     PictureBackend,
     PictureOptions,
     clear_image,
-    labelled,
+    labeled,
     labels_of,
     write_still,
 )
@@ -51,7 +51,7 @@ class DraftPainter:
             labels = labels_of(stage.solids, drawn.ids) if self._labels else []
             return clear_image(drawn.linear, drawn.radiance, drawn.alpha + drawn.shadow, labels, self._background)
         picture = encode(drawn.linear)
-        return Image(labelled(picture, stage.solids, drawn.ids) if self._labels else picture, drawn.radiance)
+        return Image(labeled(picture, stage.solids, drawn.ids) if self._labels else picture, drawn.radiance)
 
 
 def _painter(staging: Staging, options: PictureOptions, shots: int) -> Painter:

@@ -750,7 +750,7 @@ class Label:
     first: bool
 
 
-def labelled(picture: Picture, solids: Solids, ids: npt.NDArray[np.int64]) -> Picture:
+def labeled(picture: Picture, solids: Solids, ids: npt.NDArray[np.int64]) -> Picture:
     """Return ``picture`` (H, W, 3) with the words of semantic primitives; its pixels see the solids ``ids`` (H, W)."""
     return write_labels(picture, labels_of(solids, ids))
 

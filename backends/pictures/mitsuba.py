@@ -34,7 +34,7 @@ from scenelang.backends.pictures.film import (
     PictureBackend,
     PictureOptions,
     clear_image,
-    labelled,
+    labeled,
     labels_of,
     write_still,
 )
@@ -158,7 +158,7 @@ class MitsubaPainter:
             guide.radiance if unlit else self._path_trace(stage, shot.frame, guide, sub_progress(progress, 0.1, 1.0))
         )
         picture = encode(tone_map(radiance, stage.studio.environment) if not unlit else guide.linear)
-        return Image(labelled(picture, stage.solids, guide.ids) if self._options.labels else picture, radiance)
+        return Image(labeled(picture, stage.solids, guide.ids) if self._options.labels else picture, radiance)
 
     def shapes_of(self, frame: int, stage: Stage) -> dict[str, Any]:
         """Return Mitsuba's shapes of one frame by name, tessellated finely enough for the camera of ``stage``."""

@@ -211,7 +211,8 @@ def _index_page() -> str:
     lines = [
         "# Reference", "", NOTICE, "",
         "Every name of the language has a section: a function with its signature, an example and the errors that its "
-        "calls raise, besides those of wrong arguments (E401 to E403) and of the limits, a primitive with its attributes and their defaults, a constant with its value.", "",
+        "calls raise besides those of wrong arguments (E401, E402, E404) and of limits, a primitive with its "
+        "attributes and their defaults, a constant with its value.", "",
     ]  # fmt: skip
     topics = [topic for topic in TOPICS if topic not in ("parts",)]
     rows = [(f"[{TOPICS[topic][0]}]({topic}.md)", _names_of(topic)) for topic in topics]

@@ -23,15 +23,16 @@ the middle half of its runs lay within {spread:.0f} % of that, which is what a t
 
 {table}
 {unmeasured}
-- **Times** are seconds of processor time, medians of runs in turns (ours, the other, ours, the other), in a process of
-  its own for each row. The collector of garbage is off on both sides unless the row says otherwise.
+- **Times** are seconds of processor time, or by the clock where a row says so: medians of runs in turns (ours, the
+  other, ours, the other), in a process of its own for each row. The collector of garbage is off on both sides unless
+  the row says otherwise.
 - **Instructions** are counted by cachegrind: ours in millions, and their ratio to the other's. Other work does not
   change them. Commands run without their monitor there, since valgrind lacks a system call that it uses.
 - **Python** beside a program is the same computation in functions and classes as one writes them.
 - **The reference** is the tests' model of the authors' package, which runs the Python of a language model in CPython.
 - **Strangers' programs** (`benchmarks/strangers`) are by people who knew the language and not its interpreter; nobody
   tunes to them.
-- **Memory** is that of ours, in all or, in B and KB, of a line or a primitive.
+- **Memory** is that of ours: in MB and GB in all, in B and KB of a line or a primitive.
 
 A row fails if it takes more than 5 % more instructions than in the last entry of the same Python; if it takes more
 time, only when the workload of bare Python moved by less than 5 %.

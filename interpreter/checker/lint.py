@@ -111,7 +111,7 @@ def word_warnings(program: Program) -> list[Diagnostic]:
             bound.add(facts.word)
         for word, span in facts.word_calls:
             if word in functions and word not in program.all_words and not is_word(word):
-                message = f'"{word}" is never bound, so it is drawn as a labelled box; `{word}` is a function'
+                message = f'"{word}" is never bound, so it is drawn as a labeled box; `{word}` is a function'
                 hint = call_hint(f"`{word}`", functions[word].usage)
                 warnings.append(Diagnostic("near-word", message, span, hint))
             elif word not in program.all_words and not is_word(word):
@@ -228,7 +228,7 @@ def _near_unused(word: str, program: Program, facts: FormFacts) -> str | None:
 
 def _misspelled(word: str, near: str, span: Span) -> Diagnostic:
     """Return the warning about a misspelled word."""
-    message = f'"{word}" is never bound, so it is drawn as a labelled box'
+    message = f'"{word}" is never bound, so it is drawn as a labeled box'
     fix = Fix(f'Change to "{near}"', (Edit(span, f'"{near}"'),))
     return Diagnostic("near-word", message, span, f'did you mean "{near}"?', fixes=(fix,), near=(near,))
 

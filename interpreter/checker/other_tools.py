@@ -234,7 +234,7 @@ def _compound(node: ast.Call, word: str, primitive: str | None, hint: str) -> Di
         if primitive is not None
         else _light(node, word)
     )
-    message = f'"{word}" is never bound and names nothing, so it is drawn as a labelled box'
+    message = f'"{word}" is never bound and names nothing, so it is drawn as a labeled box'
     return Diagnostic(
         "near-word", message, node.word.span, hint, fixes=(fix,), near=(primitive,) if primitive is not None else ()
     )
@@ -256,7 +256,7 @@ def _light(node: ast.Call, word: str) -> Fix:
 
 def _attribute(word: str, key: ast.Constant, meaning: Meaning, fix: Fix | None) -> Diagnostic:
     """Return the warning about an attribute of another tool."""
-    message = f'"{word}" is never bound, so it is drawn as a labelled box, which does not use `:{key.value}`'
+    message = f'"{word}" is never bound, so it is drawn as a labeled box, which does not use `:{key.value}`'
     near = (f":{meaning.attribute}",) if meaning.attribute is not None else ()
     return Diagnostic("idle-attribute", message, key.span, meaning.hint, fixes=(fix,) if fix is not None else (),
                       found=f":{key.value}", near=near)  # fmt: skip

@@ -48,7 +48,7 @@ from scenelang.grammar.datum import replace
 from scenelang.grammar.settings import part_of_one, port
 
 if TYPE_CHECKING:
-    from scenelang.backends.labels.dataset import DatasetItem, LabelledScene
+    from scenelang.backends.labels.dataset import DatasetItem, LabeledScene
     from scenelang.backends.pictures.sheets import SheetOptions
     from scenelang.backends.viewer.packet import SplatsOf
     from scenelang.interpreter.scene.entity import Scene
@@ -261,7 +261,7 @@ def run_labels(arguments: argparse.Namespace) -> int:
             print(f"{item.folder} already exists; skipped", file=sys.stderr)
 
     items = write_set(
-        _labelled(arguments, failed), folder, settings, lambda scene: _backend_of(arguments, scene, options),
+        _labeled(arguments, failed), folder, settings, lambda scene: _backend_of(arguments, scene, options),
         alone=len(arguments.files) == 1, frame=arguments.frame, progress=lambda name: progress(arguments, name),
         skipped=skipped,
     )  # fmt: skip
@@ -270,9 +270,9 @@ def run_labels(arguments: argparse.Namespace) -> int:
     return 1 if failed else 0
 
 
-def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[LabelledScene]:
+def _labeled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[LabeledScene]:
     """Yield the scenes of the files in order; report those with errors and add them to ``failed``."""
-    from scenelang.backends.labels.dataset import LabelledScene, names_of
+    from scenelang.backends.labels.dataset import LabeledScene, names_of
 
     for path, name in zip(arguments.files, names_of(arguments.files), strict=True):
         arguments.file = path
@@ -282,7 +282,7 @@ def _labelled(arguments: argparse.Namespace, failed: list[str]) -> Iterator[Labe
             continue
         texts = [source.text, *(s.text for s in result.program.sources)] if result.program else [source.text]
         ways = (repr(arguments.define), str(arguments.root), str(arguments.seed), str(arguments.z))
-        yield LabelledScene(name, result.scene, (*texts, *ways))
+        yield LabeledScene(name, result.scene, (*texts, *ways))
 
 
 # --- datasets --------------------------------------------------------------------------------------------------------

@@ -23,7 +23,7 @@ from scenelang.backends.geometry.lint import check_geometry
 from scenelang.backends.geometry.relations import violations
 from scenelang.backends.labels import object_labels as labels
 from scenelang.backends.labels.object_labels import ObjectLabels
-from scenelang.backends.labels.views import LabelledView, SceneFacts
+from scenelang.backends.labels.views import LabeledView, SceneFacts
 from scenelang.backends.pictures.camera import Camera, camera_to_json
 from scenelang.backends.pictures.declared import View
 from scenelang.backends.pictures.film import Painter, PictureOptions, painters, picture_backend
@@ -78,7 +78,7 @@ class EncodedFiles(Files):
 
 
 @dataclass(frozen=True, slots=True)
-class LabelledItem:
+class LabeledItem:
     """One image with its labels: ``files`` by ending (``color.png``), which follow the ``key`` of the item."""
 
     key: str
@@ -90,7 +90,7 @@ class Sample:
     """Made sample: its draw, its items by camera and frame, its first camera, and the visible objects by word."""
 
     draw: Draw
-    items: tuple[LabelledItem, ...]
+    items: tuple[LabeledItem, ...]
     camera: Mapping[str, float]
     shown: Mapping[str, int]
 
@@ -230,7 +230,7 @@ class Maker:
                 key = key_of(draw.index) + (f"-v{number:03d}" if len(views) > 1 else "")
                 key += f"-f{frame:04d}" if len(frames) > 1 else ""
                 writer = _ItemWriter(self, stage, draw, view, number, frame, key, film)
-                items.append(LabelledItem(key, writer.files()))
+                items.append(LabeledItem(key, writer.files()))
                 shown.update(writer.seen)
         first = views[0].shots[frames[0]].camera
         return Sample(draw, tuple(items), _placed(first), shown), ""
@@ -246,7 +246,7 @@ class Maker:
                 return "with bodies that move"
         return ""
 
-    def _filtered(self, stage: _Stage, draw: Draw, views: Sequence[LabelledView], frames: Sequence[int]) -> str:
+    def _filtered(self, stage: _Stage, draw: Draw, views: Sequence[LabeledView], frames: Sequence[int]) -> str:
         """Return why a sample does not pass the filters of visibility and the predicates; empty if it does."""
         min_shares = self.spec.filters.visible
         first = []
@@ -271,7 +271,7 @@ class Maker:
                 return f"rejected by `{predicate.name}`"
         return ""
 
-    def _film(self, view: LabelledView, frames: Sequence[int]) -> frozenset[int]:
+    def _film(self, view: LabeledView, frames: Sequence[int]) -> frozenset[int]:
         """Return the numbers of the paths of objects that any frame shows; none for a single frame."""
         if len(frames) < 2 or "boxes" not in self.spec.labels.write:
             return frozenset()
@@ -335,7 +335,7 @@ class Maker:
             raise SceneError("value", f"the scene has {frames}; frame {last} does not exist")
         return list(range(first, last + 1))
 
-    def _view(self, stage: _Stage, draw: Draw, view: View, frames: Sequence[int]) -> LabelledView:
+    def _view(self, stage: _Stage, draw: Draw, view: View, frames: Sequence[int]) -> LabeledView:
         """Return the view of a camera; painters, with the light of a scene, are shared by its cameras."""
         plan, backend = self.spec.pictures, self._backends[draw.quality]
         seed = int(stream(self.spec.seed, draw.index, draw.attempt, "noise").integers(1 << 31))
@@ -359,7 +359,7 @@ class Maker:
                 (stage.painters[key],) = painters(stage.scene.graph, options, [backend], shots)
             return stage.painters[key]
 
-        return LabelledView(stage.facts, options, frames, self.spec.labels.tracks, painter)
+        return LabeledView(stage.facts, options, frames, self.spec.labels.tracks, painter)
 
 
 def _settings_of(backend: Backend, settings: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -397,7 +397,7 @@ class _ItemWriter:
     maker: Maker
     stage: _Stage
     draw: Draw
-    view: LabelledView
+    view: LabeledView
     number: int
     frame: int
     key: str

@@ -189,12 +189,12 @@ def _check_bounds(spec: Spec, program: str, param: Param) -> None:
 
 def _unknown_words(spec: Spec, names: SpecNames) -> Iterable[tuple[KeyPath, str, str | None]]:
     """Yield the path, a message and a hint for each word of the spec that no program has."""
-    labelled = spec.labels
+    labeled = spec.labels
     named_words: list[tuple[KeyPath, Sequence[str]]] = [(("root",), [spec.root] if spec.root is not None else [])]
     named_words += [(("words", word), [word]) for word in spec.words]
-    named_words += [(("labels", "words"), labelled.words), (("labels", "keypoints"), labelled.keypoints)]
+    named_words += [(("labels", "words"), labeled.words), (("labels", "keypoints"), labeled.keypoints)]
     named_words += [(("filters", "visible", word), [word]) for word in spec.filters.visible]
-    templates = enumerate(labelled.captions)
+    templates = enumerate(labeled.captions)
     named_words += [(("captions", "templates", str(number)), _COUNTED.findall(text)) for number, text in templates]
     for path, words in named_words:
         for word in words:

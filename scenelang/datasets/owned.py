@@ -16,7 +16,7 @@ from scenelang.datasets.store import Plan, Store
 from scenelang.grammar.diagnostics import SceneError
 
 DERIVED, CARD = "derived.json", "README.md"
-CARD_TITLE = "# A labelled dataset made with scenelang"
+CARD_TITLE = "# A labeled dataset made with scenelang"
 # Digests by path within a folder ("" for a file), None while it is being written.
 _Own = Mapping[str, str] | None
 

@@ -207,7 +207,7 @@ def made(tmp_path: Path, text: str, spec: str, index: int = 0) -> Sample:
     return Maker(spec_of(f"programs = 'a.scene'\n{spec}", "spec.toml", tmp_path)).make(index)
 
 
-def test_minecraft_scenes_are_labelled_as_cubes(tmp_path: Path) -> None:
+def test_minecraft_scenes_are_labeled_as_cubes(tmp_path: Path) -> None:
     text = '(bind "hut" (lambda () (union (call "oak_planks" :block_type "oak_planks" :scale [2 1 2]) (call "roof"))))\n(bind "roof" (lambda () (transform (call "stone" :block_type "stone" :scale [1 1 1]) (translate [0 1 0]))))'
     files = made(tmp_path, text, "[pictures]\nsize = 32").items[0].files
     record = json.loads(files["json"])
@@ -254,7 +254,7 @@ MILLION = """
 
 
 @pytest.mark.parametrize("n", [15, pytest.param(100, marks=pytest.mark.slow)])
-def test_a_million_instances_are_labelled(tmp_path: Path, n: int) -> None:
+def test_a_million_instances_are_labeled(tmp_path: Path, n: int) -> None:
     spec = "[params]\nn = {n}\n[pictures]\nsize = 32\n[labels]\nwrite = ['instance', 'semantic', 'depth']\n"
     files = made(tmp_path, MILLION, spec.format(n=n)).items[0].files
     record = json.loads(files["json"])

@@ -54,10 +54,10 @@ def test_see_through_things_show_what_is_behind() -> None:
     assert np.abs(shown[0] - shown[1])[35:45, 43:53].mean() < 20.0
 
 
-def test_words_without_geometry_are_labelled() -> None:
+def test_words_without_geometry_are_labeled() -> None:
     scene = evaluate('(bind "a" (lambda () (call "chair" :scale 1)))')
-    plain, labelled = (render(scene, options(labels=labels), "splats") for labels in (False, True))
-    assert (plain != labelled).any()
+    plain, labeled = (render(scene, options(labels=labels), "splats") for labels in (False, True))
+    assert (plain != labeled).any()
 
 
 def test_the_number_of_gaussians_is_bounded() -> None:

@@ -99,7 +99,7 @@ def _min_depths(truth: Truth, units: IntArray) -> FloatArray:
     return out
 
 
-# Visualization of layouts: an image with colored, labelled boxes, and JSON.
+# Visualization of layouts: an image with colored, labeled boxes, and JSON.
 
 
 Picture = npt.NDArray[np.uint8]

@@ -43,7 +43,7 @@ from scenelang.backends.pictures.film import (
     Painter,
     PictureBackend,
     PictureOptions,
-    labelled,
+    labeled,
     write_still,
 )
 from scenelang.backends.pictures.stage import Shot, Stage, Staging, box_of, check_size
@@ -95,7 +95,7 @@ class SplatsPainter:
         radiance = np.asarray(drawn.color.numpy() + (1.0 - alpha) * background, np.float32)
         picture = encode(tone_map(radiance, stage.studio.environment))
         if self._labels and stage.solids.semantic.any():
-            picture = labelled(picture, stage.solids, draw(stage, shaded=False).ids)
+            picture = labeled(picture, stage.solids, draw(stage, shaded=False).ids)
         report(1.0)
         return Image(picture, radiance)
 
