@@ -586,7 +586,7 @@ def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterato
     """``:color red``."""
     for key, value in zip(tree.items, tree.items[1:]):
         known = ("color", "rgb", "hsv", "hsl", *_defined_names(source.text))
-        is_name = value.text.isalpha() and value.text not in known and not near_names(value.text, known)
+        is_name = value.text.isalpha() and value.text not in (*known, *NAMES) and not near_names(value.text, known)
         if key.text == ":color" and value.start in unbound and is_name:
             instead = f'(color "{value.text}")'
             fix = Fix("Convert the name", (Edit(Span(source, value.start, value.end), instead),), safe=True)
@@ -964,7 +964,7 @@ def _filled(source: Source, template: str, bound: Mapping[str, Sequence[Tree]]) 
             return ""
         if match[2]:
             texts = [source.text[part.start : part.end].lstrip(":") for part in parts]
-            if all(part.opener == "[" and len(part.items) == 2 for part in parts):  # pairs already
+            if all(part.opener and len(part.items) == 2 for part in parts):  # pairs already
                 return " ".join(f"({text[1:-1].strip()})" for text in texts)
             return " ".join(f"({' '.join(texts[i : i + 2])})" for i in range(0, len(texts), 2))
         return source.text[parts[0].start : parts[-1].end]

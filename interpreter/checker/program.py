@@ -583,7 +583,11 @@ class SourceFile:
         if path.startswith(STD):
             text = state.prelude.library.modules.get(path[len(STD) :])
             if text is None:
-                hint = suggest(path, (STD + name for name in state.prelude.library.modules))
+                modules = state.prelude.library.modules
+                stem = path.rpartition("/")[2].removesuffix(".scene")
+                homes = (name for name, text in modules.items() if f'(bind "{stem}"' in text)
+                hint = next((f'"{stem}" is in `{STD}{name}`' for name in homes), None)
+                hint = hint or suggest(path, (STD + name for name in modules))
                 raise SceneError("file", f"no module `{path}` in the standard library", hint, span)
             source = Source(path, text)
         else:
