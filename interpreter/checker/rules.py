@@ -746,7 +746,6 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
         values = {id(key): value for key, value in pairwise(node.arguments)}
         texts = {id(key) for key, value in pairwise(node.arguments) if type(value) is ast.Constant is type(key)
                  and type(value.value) is str}  # fmt: skip
-        given = {str(a.value) for a in node.arguments if type(a) is ast.Constant and type(a.value) is Keyword}
         for argument in node.arguments if not others else ():
             if type(argument) is ast.Constant and type(argument.value) is Keyword:
                 name, span = str(argument.value), argument.span
@@ -766,12 +765,9 @@ def unread_attributes(nodes: Iterable[Any]) -> Iterator[tuple[str, Diagnostic]]:
                 if foreign is not None and name not in (geometry_attributes(word) or ()):
                     hint = foreign[0]
                 if hint is not None:
-                    misspelled = near_attribute(word, name)
-                    near = misspelled or (foreign[1] if foreign else _named_in(hint))
-                    is_sure = near is not None and (
-                        near == _today(word, name) or (near == misspelled and near not in given)
-                    )
-                    fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),), is_sure),) if near else ()
+                    near = near_attribute(word, name) or (foreign[1] if foreign else _named_in(hint))
+                    is_former = near is not None and near == _today(word, name)
+                    fixes = (Fix(f"Change to `:{near}`", (Edit(span, f":{near}"),), is_former),) if near else ()
                     message = f'the primitive "{word}" does not use the attribute `:{name}`'
                     yield (
                         word,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import itertools
 import json
 import math
 import re
@@ -264,7 +265,72 @@ def test_the_gap_of_two_objects(studio: Any, program: Any, show: Any) -> None:
     _until(shown, "document.getElementById('measured-result').textContent.includes('gap 4')")
 
 
+# --- the view
+
+TWO = """(bind "a" (lambda () (union
+  (call "cube" :color (color "tomato"))
+  (transform (call "sphere" :radius .5) (translate [2 0 0])))))
+"""
+
+
+def test_other_objects_stay_where_they_are_in_the_picture(studio: Any, program: Any, show: Any) -> None:
+    """A moved object changes the box of the scene, by which the stage is scaled; a scene that no longer fits is framed
+    again, unless the view was moved by hand."""
+    shown = _open(show, studio(program(TWO)), (1100, 520))
+    replace = "(text) => scenelangPage.editor.replace(text)"
+    before = _seen_at(shown, [0.5, 0.5, 0.5])
+    shown.after(lambda: shown.page.evaluate(replace, TWO.replace("[2 0 0]", "[2.2 0 0]")))
+    assert _seen_at(shown, [0.5, 0.5, 0.5]) == pytest.approx(before, abs=0.5)
+    far = TWO.replace("[2 0 0]", "[9 0 0]")
+    shown.after(lambda: shown.page.evaluate(replace, far))
+    canvas = shown.page.locator("#canvas").bounding_box()
+    for point in ([-0.5, -0.5, 0.5], [9.5, 0, 0]):
+        x, y = _seen_at(shown, point)
+        assert canvas["x"] < x < canvas["x"] + canvas["width"]
+        assert canvas["y"] < y < canvas["y"] + canvas["height"]
+    shown.page.focus("#canvas")
+    shown.page.keyboard.press("ArrowLeft")
+    own = _seen_at(shown, [0.5, 0.5, 0.5])
+    shown.after(lambda: shown.page.evaluate(replace, far.replace("[9 0 0]", "[14 0 0]")))
+    assert _seen_at(shown, [0.5, 0.5, 0.5]) == pytest.approx(own, abs=0.5)
+
+
+def test_bars_over_the_picture_do_not_cover_each_other(studio: Any, program: Any, show: Any) -> None:
+    words = [f"a part with a long name {i}" for i in range(6)]
+    binds = [f'(bind "{a}" (lambda () (union (call "cube") (call "{b}"))))' for a, b in itertools.pairwise(words)]
+    shown = _open(
+        show, studio(program("\n".join([*binds, f'(bind "{words[-1]}" (lambda () (call "cube")))']))), (860, 520)
+    )
+    shown.page.evaluate("scenelangPage.select([1, 1, 1, 1, 1])")
+    boxes = [shown.page.locator(name).bounding_box() for name in ("#breadcrumb", "#tools")]
+    assert boxes[0]["y"] + boxes[0]["height"] <= boxes[1]["y"] + 0.5
+    shown.page.evaluate("scenelangPage.select([0])")
+    boxes = [shown.page.locator(name).bounding_box() for name in ("#breadcrumb", "#tools")]
+    assert boxes[0]["y"] == pytest.approx(boxes[1]["y"], abs=30)
+
+
+def test_a_part_of_an_imported_word_marks_the_call_of_the_word(studio: Any, program: Any, show: Any) -> None:
+    program(PART, "part.scene")
+    text = '(import "part.scene")\n(bind "a" (lambda () (union (call "cube") (call "part"))))\n'
+    shown = _open(show, studio(program(text)), (860, 520))
+    shown.page.evaluate("scenelangPage.select([1, 1])")
+    assert shown.page.locator(".made-here").all_inner_texts() == ['(call "part")']
+    assert "part.scene, line 1" in shown.text("#inspector")
+
+
 # --- tabs
+
+
+def test_tabs_of_a_browser_that_was_killed(studio: Any, program: Any, show: Any) -> None:
+    """The store of the browser's tab is gone; that of the site is left."""
+    shown = _open(show, studio(program(TWO), program(FLOATING, "b.scene")))
+    shown.page.select_option("#files", "1")
+    _until(shown, "scenelangPage.fileName.endsWith('b.scene') && scenelangPage.packet?.primitives === 3")
+    shown.page.evaluate("sessionStorage.clear()")
+    shown.page.reload()
+    shown.ready()
+    assert shown.page.locator("#tabs [role=tab]").all_text_contents() == ["a.scene", "b.scene"]
+    assert shown.page.evaluate("scenelangPage.fileName").endswith("b.scene")
 
 
 def test_tabs_keep_their_texts(studio: Any, program: Any, show: Any) -> None:

@@ -223,6 +223,16 @@ export class Editor {
     this.view.focus();
   }
 
+  // Where words are called by name, [line, column] counted from 1.
+  callsOf(word) {
+    const { doc } = this.view.state;
+    const name = word.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
+    return [...this.text.matchAll(new RegExp(`\\(call\\s+"${name}"`, "g"))].map(({ index }) => {
+      const line = doc.lineAt(index);
+      return [line.number, index - line.from + 1];
+    });
+  }
+
   // Marks the forms that begin at places, [line, column] counted from 1, and brings the first into view.
   mark(places, reveals) {
     const { doc } = this.view.state;

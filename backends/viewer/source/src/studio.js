@@ -503,11 +503,12 @@ export class Studio extends Page {
     byId("recolor").value = hexOf(nodes && this.graph.attribute(nodes.at(-1), "color"));
   }
 
-  // Where the program makes the innermost of some nodes that it makes: parts of imported words are made elsewhere.
+  // Where this file makes the innermost of some nodes: of imported words it has the calls only.
   nearestPlaces(nodes) {
     for (const node of nodes.slice(1).reverse()) {
       const places = this.placesOf(node);
-      if (places.length) return places;
+      const forms = places.length ? places : this.editor.callsOf(this.graph.word(node));
+      if (forms.length) return forms;
     }
     return this.placesOf(nodes[0]);
   }
