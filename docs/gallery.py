@@ -97,7 +97,8 @@ def page() -> str:
     return "\n".join([
         "# Gallery",
         "",
-        "Every example, path traced (`--quality final`), and as a draft video: `make gallery` draws them.",
+        "Every example in the language, path traced (`--quality final`), and as a draft video: `make gallery` "
+        "draws them.",
         "A name leads to its program.",
         "",
         "|  " * COLUMNS + "|",

@@ -99,7 +99,7 @@ TOPICS: dict[str, tuple[str, str]] = {
         "`union`. Boxes are the exact bounding boxes of `compute-shape-min` and related functions.",
     ),
     "solids": (
-        "Solid modelling",
+        "Solid modeling",
         "Solids are entities, computed when they are drawn or measured. Operands are entities, pairs or parts: cubes, "
         "spheres and other primitives, closed mesh files and solids. A profile is an array of points [x y], or a list "
         "of such contours: outer ones counter-clockwise, holes clockwise. [Solids](../solids.md) has more.",

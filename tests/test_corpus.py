@@ -58,6 +58,19 @@ def test_expansion_keeps_params(tmp_path: Path) -> None:
     assert counts[0]["cube"] == 20
 
 
+def test_expansion_has_no_camera_of_an_imported_file(tmp_path: Path) -> None:
+    (tmp_path / "part.scene").write_text('(camera "c" :eye [0 0 9])\n(bind "part" (lambda () (call "cube")))\n')
+    main_file = tmp_path / "main.scene"
+    main_file.write_text(
+        '(import "part.scene")\n(light :position [1 2 3] :power 5)\n(bind "a" (lambda () (call "part")))\n'
+    )
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        assert main(["expand", str(main_file)]) == 0
+    assert "camera" not in out.getvalue()
+    assert "(light" in out.getvalue()
+
+
 @pytest.mark.parametrize("program", [*PROGRAMS, *EXAMPLES], ids=lambda path: path.stem)
 @pytest.mark.sampled(4)
 def test_expansion_is_the_same_program(program: Path, tmp_path: Path) -> None:

@@ -42,6 +42,7 @@ _MOST_CUTS = 20_000  # primitives that the planes meet
 # Nested solids are cut a little later the smaller they are, so that their faces show on those of what is around them:
 # in shares of the diagonal of the scene, for a size e times smaller, and for the next one of the same size.
 _LATER, _NEXT, _MOST_NEXT = 1e-4, 2e-6, 50
+_MOST_SHIFT = 0.01  # of a solid's own size
 _TOOL = "\0section"  # word of the faces of the tool, which no program can write
 _SHADE, _SATURATION = 0.5, 1.3  # of the cut faces' color, relative to that of the surface
 
@@ -179,11 +180,16 @@ class _Knife:
             message = f"the section meets {len(met):,} primitives, more than the limit of {_MOST_CUTS:,}"
             raise LimitError("primitives", message, hint="cut a part of the scene: `--part PATH`")
         sizes = [self._size(entity, pose) for entity, pose in met]
-        largest, seen = max(sizes, default=1.0), Counter[float]()
-        for (entity, pose), size in zip(met, sizes, strict=True):
+        largest, seen, shifts = max(sizes, default=1.0), Counter[float](), list[float]()
+        for size in sizes:
             later = _LATER * math.log(largest / size) + _NEXT * min(seen[size], _MOST_NEXT)
-            self._shifts[id(entity), pose] = later * self._diagonal
+            shifts.append(later * self._diagonal)
             seen[size] += 1
+        # in a large scene the shift of a small solid could be larger than the solid
+        shares = (_MOST_SHIFT * size / shift for size, shift in zip(sizes, shifts, strict=True) if shift)
+        factor = min(1.0, min(shares, default=1.0))
+        for (entity, pose), shift in zip(met, shifts, strict=True):
+            self._shifts[id(entity), pose] = factor * shift
         parts = self._cut(root)
         if len(parts) == 1 and parts[0].cdr == IDENTITY:
             whole: Entity = parts[0].car

@@ -388,6 +388,7 @@ def check_primitive(
         hint = meant[0] if meant else f'write `(call "{word}" :{name} {value})`'
         inference.report("attribute", f'the primitive "{word}" requires the attribute `:{name}`, a string', node.span,
                          hint, expected=f":{name}", found="nothing", signature=_usage_of(word))  # fmt: skip
+    _warn_of_further_embeddings(inference, word, positional)
     ends = [value for key, _, value in keywords if key in ("p0", "p1")]
     points = [[inference.number_of(item) for item in end.items] for end in ends if type(end) is ast.ArrayLiteral]
     if "p0" in known and len(points) == 2 and points[0] == points[1] and None not in points[0]:
@@ -398,6 +399,18 @@ def check_primitive(
 def _physics_of(cls: Any) -> tuple[Attribute, ...]:
     """Return the physics attributes of a primitive; a semantic primitive passes all attributes on to a model."""
     return PHYSICS if cls is not None and not cls.is_semantic else ()
+
+
+def _warn_of_further_embeddings(inference: KindInference, word: str, positional: Sequence[Any]) -> None:
+    """Warn of embeddings after the first one, which are those of parts: a primitive has none."""
+    for further in positional[1:]:
+        if inference.result.kinds[further].tag in ("String", "Embedding"):
+            kinds = [inference.result.kinds[each].tag for each in positional[:2]]
+            texts = " ".join(each.span.text for each in positional[:2])
+            hint = "write one text" if kinds[0] == kinds[1] else f"join them: `(embedding {texts})`"
+            message = f'"{word}" has no parts, so that only its first embedding counts'
+            inference.warn("idle-attribute", message, further.span, hint)
+            return
 
 
 def _usage_of(word: str) -> str:

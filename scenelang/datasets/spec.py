@@ -957,12 +957,17 @@ def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> N
     for split, split_patterns in patterns.items():
         if not any(fnmatchcase(name, pattern) for name in names for pattern in split_patterns):
             table.table("splits").fail(split, f"`{split}`: no program matches {', '.join(split_patterns)}"[:300])
+    split_of_text: dict[str, str] = {}  # equal programs are in one split, the first that a name of theirs matches
+    for split, split_patterns in patterns.items():
+        for path, name in zip(spec.programs, names, strict=True):
+            if any(fnmatchcase(name, pattern) for pattern in split_patterns):
+                split_of_text.setdefault(spec.texts[path], split)
+    for split in patterns:
+        if split not in split_of_text.values():
+            message = f"`{split}`: its programs, or programs of equal text, are in another split, so it would be empty"
+            table.table("splits").fail(split, message)
     rest = next((split for split, rule in rules.items() if rule == "rest"), None)
-    unmatched = [
-        name
-        for name in names
-        if not any(fnmatchcase(name, pattern) for split_patterns in patterns.values() for pattern in split_patterns)
-    ]
+    unmatched = [name for path, name in zip(spec.programs, names, strict=True) if spec.texts[path] not in split_of_text]
     if rest is not None and not unmatched:
         table.table("splits").fail(rest, f"`{rest}`: every program is in another split, so this one would be empty")
     if rest is None and unmatched:

@@ -436,7 +436,8 @@ def edit_part(project: Project, program: ProjectProgram, edit: InstanceEdit) -> 
     except SceneError as error:
         return refused([error.diagnostic])
     count = f"{outcome.instances:,} instance{'s' * (outcome.instances != 1)}"
-    change = f"{_line(outcome.old)} -> {_line(outcome.new) or 'nothing'}"
+    old, new = _line(outcome.old), _line(outcome.new)
+    change = f"{old} -> {new or 'nothing'}" if old else f"{new} added"
     others = f"{outcome.others:,} other primitives" if outcome.others else "nothing else"
     line = f"line {outcome.line}: {change} ({count}, {others} change{'' if outcome.others else 's'})"
     data = {"ok": True, "line": outcome.line, "instances": outcome.instances, "others": outcome.others}

@@ -452,11 +452,14 @@ class Session:
     def _expansion(self, program: Program) -> str:
         """Lay out the expanded forms; raises SceneError if they are nested too deeply to be read again."""
         from scenelang.grammar.layout import layout
+        from scenelang.interpreter.checker.setup_forms import is_setup
         from scenelang.interpreter.compile.analyze import mentioned
         from scenelang.interpreter.compile.unparse import unparse
         from scenelang.interpreter.expand.forms import INDENTS
 
-        forms = [*program.forms, *([program.scene] if program.scene else [])]
+        own = set(map(id, program.own_forms))  # cameras and lights of imported files are not those of the program
+        forms = [form for form in program.forms if id(form) in own or not is_setup(form)]
+        forms += [program.scene] if program.scene else []
         params = {param.span for param in program.params}
         imports = (f'(import "{module}")' for module in self.library_imports(program))
         datums: list[Datum] = list(read(Source("<expansion>", "\n".join(imports))).forms)

@@ -135,6 +135,18 @@ def test_programs_of_equal_text_are_dealt_as_one(tmp_path: Path) -> None:
     assert spec_of(text.replace("0.3", "0.5"), "s", tmp_path).splits is not None
 
 
+def test_a_split_whose_programs_are_all_equal_to_others_is_empty(tmp_path: Path) -> None:
+    from scenelang.datasets.spec import spec_of
+
+    for name in ("a-1", "b-1"):
+        (tmp_path / f"{name}.scene").write_text('(bind "a" (lambda () (call "cube")))')
+    text = "programs = '*.scene'\n[splits]\nby = 'program'\ntrain = ['a-*.scene']\n"
+    with pytest.raises(SceneError, match="`test`: every program is in another split"):
+        spec_of(text + "test = 'rest'", "s", tmp_path)
+    with pytest.raises(SceneError, match="`test`: its programs, or programs of equal text, are in another split"):
+        spec_of(text + "test = ['b-*.scene']", "s", tmp_path)
+
+
 def test_ranges_of_splits_may_not_overlap(read: Read) -> None:
     text = HEAD + "[params]\nballs = { integer = [1, 6] }\n[splits]\nby = 'balls'\n"
     with pytest.raises(SceneError, match="overlaps that of `train`, which would leak"):

@@ -35,6 +35,13 @@ def volume(corners: np.ndarray) -> float:
     return float(np.einsum("ni,ni->n", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6.0)
 
 
+def test_a_small_solid_in_a_large_scene_is_cut_through_its_middle() -> None:
+    """The faces of nested solids are cut a little later each; the step was larger than a small solid."""
+    text = '(union (call "sphere" :radius .02) (transform (call "cube" :scale 9) (translate [30 0 0])))'
+    (ball, _), *_ = surfaces(cut(evaluate(f'(bind "it" (lambda () {text}))'), planes_of("z=0")))
+    assert abs(ball[:, :, 2].max()) < 0.02 * 0.04
+
+
 @pytest.mark.parametrize(("text", "height"), [("x=0.5", 1.5), ("-x=0.5", 0.5), ("z=75%", 1.5), ("y=-0.5", 0.5)])
 def test_a_cut_ball_has_the_volume_of_its_cap(text: str, height: float) -> None:
     (ball, _), (face, _) = surfaces(cut(evaluate(BALL), planes_of(text)))

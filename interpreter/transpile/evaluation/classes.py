@@ -833,6 +833,8 @@ def format_text(evaluator: Evaluating, text: str, arguments: tuple[Any, ...], na
             first, rest = _split(field_name)
             value = self.get_value(first, args, kwargs)
             for is_attribute, name in rest:
+                if is_attribute and name.startswith("__"):
+                    raise UnsupportedPython(f"`{name}` in a text to format is not supported")
                 value = evaluator.attribute(value, name) if is_attribute else value[name]
             return value, first
 
