@@ -167,7 +167,7 @@ class _Grouping:
 
     def _groups(self) -> Iterator[tuple[int, IntArray, list[tuple[int, IntArray]]]]:
         """Yield an instance, the solids of a body of it, and the bodies that they are in the other reading."""
-        stack = [0]
+        stack = [0] if len(self.first) else []
         while stack:
             at = stack.pop()
             first, last = int(self.first[at]), int(self.last[at])

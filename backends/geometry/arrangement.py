@@ -240,12 +240,13 @@ class Arrangement:
     # --- boxes and frames --------------------------------------------------------------------------------------
 
     def box(self, placed: PlacedObject) -> tuple[FloatArray, FloatArray]:
-        """Return the exact bounding box in the scene's frame: low and high corner (3,)."""
+        """Return the exact bounding box in the scene's frame: low and high corner (3,); SceneError without geometry."""
         corners = self._boxes.get(placed.instance)
         if corners is None:
             pose = Matrix(self.ancestry.poses[placed.instance].ravel().tolist())
             box = parts_box((Pair(placed.entity, pose),))
-            assert box is not None  # instances have primitives
+            if box is None:  # blocks that are removed
+                raise SceneError("declaration-subject", f'"{placed.entity.word}" has no geometry to measure')
             corners = self._boxes[placed.instance] = (np.array(box[:3]), np.array(box[3:]))
         return corners
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from scenelang.backends.geometry.arrangement import Arrangement, PlacedObject
 from scenelang.backends.surfaces.solids import FloatArray
+from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.flatten import flatten_entity
 
@@ -94,7 +95,7 @@ def outlines(arrangement: Arrangement, placed: PlacedObject, axis: str) -> froze
     import manifold3d
 
     kept = [number for number in range(3) if number != "xyz".index(axis)]
-    points = np.concatenate([arrangement.triangles(body)[0] for body in range(placed.first, placed.last)])[:, kept]
+    points = np.concatenate([vertices for vertices, _ in _surfaces(arrangement, placed)])[:, kept]
     section = manifold3d.CrossSection.hull_points(points)
     hull = np.concatenate([np.asarray(ring) for ring in section.to_polygons()] or [np.zeros((0, 2))])
     if len(hull) < 3:
@@ -164,10 +165,17 @@ def visible_share(arrangement: Arrangement, seen: PlacedObject, eye: PlacedObjec
     return 1.0 - float(hidden.mean())
 
 
+def _surfaces(arrangement: Arrangement, placed: PlacedObject) -> list[tuple[FloatArray, npt.NDArray[np.int64]]]:
+    """Return vertices and faces of the bodies of an object; raises SceneError if it has no surface."""
+    triangles = [arrangement.triangles(body) for body in range(placed.first, placed.last)]
+    if not any(len(faces) for _, faces in triangles):
+        raise SceneError("declaration-subject", f'"{placed.entity.word}" has no surface that can be seen')
+    return triangles
+
+
 def _sampled(arrangement: Arrangement, placed: PlacedObject) -> FloatArray:
     """Return points (K, 3) of an object's surface: the centers of triangles, spread evenly by area."""
-    triangles = [arrangement.triangles(body) for body in range(placed.first, placed.last)]
-    corners = np.concatenate([vertices[faces] for vertices, faces in triangles])
+    corners = np.concatenate([vertices[faces] for vertices, faces in _surfaces(arrangement, placed)])
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     total = np.cumsum(areas)
     places = (np.arange(_SEEN_POINTS) + 0.5) / _SEEN_POINTS * total[-1]

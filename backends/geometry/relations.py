@@ -328,7 +328,11 @@ def _declared(
 def _failures(context: _Context) -> list[_Failure]:
     """Return the failures of a declaration in one frame, with `negated` taken into account."""
     declaration = context.declaration
-    failures = _RELATIONS[declaration.relation](context)
+    try:
+        with np.errstate(all="ignore"):  # extents near the limits of floats overflow where they are multiplied
+            failures = _RELATIONS[declaration.relation](context)
+    except np.linalg.LinAlgError:
+        raise SceneError("declaration-subject", "the scene is too large or too small to measure") from None
     if not declaration.options.get("negated"):
         return failures
     if failures:
@@ -1079,8 +1083,10 @@ def _visible_from(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failu
 def _reachable(context: _Context) -> list[_Failure]:
     """Return the subjects that a person cannot walk to from an object, or with `all` from each."""
     context.work.spend(len(context.arrangement.bodies))
-    floor = WalkingPlan(context.arrangement, float(context.option("within", FREE_RADIUS)))
     subjects, starts = (context.objects(name) for name in context.declaration.things)
+    if not len(context.arrangement.bodies):
+        raise SceneError("declaration-subject", "nothing solid is in the scene, so that there is no way to test")
+    floor = WalkingPlan(context.arrangement, float(context.option("within", FREE_RADIUS)))
     ways = [(b, floor.reached(floor.around(b))) for b in starts]
     failures = []
     for a in subjects:
