@@ -921,6 +921,8 @@ def _by_surface(kinds: Sequence[LeafPiece], kind: IntArray) -> Iterator[tuple[Ex
 
 def _grouped(numbers: IntArray) -> Iterator[tuple[int, IntArray]]:
     """Yield each distinct number with its rows, in order."""
+    if not len(numbers):
+        return
     order = np.argsort(numbers, kind="stable")
     distinct_numbers, first = np.unique(numbers[order], return_index=True)
     yield from zip(distinct_numbers.tolist(), np.split(order, first[1:]), strict=True)
@@ -1046,7 +1048,8 @@ class Surfaces:
     def _make_pieces(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
         """Return the surface of a leaf as pieces that share surfaces by their keys."""
         if item.merged:
-            return [LeafPiece(p.look, p.surface, _rows_of(p.pose)) for p in self._patches_of(item, sides)]
+            patches = (patch for patch in self._patches_of(item, sides) if len(patch.surface.faces))
+            return [LeafPiece(p.look, p.surface, _rows_of(p.pose)) for p in patches]
         look, solid = look_of(item.entity), solid_of(item.entity)
         if solid is None or look.opacity == 0.0:
             return []
@@ -1056,7 +1059,7 @@ class Surfaces:
             unshared = solid.surface(sides, texture)
             self._shared[key] = shared(unshared) if unshared is not None and self.shares else unshared
         surface = self._shared[key]
-        return [] if surface is None else [LeafPiece(look, surface, _rows_of(solid.pose))]
+        return [] if surface is None or not len(surface.faces) else [LeafPiece(look, surface, _rows_of(solid.pose))]
 
     def _patches_of(self, item: ExportItem, sides: int) -> Sequence[Patch]:
         """Return a merged item as patches, with the tolerance of its largest copy."""

@@ -116,7 +116,7 @@ class GltfDocument:
             surface = solid.surface(segments, look.texture)
             if surface is not None and self.shares:
                 surface = shared(surface)
-            self._surfaces[key] = None if surface is None else self._add_surface(surface)
+            self._surfaces[key] = self._add_surface(surface) if surface is not None and len(surface.faces) else None
         geometry = self._surfaces[key]
         if geometry is None:
             return None
@@ -132,7 +132,8 @@ class GltfDocument:
         key = id(entity), tolerance
         if key not in self._merged:
             groups: dict[Matrix, list[dict[str, Any]]] = {}
-            for patch in merged(entity, self.segments, tolerance):
+            patches = merged(entity, self.segments, tolerance)
+            for patch in (each for each in patches if len(each.surface.faces)):
                 primitive = self._add_surface(patch.surface) | {"material": self._material(patch.look)}
                 groups.setdefault(patch.pose, []).append(primitive)
             self._merged[key] = [(place, self._add_mesh(entity.word, group)) for place, group in groups.items()]
@@ -159,7 +160,7 @@ class GltfDocument:
             columns["TEXCOORD_0"] = downward.astype(np.float32)
         small = len(surface.vertices) < 65535
         indices = surface.faces.astype(np.uint16 if small else np.uint32).reshape(-1)
-        if self.compresses:
+        if self.compresses and _has_area(columns["POSITION"], indices):
             return self._compressed(columns, indices)
         attributes = {
             name: self.add_array(column, f"VEC{column.shape[1]}", _ARRAY_BUFFER, name == "COLOR_0")
@@ -334,6 +335,13 @@ _KINDS = {
     3: "TEXCOORD_0",
     4: "COLOR_0",
 }  # by Draco's types of attributes; 4 is a generic one
+
+
+def _has_area(points: npt.NDArray[Any], indices: npt.NDArray[Any]) -> bool:
+    """Return whether a triangle has an area; Draco refuses a mesh of others, such as that of a flat cube."""
+    corners = points[indices.reshape(-1, 3)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return bool(normals.any())
 
 
 def compressed(

@@ -389,7 +389,7 @@ def shared(surface: ExportSurface) -> ExportSurface:
         """Return the weighted sum (V, 3) of values at corners, which are (F, 1, 3)."""
         weighted = (values * angles).reshape(-1, 3)
         sums = [np.bincount(faces.ravel(), weighted[:, axis], len(points)) for axis in range(3)]
-        return np.stack(sums, axis=1)
+        return np.stack(sums, axis=1).astype(np.float64)  # `bincount` of nothing gives integers
 
     normals = _unit_normals(around(_unit_normals(turn[:, 0])[:, None]))
     if surface.colors is None:

@@ -184,7 +184,9 @@ class Prims:
     def hint_extent(self, prim: Any, roots: Sequence[ExportItem]) -> None:
         """Set the bounding box of the whole scene, which can be read without loading anything below ``prim``."""
         boxes = [entity_box(root.entity) for root in roots]
-        known = next(box for box in boxes if box is not None)
+        known = next((box for box in boxes if box is not None), None)
+        if known is None:
+            return
         extents = self.attribute(prim, "extentsHint", "Float3Array")
         values = [self.points(np.array(box or known).reshape(2, 3)) for box in boxes]
         extents.default = values[0]

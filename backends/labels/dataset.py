@@ -357,12 +357,12 @@ def _arrays_of(
     """Return the maps as arrays for an NPZ file, and as layers for an EXR file."""
     words = word_numbers(truth)
     number = np.array([words[entity.word] for entity in truth.ancestry.nodes], np.int32)
+    numbers = np.append(number[truth.ancestry.node], 0).astype(np.int32)  # NOTHING is the last entry
     instances = np.stack(levels).astype(np.int32)
 
     def word_of(instance: npt.NDArray[Any]) -> npt.NDArray[np.int32]:
         """Return the word numbers of instances, 0 on the background."""
-        word_number = number[truth.ancestry.node[np.maximum(instance, 0)]]
-        return np.where(instance >= 0, word_number, 0).astype(np.int32)
+        return np.asarray(numbers[instance])
 
     arrays: dict[str, npt.NDArray[Any]] = {
         "instance": truth.instance.astype(np.int32),
@@ -434,7 +434,7 @@ def _legend(truth: Truth, handles: Sequence[str], bodies: IntArray) -> dict[str,
 
 def _legend_picture(truth: Truth) -> Picture:
     """Return the legend of the words of a shot."""
-    words = sorted({truth.ancestry.entity(int(i)).word for i in np.unique(truth.ancestry.node)})
+    words = sorted({truth.ancestry.nodes[i].word for i in np.unique(truth.ancestry.node).tolist()})
     return legend_picture([(word, word_color(word)) for word in words])
 
 

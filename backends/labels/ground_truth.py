@@ -61,8 +61,13 @@ class Truth:
 
     def at_depth(self, depth: int) -> IntArray:
         """Return the instance (H, W) at ``depth`` of the hierarchy that contains each pixel's primitive, or NOTHING."""
-        up = self.ancestry.at_depth(depth)
-        return np.where(self.seen, up[np.maximum(self.instance, 0)], NOTHING)
+        return self.of_instances(self.ancestry.at_depth(depth))
+
+    def of_instances(self, values: IntArray) -> IntArray:
+        """Return the value (H, W) of each pixel's primitive, given those of the instances (M,), or NOTHING."""
+        if not len(values):  # a frame without instances
+            return np.full(self.instance.shape, NOTHING, np.int64)
+        return np.where(self.seen, values[np.maximum(self.instance, 0)], NOTHING)
 
 
 def truth_of(scene: Scene, shot: Shot, limit: int, center: FloatArray, scale: float) -> Truth:
@@ -185,7 +190,7 @@ def correspondence_of(truth: Truth) -> Correspondence:
         above = unit_of[ancestry.parent[rows]]
         unit_at_depth = np.where(repeated[ancestry.node[rows]], rows, NOTHING)
         unit_of[rows] = np.where(above >= 0, above, unit_at_depth)
-    unit = np.where(truth.seen, unit_of[np.maximum(truth.instance, 0)], NOTHING)
+    unit = truth.of_instances(unit_of)
     place = np.zeros((*unit.shape, 3), np.float32)
     pixels = np.flatnonzero(unit.reshape(-1) >= 0)
     numbers, inverse = np.unique(unit.reshape(-1)[pixels], return_inverse=True)
@@ -208,8 +213,10 @@ def bodies_of_instances(ancestry: Ancestry) -> IntArray:
 
     Bodies are those of the checks and simulations: what a person would lift as one.
     """
-    facts = FrameFacts(ancestry.entity(0), ancestry=ancestry)
     bodies = np.full(len(ancestry.node), NOTHING)
+    if not len(ancestry):  # a frame without instances
+        return bodies
+    facts = FrameFacts(ancestry.entity(0), ancestry=ancestry)
     if len(facts.solids):
         body = facts.bodies.body
         first, last = ancestry.ranges(ancestry.primitives[facts.solids.row])
