@@ -93,7 +93,9 @@ def _content_of(folder: str, shown: str, name: str) -> str:
     names = [other for other in _files_in(folder) if other.endswith(ending)]
     if not names:
         return f"{place} has no {ending} files"
-    return f"{place} has {', '.join(names[:_MAX_LISTED])}{' and others' if len(names) > _MAX_LISTED else ''}"
+    if len(names) > _MAX_LISTED:  # a choice of many would be arbitrary
+        return f"{place} has {len(names)} other {ending} files"
+    return f"{place} has {', '.join(names)}"
 
 
 def undecodable(data: bytes, name: str, error: UnicodeDecodeError) -> SceneError:

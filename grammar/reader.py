@@ -582,7 +582,7 @@ def _wrong_neighbors(token: _Token, last: _Token) -> _ReadProblem | None:
     """Return the problem of two adjacent tokens that cannot follow each other, such as `(` and `.`."""
     kind = token.type
     if kind == "LSQB" and last.type == "ATOM" and last.end == token.start and "::" not in last.text:
-        hint = f"write `(ref {_short(last.text)} 0)`, or leave a space before `[`"
+        hint = f"write `(ref {_short(last.text)} i)` for the item at `i`, or leave a space before `[`"
         return _wrong("bad-atom", f"invalid indexing syntax `{_short(last.text)}[`", token, hint)
     if kind in ("RPAR", "RSQB"):
         if last.type in _OPEN_ENDED:
@@ -661,6 +661,8 @@ def _number(text: str) -> int | float:
     if _FLOAT.match(text):
         return float(text)
     hint = "add a space after the number; a name must not start with a digit"
+    if re.fullmatch(r"0[xX][0-9a-fA-F]{6}", text):
+        hint = f'a color in hexadecimal is `(color "#{text[2:]}")`'
     if re.fullmatch(r"[+-]?\d+/\d+", text):
         top, bottom = text.split("/")
         hint = f"there are no fraction literals; write `(/ {top} {bottom})`"

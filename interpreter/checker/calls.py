@@ -365,6 +365,9 @@ def _grouped(
         return turned(node, nodes[0])
     if builtin.name == "array" and len(nodes) > 1:
         return _listed(inference, node, nodes)
+    tags = [inference.result.kinds[item].tag for item in nodes]
+    if tags == ["Integer", "Function"] and [p.type.name for p in builtin.signature.required] == ["Sequence"]:
+        return f"a loop makes the list: `({builtin.name} (for/list ((i {nodes[0].span.text})) ...))`", ()
     parameters = (*builtin.signature.required, *builtin.signature.optional)
     vectors = [i for i, parameter in enumerate(parameters) if parameter.type.name in ("Vector", "Point")]
     if builtin.name == "scale":
@@ -499,7 +502,9 @@ def _advice(
             are_texts = all(inference.result.kinds[operand].tag == "String" for operand in node.arguments)
             join_ = "string-append" if are_texts else "string"
             head = Edit(node.function.span, join_)
-            return f"texts are joined by `{join_}`", (Fix(f"Write `{join_}`", (head,), safe=True),)
+            written = f"({join_} {' '.join(operand.span.text for operand in node.arguments)})"
+            shown_ = f"`{written}`" if len(written) <= MAX_SHOWN else f"`{join_}`"
+            return f"texts are joined by {shown_}", (Fix(f"Write `{join_}`", (head,), safe=True),)
         return hint, fixes
     if name == "String" and kind.tag in ("Integer", "Float"):
         fixes = (wrap_fix(argument, "string"),) if is_short else ()

@@ -370,7 +370,8 @@ def profile_hint(function: str, node: Any) -> str:
     """Return the hint for a profile in place of a solid, an argument of ``function``."""
     text = node.span.text if len(node.span.text) <= MAX_SHOWN else "profile"
     if function in _OF_PROFILES:
-        return f"`{text}` is a flat profile, and profiles are combined by `(profile-{function} ...)`"
+        instead = f"(extrude (profile-{function} ...) height)"
+        return f"`{text}` is a flat profile; profiles are combined and made solid by `{instead}`"
     return f"`{text}` is a flat profile, of which `(extrude {text} 1)` makes a solid"
 
 
@@ -501,7 +502,9 @@ def turned(node: Any, angles: Any) -> tuple[str | None, tuple[Fix, ...]]:
     if len(numbers) != len(AXES) or len(turning) != 1 or node.span.expansion is not None:
         return hint, ()
     (index,) = turning
-    written = f"(rotate (deg {angles.items[index].span.text}) {AXES[index]})"
+    text, angle = angles.items[index].span.text, numbers[index]
+    is_radians = angle is not None and not float(angle).is_integer() and abs(angle) <= math.tau  # (rotate [0 0 .785])
+    written = f"(rotate {text if is_radians else f'(deg {text})'} {AXES[index]})"
     return f"write `{written}`", (Fix("Write an angle and an axis", (Edit(node.span, written),), safe=True),)
 
 

@@ -410,6 +410,7 @@ _METHODS = {
     "count": "length", "upper": "string-upcase", "lower": "string-downcase", "split": "string-split",
 }  # fmt: skip
 _FUNCTION_FIRST = frozenset(("map", "filter"))
+_COPIES = frozenset(("clone", "copy", "deepcopy", "duplicate", "instance"))
 
 
 def _member(source: Source, tree: Tree) -> Iterator[Habit]:
@@ -429,6 +430,8 @@ def _member(source: Source, tree: Tree) -> Iterator[Habit]:
         hint = f"write `({instead} f {owner})`" if name in _FUNCTION_FIRST else f"write `({instead} {owner} ...)`"
         if name == "length":
             hint = f"write `(length {owner})`"
+    elif name in _COPIES:
+        hint = f"a value is used as often as it is named: `(transform {owner} (translate [1 0 0]))`"
     else:
         hint = f"fields are read by functions, `(leg-{name} {owner})`, and items of tables by `(ref {owner} key)`"
     message = f"`{tree.text}` is Python, not the Scene Language"
@@ -596,12 +599,14 @@ def _color_names(source: Source, tree: Tree, unbound: frozenset[int]) -> Iterato
 
 
 def _assignments(source: Source, root: Tree) -> Iterator[Habit]:
-    """``x = 3`` at top level."""
+    """``x = 3`` and ``(x = 3)`` at top level."""
     items = root.items
-    for name, sign, value in zip(items, items[1:], items[2:]):
+    triples = [*zip(items, items[1:], items[2:]), *(tree.items for tree in items if len(tree.items) == 3)]
+    for name, sign, value in triples:
         if sign.text == "=" and re.fullmatch(WORD, name.text):
             text = f"(define {name.text} {source.text[value.start : value.end]})"
-            span = Span(source, name.start, value.end)
+            around = next((tree for tree in items if tree.items[:1] == [name]), None)
+            span = Span(source, around.start, around.end) if around else Span(source, name.start, value.end)
             fix = Fix("Write a definition", (Edit(span, text),), safe=True)
             yield Habit(name.start, value.end, ((value.start, value.end),), frozenset((name.text,)),
                         _diagnostic(source, name.start, value.end, "names are defined by `define`, not by `=`",

@@ -356,7 +356,9 @@ SPELLINGS: Sequence[Spelling] = (
     Spelling("Scheme", r"#\\(\w)(?!\w)", r'"\1"', "a character is a string of length 1"),
     Spelling("Common Lisp", QUOTED_FUNCTION, "", "a function is named without `#'`"),
     Spelling("HTML", rf"(?<=[\s(])(:{WORD})=(?=[\w\"(\[.-])", r"\1 ", "an attribute is `:name value`"),
-    Spelling("OpenSCAD", rf"(?<=[\s(])({WORD})\s*=\s*(?=[\[(\"'\w.:<+-])", r":\1 ", "an attribute is `:name value`"),
+    Spelling(
+        "OpenSCAD or Python", rf"(?<=[\s(])({WORD})\s*=\s*(?=[\[(\"'\w.:<+-])", r":\1 ", "an attribute is `:name value`"
+    ),
     Spelling("JavaScript", rf"(?<=[\s({{])({WORD}):(?=[\s\[(\"'\d.-])", r":\1", "an attribute is `:name value`"),
     Spelling(
         "Python",

@@ -213,6 +213,11 @@ def read_param(datum: ListDatum, name: str) -> Param:
             raise syntax_error("param", "unexpected operand of `param`", key.span)
         bounds[str(key.value)] = rest.pop(0).value
     default = " ".join(datum.items[2].span.text.split())
+    value = datum.items[2]
+    if bounds and isinstance(value, Atom) and type(value.value) is str:
+        low = next(iter(bounds.values()))
+        hint = f"the value comes before its description: `(param {name} {low:g} {default} ...)`"
+        raise SceneError("param", f"the value of the param `{name}` is missing", hint, value.span)
     return Param(name, default, doc, bounds.get("min"), bounds.get("max"), datum.span)
 
 

@@ -872,7 +872,16 @@ def near_attribute(word: str, name: str) -> str | None:
         if name.lower() in attribute.aliases and name != "transparency":
             return attribute.name
     near = close_matches(name.lower(), [attribute.name for attribute in known], 1, _NEAR)
-    return near[0] if near else None
+    if near:
+        return near[0]
+    # `:emission-strength`, `:base-color` and `:metallicFactor` of other tools
+    parts = re.findall(r"[a-z]+", re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower())
+    own = [part for part in parts if part not in _QUALIFIERS]
+    return own[0] if len(own) == 1 < len(parts) and own[0] in {attribute.name for attribute in known} else None
+
+
+# What other tools add to the name of a property.
+_QUALIFIERS = frozenset(("strength", "factor", "intensity", "amount", "value", "level", "base", "diffuse", "map"))
 
 
 def unread_hint(word: str, name: str, value: str | None = None) -> str | None:

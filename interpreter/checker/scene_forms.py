@@ -380,7 +380,7 @@ def check_primitive(
         attribute = known.get(key)
         if attribute is not None and attribute.accepts:
             _check_attribute(inference, word, attribute, value)
-    given = {key for key, _, _ in keywords}
+    given = {key.partition("=")[0] for key, _, _ in keywords}  # `:file="a.glb"` has an error of its own
     needed = [each for each in attributes if each.needed and each.name not in given]
     if needed and not any(map(_may_carry_attributes, positional)):
         name, value = needed[0].name, needed[0].needed
@@ -717,7 +717,7 @@ def report_parts(inference: KindInference, node: Any, kind: Kind, place: str, al
         if type(node) is ast.Application and len(node.arguments) == 2:
             fixes = swap_fix(node, *node.arguments)[1]
     elif culprit.tag == "Frames":
-        hint = "only the root's value can be `(frames ...)`"
+        hint = "a film is `frames` around the whole: `(frames (for/list (...) (union still moving)))`"
     message = f"{place} expects entities or (entity . matrix) pairs, got {shown(node, culprit)}"
     dropped = _dropped_before(inference, node) if place.startswith('"') and always else None
     if place.startswith('"'):
@@ -807,6 +807,8 @@ def report_unused_result(inference: KindInference, node: Any) -> None:
         changing, hint = "", f"a variable is changed by `(set! {node.arguments[0].span.text} ...)`"
     if changing:
         hint += f"; a mutable list is changed by `{changing}`, a variable by `set!`"
+        if name in ("append", "cons", "list"):
+            hint += ", and a loop collects by `for/union` or `for/list`"
     elif name in ("translate", "rotate", "scale", "reflect"):
         hint = "a pose is applied by `transform`: `(transform part pose)`"
     inference.warn("dropped-value", f"the value of `{name}` is not used", node.span, hint)

@@ -16,7 +16,7 @@ from scenelang.interpreter.expand.expand import Expander, bracket_error, core, i
 from scenelang.interpreter.expand.forms import FORMS
 from scenelang.interpreter.expand.macros import check_proper, quoted_value
 from scenelang.interpreter.expand.scope import Scope, Variable, base_name
-from scenelang.interpreter.scene.declarations import FLAGS, RELATIONS, Relation
+from scenelang.interpreter.scene.declarations import FLAGS, RELATIONS, Relation, relation_hint
 
 _MAX_SHOWN = 40  # characters of source text in a hint
 _MAX_ASSERTION = 200  # characters of a failed test in its message
@@ -164,7 +164,7 @@ def _bindings(datum: ListDatum, operand: Datum, form: str) -> list[tuple[Datum, 
         if isinstance(binding, ArrayDatum):
             raise bracket_error("a binding", binding)
         if not isinstance(binding, ListDatum) or len(binding.items) != 2 or binding.tail is not None:
-            hint = "write each binding as `(name value)`, and put all of them in another pair of parentheses"
+            hint = "each binding is `(name value)`, and all of them stand in a pair of parentheses of their own"
             raise _with_parentheses(syntax_error(form, "invalid binding", binding.span, hint), operand)
         pairs.append((binding.items[0], binding.items[1]))
     return pairs
@@ -491,7 +491,7 @@ def _declaration(
         raise syntax_error("assert-that", problem, datum.span, 'write `(not (on "cup" "table"))`')
     relation = RELATIONS.get(name)
     if relation is None:
-        hint = suggest(name, RELATIONS) or f"the relations are {', '.join(RELATIONS)}"
+        hint = suggest(name, RELATIONS) or relation_hint(name)
         raise syntax_error("assert-that", f"unknown relation `{name}`", head.span, hint)
     operands, options = _relation_operands(relation, datum)
     wrong_count = relation.wrong_count(len(operands))

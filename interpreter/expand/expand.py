@@ -6,6 +6,7 @@ forms are in ``derived``, macros in ``macros``; this module handles names, bodie
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeGuard
 
@@ -111,6 +112,20 @@ def is_identifier(datum: Any) -> TypeGuard[Atom]:
 
 _MAX_SHOWN = 40  # characters of source text in a hint
 _MAX_USAGE = 200  # characters of a parameter list in messages
+
+
+def _local_hint(name: str, span: Span) -> str | None:
+    """Return the hint for a name that another top-level form of the file defines for itself; None if none does."""
+    text = span.source.text
+    for match in re.finditer(rf"\(define\s+\(?{re.escape(name)}(?=[\s)])", text):
+        start = text.rfind("\n(", 0, match.start()) + 1
+        if match.start() <= start:
+            continue
+        owner = re.match(r"\((?:bind|define)\s+\(?(\"[^\"\n]+\"|[^\s()]+)", text[start:])
+        if owner is not None and not start <= span.start < match.end():
+            line = span.source.position(match.start())[0]
+            return f"{owner[1]} defines it for itself, in line {line}: define it at top level to use it here"
+    return None
 
 
 def syntax_error(form: str, message: str, span: Span, hint: str | None = None) -> SceneError:
@@ -228,7 +243,7 @@ class Expander:
             hint = f'add `(import "{module}")`'
         else:
             near = self._near(name, scope)
-            hint = did_you_mean(near)
+            hint = did_you_mean(near) or _local_hint(name, atom.span)
         fixes = rename_fixes(atom.span, name, near)
         return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes, near=tuple(near))
 
@@ -851,7 +866,10 @@ def scan_define(expander: Expander, datum: ListDatum, scope: Scope, pending: lis
     else:
         if len(items) != 3:
             problem = "missing value of `define`" if len(items) == 2 else "`define` has more than one value"
-            raise syntax_error("define", problem, datum.span)
+            names = [item.span.text for item in items[1:-1] if is_identifier(item)]
+            is_function = len(items) > 3 and len(names) == len(items) - 2 and isinstance(items[-1], ListDatum)
+            hint = f"a function with parameters is `(define ({' '.join(names)}) ...)`" if is_function else None
+            raise syntax_error("define", problem, datum.span, hint)
         if not is_identifier(head):
             error = expander.not_a_name(head)
             raise error if error.name == "reserved" else syntax_error("define", "`define` expects a name", head.span)

@@ -122,7 +122,8 @@ def _subject(name: str, value: Any) -> str:
         return value.handle if value.handle.startswith("<") else f"<{value.handle}>"
     if type(value) is str and value:
         return value
-    raise SceneError("type", f"`{name}` expects a word or a handle, got {type_name(value)}")
+    hint = 'relations name words: bind the object to a word, as in `(bind "lid" ...)`, and write `"lid"`'
+    raise SceneError("type", f"`{name}` expects a word or a handle, got {type_name(value)}", hint)
 
 
 def _term(kind: str, value: Any) -> str:

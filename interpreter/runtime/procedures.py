@@ -385,6 +385,9 @@ def type_error(builtin: Builtin, parameter: BuiltinParameter, value: Any) -> Sce
         f"`{builtin.name}` expects {expected_name(parameter.type.name)} for `{parameter.name}`, "
         f"got {described(value, 60)}"
     )
+    required = [each.name for each in builtin.signature.required]
+    if required[:1] == ["profile"] and parameter.name in required[1:] and not isinstance(value, (int, float)):
+        return SceneError("type", message, hint=f"the profile comes first: `({builtin.name} {' '.join(required)})`")
     return SceneError("type", message, hint=builtin.call_hint)
 
 

@@ -460,6 +460,29 @@ _WORDS = {
 }
 
 
+# Words that people write for relations, by the names that mean them.
+_MEANT = {
+    "beside next-to near close-to adjacent-to by far-from apart": ("touching", "distance", "left-of", "right-of"),
+    "under underneath beneath": ("below", "on"),
+    "over atop on-top-of stacked": ("on", "above"),
+    "in within contains encloses": ("inside", "encircles"),
+    "parallel perpendicular tilted upright vertical": ("angle", "tilt"),
+    "centered centred middle": ("between", "aligned", "symmetric"),
+    "equal same-size same taller larger bigger smaller": ("proportion", "size"),
+    "overlaps intersects collides": ("clear-of", "touching"),
+    "stands stable rests attached": ("supported", "on", "fastened"),
+}
+_USUAL = ("on", "inside", "touching", "clear-of", "above", "left-of", "distance", "facing", "size", "count")
+
+
+def relation_hint(name: str) -> str:
+    """Return the hint for an unknown relation: those that its name means in other words, else the usual ones."""
+    meant = next((names for words, names in _MEANT.items() if name in words.split()), None)
+    listed = ", ".join(f"`{each}`" for each in meant or _USUAL)
+    others = "others" if meant else f"{len(RELATIONS) - len(_USUAL)} more"
+    return f"relations are {listed}, and {others} (docs/relations.md)"
+
+
 def example_of(relation: Relation) -> str:
     """Return a program that states the example of a relation, which holds."""
     scene = SCENES[relation.name]

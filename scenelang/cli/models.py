@@ -411,6 +411,8 @@ def run_edit(arguments: argparse.Namespace) -> int:
     if arguments.file is None or not (arguments.instruction or "").strip():
         raise UsageError("value", "expected a program and an instruction")
     path = Path(arguments.file)
+    if not path.exists() and Path(arguments.instruction).is_file():
+        raise UsageError("value", "the program comes first, then the instruction")
     settings, ablation = settings_from(arguments), Ablation(arguments.ablate or "")
     result, edit = generation.editing(path, arguments.instruction, settings, _options_of(arguments), ablation)
     report_run(arguments, result)

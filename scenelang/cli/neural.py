@@ -30,6 +30,7 @@ from scenelang.cli.options import (
     print_result,
     progress,
     reader,
+    report,
     scene_of,
     session_limit,
     usage_errors,
@@ -39,7 +40,7 @@ from scenelang.cli.options import (
 )
 from scenelang.console.reports import print_json, say
 from scenelang.files import beside
-from scenelang.grammar.diagnostics import SceneError
+from scenelang.grammar.diagnostics import Diagnostic, SceneError, suggest
 from scenelang.grammar.settings import amount, settings_in
 from scenelang.learning import inversion, neural
 from scenelang.learning.embeddings import (
@@ -387,6 +388,7 @@ def _set(arguments: argparse.Namespace) -> int:
     if arguments.start is not None and arguments.image is None:
         raise UsageError("value", "`--start` requires --image")
     attributes = dict(map(_attribute, arguments.attribute))
+    _warn_of_handle(arguments, name)
     word = z.set(
         name, text=arguments.text, attributes=attributes, image=arguments.image, start=arguments.start,
         model=arguments.model, clear=arguments.clear, models=models_of(arguments),
@@ -395,6 +397,17 @@ def _set(arguments: argparse.Namespace) -> int:
         change = f"; cosine {word.before:.3f} -> {word.cosine:.3f}" if word is not None else ""
         say(f"wrote {path}: <{name}>{change}")
     return 0
+
+
+def _warn_of_handle(arguments: argparse.Namespace, name: str) -> None:
+    """Warn of a handle that no entity of the program has, to which an entry would belong."""
+    rows = Embeddings(None).table(scene_of(arguments))
+    if any(row.handle == name for row in rows):
+        return
+    same = next((row.handle for row in rows if row.word == name), None)
+    hint = f'the entity "{name}" has <{same}>' if same else suggest(name, [row.handle for row in rows])
+    message = f"no entity of the program has the handle <{name}>"
+    report(arguments, [Diagnostic("unused-entry", message, None, hint or "`list` prints the handles")])
 
 
 def _attribute(item: str) -> tuple[str, Any]:

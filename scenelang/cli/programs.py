@@ -506,6 +506,8 @@ def run_simplify(arguments: argparse.Namespace) -> int:
     """Rewrite a program, and write it or print the diff."""
     from scenelang.session.formatting import difference
 
+    if arguments.output is not None and str(arguments.output).endswith(".py"):
+        raise UsageError("value", "`simplify` writes programs of the language", "`export --to python` writes Python")
     session = session_of(arguments)
     source = session.source(arguments.file)
     lifted, diagnostics = session.lift(source)

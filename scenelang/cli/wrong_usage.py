@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
@@ -150,7 +151,7 @@ class Adviser:
         stem = os.path.splitext(os.path.basename(outputs[0] if outputs else program))[0]
         for kind in (value, name):
             ending = f".{kind.lower().lstrip('.')}"
-            if kind and writer_of(f"{stem}{ending}") == self._command:
+            if kind and "." not in ending[1:] and writer_of(f"{stem}{ending}") == self._command:
                 return f"-o {shown(stem + ending)}"
         return None
 
@@ -197,13 +198,23 @@ class Adviser:
     def _missing_arguments(self, names: Sequence[str]) -> str:
         """Return the line about arguments that are missing, with the command line that has them."""
         written = []
+        own = dict(_options(self._parser))
         for action in self._parser._actions:
             flags = action.option_strings
+            misspelled = [word for word in self._words if word.startswith("--") and word.partition("=")[0] not in own]
+            near = next((w for w in misspelled if _meant(w, own, None) in flags and "/".join(flags) in names), None)
+            if near is not None:
+                return f"`{self._command}` has no option `{shown(near)}`; did you mean `{_meant(near, own, None)}`?"
             if "/".join(flags) in names or (not flags and (action.metavar or action.dest) in names):
                 metavar = action.metavar if isinstance(action.metavar, str) else action.dest
                 written.append(f"{flags[0]} {metavar}" if flags else metavar)
         verb = "is" if len(names) == 1 else "are"
-        command = printable(f"scenelang {' '.join(self._words)} {' '.join(written)}")
+        texts = [word for word in self._words[1:] if " " in word]
+        if texts and "--prompt" in own and "--prompt" not in self._words:
+            words = [word for word in self._words if word not in texts]
+            command = printable(shlex.join(["scenelang", *words, "--prompt", texts[0]]))
+            return f"a text follows `--prompt`: `{command} ...`"
+        command = printable(f"scenelang {shlex.join(self._words)} {' '.join(written)}")
         return f"{', '.join(names)} {verb} missing: `{command}`"
 
 

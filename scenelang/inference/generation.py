@@ -63,7 +63,7 @@ def task_of(
     """Create the task of generating a scene. Raises UsageError, and SceneError for an unreadable image."""
     text = text.strip()
     if not text and not images:
-        raise UsageError("value", "expected a text prompt, or an image with --image")
+        raise UsageError("value", "expected a text prompt, or an image with --image", 'such as `"a wooden chair"`')
     if len(text) > _MAX_TASK_LENGTH or len(images) > _MAX_IMAGES:
         raise UsageError("value", f"the task exceeds {_MAX_TASK_LENGTH:,} characters or {_MAX_IMAGES} images")
     if ablation.takes_program:
