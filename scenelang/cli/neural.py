@@ -401,7 +401,8 @@ def _set(arguments: argparse.Namespace) -> int:
 
 def _warn_of_handle(arguments: argparse.Namespace, name: str) -> None:
     """Warn of a handle that no entity of the program has, to which an entry would belong."""
-    rows = Embeddings(None).table(scene_of(arguments))
+    plain = argparse.Namespace(**{**vars(arguments), "z": None})  # the file of entries may not be there yet
+    rows = Embeddings(None).table(scene_of(plain))
     if any(row.handle == name for row in rows):
         return
     same = next((row.handle for row in rows if row.word == name), None)

@@ -227,7 +227,7 @@ def _for_file(own: Mapping[str, Any], value: str) -> str | None:
 def _options(parser: argparse.ArgumentParser) -> Iterator[tuple[str, Any]]:
     """Iterate over the long options of a parser, or of the parser of its only command, with their actions."""
     commands = next((a for a in parser._actions if isinstance(a, argparse._SubParsersAction)), None)
-    if commands is not None:
+    if commands is not None and len(commands.choices) == 1:
         (parser,) = commands.choices.values()
     for action in parser._actions:
         yield from ((flag, action) for flag in action.option_strings if flag.startswith("--"))

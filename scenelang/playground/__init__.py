@@ -10,7 +10,7 @@ from scenelang.grammar.diagnostics import SceneError
 DESKTOP = "use the desktop version, where everything is installed"
 
 
-class MissingError(SceneError, AttributeError):
+class MissingError(SceneError, AttributeError):  # type: ignore[misc]  # both have a `name`
     """What the playground's arrays lack; an AttributeError, as ``import`` and ``hasattr`` expect one."""
 
     def __init__(self, name: str) -> None:

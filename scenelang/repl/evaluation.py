@@ -14,7 +14,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, TypeVar
 
-from scenelang.grammar.datum import Source, Span
+from scenelang.grammar.datum import Source, Span, Symbol
 from scenelang.grammar.diagnostics import Diagnostic, SceneError, moved_diagnostic
 from scenelang.interpreter.checker.lint import find_root
 from scenelang.interpreter.checker.program import TopForm
@@ -82,7 +82,7 @@ def _values(session: Session, source: Source) -> dict[str, Any]:
     run = ProgramRun(session.library, session.runtime_of(source))
     with limited(session.options.limits):
         run_with_room(lambda: run.run_forms(program), session.options.limits.depth)
-    return {base_name(variable.name): cell.value for variable, cell in run.globals.items() if cell.value is not None}
+    return {base_name(Symbol(variable.name)): cell.value for variable, cell in run.globals.items() if cell.value is not None}
 
 
 def _with_comment(top: TopLevel, form: TopForm, seen: set[str]) -> str:
