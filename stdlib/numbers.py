@@ -645,7 +645,8 @@ def clamp(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
     ("(lerp [0 0 0] [2 4 8] .5)", "[1.0 2.0 4.0]"),
 )
 def lerp(rt: Runtime, a: Any, b: Any, t: Any) -> Any:
-    return add(rt, a, multiply(rt, subtract(rt, b, a), t))
+    # a + (b - a) t is not b at t = 1 for numbers of other sizes, and overflows for opposite ones
+    return add(rt, multiply(rt, a, subtract(rt, 1, t)), multiply(rt, b, t))
 
 
 @registry.define(
@@ -659,7 +660,8 @@ def lerp(rt: Runtime, a: Any, b: Any, t: Any) -> Any:
 def smoothstep(rt: Runtime, a: Any, b: Any, x: Any) -> Any:
     if a == b:
         raise SceneError("value", "`smoothstep` expects two different edges")
-    t = np.clip((np.asarray(to_numpy(rt, x, "smoothstep"), np.float64) - a) / (b - a), 0.0, 1.0)
+    with np.errstate(all="ignore"):
+        t = np.clip((np.asarray(to_numpy(rt, x, "smoothstep"), np.float64) - a) / (b - a), 0.0, 1.0)
     rt.charge(t.size >> 6)
     return from_numpy(t * t * (3.0 - 2.0 * t))
 

@@ -392,7 +392,8 @@ def simulate(
         or samples * len(joints) > MAX_SAMPLES
         or not 0.0 < seconds <= MAX_SECONDS
     ):
-        message = f"{seconds:g} s of {len(joints):,} bodies are more steps than the limit of {MAX_STEPS:,}"
+        limits = f"{MAX_SECONDS:g} s, {MAX_STEPS:,} steps and {MAX_SAMPLES:,} stored poses"
+        message = f"{seconds:g} s of {len(joints):,} bodies are more than the limits of {limits}"
         raise LimitError("size", message, "simulate a shorter time")
     with _quiet(mujoco):
         try:

@@ -695,6 +695,8 @@ def _write_pillow(pictures: Iterator[Picture], path: Path, fps: float) -> None:
     more: dict[str, Any] = {"quality": _WEBP_VIDEO_QUALITY, "method": 4} if kind == "WEBP" else {}
     if kind == "GIF":
         more = {"optimize": False, "comment": SOFTWARE.encode()}
+    if kind == "PNG":
+        more = {"pnginfo": png_text({"Software": SOFTWARE})}
     first.save(
         path, kind, save_all=True, append_images=rest, duration=_durations(len(images), fps, kind), loop=0, **more
     )

@@ -290,7 +290,8 @@ def run_flatten(arguments: argparse.Namespace) -> int:
         return 0
     for number, frame in enumerate(flat.frames):
         label = f"frame {number}: " if flat.animated else ""
-        say(f"{label}{len(frame):,} primitives, {len(frame.primitives):,} distinct")
+        noun = "primitive" if len(frame) == 1 else "primitives"
+        say(f"{label}{len(frame):,} {noun}, {len(frame.primitives):,} distinct")
     return 0
 
 

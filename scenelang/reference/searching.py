@@ -307,30 +307,35 @@ def _documents() -> Iterator[tuple[SearchResult, float]]:
     yield from _examples()
 
 
+_EXAMPLE_WEIGHT = 0.5  # an example has the name of its object, as a part of the library has, which comes first
+
+
 def _examples() -> Iterator[tuple[SearchResult, float]]:
     """Yield the example programs, by the comment at their head and the words that they bind."""
-    for name in example_names():
-        path = _EXAMPLES / f"{name}.scene"
+    for name, path in _example_files().items():
         try:
             text = read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
         except OSError:
             continue
         words = " ".join(dict.fromkeys(re.findall(r'\(bind "([^"]+)"', text)))
         doc = f"{stated_task(text) or ''} ({words})"
-        yield SearchResult("example", path.stem, f"examples/{path.name}", doc, "", 0.0), 1.0
+        yield SearchResult("example", path.stem, f"examples/{name}.scene", doc, "", 0.0), _EXAMPLE_WEIGHT
 
 
 def example_text(name: str) -> str | None:
     """Return the text of an example program that ``search`` finds, None if there is none."""
-    path = _EXAMPLES / f"{name}.scene"
-    if name not in example_names():
-        return None
-    return read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
+    path = _example_files().get(name)
+    return None if path is None else read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
 
 
 def example_names() -> list[str]:
-    """Return the names of the example programs."""
-    return sorted(path.stem for path in _EXAMPLES.glob("*.scene"))
+    """Return the names of the example programs, with their folders: ``mug``, ``making/gear-pair``."""
+    return sorted(_example_files())
+
+
+def _example_files() -> dict[str, Path]:
+    """Return the files of the example programs by name."""
+    return {path.relative_to(_EXAMPLES).with_suffix("").as_posix(): path for path in _EXAMPLES.rglob("*.scene")}
 
 
 def _short(text: str) -> str:

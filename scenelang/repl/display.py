@@ -130,14 +130,19 @@ class _Node:
     hidden: str = ""
 
 
+def _first_of(frames: Sequence[Any]) -> str:
+    """Return the line above the tree of the first frame."""
+    return f"{len(frames):,} frames; the first:" if len(frames) != 1 else "one frame:"
+
+
 def tree_lines(value: Entity | Scene | Frames, most: int) -> list[str]:
     """Return the tree of an entity, or of the first frame of a scene, in at most ``most`` lines."""
     if isinstance(value, Frames):
-        return [f"{len(value.frames):,} frames; the first:", *_drawn(_Node("parts", value.frames[0]), most - 1)]
+        return [_first_of(value.frames), *_drawn(_Node("parts", value.frames[0]), most - 1)]
     if isinstance(value, Scene):
         root = value.root
         if value.animated:
-            return [f"{len(value.frames):,} frames; the first:", *_drawn(_node(root, 1), most - 1)]
+            return [_first_of(value.frames), *_drawn(_node(root, 1), most - 1)]
         return _drawn(_node(root, 1), most)
     return _drawn(_node(value, 1), most)
 

@@ -82,7 +82,8 @@ def _values(session: Session, source: Source) -> dict[str, Any]:
     run = ProgramRun(session.library, session.runtime_of(source))
     with limited(session.options.limits):
         run_with_room(lambda: run.run_forms(program), session.options.limits.depth)
-    return {base_name(Symbol(variable.name)): cell.value for variable, cell in run.globals.items() if cell.value is not None}
+    cells = ((base_name(Symbol(variable.name)), cell.value) for variable, cell in run.globals.items())
+    return {variable: value for variable, value in cells if value is not None}
 
 
 def _with_comment(top: TopLevel, form: TopForm, seen: set[str]) -> str:
