@@ -922,7 +922,8 @@ _MODELS = {
     "prompt": "Correct the placeholder, or remove the file so that the built-in template is used.",
     "dataset": "Correct the spec at the place shown. `--resume` makes damaged files of a dataset again.",
     "sample": "Make the sample alone with `scenelang dataset sample SPEC KEY`, or loosen the filters of the spec.",
-    "run": "Use a run listed by `scenelang runs`, and wait until no other process is using it.",
+    "run": "Use a run that `scenelang runs` lists with another state than `damaged`, and wait until no other process is"
+    " using it.",
 }
 
 _WARNINGS = {

@@ -423,8 +423,8 @@ def _number(value: Any) -> Any:
 
 
 @registry.define("interp", "x::ArrayLike xs::ArrayLike ys::ArrayLike", "Any",
-                 "Interpolate linearly at `x` between the points (xs, ys); `xs` must increase. Outside the range the "
-                 "first or last value is returned.",
+                 "Interpolate linearly at `x` between the points (xs, ys); `xs` must not decrease, and at equal ones "
+                 "the last counts. Outside the range the first or last value is returned.",
                  ("(interp 1.5 '(1 2 3) '(10 20 40))", "15.0"))  # fmt: skip
 def interp(rt: Runtime, x: Any, xs: Any, ys: Any) -> Any:
     points, positions, values = (to_numpy(rt, value, "interp") for value in (x, xs, ys))

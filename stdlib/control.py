@@ -277,7 +277,7 @@ def declare_that(rt: Runtime, relation: str, operands: Any, **options: Any) -> N
 
 
 @registry.define("error?", "value::Any", "Boolean",
-                 "Return whether a value is an error caught by `guard`; false for a raised value.",
+                 "Return whether a value is an error caught by `guard`; false for another value that was raised.",
                  ("(guard (e (#t (error? e))) (car '()))", "#t"))  # fmt: skip
 def is_error(rt: Runtime, value: Any) -> bool:
     return type(value) is Condition

@@ -640,8 +640,8 @@ def clamp(rt: Runtime, x: Any, low: Any, high: Any) -> Any:
 @registry.define(
     "lerp",
     "a::Numeric b::Numeric t::Number",
-    "Number",
-    "Interpolate linearly between `a` (at `t` = 0) and `b` (at `t` = 1), numbers or arrays.",
+    "Any",
+    "Interpolate linearly between `a` (at `t` = 0) and `b` (at `t` = 1, up to rounding), numbers or arrays.",
     ("(lerp [0 0 0] [2 4 8] .5)", "[1.0 2.0 4.0]"),
 )
 def lerp(rt: Runtime, a: Any, b: Any, t: Any) -> Any:
@@ -943,6 +943,6 @@ CONSTANTS: dict[str, tuple[float, str]] = {
     "pi": (math.pi, "Half the circumference of the unit circle; half a turn in radians."),
     "tau": (math.tau, "The circumference of the unit circle; a full turn in radians."),
     "e": (math.e, "The base of the natural logarithm."),
-    "inf": (math.inf, "Infinity; poses and the attributes of primitives must be finite."),
+    "inf": (math.inf, "Infinity; poses, and the numbers that a primitive reads, must be finite."),
     "nan": (math.nan, "Not a number, such as `(- inf inf)`; it is not equal to any number, not even to itself."),
 }

@@ -513,8 +513,8 @@ def profile_minkowski(rt: Runtime, base: Any, tool: Any) -> Any:
 @define(
     "offset-profile", f"profile distance::Number [:join::Keyword] [:segments::Integer] [:limit::Number] {FILL}", "List",
     "Return a profile grown by `distance`, or shrunk if it is negative. Outer corners are joined `:round` with "
-    "`:segments` of a full circle, `:miter` (cut off beyond `:limit` times the distance, 4 by default) or `:square`. "
-    "`:fill` is that of `profile-union`.",
+    "`:segments` of a full circle, `:miter` (a corner beyond `:limit` times the distance, 4 by default, is squared at "
+    "one distance) or `:square`. `:fill` is that of `profile-union`.",
     ("(profile-area (offset-profile (rectangle 2 2) 1 :join :miter))", "16.0"),
     picture='(union (extrude (star 5 1 .5) .5 :color (color "gold")) (extrude (offset-profile (star 5 1 .5) .25) .2 '
             ':color (color "slategray")))',

@@ -37,8 +37,9 @@ _PRIMITIVES = (
 _EVERY_CALL = (
     "A signature shows required parameters, `[optional]` ones, `[:keyword]` ones and, before `...`, the rest; the type "
     "of the value is after `->`. An argument of another type is [E401](diagnostics.md#e401-type), a wrong number of "
-    "arguments [E402](diagnostics.md#e402-arity), an unknown keyword [E404](diagnostics.md#e404-keyword), or E402 if "
-    "the function has no keywords."
+    "arguments [E402](diagnostics.md#e402-arity), an unknown keyword [E404](diagnostics.md#e404-keyword). For "
+    "functions without keywords a keyword is an argument like any other: one too many (E402), of another type (E401), "
+    "or a value that they accept."
 )
 _EVERY_RELATION = (
     "A relation that does not hold is [E612](diagnostics.md#e612-declaration), a word that does not occur "

@@ -46,7 +46,7 @@ def _comprehensions() -> list[Form]:
         "/list": ("a list of the body's values", "Build a list"),
         "/union": ("parts, like those of `union`", "Combine entities"),
         "/append": ("the concatenation of the body's lists", "Concatenate lists"),
-        "/sum": ("a number", "Sum the body's values"),
+        "/sum": ("0 if there are none", "Sum the body's values, numbers or arrays"),
         "/and": ("the last value, or `#f` at the first false one", "Test whether all are true"),
         "/or": ("the first true value, or `#f`", "Test whether any is true"),
         "/first": ("the first value of the body, or `#f` if the loop is empty", "Find the first value"),

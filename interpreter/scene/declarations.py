@@ -315,8 +315,8 @@ _RELATIONS = (
     Relation(
         "made-of",
         "(made-of A block-type [:any])",
-        "Most of the volume of every A is of Minecraft blocks with that name, or a name that has it as a part: both"
-        ' "oak" and "planks" are in "oak_planks".',
+        "Most of the volume of the Minecraft blocks of every A is of blocks with that name, or with a name of which it"
+        ' is a part between underscores: both "oak" and "planks" are in "oak_planks".',
         '(made-of "brick-wall" "bricks")',
         (OBJECT, MATERIAL),
         ("any",),

@@ -75,7 +75,7 @@ GROUPS: dict[str, dict[str, CommandRow]] = {
         "simulate": CommandRow(PROGRAM, "physics", "show how the scene moves under gravity, as a video or a 4D scene"),
         "settle": CommandRow(PROGRAM, "physics", "let the scene come to rest, and write it with the new poses"),
         "repair": CommandRow(PROGRAM, "physics", "edit the program to resolve findings and failed declarations"),
-        "flatten": CommandRow(PROGRAM, "programs", "list the primitives with their world matrices"),
+        "flatten": CommandRow(PROGRAM, "programs", "count the primitives; with --json list them with matrices"),
     },
     "Export": {
         "export": CommandRow(PROGRAM, "exports", "export the scene to another file format"),

@@ -481,8 +481,8 @@ def _show_edit(arguments: argparse.Namespace, edited: Edited[LoadedScene]) -> No
 def add_runs(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of ``runs``."""
     parser.description = (
-        "List the runs of generate and edit with their state and cost, or all attempts of one run. "
-        "`generate --resume RUN` and `edit --resume RUN` continue a run."
+        "List the runs of generate, build and edit with their state and cost, or all attempts of one run. "
+        "`--resume RUN` of generate, build and edit continues a run."
     )
     parser.add_argument("run_name", metavar="RUN", nargs="?", help="name or folder of a run, or `last`")
     _add_runs_folder(parser)

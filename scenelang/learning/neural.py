@@ -96,7 +96,7 @@ class ImagineSettings:
     )
     negative: str = setting("", "negative prompt", metavar="TEXT")
     method: str = setting(
-        "regional", "layout conditioning: training-free regional attention, GLIGEN or MIGC", choices=METHODS
+        "regional", "layout conditioning: training-free regional attention (default), GLIGEN or MIGC", choices=METHODS
     )
     strength: float = setting(
         10.0, "strength of regional attention (default 10)", metavar="X", read=within(0.0, 1000.0)

@@ -69,7 +69,7 @@ _SYNONYMS = {
     "move": "translate", "shift": "translate", "position": "translate", "offset": "translate offset-profile",
     "spin": "rotate", "turn": "rotate", "orient": "look-at rotate", "aim": "look-at", "lookat": "look-at",
     "resize": "scale", "pivot": "rotate scale pose", "place": "transform translate", "parent": "transform union",
-    "multmatrix": "transform @", "matmul": "@", "compose": "@", "slerp": "lerp", "tween": "lerp smoothstep",
+    "multmatrix": "transform @", "matmul": "@", "compose": "@", "tween": "lerp smoothstep",
     "boundingbox": "compute-shape-min compute-shape-max", "bounds": "compute-shape-min compute-shape-max",
     "bbox": "compute-shape-min compute-shape-max", "dimensions": "compute-shape-sizes",
     # looks
