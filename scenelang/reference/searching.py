@@ -307,7 +307,7 @@ def _documents() -> Iterator[tuple[SearchResult, float]]:
     yield from _examples()
 
 
-_EXAMPLE_WEIGHT = 0.5  # an example has the name of its object, as a part of the library has, which comes first
+_EXAMPLE_WEIGHT = 0.3  # an example has the name of its object, as a part of the library has, which comes first
 
 
 def _examples() -> Iterator[tuple[SearchResult, float]]:
