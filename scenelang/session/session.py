@@ -968,10 +968,13 @@ def _outside_library(diagnostic: Diagnostic) -> Diagnostic:
     """Move an error inside the standard library to the program's call."""
     if diagnostic.span is None or not diagnostic.span.source.name.startswith(STD):
         return diagnostic
-    for _, place in diagnostic.chain:
+    for name, place in diagnostic.chain:
         if place is not None and not place.source.name.startswith(STD):
             note = Note("in the standard library", diagnostic.span)
-            return replace(diagnostic, span=place, notes=(note, *diagnostic.notes))
+            message = diagnostic.message
+            if name.strip('"`') not in message:
+                message = f"{name} fails on these values: {message}"
+            return replace(diagnostic, message=message, span=place, notes=(note, *diagnostic.notes))
     return diagnostic
 
 
