@@ -8,8 +8,9 @@ from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import Span
+from scenelang.grammar.datum import ListDatum, Source, Span
 from scenelang.grammar.diagnostics import Edit, Fix, near_names
+from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.builtins import check_angle, check_values, need_of_argument, result_of
 from scenelang.interpreter.checker.common import (
     A_PART,
@@ -357,6 +358,18 @@ def _without_surplus(node: ast.Application, nodes: Sequence[Any], most: int) -> 
     return (Fix(f"Leave out `{surplus.text.strip()[:MAX_SHOWN]}`", (Edit(surplus, ""),)),)
 
 
+def _looped(node: ast.Application, builtin: Builtin, nodes: Sequence[Any]) -> tuple[str, tuple[Fix, ...]]:
+    """Return a hint and a fix for a count and a function in place of a list: ``(frames 24 (lambda (i) ...))``."""
+    forms = read(Source("<function>", nodes[1].span.text)).forms
+    items = forms[0].items if len(forms) == 1 and isinstance(forms[0], ListDatum) else ()
+    if len(items) < 3 or not isinstance(items[1], ListDatum) or len(items[1].items) != 1 or node.span.expansion:
+        return "it takes one list, which a loop makes by `for/list`", ()
+    body = nodes[1].span.text[items[2].span.start : items[-1].span.end]
+    written = f"({builtin.name} (for/list (({items[1].items[0].span.text} {nodes[0].span.text})) {body}))"
+    shown_ = f"`{written}`" if len(written) <= MAX_SHOWN else "`for/list`"
+    return f"it takes one list, which a loop makes: {shown_}", (Fix("Write a loop", (Edit(node.span, written),)),)
+
+
 def _grouped(
     inference: KindInference, node: ast.Application, builtin: Builtin, nodes: Sequence[Any]
 ) -> tuple[str | None, tuple[Fix, ...]]:
@@ -367,7 +380,7 @@ def _grouped(
         return _listed(inference, node, nodes)
     tags = [inference.result.kinds[item].tag for item in nodes]
     if tags == ["Integer", "Function"] and [p.type.name for p in builtin.signature.required] == ["Sequence"]:
-        return f"a loop makes the list: `({builtin.name} (for/list ((i {nodes[0].span.text})) ...))`", ()
+        return _looped(node, builtin, nodes)
     parameters = (*builtin.signature.required, *builtin.signature.optional)
     vectors = [i for i, parameter in enumerate(parameters) if parameter.type.name in ("Vector", "Point")]
     if builtin.name == "scale":
@@ -477,7 +490,8 @@ def _advice(
     if hint is not None:
         return hint, fixes
     if name in ("Parts", "Entity") and is_profile(argument):
-        return profile_hint(builtin.name, argument), ()
+        is_alone = not all(map(is_profile, node.arguments))
+        return profile_hint("" if is_alone else builtin.name, argument), ()
     text = argument.span.text if argument.span.expansion is None else ""
     is_short = bool(text) and len(text) <= MAX_SHOWN and "\n" not in text
     if name == "Numeric" and kind.tag == "List":

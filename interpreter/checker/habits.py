@@ -430,6 +430,8 @@ def _member(source: Source, tree: Tree) -> Iterator[Habit]:
         hint = f"write `({instead} f {owner})`" if name in _FUNCTION_FIRST else f"write `({instead} {owner} ...)`"
         if name == "length":
             hint = f"write `(length {owner})`"
+    elif re.search(r"\(set!\s+\Z", source.text[: tree.start]):
+        hint = f"entities do not change: give `:{name}` in the call that makes `{owner}`"
     elif name in _COPIES:
         hint = f"a value is used as often as it is named: `(transform {owner} (translate [1 0 0]))`"
     else:

@@ -207,12 +207,12 @@ def macro_runner(library: Library, limits: Limits, started: Callable[[Runtime], 
 
 @contextmanager
 def _located(word: str, span: Span | None) -> Iterator[None]:
-    """Locate errors about the call of the root, which is not in the text, at ``scene`` or at the root's ``bind``."""
+    """Locate errors without a place, as of limits, and of the root's call, at ``scene`` or at the root's ``bind``."""
     try:
         yield
     except SceneError as error:
-        if error.span is None and error.name in ("keyword", "embedding"):
-            error.span = span
+        is_unplaced, error.span = error.span is None, error.span or span
+        if is_unplaced and error.name in ("keyword", "embedding"):
             error.hint = f'write `(scene "{word}" :name value)`, or give the parameter a default: `(:name value)`'
         raise
 

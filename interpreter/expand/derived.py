@@ -88,11 +88,24 @@ def expand_quasiquote(expander: Expander, datum: ListDatum, scope: Scope) -> Dat
 def expand_plain(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     """Expand core forms whose operands are all expressions; the core grammar checks their number."""
     head = base_name(datum.items[0].value)
+    if head == "set!":
+        _check_operator(datum)
     operands = expander.expand_all(datum.items[1:], scope)
     if head == "set!":
         _check_assignment(datum, operands)
     terminal = {"if": "IF", "and": "AND", "or": "OR", "set!": "SET"}[head]
     return ListDatum((Atom(Head(terminal), datum.items[0].span), *operands), None, datum.span)
+
+
+def _check_operator(datum: ListDatum) -> None:
+    """Raise the error about ``(set! y += .5)``, an assignment of Python."""
+    texts = [item.span.text for item in datum.items[1:]]
+    if len(texts) == 3 and texts[1] in ("+=", "-=", "*=", "/=", "="):
+        operator = texts[1][:-1]
+        value = f"({operator} {texts[0]} {texts[2]})" if operator else texts[2]
+        raise syntax_error(
+            "set!", f"`{texts[1]}` is no operator", datum.items[2].span, f"write `(set! {texts[0]} {value})`"
+        )
 
 
 def _check_assignment(datum: ListDatum, operands: Sequence[Datum]) -> None:
@@ -607,6 +620,11 @@ def _sequence_clause(item: Datum, form: str, operand: ListDatum) -> tuple[Datum,
         raise bracket_error("a clause", item)
     if not isinstance(item, ListDatum) or len(item.items) != 2 or item.tail is not None:
         hint = "write each clause as `(name sequence)`, and put all of them in another pair of parentheses"
+        for clause in (operand, item):  # `(i in xs)` and `((i in xs))`
+            parts = [part.span.text for part in clause.items] if isinstance(clause, ListDatum) else []
+            if len(parts) == 3 and parts[1] in ("in", "of", "from", "<-", ":"):
+                hint = f"write `(({parts[0]} {parts[2]}))`, without `{parts[1]}`"
+                raise syntax_error(form, "invalid clause", clause.span, hint)
         raise _with_parentheses(syntax_error(form, "invalid clause", item.span, hint), operand)
     return item.items[0], item.items[1]
 

@@ -243,7 +243,7 @@ class Expander:
             hint = f'add `(import "{module}")`'
         else:
             near = self._near(name, scope)
-            hint = did_you_mean(near) or _local_hint(name, atom.span)
+            hint = _local_hint(name, atom.span) or did_you_mean(near)
         fixes = rename_fixes(atom.span, name, near)
         return SceneError("unbound", f"`{name}` is not defined", hint, atom.span, fixes=fixes, near=tuple(near))
 

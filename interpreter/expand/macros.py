@@ -517,8 +517,8 @@ class _Instance:
                 name = base_name(value)
                 raise SceneError(
                     "macro",
-                    f"the pattern variable `{name}` must be followed by `{self.ruleset.dots}` here",
-                    None,
+                    f"the pattern variable `{name}` stands for several forms, and must be repeated here",
+                    f"write `{self.ruleset.dots}` after the form around it that is to be repeated",
                     atom.span,
                 )
             return capture  # type: ignore[no-any-return]

@@ -137,7 +137,7 @@ class Adviser:
             return f"{line}; it prints: `{printable(command)} > {shown(value or 'FILE')}`"
         meant = _for_file(own, value) or _meant(option, own, next(iter(others.values()), None))
         if others:
-            line += f", which is one of {_listed(list(others))}"
+            line += f", which is an option of {_listed(list(others))}"
         if meant is not None:
             return f"{line}; did you mean `{_written(meant, own[meant], value)}`?"
         return line

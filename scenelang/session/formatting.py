@@ -96,8 +96,9 @@ def _lines(text: str) -> list[str]:
 def _program_text(name: str) -> str:
     """Read the text of a program, preserving byte order mark and line ends; raises SceneError."""
     if name.endswith((".py", ".txt", ".ipynb")):
-        kind = "a response of a language model" if name.endswith(".txt") else "Python"
-        hint = f"convert it: `scenelang transpile {name} -o {os.path.splitext(name)[0]}.scene`"
+        kind = "a text, as language models answer" if name.endswith(".txt") else "Python"
+        convert = f"`scenelang transpile {name} -o {os.path.splitext(name)[0]}.scene`"
+        hint = f"name a program, as `x.scene`; an answer of a model, or Python, is converted by {convert}"
         raise SceneError("unsupported", f"{name} is {kind}, not a program", hint)
     if name.endswith(".json"):
         raise SceneError("unsupported", f"{name} is a JSON scene, not a program")
