@@ -464,7 +464,7 @@ _WORDS = {
 _MEANT = {
     "beside next-to near close-to adjacent-to by far-from apart": ("touching", "distance", "left-of", "right-of"),
     "under underneath beneath": ("below", "on"),
-    "over atop on-top-of stacked": ("on", "above"),
+    "over atop on-top on-top-of stacked": ("on", "above"),
     "in within contains encloses": ("inside", "encircles"),
     "parallel perpendicular tilted upright vertical": ("angle", "tilt"),
     "centered centred middle": ("between", "aligned", "symmetric"),
