@@ -358,10 +358,9 @@ def extrude(
     if slices < 0 or slices > _MAX_SLICES:
         raise SceneError("value", f"`extrude` expects at most 10,000 :slices, got {slices}")
     contours, rule = filled(rt, "extrude", profile, fill)
-    turned = abs(float(twist)) / math.tau * SEGMENTS
-    if not turned <= _MAX_SLICES:
-        raise SceneError("value", f"`extrude` expects a :twist of at most {_MAX_SLICES // SEGMENTS} turns, got {twist}")
-    layers = slices or max(1, math.ceil(turned))
+    if not math.isfinite(twist):
+        raise SceneError("value", f"`extrude` expects a finite :twist, got {show(twist, 20)}")
+    layers = slices or max(1, math.ceil(abs(float(twist)) / math.tau * SEGMENTS))
     scale = one_or_two(rt, "extrude", ":taper", taper)
     if min(scale) < 0.0:
         raise SceneError("value", "`extrude` expects a :taper of at least 0")

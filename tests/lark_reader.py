@@ -144,7 +144,7 @@ _OPEN_ENDED = ("PREFIX", "DATUM_COMMENT")
 def _check_neighbors(token: Token, last: Token) -> None:
     kind = token.type
     if kind == "LSQB" and last.type == "ATOM" and last.end_pos == token.start_pos and "::" not in last:
-        hint = f"write `(ref {_short(last)} 0)`, or leave a space before `[`"
+        hint = f"write `(ref {_short(last)} i)` for the item at `i`, or leave a space before `[`"
         raise _wrong("bad-atom", f"invalid indexing syntax `{_short(last)}[`", token, hint)
     if kind in ("RPAR", "RSQB"):
         if last.type in _OPEN_ENDED:

@@ -150,9 +150,9 @@ def _places(table: _Table, spans: Sequence[Span]) -> int:
 
 
 def _place_row(span: Span) -> dict[str, Any]:
-    """Return the JSON data of a source location, with its line."""
+    """Return the JSON data of a source location, with the form; of a definition, whose place is its word, the line."""
     line, column = span.source.position(span.start)
-    text = span.text.partition("\n")[0]
+    text = span.text.partition("\n")[0] if span.text.startswith("(") else span.source.line(line).strip()
     shown = text if len(text) <= _MAX_LINE_LENGTH else text[: _MAX_LINE_LENGTH - 3] + "..."
     return {"file": span.source.name, "line": line, "column": column, "text": shown}
 

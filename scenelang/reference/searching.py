@@ -164,7 +164,7 @@ def search(query: str, limit: int = 8) -> list[SearchResult]:
             scores[number] = scores.get(number, 0.0) + weight * part
     exact = query.strip().strip('"`:').lower()
     for number, document in enumerate(index.documents):
-        if document.name.lower().lstrip(":") == exact:
+        if document.kind != "example" and document.name.lower().lstrip(":") == exact:
             scores[number] = scores.get(number, 0.0) + _EXACT_SCORE
     best = sorted(scores, key=lambda number: (-scores[number], number))[:limit]
     return [_scored(index.documents[number], scores[number]) for number in best]
@@ -307,7 +307,7 @@ def _documents() -> Iterator[tuple[SearchResult, float]]:
     yield from _examples()
 
 
-_EXAMPLE_WEIGHT = 0.3  # an example has the name of its object, as a part of the library has, which comes first
+_FOLDER_WEIGHT = 0.1  # an example of `making` has the name of its object, as a part of the library, which comes first
 
 
 def _examples() -> Iterator[tuple[SearchResult, float]]:
@@ -319,7 +319,10 @@ def _examples() -> Iterator[tuple[SearchResult, float]]:
             continue
         words = " ".join(dict.fromkeys(re.findall(r'\(bind "([^"]+)"', text)))
         doc = f"{stated_task(text) or ''} ({words})"
-        yield SearchResult("example", path.stem, f"examples/{name}.scene", doc, "", 0.0), _EXAMPLE_WEIGHT
+        yield (
+            SearchResult("example", path.stem, f"examples/{name}.scene", doc, "", 0.0),
+            _FOLDER_WEIGHT if "/" in name else 1.0,
+        )
 
 
 def example_text(name: str) -> str | None:
