@@ -456,7 +456,7 @@ SAID: list[tuple[str, str]] = [
     ("help render", "`scenelang render --help`"),
     ("render table.scene --imgsize=640,480", "`render` has no option `--imgsize`; did you mean `--size 640x480`?"),
     ("render table.scene --params legs=3", "did you mean `--define legs=3`?"),
-    ("bounds table.scene --part leg", "which is one of `render`, `dataset`; did you mean `--word leg`?"),
+    ("bounds table.scene --part leg", "which is an option of `render`, `dataset`; did you mean `--word leg`?"),
     ("view table.scene -o t.html", "did you mean `--html t.html`?"),
     ("render -o t.png", "FILE is missing: name a program, or read standard input by `scenelang render - -o t.png`"),
     ("diff table.scene", "B is missing: `scenelang diff table.scene B`"),

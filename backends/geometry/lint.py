@@ -640,7 +640,10 @@ class CheckedFrame:
             if identity[0] == "falls" and not facts.verdicts[int(facts.bodies.body[finding.body])].holds:
                 return False  # on another that floats, it would be a part of that one's finding
             after = CheckedFrame(facts.root, facts)._identities()
-            new = [kind for kind, *_ in after - before if kind != "outlier" or not is_one_of_many]
+            # a ball that may fly above all else, and no longer does when this one is put down, floats as before
+            added = Counter((kind, body) for kind, _, body in (after - before).elements())
+            known = Counter((kind, body) for kind, noted, body in (before - after).elements() if noted)
+            new = [kind for kind, _ in added - known if kind != "outlier" or not is_one_of_many]
             return after[identity] < before[identity] and not new
 
         first = () if finding.move is None else (finding.move,)

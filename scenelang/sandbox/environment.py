@@ -22,7 +22,7 @@ _NAMES = """
 """
 _FAMILIES = """
     LC_ XDG_ SCENELANG_ PYTHON CUDA_ NVIDIA_ DRJIT_ MI_ MUJOCO_ PYOPENGL_ OMP_ MKL_ OPENBLAS_ NUMBA_ TORCH_ PYTORCH_
-    HYPOTHESIS_ COV_ COVERAGE_
+    HYPOTHESIS_ COV_ COVERAGE_ PROMPT_TOOLKIT_
 """  # beginnings of names
 _ALLOWED, _BEGINNINGS = frozenset(_NAMES.split()), tuple(_FAMILIES.split())
 MORE = "SCENELANG_ENVIRONMENT"  # names of other variables that plug-ins need, separated by commas

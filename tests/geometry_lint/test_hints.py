@@ -97,3 +97,12 @@ def test_a_book_that_leans_is_no_outlier() -> None:
     assert [
         d for d in check_geometry(session.evaluate(Source("room.scene", text)).require()) if d.name == "outlier"
     ] == []
+
+
+def test_an_object_that_floats_as_before_does_not_forbid_a_move() -> None:
+    text = """(bind "ball" (lambda ((:r .5)) (call "sphere" :radius r)))
+(bind "balls" (lambda () (union (call "cube" :scale [4 .2 4])
+  (transform (call "ball") (translate [0 1.5 0])) (transform (call "ball" :r .3) (translate [1.5 1.2 0])))))"""
+    scene = session.evaluate(Source("balls.scene", text)).require()
+    # the second ball "may fly" only while nothing that stands is as high
+    assert [d.hint for d in check_geometry(scene)] == ["`(translate [0 -0.9 0])` would fix it", None]
