@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -40,13 +39,12 @@ def _finite(name: str, make: Callable[..., Matrix], *arguments: Any) -> Matrix:
     try:
         matrix = make(*arguments)
     except ValueError as error:
-        if any(isinstance(each, float) and not math.isfinite(each) for each in arguments):
-            message = f"the matrix of `{name}` is not finite: an argument is nan, inf or too large"
-            raise SceneError("pose", message) from None
-        raise SceneError("value", f"`{name}`: {error}") from None
-    if not pose.is_finite(matrix):
-        raise SceneError("pose", f"the matrix of `{name}` is not finite: an argument is nan, inf or too large")
-    return matrix
+        if not any(isinstance(each, float) and not isfinite(each) for each in arguments):
+            raise SceneError("value", f"`{name}`: {error}") from None
+    else:
+        if pose.is_finite(matrix):
+            return matrix
+    raise SceneError("pose", f"the matrix of `{name}` is not finite: an argument is nan, inf or too large")
 
 
 @poses.define(

@@ -212,8 +212,8 @@ def read_param(datum: ListDatum, name: str) -> Param:
         if not is_bound or not rest or not isinstance(rest[0], Atom) or type(rest[0].value) not in (int, float):
             raise syntax_error("param", "unexpected operand of `param`", key.span)
         bounds[str(key.value)] = rest.pop(0).value
-    default = " ".join(datum.items[2].span.text.split())
     value = datum.items[2]
+    default = " ".join(value.span.text.split())
     if bounds and isinstance(value, Atom) and type(value.value) is str:
         low = next(iter(bounds.values()))
         hint = f"the value comes before its description: `(param {name} {low:g} {default} ...)`"

@@ -294,10 +294,13 @@ def is_assignment(form: TopForm) -> bool:
 
 def runs_code(form: TopForm) -> bool:
     """Return whether evaluating a form runs code, unlike definitions of functions, macros and records."""
-    trees = _trees((form,))
-    head = form.datums[0].items[0] if isinstance(form.datums[0], ListDatum) and form.datums[0].items else None
-    is_record = head is not None and head.span.text == "define-record"
-    return not is_record and not all(makes_function(tree) for tree in trees)
+    return not _begins_with(form, "define-record") and not all(makes_function(tree) for tree in _trees((form,)))
+
+
+def _begins_with(form: TopForm, name: str) -> bool:
+    """Return whether a form is a list whose first item is a name."""
+    datum = form.datums[0]
+    return isinstance(datum, ListDatum) and bool(datum.items) and datum.items[0].span.text == name
 
 
 def _trees(forms: Sequence[TopForm]) -> tuple[Any, ...]:
@@ -397,15 +400,9 @@ def inserted(forms: Sequence[TopForm], form: TopForm) -> list[TopForm]:
         others = [i for i, old in enumerate(forms) if i not in replaced and runs_code(old)]
         replaced = [i for i in replaced if not any(i < other for other in others)]
     remaining = [old for i, old in enumerate(forms) if i not in replaced]
-    is_moved = runs_code(form) and not _is_param(form)
+    is_moved = runs_code(form) and not _begins_with(form, "param")  # a program defines a param once
     remaining.insert(replaced[0] if replaced and not is_moved else len(remaining), form)
     return remaining
-
-
-def _is_param(form: TopForm) -> bool:
-    """Return whether a form is a `param`, which defines its name once in a program."""
-    datum = form.datums[0]
-    return isinstance(datum, ListDatum) and bool(datum.items) and datum.items[0].span.text == "param"
 
 
 _NONE: Mapping[str, TopForm] = MappingProxyType({})

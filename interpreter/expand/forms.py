@@ -177,7 +177,6 @@ INDENTS: Mapping[str, int | None] = {
     form.name: form.indent for form in _FORMS
 }  # by head, for the layout and the formatter
 
-# Scheme features that are omitted on purpose, with alternatives.
 # Scheme's names that the language does not have, those of R7RS-small and a few more, with what to write instead.
 _ABSENT: tuple[tuple[str, str], ...] = (
     ("call/cc call-with-current-continuation", "use `let/ec` to exit early"),

@@ -199,12 +199,13 @@ class Adviser:
         """Return the line about arguments that are missing, with the command line that has them."""
         written = []
         own = dict(_options(self._parser))
+        unknown = [word for word in self._words if word.startswith("--") and word.partition("=")[0] not in own]
+        meant = {_meant(word, own, None): word for word in reversed(unknown)}
         for action in self._parser._actions:
             flags = action.option_strings
-            misspelled = [word for word in self._words if word.startswith("--") and word.partition("=")[0] not in own]
-            near = next((w for w in misspelled if _meant(w, own, None) in flags and "/".join(flags) in names), None)
+            near = next((flag for flag in flags if flag in meant and "/".join(flags) in names), None)
             if near is not None:
-                return f"`{self._command}` has no option `{shown(near)}`; did you mean `{_meant(near, own, None)}`?"
+                return f"`{self._command}` has no option `{shown(meant[near])}`; did you mean `{near}`?"
             if "/".join(flags) in names or (not flags and (action.metavar or action.dest) in names):
                 metavar = action.metavar if isinstance(action.metavar, str) else action.dest
                 written.append(f"{flags[0]} {metavar}" if flags else metavar)

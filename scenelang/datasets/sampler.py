@@ -11,7 +11,6 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fnmatch import fnmatchcase
 from functools import lru_cache, partial
 from typing import Any
 
@@ -187,12 +186,8 @@ def split_of_program(spec: Spec, path: str) -> str | None:
     rules = spec.splits.rules
     if all(isinstance(rule, float) for rule in rules.values()):
         return _dealt(spec)[spec.texts[path]]
-    same = [other for other in spec.programs if spec.texts[other] == spec.texts[path]]
-    for name, rule in rules.items():
-        patterns = rule if isinstance(rule, tuple) else ()
-        if any(fnmatchcase(spec.program_name(other), str(pattern)) for other in same for pattern in patterns):
-            return name
-    return next((name for name, rule in rules.items() if rule == "rest"), None)
+    rest = next((name for name, rule in rules.items() if rule == "rest"), None)
+    return spec.matched_splits.get(spec.texts[path], rest)
 
 
 def _dealt(spec: Spec) -> dict[str, str]:

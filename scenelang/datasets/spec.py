@@ -353,6 +353,19 @@ class Spec:
         return {path: _digest_of(Path(path)) for path in self.programs}
 
     @cached_property
+    def matched_splits(self) -> dict[str, str]:
+        """Split of every text whose program a pattern matches, by its digest.
+
+        Programs of equal text are in one split, whatever their names: the first with a pattern that matches one.
+        """
+        split_of_text: dict[str, str] = {}
+        for split, rule in self.splits.rules.items() if self.splits is not None else ():
+            for path in self.programs if isinstance(rule, tuple) else ():
+                if any(fnmatchcase(self.program_name(path), str(pattern)) for pattern in rule):
+                    split_of_text.setdefault(self.texts[path], split)
+        return split_of_text
+
+    @cached_property
     def digest(self) -> str:
         """Digest of everything that can change a byte of a sample, without the number of samples."""
         plan = {
@@ -957,17 +970,13 @@ def _check_patterns(table: TomlTable, spec: Spec, rules: Mapping[str, Any]) -> N
     for split, split_patterns in patterns.items():
         if not any(fnmatchcase(name, pattern) for name in names for pattern in split_patterns):
             table.table("splits").fail(split, f"`{split}`: no program matches {', '.join(split_patterns)}"[:300])
-    split_of_text: dict[str, str] = {}  # equal programs are in one split, the first that a name of theirs matches
-    for split, split_patterns in patterns.items():
-        for path, name in zip(spec.programs, names, strict=True):
-            if any(fnmatchcase(name, pattern) for pattern in split_patterns):
-                split_of_text.setdefault(spec.texts[path], split)
     for split in patterns:
-        if split not in split_of_text.values():
+        if split not in spec.matched_splits.values():
             message = f"`{split}`: its programs, or programs of equal text, are in another split, so it would be empty"
             table.table("splits").fail(split, message)
     rest = next((split for split, rule in rules.items() if rule == "rest"), None)
-    unmatched = [name for path, name in zip(spec.programs, names, strict=True) if spec.texts[path] not in split_of_text]
+    matched = spec.matched_splits
+    unmatched = [name for path, name in zip(spec.programs, names, strict=True) if spec.texts[path] not in matched]
     if rest is not None and not unmatched:
         table.table("splits").fail(rest, f"`{rest}`: every program is in another split, so this one would be empty")
     if rest is None and unmatched:

@@ -551,22 +551,20 @@ function draftsOf() {
   const key = (name) => `${DRAFT}${name}`;
   const kept = new Map(); // what the store did not take
   const adopted = new Map(); // texts that this window took over when it opened a file
+  const stored = (name) => {
+    try {
+      return JSON.parse(localStorage.getItem(key(name)));
+    } catch {
+      return null;
+    }
+  };
   return {
     read(name) {
-      if (kept.has(name)) return kept.get(name);
-      try {
-        return JSON.parse(localStorage.getItem(key(name)));
-      } catch {
-        return null;
-      }
+      return kept.has(name) ? kept.get(name) : stored(name);
     },
     // What another window left, since a later one wrote a draft of the same file; null if there is none.
     other(name) {
-      try {
-        return JSON.parse(localStorage.getItem(`${key(name)}${OTHER}`));
-      } catch {
-        return null;
-      }
+      return stored(`${name}${OTHER}`);
     },
     adopt(name, text) {
       adopted.set(name, text);
