@@ -1048,8 +1048,7 @@ class Surfaces:
     def _make_pieces(self, item: ExportItem, sides: int) -> Sequence[LeafPiece]:
         """Return the surface of a leaf as pieces that share surfaces by their keys."""
         if item.merged:
-            patches = (patch for patch in self._patches_of(item, sides) if len(patch.surface.faces))
-            return [LeafPiece(p.look, p.surface, _rows_of(p.pose)) for p in patches]
+            return [LeafPiece(p.look, p.surface, _rows_of(p.pose)) for p in self._patches_of(item, sides)]
         look, solid = look_of(item.entity), solid_of(item.entity)
         if solid is None or look.opacity == 0.0:
             return []

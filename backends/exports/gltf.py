@@ -132,8 +132,7 @@ class GltfDocument:
         key = id(entity), tolerance
         if key not in self._merged:
             groups: dict[Matrix, list[dict[str, Any]]] = {}
-            patches = merged(entity, self.segments, tolerance)
-            for patch in (each for each in patches if len(each.surface.faces)):
+            for patch in merged(entity, self.segments, tolerance):
                 primitive = self._add_surface(patch.surface) | {"material": self._material(patch.look)}
                 groups.setdefault(patch.pose, []).append(primitive)
             self._merged[key] = [(place, self._add_mesh(entity.word, group)) for place, group in groups.items()]

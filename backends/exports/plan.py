@@ -495,12 +495,12 @@ class Solid:
         return surface if surface is None or texture is None else surface.textured(texture, self.pose)
 
     def own_surface(self, segments: int = SEGMENTS) -> ExportSurface | None:
-        """Return the triangles in the primitive's frame."""
+        """Return the triangles in the primitive's frame; None if there are none, as of an empty solid."""
         placed = self.shape.placed()
         if placed is not None:
             return unit_surface(placed.form, placed.ratios, segments).under(placed.matrix[None])
         mesh = own_mesh(self.shape)
-        return None if mesh is None else _of_mesh(mesh, own_colors=self.own_colors)
+        return _of_mesh(mesh, own_colors=self.own_colors) if mesh is not None and len(mesh.faces) else None
 
 
 def as_material(look: Look) -> Look:

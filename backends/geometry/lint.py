@@ -853,13 +853,26 @@ def _diagnostic(group: Iterable[_Named], *, animated: bool) -> Diagnostic:
     move = next((n.finding.move for n in findings if n.finding.move is not None), None)
     hint = None
     if move is not None and not named.finding.note:
-        each = " of each" if times > 1 else ""
-        hint = f"`(translate [{rounded(move, 3)}])`{each} would fix it"
+        hint = _move_hint(move, [each for each in findings if each.frame == named.frame])
     elif named.finding.shift is not None and not named.finding.note:
         hint = f"move its center of mass by `[{rounded(named.finding.shift, 3)}]` over its support, or broaden that"
     other = named.other_place
     notes = (Note("the other object is created here", other),) if other is not None and other != named.place else ()
     return Diagnostic(name, message, named.place, hint, notes)
+
+
+def _move_hint(move: Sequence[float], equals: Sequence[_Named]) -> str:
+    """Return the hint at a move that was tried for one of equal findings.
+
+    Another one is helped by it as well only if it floats or sinks by as much; sideways, each may face elsewhere.
+    """
+    text = rounded(move, 3)
+    if len(equals) == 1:
+        return f"`(translate [{text}])` would fix it"
+    is_upright = rounded([move[0], 0.0, move[2]], 3) == rounded([0.0, 0.0, 0.0], 3)
+    if is_upright and len({f"{each.finding.amount:.3g}" for each in equals}) == 1:
+        return f"`(translate [{text}])` of each would fix it"
+    return f"`(translate [{text}])` would fix one of them; the others need moves of their own"
 
 
 def rounded(move: Sequence[float], digits: int = 4) -> str:

@@ -157,10 +157,26 @@ def expand_bind(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     if is_identifier(literal) and scope.lookup(literal.value) is None:
         hint = f'write it in quotes: `(bind "{base_name(literal.value)}" ...)`'
         raise SceneError("word", "a word must be a string", hint, literal.span)
+    if _is_signature(literal, scope):
+        raise _signature_error(literal)
     word = expander.expand(literal, scope)
     spelled = literal.value if isinstance(literal, Atom) and type(literal.value) is str else "entity function"
     function = expand.expand_named(expander, datum.items[2], scope, f'"{spelled}"')
     return core("BIND", [word, function], datum.span)
+
+
+def _is_signature(target: Datum, scope: Scope) -> bool:
+    """Return whether the target of a ``bind`` is ``(name parameter ...)``, as in Scheme's ``define``, and no call."""
+    if not isinstance(target, ListDatum) or not target.items or not all(map(is_identifier, target.items)):
+        return False
+    head, *parameters = (scope.lookup(item.value) for item in target.items)
+    return not isinstance(head, Variable) and all(each is None for each in parameters)
+
+
+def _signature_error(target: ListDatum) -> SceneError:
+    name, *parameters = (base_name(item.value) for item in target.items)
+    hint = f'write `(bind "{name}" (lambda ({" ".join(parameters)}) ...))`; a function that is no word is defined by `define`'
+    return SceneError("word", "a word must be a string", hint, target.span)
 
 
 # --- local names ---------------------------------------------------------------------------------------------------

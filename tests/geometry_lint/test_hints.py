@@ -106,3 +106,15 @@ def test_an_object_that_floats_as_before_does_not_forbid_a_move() -> None:
     scene = session.evaluate(Source("balls.scene", text)).require()
     # the second ball "may fly" only while nothing that stands is as high
     assert [d.hint for d in check_geometry(scene)] == ["`(translate [0 -0.9 0])` would fix it", None]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "hint"),
+    [
+        (".3", ".3", "`(translate [0 -0.3 0])` of each would fix it"),
+        (".1", ".3", "`(translate [0 -0.3 0])` would fix one of them; the others need moves of their own"),
+    ],
+)
+def test_one_hint_for_equal_objects_holds_for_each(first: str, second: str, hint: str) -> None:
+    (diagnostic,) = found(at("stool", f"-3 {first} 0"), at("stool", f"3 {second} 0"))
+    assert diagnostic[1] == hint

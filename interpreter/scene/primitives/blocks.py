@@ -12,10 +12,21 @@ from scenelang.grammar.datum import dataclass
 from scenelang.interpreter.scene.primitives.base import SCALE, WHITE, Attribute, Placed, Point, Primitive, Symmetry
 from scenelang.interpreter.scene.primitives.cube import placed_block
 
-BLOCK_TYPE = Attribute("block-type", 'Minecraft block name, such as "stone"', "a string", needed='"stone"')
-BLOCK_KWARGS = Attribute("block-kwargs", "block states, an association list or table; default none", "a list or table")
+BLOCK_TYPE = Attribute(
+    "block-type", 'Minecraft block name, such as "stone"', "a string", accepts=("String",), needed='"stone"'
+)
+BLOCK_KWARGS = Attribute(
+    "block-kwargs",
+    "block states, an association list or table; default none",
+    "a list or table",
+    accepts=("List", "Table"),
+)
 FILL = Attribute(
-    "fill", "whether to fill the whole cuboid (#t) or only its six faces (#f); default #t", "a boolean", True
+    "fill",
+    "whether to fill the whole cuboid (#t) or only its six faces (#f); default #t",
+    "a boolean",
+    True,
+    accepts=("Boolean",),
 )
 
 
