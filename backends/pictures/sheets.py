@@ -145,8 +145,12 @@ def cells_of_views(scene: Scene, options: PictureOptions, views: Sequence[str] =
 
 
 def cells_of_frames(scene: Scene, options: PictureOptions, count: int) -> list[SheetCell]:
-    """Return cells of so many frames, evenly spaced, or of a static scene of so many angles; raises SceneError."""
+    """Return cells of so many frames, evenly spaced, each once, or of a static scene of so many angles.
+
+    Raises SceneError.
+    """
     check_count(count, "frames")
+    count = min(count, len(scene.frames)) if scene.animated else count
     scene = _figured(scene, options)
     shots = shots_of(scene, options.camera, options.width, options.height, count, None)
     if scene.animated:

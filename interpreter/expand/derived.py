@@ -175,7 +175,8 @@ def _is_signature(target: Datum, scope: Scope) -> bool:
 
 def _signature_error(target: ListDatum) -> SceneError:
     name, *parameters = (base_name(item.value) for item in target.items)
-    hint = f'write `(bind "{name}" (lambda ({" ".join(parameters)}) ...))`; a function that is no word is defined by `define`'
+    written = f'(bind "{name}" (lambda ({" ".join(parameters)}) ...))'
+    hint = f"write `{written}`; a function that is no word is defined by `define`"
     return SceneError("word", "a word must be a string", hint, target.span)
 
 

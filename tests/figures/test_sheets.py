@@ -71,6 +71,11 @@ def test_frames_of_a_film_and_angles_of_a_turntable() -> None:
     assert len({cell.shot.camera.eye.round(6).tobytes() for cell in turned}) == 4
 
 
+def test_a_sheet_has_each_frame_of_a_film_once() -> None:
+    captions = [cell.caption for cell in cells_of_frames(evaluate(FILM), SMALL, 20)]
+    assert captions == [f"frame {k}" for k in range(8)]
+
+
 def test_scenes_to_scale_have_one_camera() -> None:
     small, large = (evaluate(f'(bind "it" (lambda () (call "cube" :scale {side})))') for side in (1, 2))
     one, other = cells_of_scenes([("a", small), ("b", large)], SMALL, to_scale=True)

@@ -55,6 +55,35 @@ def variable_of(node: ast.AST) -> ast.Name | None:
     return node if isinstance(node, ast.Name) else None
 
 
+_CONSTRUCTS = {  # by the name of a node's class: as Python writes it, and what to write instead
+    "AsyncFor": ("`async for`", "there is nothing to wait for: write `for`"),
+    "AsyncFunctionDef": ("`async def`", "there is nothing to wait for: write `def`"),
+    "AsyncWith": ("`async with`", "there is nothing to wait for: write `with`"),
+    "AugAssign": ("an assignment such as `+=`", None),
+    "Await": ("`await`", "there is nothing to wait for: call the function without it"),
+    "ClassDef": ("`class`", None),
+    "Delete": ("`del`", None),
+    "DictComp": ("a dict comprehension", None),
+    "FunctionDef": ("`def`", None),
+    "GeneratorExp": ("a generator expression", None),
+    "IfExp": ("`... if ... else ...`", None),
+    "JoinedStr": ("an f-string", None),
+    "ListComp": ("a list comprehension", None),
+    "NamedExpr": ("`:=`", None),
+    "SetComp": ("a set comprehension", None),
+    "Starred": ("`*` before a value", None),
+    "TryStar": ("`except*`", "write `except` without the star"),
+    "TypeAlias": ("`type`", "leave it out: types have no effect"),
+    "YieldFrom": ("`yield from`", None),
+}
+
+
+def construct_of(node: ast.AST) -> tuple[str, str | None]:
+    """Return a statement or expression as Python writes it, and what to write instead of it, if that is known."""
+    name = type(node).__name__
+    return _CONSTRUCTS.get(name, (f"`{name.lower()}`", None))
+
+
 # Location of the program in a language model's response, which consists of prose, fenced code and prose.
 
 

@@ -263,13 +263,6 @@ def _has_choices(part: Any, is_repeated: bool) -> bool:
     return False
 
 
-def unknown_statement(node: ast.stmt) -> Any:
-    """Raise the error of a statement that is not supported."""
-    if type(node).__name__ == "TryStar":
-        raise UnsupportedPython("`except*` is not supported", "write `except` without the star")
-    raise UnsupportedPython(f"`{type(node).__name__.lower()}` is not supported")
-
-
 _INSTEAD = {
     "np.fft": "add the waves with `np.sin` and `np.cos`", "globals": "put the functions into a dictionary by name",
     "locals": "put the values into a dictionary by name", "pathlib": "write the data into the program",

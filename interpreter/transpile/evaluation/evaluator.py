@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.transpile.analysis.python_text import scope_of
+from scenelang.interpreter.transpile.analysis.python_text import construct_of, scope_of
 from scenelang.interpreter.transpile.evaluation import (
     BINARY,
     COMPARISONS,
@@ -35,7 +35,6 @@ from scenelang.interpreter.transpile.evaluation import (
     UnsupportedPython,
     check_widths,
     instead_of,
-    unknown_statement,
     weigh,
 )
 from scenelang.interpreter.transpile.evaluation.classes import (
@@ -272,7 +271,7 @@ class PythonEvaluator:
                     simple(statement, frame)
                     continue
                 compound = self._compound.get(type(statement))
-                yield from compound(statement, frame) if compound is not None else unknown_statement(statement)
+                yield from compound(statement, frame) if compound is not None else _unknown(statement)
             except UnsupportedPython as error:
                 error.node = error.node or (statement if is_own else None)
                 raise
@@ -604,7 +603,7 @@ class PythonEvaluator:
         self.tick()
         handler = self._expressions.get(type(node))
         if handler is None:
-            raise UnsupportedPython(f"`{type(node).__name__.lower()}` is not supported here")
+            return _unknown(node)
         return handler(node, frame)
 
     def _items(self, nodes: list[ast.expr], frame: Frame) -> list[Any]:
@@ -1059,6 +1058,12 @@ class PythonEvaluator:
     def set_attribute(self, value: Any, name: str, new: Any) -> None:
         """Assign an attribute of a value."""
         set_attribute(self, value, name, new)
+
+
+def _unknown(node: ast.stmt | ast.expr) -> Any:
+    """Raise the error of a statement or expression that is not supported."""
+    construct, hint = construct_of(node)
+    raise UnsupportedPython(f"{construct} is not supported", hint)
 
 
 def _kinds(value: Any) -> tuple[Any, ...]:

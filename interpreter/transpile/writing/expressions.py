@@ -18,7 +18,7 @@ from scenelang.grammar.python_helpers import HELPERS
 from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, POSE, RECORD, SET, SHAPE, STR
 from scenelang.interpreter.transpile.analysis.known import RESULTS
-from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import construct_of, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     ANNOTATIONS,
     BUILTINS,
@@ -72,7 +72,8 @@ def write_expression(w: Writer, node: ast.expr) -> Code:
     """Return the code of an expression. Errors are recorded as diagnostics."""
     write = _EXPRESSIONS.get(type(node))
     if write is None:
-        raise w.unsupported(f"`{type(node).__name__.lower()}`", node)
+        construct, hint = construct_of(node)
+        raise w.unsupported(construct, node, hint)
     try:
         code = write(w, node)
     except SceneError as error:  # recorded, so that the rest is checked as well; the program is discarded

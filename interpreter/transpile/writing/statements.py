@@ -16,7 +16,7 @@ from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime.modelling_helpers import modelling_helpers
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import DICT, NOTHING, AbstractType
-from scenelang.interpreter.transpile.analysis.python_text import walk_tree
+from scenelang.interpreter.transpile.analysis.python_text import construct_of, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import Class, Function, PythonVariable
 from scenelang.interpreter.transpile.writing.assignments import (
     set_item,
@@ -124,8 +124,8 @@ def write_statement(w: Writer, node: ast.stmt, block: Block) -> None:
         define_cells(w, node, block)
         write = _STATEMENTS.get(type(node))
         if write is None:
-            kind = type(node).__name__.lower()
-            raise w.unsupported("`except*`" if kind == "trystar" else f"`{kind}`", node)
+            construct, hint = construct_of(node)
+            raise w.unsupported(construct, node, hint)
         collecting = adds_to(w, node, block)
         if collecting is not None:
             add_to(w, collecting, node, block, note)
