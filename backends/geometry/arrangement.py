@@ -419,6 +419,25 @@ class Arrangement:
         cached = self._separations.get((a.instance, b.instance))
         if cached is not None and not moved.any():
             return cached
+        nearest = self._nearest(a, b, moved)
+        if nearest is None:
+            return None
+        pairs, gaps = nearest
+        best = int(np.argmin(gaps))
+        if gaps[best] > 0.0:
+            return Separation(float(gaps[best]), _two(pairs[best]))
+        return self._deepest(pairs[gaps <= 0.0], moved)
+
+    def gap(self, a: PlacedObject, b: PlacedObject) -> float | None:
+        """Return the distance of two objects, 0 if they touch or overlap; None if one has no bodies.
+
+        It needs no depth, which takes most of the time of ``separation``.
+        """
+        nearest = self._nearest(a, b, np.zeros(3))
+        return None if nearest is None else float(nearest[1].min())
+
+    def _nearest(self, a: PlacedObject, b: PlacedObject, moved: FloatArray) -> tuple[IntArray, FloatArray] | None:
+        """Return pairs (N, 2) of bodies, among them all that are nearest to each other, and their gaps (N,)."""
         pairs = self._pairs(a, b, np.inf, moved)
         if not len(pairs):
             return None
@@ -432,11 +451,7 @@ class Arrangement:
         gaps = self._gaps(pairs[:_FIRST_PAIRS], moved, reach)
         others = np.flatnonzero(box_gaps[_FIRST_PAIRS:] <= gaps.min()) + _FIRST_PAIRS
         gaps = np.concatenate([gaps, self._gaps(pairs[others], moved, reach)])
-        pairs = np.concatenate([pairs[:_FIRST_PAIRS], pairs[others]])
-        best = int(np.argmin(gaps))
-        if gaps[best] > 0.0:
-            return Separation(float(gaps[best]), _two(pairs[best]))
-        return self._deepest(pairs[gaps <= 0.0], moved)
+        return np.concatenate([pairs[:_FIRST_PAIRS], pairs[others]]), gaps
 
     def _deepest(self, pairs: IntArray, shift: FloatArray) -> Separation:
         """Return the separation of two objects by the deepest of their overlapping pairs."""

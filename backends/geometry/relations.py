@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -42,6 +42,8 @@ from scenelang.interpreter.scene.declarations import OVER_FRAMES, Declaration, b
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 
 _MAX_COMPARISONS = 200_000  # pairs of objects that are compared for the declarations of a scene
+# Primitives of the frames that are kept while declarations are tested: the tables of one take some kilobytes.
+_MAX_KEPT_PRIMITIVES = 10_000
 _MAX_VIOLATIONS = 1_000  # of one scene that are reported
 _FIRST_OBJECTS = 32  # nearest objects, which are sorted before all others: the rest is seldom needed
 FACING_DEGREES = 30.0  # degrees by default between a front and the direction to the other object
@@ -119,9 +121,22 @@ class _Failure:
 
 @dataclass(slots=True)
 class _Work:
-    """Budget of comparisons."""
+    """Budget of comparisons, and the frames that were measured: relations over all frames read them again."""
 
+    scene: Scene
     remaining: int = _MAX_COMPARISONS
+    kept: dict[int, Arrangement] = field(default_factory=dict)
+    kept_primitives: int = 0
+
+    def arrangement(self, frame: int) -> Arrangement:
+        """Return the arrangement of a frame, which is kept if there is room."""
+        if frame in self.kept:
+            return self.kept[frame]
+        arrangement = Arrangement(self.scene, frame)
+        self.kept_primitives += len(arrangement.bodies)
+        if self.kept_primitives <= _MAX_KEPT_PRIMITIVES:
+            self.kept[frame] = arrangement
+        return arrangement
 
     def spend(self, count: int = 1) -> None:
         """Subtract comparisons; raises LimitError if none remain."""
@@ -263,11 +278,11 @@ def _tested(
     about_scene = (*scene.declarations, *extra)
     if not declaring and not about_scene:
         return
-    work, count = _Work(), 0
+    work, count = _Work(scene), 0
     finished: set[int] = set()
     once: dict[int, list[list[Violation]]] = {}  # violations in each frame of what must hold in one of them
     for number in range(len(scene.frames)):
-        arrangement = Arrangement(scene, number)
+        arrangement = work.arrangement(number)
         tested: dict[int, list[Violation]] = {}
         for within, declaration in _declared(arrangement, declaring, about_scene):
             if id(declaration) in finished or not only(declaration) or count >= _MAX_VIOLATIONS:
@@ -757,20 +772,13 @@ def _distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure |
     """Return why the distance of two objects is not as declared."""
     if context.option("axis") is not None:
         return _center_distance(context, a, b)
-    separation = context.arrangement.separation(a, b)
-    if separation is None:
-        return None
-    distance = max(separation.distance, 0.0) + 0.0
-    off = _off(context, distance)
+    distance = context.arrangement.gap(a, b)
+    off = 0.0 if distance is None else _off(context, distance)
     if off == 0.0:
         return None
-    return _Failure(
-        f"{_two_words(a, b)} are {distance:.3g} apart",
-        abs(off),
-        a,
-        b,
-        _scaled(context.arrangement.away(separation), -off),
-    )
+    separation = context.arrangement.separation(a, b)
+    move = None if separation is None else _scaled(context.arrangement.away(separation), -off)
+    return _Failure(f"{_two_words(a, b)} are {distance:.3g} apart", abs(off), a, b, move)
 
 
 def _center_distance(context: _Context, a: PlacedObject, b: PlacedObject) -> _Failure | None:
@@ -1134,7 +1142,7 @@ def _frames(context: _Context) -> Iterator[tuple[Arrangement, list[PlacedObject]
     name = context.declaration.things[0]
     count = len(context.objects(name))
     for number in range(len(context.arrangement.scene.frames)):
-        arrangement = Arrangement(context.arrangement.scene, number) if number else context.arrangement
+        arrangement = context.work.arrangement(number)
         objects = arrangement.objects(name, context.within)
         context.work.spend(len(objects))
         if len(objects) != count:
