@@ -20,7 +20,14 @@ from scenelang.interpreter.transpile.analysis.inference import NONE, RECORD, UNK
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch
 from scenelang.interpreter.transpile.analysis.inlining import with_generators_in_place
 from scenelang.interpreter.transpile.analysis.liveness import Liveness
-from scenelang.interpreter.transpile.analysis.lowering import MOST_PASSES, OperatorMethods, has_classes, lowered
+from scenelang.interpreter.transpile.analysis.lowering import (
+    MOST_PASSES,
+    OperatorMethods,
+    has_classes,
+    lowered,
+    without_unused_methods,
+)
+from scenelang.interpreter.transpile.analysis.operator_cases import KnownTests
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, parse_python, walk_tree
 from scenelang.interpreter.transpile.analysis.scopes import (
     Class,
@@ -270,8 +277,14 @@ def analyse(text: PythonText) -> Analysed:
             operators = OperatorMethods(partial(_instances, analysed), partial(_kinds, analysed), dispatch)
             tree = operators.visit(tree)
             if not operators.count:
-                break
+                tests = KnownTests(partial(_kinds, analysed), partial(_instances, analysed))
+                tree = tests.visit(tree)
+                if not tests.count:
+                    break
             analysed = _analysed(replace(text, tree=tree))
+    used = without_unused_methods(tree) if has_classes(tree) else tree
+    if used is not tree:
+        tree, analysed = used, _analysed(replace(text, tree=used))
     if has_classes(tree) and (values := values_of(tree, analysed.facts)) is not None:
         if tree is text.tree:
             tree = copy.deepcopy(tree)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support import PATIENCE
 
 import scenelang as sl
 
@@ -101,11 +100,15 @@ def test_controls_can_be_left_out(shell: Any) -> None:
     assert shell.user_ns["scene"].params == {"floors": "3", "paint": '"#c04030"'}
 
 
+A_CELL = 30  # seconds; ten times what one takes on a loaded machine
+
+
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
 def test_notebooks_of_the_examples_run(path: Path) -> None:
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     notebook = nbformat.read(path, as_version=4)
-    nbclient.NotebookClient(notebook, timeout=PATIENCE, resources={"metadata": {"path": str(ROOT)}}).execute()
+    # nbclient may miss a reply while it passes the state of widgets on, and looks again when its time for a cell is over.
+    nbclient.NotebookClient(notebook, timeout=A_CELL, resources={"metadata": {"path": str(ROOT)}}).execute()
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     outputs = [output for cell in cells for output in cell.outputs]
     assert not [output for output in outputs if output.output_type == "error" or output.get("name") == "stderr"]

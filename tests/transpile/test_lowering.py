@@ -41,6 +41,36 @@ class Vec:
         return Vec(-self.x, -self.y)
     def __abs__(self):
         return math.hypot(self.x, self.y)"""
+POSE = """class Pose:
+    def __init__(self, matrix=None):
+        self.m = np.eye(4) if matrix is None else np.asarray(matrix, dtype=float)
+    @classmethod
+    def at(cls, x=0.0, y=0.0):
+        return cls(translation_matrix((x, y, 0)))
+    @classmethod
+    def turn(cls, angle):
+        return cls(rotation_matrix(angle, (0, 0, 1), (0, 0, 0)))
+    def __matmul__(self, other):
+        if isinstance(other, Pose):
+            return Pose(self.m @ other.m)
+        if isinstance(other, np.ndarray):
+            return (self.m @ np.append(other, 1.0))[:3]
+        return transform_shape(other, self.m)"""
+PRODUCTS = """class Vec:
+    def __init__(self, x, y):
+        self.x, self.y = x, y
+    def __add__(self, other):
+        if not isinstance(other, Vec):
+            return NotImplemented
+        return Vec(self.x + other.x, self.y + other.y)
+    def __mul__(self, other):
+        if isinstance(other, Vec):
+            return self.x * other.x + self.y * other.y
+        elif isinstance(other, (int, float)):
+            return Vec(self.x * other, self.y * other)
+        else:
+            raise TypeError(other)
+    __rmul__ = __mul__"""
 ROW = """class Row:
     def __init__(self, items):
         self.items = items
@@ -137,6 +167,14 @@ LOWERED = {
     "the same import twice": ("import numpy as np", "parts.append(bar(*np.array([1, 2]) * .5))"),
     "masks in place": ("", "keep = np.ones(5, dtype=bool)\nkeep[1] = False\nkeep &= np.arange(5) < 4\n"
         "parts += [bar(x) for x in np.arange(5)[keep]] + [bar(int(keep.sum()), 1)]"),
+    "operators by the type of their operand": (POSE, "here = Pose()\nfor i in range(3):\n"
+        "    here = here @ Pose.turn(.3) @ Pose.at(x=1)\n    parts.append(here @ bar(0))\n"
+        "parts.append(bar(*(here @ np.array([1, 2, 3]))[:2]))"),
+    "products of vectors and numbers": (PRODUCTS, "v = Vec(1, 2)\nw = v * 2 * .5 + v\nparts.append(bar(v * w, (w * v * 3) / 2))\n"
+        "parts.append(bar((2 * v).x))"),
+    "a parameter named as a constant": ("SIZES = [1, 2, 3]\n\n@register()\ndef row(sizes: int = 2) -> Shape:\n"
+        "    return concat_shapes(*[bar(k, size=SIZES[k % 3]) for k in range(sizes)])",
+        "parts += [library_call('row', sizes=4), library_call('row')]"),
     "a diagonal": ("", "d = np.ones((3, 3))\nnp.fill_diagonal(d, 5)\nparts += [bar(x, y) for x, y, _ in d]"),
     "a new first axis": ("", "a = np.array([[1., 2], [4, 6]])\nparts += [bar(*x) for x in (a[None] - a[:, None]).sum(axis=0)]"),
     "an index of an array by its name": ("", "a = np.array([[1., 2], [4, 6]])\nfor idx in np.ndindex(2, 2):\n    parts.append(bar(a[idx], idx[0]))"),

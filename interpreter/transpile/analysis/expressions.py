@@ -48,6 +48,7 @@ from scenelang.interpreter.transpile.analysis.inference import (
     narrow,
 )
 from scenelang.interpreter.transpile.analysis.known import METHODS, MUTATORS, RESULTS, uses_random_stream
+from scenelang.interpreter.transpile.analysis.operator_cases import method_for
 from scenelang.interpreter.transpile.analysis.rewriting import OPERATOR_METHODS
 from scenelang.interpreter.transpile.analysis.scopes import Class, Comprehension, Function, PythonVariable, is_module
 
@@ -464,8 +465,15 @@ def _by_method(
     for own, other, method in ((left, right, name), (right, left, f"r{name}")):
         found = [(record, record.methods.get(method)) for record in own.classes if own.kinds & RECORD]
         if found and all(function is not None for _, function in found):
-            instances = [(AbstractType(RECORD, frozenset((record,))), function) for record, function in found]
-            return join_all([call_function(state, f, node, [own, other], {}) for own, f in instances if f is not None])
+            if not other.kinds:
+                return NOTHING  # so far; a method may have cases for types of operands
+            names = {record.name for record in other.classes}
+            results = []
+            for record, _ in found:
+                function = record.methods[method_for(record, method, other.kinds, names)]
+                instance = AbstractType(RECORD, frozenset((record,)))
+                results.append(call_function(state, function, node, [instance, other], {}))
+            return join_all(results)
     return None
 
 

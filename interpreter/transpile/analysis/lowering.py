@@ -12,8 +12,9 @@ import copy
 import json
 import re
 import string
-from collections.abc import Callable, Mapping
-from typing import Any, TypeGuard
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 from scenelang.interpreter.transpile.analysis.decorators import without_decorators
 from scenelang.interpreter.transpile.analysis.enumerations import without_enumerations
@@ -26,6 +27,7 @@ from scenelang.interpreter.transpile.analysis.library import COUNTER_METHODS, EA
 from scenelang.interpreter.transpile.analysis.library_classes import is_pure, with_library_classes
 from scenelang.interpreter.transpile.analysis.library_rotations import ROTATIONS
 from scenelang.interpreter.transpile.analysis.matches import Matches
+from scenelang.interpreter.transpile.analysis.operator_cases import method_for, split_operators
 from scenelang.interpreter.transpile.analysis.plain_classes import name_rest, with_plain_classes
 from scenelang.interpreter.transpile.analysis.python_text import walk_tree
 from scenelang.interpreter.transpile.analysis.rewriting import (
@@ -36,6 +38,7 @@ from scenelang.interpreter.transpile.analysis.rewriting import (
     is_registering,
     is_repeatable,
     is_sized,
+    is_test_of_class,
     name_of,
     names_in,
     placed,
@@ -96,17 +99,19 @@ def lowered(tree: ast.Module) -> ast.Module:
     tree = _Silent(paths).visit(tree)
     _with_fixed_arguments(tree, paths)
     _with_fixed_modules(tree, paths)
-    tested = {ast.unparse(each.args[1]) for each in walk_tree(tree) if _is_test_of_class(each)}
+    tested = {ast.unparse(each.args[1]) for each in walk_tree(tree) if is_test_of_class(each)}
     classes = [each for each in tree.body if isinstance(each, ast.ClassDef)]
     for cls in classes:
         is_tested = cls.name in tested and any("Protocol" in ast.unparse(base) for base in cls.bases)
         cls.bases = [base for base in cls.bases if is_tested or not _is_marker(base)]
+    bases = {ast.unparse(base) for cls in classes for base in cls.bases}
     without_hooks(tree)
     without_bases(tree)
     name_rest(tree)
     is_sorted = any(map(_orders, walk_tree(tree)))
     for cls in classes:
         _lower_class(cls, is_sorted)
+        split_operators(cls, {each.name for each in classes} - bases)
     names = _Library(paths, tree)
     tree = names.visit(tree)
     made = [each for text in names.made.values() for each in ast.parse(text).body]
@@ -746,11 +751,6 @@ def _dunder(name: str) -> str | None:
     return plain if is_special and plain in _METHODS else None
 
 
-def _is_test_of_class(node: ast.AST) -> TypeGuard[ast.Call]:
-    is_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance"
-    return is_call and isinstance(node, ast.Call) and len(node.args) == 2
-
-
 def _orders(node: ast.AST) -> bool:
     """Return whether a call compares items of which it is not known what they are."""
     name = ast.unparse(node.func).rpartition(".")[2] if isinstance(node, ast.Call) else ""
@@ -948,12 +948,21 @@ class OperatorMethods(ast.NodeTransformer):
         method = OPERATOR_METHODS.get(type(node.op), "")
         if self._has(node.left, method):
             right = node.right
+            method = self._case(node.left, method, right)
             if self._has(right, "in_any_order"):
                 right = self._call(right, right, "in_any_order", [])
             return self._call(node, node.left, method, [right])
         if not self._classes_of(node.left) and is_repeatable(node.left) and self._has(node.right, f"r{method}"):
-            return self._call(node, node.right, f"r{method}", [node.left])
+            return self._call(node, node.right, self._case(node.right, f"r{method}", node.left), [node.left])
         return node
+
+    def _case(self, owner: ast.expr, method: str, operand: ast.expr) -> str:
+        """Return the method that an operator calls: one for operands of its type, if that is known."""
+        classes = self._classes_of(owner)
+        if len(classes) != 1:
+            return method
+        names = {each.name for each in self._classes_of(operand)}
+        return method_for(classes[0], method, self._kinds_of(operand), names)
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
         """Write ``grid[key] = value``, and the assignment of a property, as the call of a method."""
@@ -1070,6 +1079,10 @@ class OperatorMethods(ast.NodeTransformer):
                 made = self._dispatch.call(node, function.value, function.attr, names)
                 self.count += made is not None
                 return made or node
+            if len(classes) == 1 and function.attr in classes[0].methods and len(node.args) == 1:
+                name = self._case(function.value, function.attr, node.args[0])
+                self.count += name != function.attr
+                function.attr = name
         name = ast.unparse(function).removeprefix("dataclasses.")
         if name == "replace" and len(node.args) == 1:
             return self._replaced(node) or node
@@ -1157,6 +1170,45 @@ class OperatorMethods(ast.NodeTransformer):
 
     def _is_instance(self, node: ast.expr) -> bool:
         return self._has(node, "call")
+
+
+def without_unused_methods(tree: ast.Module) -> ast.Module:
+    """Return a module without the methods that nothing else of it asks for; the same one if all are used.
+
+    Nothing is known of their operands, so that they could not be translated.
+    """
+    uses = Counter(node.attr for node in walk_tree(tree) if isinstance(node, ast.Attribute))
+    unused: set[ast.AST] = set()
+    while True:
+        further = [each for each in _methods(tree) if each not in unused and not uses[each.name] - _own_uses(each)]
+        if not further:
+            break
+        for method in further:
+            unused.add(method)
+            uses.subtract(node.attr for node in walk_tree(method) if isinstance(node, ast.Attribute))
+            uses[method.name] = max(uses[method.name], 0)
+    if not unused:
+        return tree
+    body = list(tree.body)
+    for n, each in enumerate(body):
+        if isinstance(each, ast.ClassDef):
+            kept = [part for part in each.body if part not in unused] or [ast.copy_location(ast.Pass(), each)]
+            cls = copy.copy(each)
+            cls.body = kept
+            body[n] = cls
+    return ast.Module(body, tree.type_ignores)
+
+
+def _methods(tree: ast.Module) -> Iterator[ast.FunctionDef]:
+    """Yield the methods of classes whose calls name them."""
+    for cls in tree.body:
+        for each in cls.body if isinstance(cls, ast.ClassDef) else ():
+            if isinstance(each, ast.FunctionDef) and not each.name.startswith("__"):
+                yield each
+
+
+def _own_uses(method: ast.FunctionDef) -> int:
+    return sum(isinstance(node, ast.Attribute) and node.attr == method.name for node in walk_tree(method))
 
 
 def has_classes(tree: ast.Module) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import TypeGuard, TypeVar
 
 from scenelang.interpreter.transpile.analysis.python_text import child_nodes, walk_tree
 
@@ -86,6 +86,12 @@ def is_registering(decorator: ast.expr, *names: str) -> bool:
 def is_registered(node: ast.AST) -> bool:
     """Return whether a function is registered."""
     return any(map(is_registering, getattr(node, "decorator_list", ())))
+
+
+def is_test_of_class(node: ast.AST) -> TypeGuard[ast.Call]:
+    """Return whether a node is a call of ``isinstance``."""
+    is_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "isinstance"
+    return is_call and isinstance(node, ast.Call) and len(node.args) == 2
 
 
 def is_repeatable(node: ast.expr) -> bool:

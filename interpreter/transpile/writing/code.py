@@ -238,6 +238,7 @@ class Namer:
         self._keywords: dict[str, str] = {}
         self._table_keys = set(table_keys)
         self._own: set[str] = set()
+        self._hidden: dict[PythonVariable, set[str]] = {}  # names of keyword parameters of scopes that use a variable
 
     def choose(self) -> None:
         """Name all variables, outer scopes first, and spell keyword arguments like their parameters."""
@@ -247,6 +248,8 @@ class Namer:
             text = name if name in self._table_keys else kebab(name)
             self._keywords[name] = f"the-{text}" if text in _RESERVED or text in _MACROS else text
         self._own = {name for form in self._forms for node in walk(form) for name in _own_names(node)}
+        for form in self._forms:
+            self._find_hidden(form)
         top = self._top_level_variables()
         taken: dict[str, PythonVariable] = {}
         for variable in top:
@@ -277,6 +280,18 @@ class Namer:
                     found.update(dict.fromkeys(v for v in _variables(target)))
         records = {v: None for form in self._forms for v in _variables(form) if v.record is not None}
         return [*found, *(v for v in records if v not in found)]
+
+    def _find_hidden(self, code: Code) -> None:
+        """Record which names a variable must not get, since a word keeps those of its parameters.
+
+        Python has ``N`` beside ``n``.
+        """
+        for node in walk(code):
+            keywords = [v for v in _bound_variables(node) if v.is_keyword]
+            if keywords:
+                texts = {self._keywords[v.name] for v in keywords}
+                for variable in {n.variable for n in walk(node) if type(n) is VariableRef}.difference(keywords):
+                    self._hidden.setdefault(variable, set()).update(texts)
 
     def _scope(self, code: Code, visible: dict[str, PythonVariable]) -> None:
         """Name the variables that ``code`` binds, scope by scope from the outermost."""
@@ -312,7 +327,8 @@ class Namer:
             count = 2
             if text in _RESERVED or text in _MACROS:
                 stem = text = f"the-{stem}"
-            while text in self._own or (text in conflicts and _differ(conflicts[text], variable)):
+            hidden = self._hidden.get(variable, ())
+            while text in self._own or text in hidden or (text in conflicts and _differ(conflicts[text], variable)):
                 text = f"{stem}{count}"
                 count += 1
             variable.text = text
