@@ -7,7 +7,8 @@ import copy
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
+from operator import or_
 from typing import TYPE_CHECKING, Literal
 
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
@@ -274,7 +275,9 @@ def analyse(text: PythonText) -> Analysed:
     if tree is not text.tree and has_classes(tree):
         dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
         for _ in range(MOST_PASSES):
-            operators = OperatorMethods(partial(_instances, analysed), partial(_kinds, analysed), dispatch)
+            operators = OperatorMethods(
+                partial(_instances, analysed), partial(_kinds, analysed), partial(_kinds_of_keys, analysed), dispatch
+            )
             tree = operators.visit(tree)
             if not operators.count:
                 tests = KnownTests(partial(_kinds, analysed), partial(_instances, analysed))
@@ -307,6 +310,12 @@ def _instances(analysed: Analysed, node: ast.expr) -> list[Class]:
 def _kinds(analysed: Analysed, node: ast.expr) -> int:
     """Return the kinds of values that an expression may have."""
     return analysed.facts.type(node).kinds
+
+
+def _kinds_of_keys(analysed: Analysed, node: ast.expr) -> int:
+    """Return the kinds of the keys of a table; 0 if it is not known which table it is."""
+    kinds = [site.key.kinds for site in analysed.facts.type(node).sites]
+    return reduce(or_, kinds, 0) if all(kinds) else 0
 
 
 def _analysed(text: PythonText) -> Analysed:

@@ -19,7 +19,7 @@ import numpy as np
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from functools import cached_property, partial, reduce
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import Generic, NamedTuple, ParamSpec, Protocol, TypeVar
 
 def bar(x, y=0.0, size=1.0):
     return transform_shape(primitive_call('cube', shape_kwargs={'scale': size}), translation_matrix((x, y, 0)))
@@ -71,6 +71,19 @@ PRODUCTS = """class Vec:
         else:
             raise TypeError(other)
     __rmul__ = __mul__"""
+MEMBERS = """from enum import IntEnum, StrEnum
+WIDTHS = {'empty': 3, 'full': 9}
+class Fill(StrEnum):
+    EMPTY = 'empty'
+    FULL = 'full'
+    @property
+    def height(self):
+        return {'empty': 1, 'full': 4}[self] + (self == 'full')
+class Floor(IntEnum):
+    LOW = 1
+    HIGH = 3
+    def above(self):
+        return self * 2 + 1"""
 ROW = """class Row:
     def __init__(self, items):
         self.items = items
@@ -175,6 +188,14 @@ LOWERED = {
     "a parameter named as a constant": ("SIZES = [1, 2, 3]\n\n@register()\ndef row(sizes: int = 2) -> Shape:\n"
         "    return concat_shapes(*[bar(k, size=SIZES[k % 3]) for k in range(sizes)])",
         "parts += [library_call('row', sizes=4), library_call('row')]"),
+    "the class of an object": ("class Hex:\n    def __init__(self, q, r):\n        self.q, self.r = q, r\n    def moved(self, dq):\n"
+        "        return type(self)(self.q + dq, self.r)\n    def twin(self):\n        return self.__class__(self.r, self.q)",
+        "h = Hex(1, 2).moved(3).twin()\nparts.append(bar(h.q, h.r))"),
+    "beginnings and ends of texts": ("P = ParamSpec('P')", "words = ['to_a', 'b_x', 'to_']\n"
+        "parts += [bar(len(w.removeprefix('to_')), len(w.removesuffix('_x'))) for w in words]"),
+    "members that are texts or numbers": (MEMBERS, "parts += [bar(f.height) for f in Fill] + [bar(Floor.HIGH.above(), Floor(1).above())]\n"
+        "for f in Fill:\n    if f == 'full' or f in ('none', 'empty'):\n        parts.append(bar({'empty': 7, 'full': 8}[f], WIDTHS.get(f, 1)))\n"
+        "for k in range(Floor.HIGH):\n    parts.append(bar(Floor.HIGH * k, [5, 6, 7, 8][Floor.HIGH]))"),
     "a diagonal": ("", "d = np.ones((3, 3))\nnp.fill_diagonal(d, 5)\nparts += [bar(x, y) for x, y, _ in d]"),
     "a new first axis": ("", "a = np.array([[1., 2], [4, 6]])\nparts += [bar(*x) for x in (a[None] - a[:, None]).sum(axis=0)]"),
     "an index of an array by its name": ("", "a = np.array([[1., 2], [4, 6]])\nfor idx in np.ndindex(2, 2):\n    parts.append(bar(a[idx], idx[0]))"),

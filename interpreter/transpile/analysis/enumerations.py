@@ -80,6 +80,11 @@ def is_enumeration(node: ast.ClassDef) -> bool:
     return bool(node.__dict__.get("is_enumeration"))
 
 
+def is_its_value(node: ast.ClassDef) -> bool:
+    """Return whether members of an enumeration are numbers or texts, as those of ``StrEnum``."""
+    return bool(node.__dict__.get("has_value"))
+
+
 def _kinds(node: ast.ClassDef) -> set[str]:
     return {ast.unparse(base).rpartition(".")[2] for base in node.bases}
 
@@ -269,6 +274,7 @@ def _written(found: _Enumeration, uses: _Uses) -> list[ast.stmt]:
         assert isinstance(made, ast.ClassDef)
         placed(made, node, is_new=True)
         made.__dict__["is_enumeration"] = True
+        made.__dict__["has_value"] = bool(found.kinds & {"IntEnum", "StrEnum", "int", "str"})
         made.body += [uses.visit(each) for each in found.methods if each.name != "__init__"]
         body.append(made)
     for name, value in found.members.items():

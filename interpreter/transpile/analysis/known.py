@@ -459,6 +459,14 @@ def _pose(
     return infer.container(node, POSE, AbstractType(ARRAY))
 
 
+def _moved_shape(
+    infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
+) -> AbstractType:
+    """Return a shape; nothing for an array, with which the call fails: a method may try it last."""
+    shape = args[0] if args else named.get("shape", T_SHAPE)
+    return NOTHING if shape.kinds and shape.only(ARRAY | NUMBERS) else T_SHAPE
+
+
 def _plain_range(
     infer: InferenceState, node: ast.AST, args: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
@@ -522,7 +530,7 @@ _BUILTIN_RESULTS: Mapping[str, Callable[[InferenceState, ast.AST], AbstractType]
 RESULTS: dict[str, AbstractType | Result] = {
     **{name: _modelled(helper) for name, helper in modelling_helpers().items()}, ASSERT_THAT: _declaring,
     # the helper API
-    "primitive_call": T_SHAPE, "concat_shapes": _concatenated_shapes, "transform_shape": T_SHAPE, "loop": _loop,
+    "primitive_call": T_SHAPE, "concat_shapes": _concatenated_shapes, "transform_shape": _moved_shape, "loop": _loop,
     "library_call": T_SHAPE, "translation_matrix": _pose, "rotation_matrix": _pose, "scale_matrix": _pose,
     "reflection_matrix": _pose, "identity_matrix": _pose, "compute_shape_center": _vector,
     "compute_shape_min": _vector, "compute_shape_max": _vector, "compute_shape_sizes": _vector,

@@ -202,6 +202,14 @@ def partition(text, separator):
         return (text, "", "")
     return (text[:place], separator, text[place + len(separator):])
 """,
+    ("removeprefix", 1): """
+def removeprefix(text, prefix):
+    return text[len(prefix):] if text.startswith(prefix) else text
+""",
+    ("removesuffix", 1): """
+def removesuffix(text, suffix):
+    return text[:len(text) - len(suffix)] if text.endswith(suffix) else text
+""",
     ("rpartition", 1): """
 def rpartition(text, separator):
     place = text.rfind(separator)

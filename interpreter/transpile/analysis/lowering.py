@@ -14,13 +14,15 @@ import re
 import string
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from scenelang.interpreter.transpile.analysis.decorators import without_decorators
-from scenelang.interpreter.transpile.analysis.enumerations import without_enumerations
+from scenelang.interpreter.transpile.analysis.enumerations import is_its_value, without_enumerations
 from scenelang.interpreter.transpile.analysis.grids import PATHS as GRID_PATHS
 from scenelang.interpreter.transpile.analysis.grids import Grids
-from scenelang.interpreter.transpile.analysis.inference import INT, NUMBERS, STR
+from scenelang.interpreter.transpile.analysis.inference import ARRAY, DICT, INT, LIST, NUMBERS, STR, TUPLE
 from scenelang.interpreter.transpile.analysis.inheritance import Dispatch, without_bases, without_hooks
 from scenelang.interpreter.transpile.analysis.inlining import without_managers
 from scenelang.interpreter.transpile.analysis.library import COUNTER_METHODS, EAGER, GETTERS, LIBRARY, OWN_METHODS
@@ -76,6 +78,7 @@ _REWRITTEN = frozenset([*LIBRARY, *_CONSTANTS, *_WRITTEN, *GRID_PATHS])
 _FIRST = ast.Pass(lineno=1, col_offset=0, end_lineno=1, end_col_offset=0)  # a place for what has none
 _PURE = ("iter", "range", "len", "reversed", "abs", "round", "int", "float")
 _CONSUMERS = ("list", "tuple", "set", "sum", "sorted", "min", "max", "any", "all", "enumerate", "zip")
+_OF_VALUES = ("abs", "float", "int", "len", "range", "round", "str")  # functions of numbers and texts
 _UNORDERED = ("set", "sum", "sorted", "min", "max", "any", "all")  # to which the order of a set does not matter
 MOST_PASSES = 6  # each finds the types of what the one before has made
 
@@ -110,6 +113,8 @@ def lowered(tree: ast.Module) -> ast.Module:
     name_rest(tree)
     is_sorted = any(map(_orders, walk_tree(tree)))
     for cls in classes:
+        if cls.name not in bases:
+            _name_own_class(cls)
         _lower_class(cls, is_sorted)
         split_operators(cls, {each.name for each in classes} - bases)
     names = _Library(paths, tree)
@@ -812,6 +817,32 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
         _write_constructor(node, finish)
 
 
+def _name_own_class(node: ast.ClassDef) -> None:
+    """Write ``type(self)`` and ``self.__class__`` in the methods of a class without derived ones as its name."""
+    for method in node.body:
+        if not isinstance(method, ast.FunctionDef) or not method.args.args or method.decorator_list:
+            continue
+        own = method.args.args[0].arg
+        _OwnClass({f"type({own})", f"{own}.__class__"}, node.name).visit(method)
+
+
+class _OwnClass(ast.NodeTransformer):
+    def __init__(self, texts: set[str], name: str) -> None:
+        self._texts, self._name = texts, name
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        return self._named(node)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        return self._named(node)
+
+    def _named(self, node: ast.Call | ast.Attribute) -> ast.expr:
+        if ast.unparse(node) in self._texts:
+            return ast.copy_location(ast.Name(self._name, ast.Load()), node)
+        self.generic_visit(node)
+        return node
+
+
 def _plain_default(value: ast.expr | None) -> ast.expr | None:
     """Return the default of ``field(default=3, repr=False)``, which a constructor takes as ``= 3``; else None."""
     if not isinstance(value, ast.Call) or name_of(value) != "field" or value.args:
@@ -889,9 +920,13 @@ class OperatorMethods(ast.NodeTransformer):
     """Replaces operators on instances of the program's classes by calls of their methods; ``count`` says how many."""
 
     def __init__(
-        self, classes_of: Callable[[ast.expr], list[Any]], kinds_of: Callable[[ast.expr], int], dispatch: Dispatch
+        self,
+        classes_of: Callable[[ast.expr], list[Any]],
+        kinds_of: Callable[[ast.expr], int],
+        keys_of: Callable[[ast.expr], int],
+        dispatch: Dispatch,
     ) -> None:
-        self._classes_of, self._kinds_of, self._dispatch = classes_of, kinds_of, dispatch
+        self._classes_of, self._kinds_of, self._keys_of, self._dispatch = classes_of, kinds_of, keys_of, dispatch
         self.count = 0
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
@@ -943,8 +978,18 @@ class OperatorMethods(ast.NodeTransformer):
         chosen = self._dispatch.call(made, owner, method, names) if len(names) > 1 else None
         return chosen or made
 
+    def _value(self, node: ast.expr, kinds: int) -> ast.expr:
+        """Return the value of a member that is a number or a text, where it meets what has ``kinds``."""
+        classes = self._classes_of(node)
+        if not kinds or kinds & ~(NUMBERS | STR) or len(classes) != 1 or not is_its_value(classes[0].node):
+            return node
+        self.count += 1
+        return ast.copy_location(ast.Attribute(node, "value", ast.Load()), node)
+
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
+        kinds = [self._kinds_of(node.right), self._kinds_of(node.left)]
+        node.left, node.right = self._value(node.left, kinds[0]), self._value(node.right, kinds[1])
         method = OPERATOR_METHODS.get(type(node.op), "")
         if self._has(node.left, method):
             right = node.right
@@ -1009,6 +1054,7 @@ class OperatorMethods(ast.NodeTransformer):
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
         self.generic_visit(node)
+        node.slice = self._value(node.slice, self._kinds_of_keys(node.value))
         if (
             isinstance(node.ctx, ast.Load)
             and not isinstance(node.slice, ast.Slice)
@@ -1016,6 +1062,13 @@ class OperatorMethods(ast.NodeTransformer):
         ):
             return self._call(node, node.value, "getitem", [node.slice])
         return node
+
+    def _kinds_of_keys(self, node: ast.expr) -> int:
+        """Return the kinds of the keys of a table, or of the indices of a sequence."""
+        kinds = self._kinds_of(node)
+        if kinds == DICT:
+            return self._keys_of(node)
+        return INT if kinds and not kinds & ~(LIST | TUPLE | ARRAY | STR) else 0
 
     def _ordered(self, node: ast.Compare) -> ast.expr | None:
         """Return a comparison of objects by a method of theirs."""
@@ -1055,6 +1108,15 @@ class OperatorMethods(ast.NodeTransformer):
 
     def visit_Compare(self, node: ast.Compare) -> ast.expr:
         self.generic_visit(node)
+        if len(node.ops) == 1:
+            right = node.comparators[0]
+            is_in = isinstance(node.ops[0], (ast.In, ast.NotIn))
+            items = right.elts if is_in and isinstance(right, (ast.Tuple, ast.List, ast.Set)) else [right]
+            kinds = [self._kinds_of_keys(right) if is_in and items == [right] else self._kinds_of(x) for x in items]
+            known = reduce(or_, kinds, 0) if all(kinds) else 0
+            left = self._kinds_of(node.left)
+            node.left = self._value(node.left, known)
+            node.comparators = [right if is_in else self._value(right, left)]
         if len(node.ops) == 1 and type(node.ops[0]) in _ORDER.values():
             return self._ordered(node) or node
         if len(node.ops) == 1 and isinstance(node.ops[0], (ast.In, ast.NotIn)):
@@ -1083,6 +1145,12 @@ class OperatorMethods(ast.NodeTransformer):
                 name = self._case(function.value, function.attr, node.args[0])
                 self.count += name != function.attr
                 function.attr = name
+        if ast.unparse(function) in _OF_VALUES or (
+            name_of(getattr(function, "value", None)) in ("math", "np", "numpy")
+        ):
+            node.args = [self._value(each, NUMBERS | STR) for each in node.args]
+        if isinstance(function, ast.Attribute) and function.attr in ("get", "pop", "setdefault") and node.args:
+            node.args = [self._value(node.args[0], self._kinds_of_keys(function.value)), *node.args[1:]]
         name = ast.unparse(function).removeprefix("dataclasses.")
         if name == "replace" and len(node.args) == 1:
             return self._replaced(node) or node

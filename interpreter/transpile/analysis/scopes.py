@@ -502,7 +502,7 @@ MODULES = {
 ANNOTATIONS = frozenset({
     "P", "T", "Shape", "Generator", "Iterator", "Iterable", "Callable", "List", "Tuple", "Dict", "Set", "Optional",
     "Any",
-    "Union", "Sequence", "Literal", "NamedTuple", "TypeVar", "Point", "Color", "ndarray",
+    "Union", "Sequence", "Literal", "NamedTuple", "ParamSpec", "TypeVar", "Point", "Color", "ndarray",
 })  # fmt: skip
 
 # What each forbidden module or builtin uses, for messages.
@@ -572,7 +572,7 @@ def is_annotation(paths: LibraryPaths, node: ast.expr) -> bool:
     if isinstance(node, ast.Subscript):
         return is_annotation(paths, node.value) and not isinstance(node.value, ast.Subscript)
     if isinstance(node, ast.Call):
-        return (paths.of(node.func) or "").removeprefix("typing.") in ("TypeVar", "NewType")
+        return (paths.of(node.func) or "").removeprefix("typing.") in ("TypeVar", "NewType", "ParamSpec")
     path = (paths.of(node) or "").removeprefix("typing.")
     return path in ANNOTATIONS or path == "numpy.ndarray"
 

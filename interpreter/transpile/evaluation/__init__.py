@@ -71,8 +71,9 @@ _METHODS: dict[type, str] = {
     defaultdict: "clear copy default_factory get items keys pop popitem setdefault update values",
     Match: "end group groupdict groups span start string",
     Pattern: "findall finditer fullmatch match search split sub",
-    Random: "betavariate choice choices expovariate gammavariate gauss getrandbits lognormvariate normalvariate "
-    "paretovariate randint random randrange sample seed shuffle triangular uniform vonmisesvariate weibullvariate",
+    Random: "betavariate choice choices expovariate gammavariate gauss getrandbits getstate lognormvariate "
+    "normalvariate paretovariate randint random randrange sample seed setstate shuffle triangular uniform "
+    "vonmisesvariate weibullvariate",
     np.random.Generator: "beta binomial chisquare choice dirichlet exponential gamma geometric integers laplace "
     "logistic lognormal multinomial multivariate_normal negative_binomial normal pareto permutation permuted poisson "
     "power random rayleigh shuffle standard_cauchy standard_exponential standard_gamma standard_normal standard_t "

@@ -807,6 +807,8 @@ def numpy_names(evaluator: PythonEvaluator) -> dict[str, Any]:
     }
     linalg["LinAlgError"] = Native("LinAlgError", np.linalg.LinAlgError, np.linalg.LinAlgError)
     found["linalg"] = Module("np.linalg", linalg)
+    for name in ("errstate", "printoptions"):  # which change no result
+        found[name] = Native(f"np.{name}", lambda **_: _manager(evaluator, lambda: None, lambda *_: False))
     found["random"] = Module(
         "np.random",
         {
@@ -879,6 +881,9 @@ def _array_function(name: str, function: Callable[..., Any]) -> Callable[..., An
             if key in named:
                 kind = named[key]
                 named[key] = [host_type(each) for each in kind] if isinstance(kind, list) else host_type(kind)
+        given = arguments[0] if arguments else None
+        if name in ("array", "asarray") and isinstance(given, Residual) and given.kind in ("array", "pose"):
+            return given  # which is one, and never changes
         return function(*(host_type(each) for each in arguments), **named)
 
     return call
