@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 
@@ -313,17 +313,55 @@ def _beside_companions(groups: Sequence[_Group]) -> Iterator[Intention]:
             rest = f'{len(a) - 1} of {len(a)} "{group.word}" are beside theirs alike'
             evidence = f'is {length:.3g} from its place beside "{other.word}": {rest}'
             yield group.intention("spacing", member, evidence, DOUBTFUL)
+        for group, other in permutations(alike, 2):
+            turned = _turned_from_companion(group, other)
+            if turned is not None:
+                rest = f'{len(group) - 1} of {len(group)} "{group.word}" are turned to theirs alike'
+                evidence = f'is turned by {math.degrees(turned[1]):.3g} degrees beside "{other.word}": {rest}'
+                yield group.intention("turn", turned[0], evidence, DOUBTFUL)
 
 
-def _missed_companion(first: _Group, second: _Group) -> tuple[int, int, float] | None:
-    """Return the one pair of nearest siblings whose offset is not that of the other pairs, and the difference."""
+def _companions(first: _Group, second: _Group) -> tuple[IntArray, FloatArray, FloatArray] | None:
+    """Return the nearest sibling (N,) of the second group for each of the first, if they are pairs.
+
+    Further, the offsets (N, 3) to them in the world, and in the axes of the first.
+    """
     places, others = (group.places @ group.axes.T + group.zero for group in (first, second))
     apart = np.linalg.norm(places[:, None] - others[None], axis=2)
     match = np.argmin(apart, axis=1)
     if len(np.unique(match)) < len(match) or (np.argmin(apart, axis=0)[match] != np.arange(len(match))).any():
         return None
     offsets = others[match] - places
-    local = np.einsum("nji,nj->ni", first.axes @ first.turns, offsets)
+    return match, offsets, np.einsum("nji,nj->ni", first.axes @ first.turns, offsets)
+
+
+def _turned_from_companion(group: _Group, other: _Group) -> tuple[int, float] | None:
+    """Return the one sibling that is turned otherwise to what is beside it than all others, and the angle.
+
+    A chair with its back to its desk, which stands where it should.
+    """
+    pairs = _companions(group, other) if len(group) >= _MIN_SIBLINGS else None
+    if pairs is None:
+        return None
+    _, offsets, local = pairs
+    away = np.linalg.norm(local - np.median(local, axis=0), axis=1)
+    odd = np.flatnonzero(away > EXACT * group.size)
+    if len(odd) != 1 or away[odd[0]] < ASTRAY * group.size:
+        return None
+    if np.ptp(np.linalg.norm(offsets, axis=1)) > EXACT * group.size:  # it is elsewhere, too
+        return None
+    member = int(odd[0])
+    missing = group.turns[(member + 1) % len(group)] @ group.turns[member].T
+    angle = _angle(missing)
+    return (member, angle) if angle >= TURNED and group._is_seen(member, missing) else None
+
+
+def _missed_companion(first: _Group, second: _Group) -> tuple[int, int, float] | None:
+    """Return the one pair of nearest siblings whose offset is not that of the other pairs, and the difference."""
+    pairs = _companions(first, second)
+    if pairs is None:
+        return None
+    match, offsets, local = pairs
     size = min(first.size, second.size)
     for vectors in (offsets, local):
         away = np.linalg.norm(vectors - np.median(vectors, axis=0), axis=1)

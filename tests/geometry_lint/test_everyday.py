@@ -13,7 +13,7 @@ BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 sys.path.append(str(BENCHMARKS))  # behind the tests, whose packages have the names of some benchmarks
 from everyday import findings_of, is_found, is_note
 
-NAMES = ("second", "third", "fourth", "fifth", "sixth", "seventh")
+NAMES = ("second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 SETS = [BENCHMARKS / "everyday", *(BENCHMARKS / "everyday" / name for name in NAMES)]
 FAULTS = [(folder, fault) for folder in SETS for fault in json.loads((folder / "faults" / "faults.json").read_text())]
 SOUND = [
@@ -45,6 +45,8 @@ MISSED = {
     "20_stone_stairs.scene",  # a step of another height: the steps differ all
     "24_rowing_boat.scene",  # a rudder at the bow: only a person knows which end it is
     "25_eule.scene",  # one of two eyes, lower and farther out
+    "08_kerzen.scene",  # a candlestick in a sideboard: it may be planted, a note
+    "16_wheelbarrow.scene",  # a wheel before its fork, in balance on the ground
     "26_dorfkirche.scene",  # a weathercock that is ten times as large, alone of its kind
 }
 ALARMED = {  # known false alarms: posts in footings, what stands by a tiny overlap, what is heavy, bolted or magnetic

@@ -280,3 +280,24 @@ def test_random_places_and_turns_are_left_alone(seed: int) -> None:
     sizes = random.uniform(0.5, 1.5, count)
     assert kinds("".join(placed(*at, angle) for at, angle in zip(flat.tolist(), angles.tolist()))) == []
     assert kinds("".join(placed(*at, 0.0, f":s {size!r}") for at, size in zip(places.tolist(), sizes.tolist()))) == []
+
+
+def pairs(*turns: float) -> str:
+    """Return boxes in two rows with a "plim" before each, turned as given."""
+    places = [(-2.0, -1.5), (2.0, -1.5), (-2.0, 2.0), (2.0, 2.0)]
+    return "".join(
+        placed(x, 0.0, z, word="box") + placed(x, 0.0, z + 0.6, turn)
+        for (x, z), turn in zip(places, turns, strict=True)
+    )
+
+
+def test_what_has_its_back_to_its_companion() -> None:
+    (intention,) = analyzed(pairs(0.0, math.pi, 0.0, 0.0))[1]
+    assert intention.kind == "turn"
+    assert intention.evidence == 'is turned by 180 degrees beside "box": 3 of 4 "plim" are turned to theirs alike'
+    assert intention.confidence < 0.8  # a note: somebody may have turned the chair
+
+
+@pytest.mark.parametrize("turns", [(0.0,) * 4, (0.1, 2.0, 3.0, -1.0), (0.0, math.pi, 0.0, math.pi)])
+def test_turns_beside_companions_that_are_no_slip(turns: tuple[float, ...]) -> None:
+    assert kinds(pairs(*turns)) == []

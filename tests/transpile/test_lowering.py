@@ -53,7 +53,7 @@ POSE = """class Pose:
     def __matmul__(self, other):
         if isinstance(other, Pose):
             return Pose(self.m @ other.m)
-        if isinstance(other, np.ndarray):
+        if isinstance(other, np.ndarray) and other.shape == (3,):
             return (self.m @ np.append(other, 1.0))[:3]
         return transform_shape(other, self.m)"""
 PRODUCTS = """class Vec:

@@ -464,7 +464,7 @@ def _moved_shape(
 ) -> AbstractType:
     """Return a shape; nothing for an array, with which the call fails: a method may try it last."""
     shape = args[0] if args else named.get("shape", T_SHAPE)
-    return NOTHING if shape.kinds and shape.only(ARRAY | NUMBERS) else T_SHAPE
+    return T_SHAPE if shape.kinds & ~(ARRAY | NUMBERS) else NOTHING  # so far
 
 
 def _plain_range(
