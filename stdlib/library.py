@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -169,12 +170,28 @@ _MODELLING = ("solids.registry", "profiles.registry", "paths.registry")
 def modelling_text() -> str:
     """Return the text of ``interpreter.runtime.modelling_signatures``: parameters and results for Python mode.
 
-    The interpreter does not import the library, and a translation of Python does not import the builtins.
+    The interpreter does not import the library, and a translation of Python imports neither the builtins nor the parts.
     """
+    from scenelang.stdlib.reference import parts  # which reads this module
+
     entries = [entry for topic in _MODELLING for entry in registry_of(topic).entries.values()]
     rows = [f"    {entry.name!r}: ({entry.parameters!r}, {entry.result!r}),\n" for entry in entries]
-    title = '"""Parameters and results of the builtins of solids, profiles and paths, written by ``make tables``."""'
-    return f"{title}\n\nSIGNATURES: dict[str, tuple[str, str]] = {{\n{''.join(rows)}}}\n"
+    records = [record for part in parts() for record in (part.record, *part.sockets)]
+    described = {
+        each.name: (_keywords_of(each.signature), each.signature.rpartition(" -> ")[2], each.module) for each in records
+    }
+    further = [f"    {name!r}: {row!r},\n" for name, row in described.items()]
+    title = (
+        '"""Parameters and results of the builtins of solids, profiles and paths, and of the library of parts.\n\n'
+        'Written by ``make tables``.\n"""'
+    )
+    signatures = f"SIGNATURES: dict[str, tuple[str, str]] = {{\n{''.join(rows)}}}\n"
+    return f"{title}\n\n{signatures}\nPARTS: dict[str, tuple[str, str, str]] = {{\n{''.join(further)}}}\n"
+
+
+def _keywords_of(signature: str) -> str:
+    """Return the keyword parameters of a part or socket as a builtin has them, without their defaults."""
+    return " ".join(f"[{name}::{kind}]" for name, kind in re.findall(r"(:[a-z][\w-]*)::([A-Za-z]+)", signature))
 
 
 _FOLDER = os.path.dirname(__file__)

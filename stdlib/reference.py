@@ -364,6 +364,7 @@ def _documentation(lines: list[str]) -> list[str]:
 # --- parts: everyday objects ------------------------------------------------------------------------------------
 
 _TYPE = lazy_pattern(r"::\w+|[\[\]]")
+_PAIR = lazy_pattern(r" :([a-z][\w-]*)(?: ([^\s:()]+))?")  # of a usage: name and plain default
 _DEFAULT_COLOR = lazy_pattern(r" \((?:std/)?color [^)]*\)")
 _LABEL = lazy_pattern(r" (Parameters|Size|Front|Sockets|Also|Example): ")
 
@@ -403,6 +404,12 @@ class LibraryPart:
     def usage(self) -> str:
         """Call with all parameters and their defaults, as short as a prompt needs it; colors without a default."""
         return _DEFAULT_COLOR.sub("", _TYPE.sub("", self.record.signature.removesuffix(" -> Entity")))
+
+    @property
+    def python_usage(self) -> str:
+        """``usage`` in Python mode, ``chair(width=0.45, color=None)``; what is computed from others is None as well."""
+        given = ", ".join(f"{python_word(name)}={value or None}" for name, value in _PAIR.findall(self.usage))
+        return f"{python_word(self.word)}({given})"
 
 
 @cache
@@ -527,8 +534,8 @@ def in_json(text: str) -> str:
 
 
 def python_word(word: str) -> str:
-    """Return the word of a primitive in Python programs."""
-    return word.replace("-", "_")
+    """Return the word of a primitive or part in Python programs."""
+    return word.replace("-", "_").replace(" ", "_")
 
 
 def _stub(helper: Helper, signature: str, doc: Sequence[str]) -> str:

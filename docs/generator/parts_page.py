@@ -31,6 +31,9 @@ moved by `pose`. A socket in the plural returns a list of poses. Some place the 
 book on its edge, so `(@ board (book-upright))` stands it on a board.
 
 A word that a program binds itself belongs to the program, so one part can be replaced and the others kept.
+
+In Python mode, parts and sockets are functions beside the helpers, with keyword arguments: `chair(height=.95)`,
+`transform_shape(vase(), table_top())`. The translation imports their modules.
 """.strip()
 
 

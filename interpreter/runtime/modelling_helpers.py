@@ -1,4 +1,4 @@
-"""Functions of Python mode that stand for builtins of solids, profiles and paths, and for relations.
+"""Functions of Python mode that stand for builtins of solids, profiles and paths, for parts, and for relations.
 
 Names and parameters are those of the registries, written as Python writes them: ``offset-profile`` is
 ``offset_profile``, ``:join`` is ``join=``. The transpiler translates the calls, the prompts list them.
@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from scenelang.grammar.datum import dataclass
 from scenelang.grammar.lazy_patterns import lazy_pattern
-from scenelang.interpreter.runtime.modelling_signatures import SIGNATURES
+from scenelang.interpreter.runtime.modelling_signatures import PARTS, SIGNATURES
 from scenelang.interpreter.runtime.types import BuiltinParameter, Signature, parse_signature
 from scenelang.interpreter.scene.declarations import RELATIONS, Relation
 
@@ -24,20 +24,28 @@ _OPERAND = lazy_pattern(r"\[?([A-Za-z][\w-]*)\]?")
 
 @dataclass(frozen=True, slots=True)
 class ModellingHelper:
-    """Function of Python mode that stands for a builtin.
+    """Function of Python mode that stands for a builtin, or for a part of the library.
 
     Attributes
     ----------
     name, counterpart
-        Name in Python and name of the builtin.
+        Name in Python and name of the builtin, or the word of the part.
     signature, result
         Parameters and type of the result of the builtin.
+    module
+        File that the program imports for it; empty for a builtin.
     """
 
     name: str
     counterpart: str
     signature: Signature
     result: str
+    module: str = ""
+
+    @property
+    def is_word(self) -> bool:
+        """Whether it is a word of the library of parts, which is called."""
+        return bool(self.module) and self.is_shape
 
     @property
     def is_shape(self) -> bool:
@@ -121,7 +129,7 @@ def python_name(name: str) -> str:
     >>> python_name("left-of")
     'left_of'
     """
-    return name.replace("-", "_").lower()
+    return name.replace("-", "_").replace(" ", "_").lower()
 
 
 @cache
@@ -132,6 +140,22 @@ def modelling_helpers() -> Mapping[str, ModellingHelper]:
         for name, (parameters, result) in SIGNATURES.items()
     )
     return MappingProxyType({helper.name: helper for helper in helpers})
+
+
+@cache
+def part_helpers() -> Mapping[str, ModellingHelper]:
+    """Return the parts of the library and their sockets by their names in Python: ``chair``, ``table_top``."""
+    helpers = (
+        ModellingHelper(python_name(name), name, parse_signature(parameters), result, module)
+        for name, (parameters, result, module) in PARTS.items()
+    )
+    return MappingProxyType({helper.name: helper for helper in helpers})
+
+
+@cache
+def scene_helpers() -> Mapping[str, ModellingHelper]:
+    """Return the functions for solids, profiles, paths and parts by their names in Python."""
+    return MappingProxyType({**part_helpers(), **modelling_helpers()})
 
 
 @cache

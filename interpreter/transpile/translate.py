@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from scenelang.grammar.datum import Atom, Datum, Source, Span, Symbol, walk
 from scenelang.grammar.diagnostics import Diagnostic
 from scenelang.grammar.python_helpers import HELPERS
-from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers, relation_helpers
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, relation_helpers, scene_helpers
 from scenelang.interpreter.transpile.analysis.collect import find_collections
 from scenelang.interpreter.transpile.analysis.infer import Departures, infer
 from scenelang.interpreter.transpile.analysis.inference import NONE, RECORD, UNKNOWN, TypeFacts
@@ -426,7 +426,7 @@ def _sorted(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
 
 _FUNCTIONS = {
     **{helper.counterpart: name for name, helper in HELPERS.items() if helper.counterpart},
-    **{helper.counterpart: name for name, helper in modelling_helpers().items()},
+    **{helper.counterpart: name for name, helper in scene_helpers().items()},
     **{helper.relation.name: name for name, helper in relation_helpers().items()}, "assert-that": ASSERT_THAT,
     "length": "len", "string": "str",
     "string-append": "+", "list": "list", "map": "map", "expt": "**", "modulo": "%", "ceiling": "math.ceil",
@@ -464,7 +464,7 @@ def _python_signature(signature: str | None) -> str | None:
     """Return the signature of the helper that corresponds to a function of the language, in Python's notation."""
     name = signature.lstrip("(").split(" ", 1)[0].rstrip(")") if signature is not None else ""
     python = _FUNCTIONS.get(name, "")
-    helper, modelling = HELPERS.get(python), modelling_helpers().get(python)
+    helper, modelling = HELPERS.get(python), scene_helpers().get(python)
     if modelling is not None:
         return modelling.usage
     return f"{helper.name}({helper.signature}) -> {helper.result}" if helper is not None else None

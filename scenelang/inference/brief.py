@@ -29,7 +29,7 @@ from scenelang.reference.primer import primer, python_modelling
 from scenelang.reference.searching import fitting_parts
 from scenelang.reference.sections import fitting_sections, with_sections
 from scenelang.session.session import Session
-from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, helper_header, in_json
+from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, helper_header, in_json, python_word
 
 # Prompt templates: files with placeholders ``{{name}}``. A user's file of the same name overrides the package's file.
 
@@ -331,7 +331,7 @@ class Brief:
         Names are random in the ablation of words, and a list has no calls.
         """
         task = self.task
-        if task.notation is not Notation.LANGUAGE or task.kind is TaskKind.BLOCKS or task.ablation is not Ablation.NONE:
+        if task.notation is Notation.LIST or task.kind is TaskKind.BLOCKS or task.ablation is not Ablation.NONE:
             return ""
         fitting = fitting_parts(task.text, _MOST_OBJECTS)
         sections = (self._section(fitting[:count]) for count in range(len(fitting), 0, -1))
@@ -339,8 +339,11 @@ class Brief:
 
     def _section(self, objects: Sequence[LibraryPart]) -> str:
         """Return the section about some parts of the library."""
+        is_python = self.task.notation is Notation.PYTHON
+        lines = "\n".join(_object_line(part, is_python) for part in objects)
+        if is_python:
+            return self.prompts.text("objects.python.md", objects=lines)
         modules = dict.fromkeys(f'(import "{part.record.module}")' for part in objects)
-        lines = "\n".join(map(_object_line, objects))
         return self.prompts.text("objects.md", modules=fenced("\n".join(modules), Notation.LANGUAGE), objects=lines)
 
     @cached_property
@@ -457,17 +460,21 @@ def _read(word: str) -> list[str]:
     return [name for name in attributes_read(word) if not (name == "color" and word in block_words())]
 
 
-def _object_line(part: LibraryPart) -> str:
+def _object_line(part: LibraryPart, is_python: bool) -> str:
     """Return the call of a part, its size, its front and its sockets."""
     size = " x ".join(f"{side:g}" for side in part.size)
-    sockets = ", ".join(map(_socket_usage, part.sockets))
-    return f"- `{part.usage}`: {size}; {part.front.rstrip('.')}{f' | {sockets}' if sockets else ''}"
+    sockets = ", ".join(_socket_usage(socket, is_python) for socket in part.sockets)
+    usage = part.python_usage if is_python else part.usage
+    return f"- `{usage}`: {size}; {part.front.rstrip('.')}{f' | {sockets}' if sockets else ''}"
 
 
-def _socket_usage(socket: ReferenceRecord) -> str:
+def _socket_usage(socket: ReferenceRecord, is_python: bool) -> str:
     """Return the call of a socket with its keywords, and whether it returns a list."""
-    call = " ".join([socket.name, *(f":{name}" for name in socket.keywords)])
-    return f"`({call})`{' (a list)' if 'List[' in socket.signature else ''}"
+    if is_python:
+        call = f"{python_word(socket.name)}({', '.join(map(python_word, socket.keywords))})"
+    else:
+        call = f"({' '.join([socket.name, *(f':{name}' for name in socket.keywords)])})"
+    return f"`{call}`{' (a list)' if 'List[' in socket.signature else ''}"
 
 
 def _docstring(answer: str) -> str:

@@ -78,6 +78,7 @@ TASKS = {
     },
     **{f"{kind.value}.P": task(kind, Notation.LIST, Ablation.P) for kind in TaskKind},
     "3d.language.objects": Task(DINNER, notation=Notation.LANGUAGE),
+    "3d.python.objects": Task(DINNER, notation=Notation.PYTHON),
     "3d.PW": task(TaskKind.STILL, Notation.LIST, Ablation.PW),
     "3d.python.W": task(TaskKind.STILL, Notation.PYTHON, Ablation.W),
     "4d.language.W": task(TaskKind.FILM, Notation.LANGUAGE, Ablation.W),
@@ -219,10 +220,19 @@ def test_objects_of_the_library_are_told_where_they_fit() -> None:
     film = Task("a car drives by", TaskKind.FILM, Notation.LANGUAGE)
     assert '(call "car" ' in first_text(film)
     for other in (
-        replace(film, text="a carousel turns"), replace(film, kind=TaskKind.BLOCKS), replace(film, notation=Notation.PYTHON),
+        replace(film, text="a carousel turns"), replace(film, kind=TaskKind.BLOCKS), replace(film, notation=Notation.LIST),
         replace(film, ablation=Ablation.W), replace(film, program='(bind "a" (lambda () (call "cube")))'),
     ):  # fmt: skip
         assert OBJECTS not in first_text(other)
+
+
+def test_objects_of_the_library_are_told_in_python() -> None:
+    told = first_text(Task("a potted plant beside a table", notation=Notation.PYTHON))
+    section = told[told.index(OBJECTS) :].partition("An example")[0]
+    assert "`table(width=1.4, depth=0.8, height=0.75, color=None)`" in section
+    assert "`potted_plant(height=0.55, radius=0.2," in section
+    assert "`table_seats(width, depth, count, gap)` (a list)" in section
+    assert "import" not in section
 
 
 def test_the_section_of_objects_has_a_limit() -> None:

@@ -21,12 +21,14 @@ from scenelang.interpreter.runtime.modelling_helpers import (
     ModellingHelper,
     RelationHelper,
     modelling_helpers,
+    part_helpers,
     relation_helpers,
 )
 from scenelang.interpreter.scene.declarations import FLAGS, SCENES, Relation, example_of
 from scenelang.interpreter.transpile.analysis.scopes import BUILTINS as PYTHON_BUILTINS
 from scenelang.session.session import Session
 from scenelang.stdlib.library import modelling_text
+from transpile.cases import first_difference, flattened
 
 SESSION = Session()
 MODELLING, RELATIONS = modelling_helpers(), relation_helpers()
@@ -132,7 +134,7 @@ def test_the_signatures_are_those_of_the_registry() -> None:
 
 
 def test_no_function_has_the_name_of_another() -> None:
-    names = [*MODELLING, *RELATIONS, *HELPERS]
+    names = [*MODELLING, *part_helpers(), *RELATIONS, *HELPERS]
     assert len(names) == len(set(names))
     assert not set(names) & PYTHON_BUILTINS
 
@@ -318,3 +320,47 @@ def test_each_relation_has_names_for_its_operands() -> None:
         return len(RELATIONS[relation.name.replace("-", "_")].operands)
 
     assert all(named(helper.relation) == len(helper.relation.operands) for helper in RELATIONS.values())
+
+
+PART_CALLS = {
+    "a part with arguments": ("chair(height=0.95, slats=4, color=(0.2, 0.3, 0.4))", '(call "chair" :height .95 :slats 4 :color [.2 .3 .4])'),
+    "a word of two": ("potted_plant()", '(call "potted plant")'),
+    "a socket": ("transform_shape(vase(), table_top(height=0.6))", '(transform (call "vase") (table-top :height .6))'),
+    "a list of sockets": ("concat_shapes(*[transform_shape(chair(), pose) for pose in table_seats(count=6)])",
+        '(for/union ((pose (table-seats :count 6))) (transform (call "chair") pose))'),
+    "a socket of what is moved": ("transform_shape(lamp(), translation_matrix((1, 0, 2)) @ desk_top())",
+        '(transform (call "lamp") (@ (translate [1 0 2]) (desk-top)))'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PART_CALLS)
+def test_parts_of_the_library_are_functions(name: str) -> None:
+    python, language = PART_CALLS[name]
+    translation = SESSION.transpile(
+        Source("a.py", f"from helper import *\n\n@register()\ndef room() -> Shape:\n    return {python}\n")
+    )
+    assert translation.ok, translation.diagnostics
+    imports = '(import "std/furniture.scene") (import "std/kitchen.scene") (import "std/garden.scene")'
+    expected = SESSION.evaluate(Source("b.scene", f'{imports} (bind "room" (lambda () {language})) (scene "room")'))
+    made = SESSION.evaluate(Source("a.scene", translation.text))
+    assert first_difference(flattened(made.require()), flattened(expected.require())) is None
+
+
+def test_every_part_and_socket_is_a_function() -> None:
+    calls = [f"{each.name}()" for each in part_helpers().values()]
+    body = "\n".join(f"    made.append({call})" for call in calls if part_helpers()[call[:-2]].is_word)
+    poses = ", ".join(call for call in calls if not part_helpers()[call[:-2]].is_word)
+    code = f"from helper import *\n\n@register()\ndef room() -> Shape:\n    made, poses = [], [{poses}]\n{body}\n    return concat_shapes(*made)\n"
+    translation = SESSION.transpile(Source("a.py", code))
+    assert translation.ok, translation.diagnostics
+    assert len(SESSION.evaluate(Source("a.scene", translation.text)).require().root.children) >= 30
+
+
+def test_an_own_function_is_no_part() -> None:
+    code = (
+        "from helper import *\n\ndef chair(size=1.0):\n    return primitive_call('cube', shape_kwargs={'scale': size})\n\n"
+        "@register()\ndef room() -> Shape:\n    return chair(size=2)\n"
+    )
+    translation = SESSION.transpile(Source("a.py", code))
+    assert translation.ok
+    assert "import" not in translation.text

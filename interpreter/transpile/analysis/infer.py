@@ -13,7 +13,7 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from scenelang.interpreter.runtime.modelling_helpers import modelling_helpers
+from scenelang.interpreter.runtime.modelling_helpers import scene_helpers
 from scenelang.interpreter.transpile.analysis.collect import Effects
 from scenelang.interpreter.transpile.analysis.expressions import (
     assign,
@@ -571,7 +571,7 @@ class Departures:
             path = self._paths.of(outer.func) or ""
             return (
                 path in _LOOKED_AT
-                or path in modelling_helpers()
+                or path in scene_helpers()
                 or (
                     isinstance(outer.func, ast.Attribute)
                     and outer.func.attr in ("update", "extend", "join", "issubset")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TypeAlias, TypeVar
 
-from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, ModellingHelper, modelling_helpers
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, ModellingHelper, scene_helpers
 from scenelang.interpreter.transpile.analysis.inference import (
     ANYTHING,
     ARRAY,
@@ -524,11 +524,12 @@ _BUILTIN_RESULTS: Mapping[str, Callable[[InferenceState, ast.AST], AbstractType]
     "List[Matrix]": lambda infer, node: infer.container(
         node, LIST, infer.container(node, POSE, AbstractType(ARRAY), tag="pose")
     ),
+    "Matrix": lambda infer, node: infer.container(node, POSE, AbstractType(ARRAY)),
     "Any": lambda infer, node: ANYTHING,
 })  # fmt: skip
 
 RESULTS: dict[str, AbstractType | Result] = {
-    **{name: _modelled(helper) for name, helper in modelling_helpers().items()}, ASSERT_THAT: _declaring,
+    **{name: _modelled(helper) for name, helper in scene_helpers().items()}, ASSERT_THAT: _declaring,
     # the helper API
     "primitive_call": T_SHAPE, "concat_shapes": _concatenated_shapes, "transform_shape": _moved_shape, "loop": _loop,
     "library_call": T_SHAPE, "translation_matrix": _pose, "rotation_matrix": _pose, "scale_matrix": _pose,

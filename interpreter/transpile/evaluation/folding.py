@@ -22,7 +22,7 @@ import numpy as np
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers, relation_helpers
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, relation_helpers, scene_helpers
 from scenelang.interpreter.transpile.analysis.python_text import PythonText, variable_of
 from scenelang.interpreter.transpile.evaluation import METHODS, NeedsPrimitives, UnsupportedPython, words
 from scenelang.interpreter.transpile.evaluation.classes import limited_draw
@@ -76,7 +76,8 @@ _ARRAY_DRAWS = words(
 _REGISTERED = "library_call(...)"  # stands for all registered functions
 _STATE = "state"  # parameter of a function that depends on more than its arguments
 _POSES = ("translation_matrix", "rotation_matrix", "scale_matrix", "reflection_matrix", "identity_matrix")
-_KINDS = {"Entity": "shape", "Float": "float", "Vector": "array", "Array": "array"}  # of results of builtins
+# Of results of builtins.
+_KINDS = {"Entity": "shape", "Float": "float", "Vector": "array", "Array": "array", "Matrix": "pose"}
 _BOXES = ("compute_shape_center", "compute_shape_min", "compute_shape_max", "compute_shape_sizes")
 
 
@@ -549,7 +550,7 @@ class Folding:
             functions[name] = self._maker(name, "pose")
         for name in _BOXES:
             functions[name] = self._maker(name, "array")
-        for name, helper in modelling_helpers().items():
+        for name, helper in scene_helpers().items():
             functions[name] = self._modelling(name, _KINDS.get(helper.result, "any"))
         for name in relation_helpers():
             functions[name] = self._relation_named(name)

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from scenelang.grammar.diagnostics import Diagnostic
-from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers, relation_helpers
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, relation_helpers, scene_helpers
 from scenelang.interpreter.transpile.analysis.python_text import (
     PythonText,
     child_nodes,
@@ -744,7 +744,7 @@ class _Run(Folding):
             "concat_shapes": lambda *_: self._shape, "transform_shape": lambda *_: self._shape,
             "primitive_call": lambda *_, **__: self._shape, "library_call": self._call_word, "loop": self._repeat,
             **{name: self._pose_by(function) for name, function in _MATRICES.items()},
-            **{name: lambda *_, **__: self._shape for name, each in modelling_helpers().items() if each.is_shape},
+            **{name: lambda *_, **__: self._shape for name, each in scene_helpers().items() if each.is_shape},
             ASSERT_THAT: lambda *_, **__: None,
         }  # fmt: skip
         return {name: Native(name, function) for name, function in functions.items()}
@@ -1101,7 +1101,7 @@ def _modelling_called(tree: ast.Module) -> set[str]:
     called = {each.func.id for each in nodes if isinstance(each, ast.Call) and isinstance(each.func, ast.Name)}
     own = {each.name for each in nodes if isinstance(each, (ast.FunctionDef, ast.ClassDef))}
     own |= {each.id for each in nodes if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)}
-    return called & {*modelling_helpers(), *relation_helpers(), ASSERT_THAT} - own
+    return called & {*scene_helpers(), *relation_helpers(), ASSERT_THAT} - own
 
 
 def _names_in(node: ast.AST | None) -> set[str]:

@@ -7,7 +7,12 @@ from collections.abc import Callable
 from typing import TypeAlias
 
 from scenelang.grammar.diagnostics import suggest
-from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers, relation_helpers
+from scenelang.interpreter.runtime.modelling_helpers import (
+    ASSERT_THAT,
+    modelling_helpers,
+    relation_helpers,
+    scene_helpers,
+)
 from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
     DICT,
@@ -690,7 +695,7 @@ _NUMPY = {
 
 
 CALLS: dict[str, CallWriter] = {
-    **dict.fromkeys(modelling_helpers(), modelling.modelling_call), ASSERT_THAT: modelling.assert_that,
+    **dict.fromkeys(scene_helpers(), modelling.modelling_call), ASSERT_THAT: modelling.assert_that,
     **dict.fromkeys(relation_helpers(), modelling.relation_alone),
     "library_call": helpers.library_call, "primitive_call": helpers.primitive_call, "loop": helpers.loop,
     "concat_shapes": helpers.concat_shapes, "transform_shape": helpers.transform_shape,

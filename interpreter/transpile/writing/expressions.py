@@ -15,7 +15,7 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError, did_you_mean, near_names, suggest
 from scenelang.grammar.python_helpers import HELPERS
-from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, modelling_helpers
+from scenelang.interpreter.runtime.modelling_helpers import ASSERT_THAT, scene_helpers
 from scenelang.interpreter.transpile.analysis.inference import ARRAY, POSE, RECORD, SET, SHAPE, STR
 from scenelang.interpreter.transpile.analysis.known import RESULTS
 from scenelang.interpreter.transpile.analysis.python_text import construct_of, walk_tree
@@ -153,7 +153,7 @@ def check_path(w: Writer, node: ast.expr, path: str) -> None:
         first = first.value
     if w.names.variables.get(first) in w.names.imports:
         raise w.unsupported(f"`{w.text.text(node)}`", node)
-    visible = {v.name for v in w.names.variables.values()} | {*HELPERS, *modelling_helpers(), ASSERT_THAT} | BUILTINS
+    visible = {v.name for v in w.names.variables.values()} | {*HELPERS, *scene_helpers(), ASSERT_THAT} | BUILTINS
     near = near_names(path, sorted(visible))
     error = w.error("python-name", f"`{path}` is not defined", node, did_you_mean(near))
     error.near, error.expected, error.found = tuple(near), "a defined name", path

@@ -15,13 +15,13 @@ from scenelang.interpreter.runtime.modelling_helpers import (
     ModellingHelper,
     RelationHelper,
     is_vector,
-    modelling_helpers,
     relation_helpers,
+    scene_helpers,
 )
 from scenelang.interpreter.runtime.types import BuiltinParameter
 from scenelang.interpreter.scene.declarations import COLOR, FLAGS
 from scenelang.interpreter.transpile.analysis.scopes import is_none
-from scenelang.interpreter.transpile.writing.code import Code, FormCode, Key, Name, form
+from scenelang.interpreter.transpile.writing.code import Code, FormCode, Key, LiteralCode, Name, form
 from scenelang.interpreter.transpile.writing.helpers import in_order, write_color
 from scenelang.interpreter.transpile.writing.operators import write_iterable, write_vector
 from scenelang.interpreter.transpile.writing.user_calls import expand_starred
@@ -31,18 +31,20 @@ from scenelang.interpreter.transpile.writing.writer import WriteExpression, Writ
 
 
 def modelling_call(w: Writer, node: ast.Call) -> Code:
-    """Return the call of the builtin that a function of Python mode stands for."""
-    helper = modelling_helpers()[w.paths.of(node.func) or ""]
+    """Return the call of the builtin, or of the part, that a function of Python mode stands for."""
+    helper = scene_helpers()[w.paths.of(node.func) or ""]
     positional, keywords = _bound(w, node, helper)
     if any(isinstance(value, ast.Starred) for value in positional):
         return _spread(w, helper, positional, keywords)
     values = [*positional, *(keyword.value for keyword in keywords)]
     writers = [*_writers(helper, len(positional)), *(_keyword_writer(helper, keyword) for keyword in keywords)]
     count = len(positional)
+    if helper.module:
+        w.imports.add(helper.module)
+    head = [Name("call"), LiteralCode(helper.counterpart)] if helper.is_word else [Name(helper.counterpart)]
     return in_order(
-        w, values, writers,
-        lambda *codes: form(helper.counterpart, *codes[:count], *_pairs(w, keywords, codes[count:])),
-    )  # fmt: skip
+        w, values, writers, lambda *codes: FormCode([*head, *codes[:count], *_pairs(w, keywords, codes[count:])])
+    )
 
 
 def _bound(w: Writer, node: ast.Call, helper: ModellingHelper) -> tuple[list[ast.expr], list[ast.keyword]]:

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
-from scenelang.interpreter.runtime.modelling_helpers import modelling_helpers
+from scenelang.interpreter.runtime.modelling_helpers import scene_helpers
 from scenelang.interpreter.transpile.analysis.collect import PURE, Effect
 from scenelang.interpreter.transpile.analysis.inference import DICT, NOTHING, AbstractType
 from scenelang.interpreter.transpile.analysis.python_text import construct_of, walk_tree
@@ -185,7 +185,7 @@ _SHAPE_MAKERS = frozenset(("primitive_call", "library_call", "transform_shape", 
 
 def _makes_shape(path: str) -> bool:
     """Return whether a function returns a shape and changes nothing."""
-    helper = modelling_helpers().get(path)
+    helper = scene_helpers().get(path)
     return path in _SHAPE_MAKERS or (helper is not None and helper.is_shape)
 
 

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import Diagnostic, SceneError
-from scenelang.interpreter.runtime.modelling_helpers import is_vector, modelling_helpers
+from scenelang.interpreter.runtime.modelling_helpers import is_vector, scene_helpers
 from scenelang.interpreter.transpile.analysis.collect import Collections, Effect, Effects
 from scenelang.interpreter.transpile.analysis.inference import (
     ARRAY,
@@ -636,14 +636,14 @@ _VECTOR_ARGUMENTS = {
 
 
 def _is_vector_keyword(path: str | None, name: str | None) -> bool:
-    helper = modelling_helpers().get(path or "")
+    helper = scene_helpers().get(path or "")
     if helper is not None:
         return is_vector(next((each for each in helper.signature.parameters if each.name == name), None))
     return path is not None and name in _VECTOR_KEYWORDS.get(path, ())
 
 
 def _is_vector_argument(path: str, position: int) -> bool:
-    helper = modelling_helpers().get(path)
+    helper = scene_helpers().get(path)
     if helper is not None:
         return is_vector(next(iter(helper.signature.positional[position:]), None))
     return position in _VECTOR_ARGUMENTS.get(path, ())
