@@ -661,7 +661,9 @@ def smoothstep(rt: Runtime, a: Any, b: Any, x: Any) -> Any:
     if a == b:
         raise SceneError("value", "`smoothstep` expects two different edges")
     with np.errstate(all="ignore"):
-        t = np.clip((np.asarray(to_numpy(rt, x, "smoothstep"), np.float64) - a) / (b - a), 0.0, 1.0)
+        scale = 1.0 if math.isfinite(b - a) else 0.5  # the difference of opposite ones may overflow
+        share = scale * np.asarray(to_numpy(rt, x, "smoothstep"), np.float64) - scale * a
+        t = np.clip(share / (scale * b - scale * a), 0.0, 1.0)
     rt.charge(t.size >> 6)
     return from_numpy(t * t * (3.0 - 2.0 * t))
 

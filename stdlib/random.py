@@ -201,7 +201,8 @@ def _parameter(rt: Runtime, name: str, value: Any) -> Any:
 
 @registry.define("normal", "[mean::ArrayLike] [deviation::ArrayLike] [:size::Any] [:stream::Stream]", "Number",
                  "Return a number from the normal distribution with `mean` (default 0) and standard `deviation` "
-                 "(default 1).",
+                 "(default 1); with `:size`, an array of that shape; with an array for one of them, a number for each "
+                 "item.",
                  ("(length (normal 0 2 :size 3))", "3"))  # fmt: skip
 def normal(rt: Runtime, mean: Any = 0.0, deviation: Any = 1.0, *, size: Any = None, stream: Any = None) -> Any:
     shape = _shape(rt, "normal", size)

@@ -360,8 +360,9 @@ _RELATIONS = (
     Relation(
         "moves",
         '(moves A [length] [:along "x"] [:within length] [:min length] [:max length] [:any])',
-        "The center of every A moves through the frames: the extent of its places, along an axis if one is given, is a"
-        ' length, or in a range. Along a direction such as "+x" or "-y", the way from its first place to its last.',
+        "Through the frames the center of every A takes places whose extent along an axis (without one, the diagonal of"
+        ' the box around them) is a length, or in a range. Along a direction such as "+x" or "-y", the way from its'
+        " first place to its last.",
         '(moves "cup" :along "y" :min .2)',
         (OBJECT, NUMBER),
         ("any", "along", "within", "min", "max"),

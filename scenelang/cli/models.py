@@ -268,7 +268,7 @@ def add_build(parser: argparse.ArgumentParser) -> None:
     )
     _add_task(parser, "a kitchen for two")
     parser.add_argument(
-        "--ask", action="store_true", help="ask at most three questions about the task before the first request"
+        "--ask", action="store_true", help="ask three questions about the task before the first request"
     )
     add_model_options(parser, ("samples", "repairs", "revisions", "max_run_tokens", "max_run_seconds"))
     parser.set_defaults(invert=False)

@@ -308,9 +308,16 @@ def _usage(record: ReferenceRecord) -> str:
 def description(name: str) -> list[str]:
     """Return the description of ``name`` as lines; empty if it is unknown.
 
-    It is a library name, a primitive (quoted or not), an attribute with its colon, or the code or name of a diagnostic.
+    It is a library name, a primitive (quoted or not), an attribute with its colon, a relation of declarations, or the
+    code or name of a diagnostic.
     """
-    for lines in (_of_library(name), _of_primitive(name), _of_attribute(name), _of_diagnostic(name)):
+    for lines in (
+        _of_library(name),
+        _of_primitive(name),
+        _of_attribute(name),
+        _of_relation(name),
+        _of_diagnostic(name),
+    ):
         text_lines = list(lines)
         if text_lines:
             return text_lines
@@ -320,7 +327,7 @@ def description(name: str) -> list[str]:
 def known_names() -> Iterator[str]:
     """Return all names that have a description, without the codes of diagnostics."""
     attributes = (f":{name}" for name in attribute_names())
-    return chain((record.name for record in records()), primitives.words(), attributes, CODES)
+    return chain((record.name for record in records()), primitives.words(), attributes, RELATIONS, CODES)
 
 
 def _of_library(name: str) -> Iterator[str]:
@@ -334,6 +341,16 @@ def _of_library(name: str) -> Iterator[str]:
         yield f'  Requires (import "{record.module}").'
     for example in record.examples:
         yield f"  {example.expression} gives {example.value}"
+
+
+def _of_relation(name: str) -> Iterator[str]:
+    """Yield the description of a relation."""
+    relation = RELATIONS.get(name)
+    if relation is None:
+        return
+    yield f"(assert-that {relation.usage})"
+    yield f"  {relation.doc}"
+    yield f"  {relation.example}"
 
 
 def _of_primitive(name: str) -> Iterator[str]:

@@ -147,7 +147,7 @@ def test_files_of_the_project(agent: Any) -> None:
 
 @pytest.mark.parametrize(
     ("name", "part"),
-    [("translate", "(translate"), ("union", "members"), ("cube", ":scale"), (":color", "read by"), ("E401", "type"),
+    [("translate", "(translate"), ("union", "members"), ("cube", ":scale"), ("facing", "(assert-that (facing A B"), (":color", "read by"), ("E401", "type"),
      ("", "# The Scene Language")],
 )  # fmt: skip
 def test_help(agent: Any, name: str, part: str) -> None:

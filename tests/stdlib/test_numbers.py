@@ -248,3 +248,7 @@ def test_mutable_arrays_count_as_read(rt: Runtime) -> None:
     rt.serial = rt.clock + 1
     assert Caller(rt)("*", array, 2) == (2.0, 4.0)
     assert array.observed
+
+
+def test_a_smooth_step_between_opposite_ends_of_floats(call: Caller) -> None:
+    assert [call("smoothstep", -1e308, 1e308, x) for x in (-1e308, 0.0, 1e308)] == [0.0, 0.5, 1.0]
