@@ -40,6 +40,13 @@ class _Settled:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     sampling.mark(items)
+    sampling.take_turns(items)
+
+
+def pytest_report_header() -> str:
+    return (
+        f"long tests: those of day {sampling.DAY} of {sampling.DAYS} (SCENELANG_TEST_DAY={sampling.DAY} repeats them)"
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:

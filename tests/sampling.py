@@ -1,13 +1,22 @@
-"""Parameters of tests of which a part runs every time, and the rest with the slow tests."""
+"""Parameters of tests of which a part runs every time, and the rest with the slow tests.
+
+Long tests (``durations``) take turns by the day; ``SCENELANG_TEST_DAY=1`` runs those of another one.
+"""
 
 from __future__ import annotations
 
+import os
 from collections import defaultdict
 from collections.abc import Collection, Iterable
+from datetime import date
+from pathlib import Path
 from typing import Any
 from zlib import crc32
 
 import pytest
+
+DAYS = 5  # in which each case of a long test runs once
+DAY = int(os.environ.get("SCENELANG_TEST_DAY") or date.today().toordinal() % DAYS)
 
 
 def one_in(number: int, values: Iterable[Any]) -> list[Any]:
@@ -34,6 +43,14 @@ def mark(items: Iterable[pytest.Item]) -> None:
         assert marker is not None
         kept = -(-len(group) // marker.args[0])
         for item in sorted(group, key=lambda each: crc32(each.nodeid.encode()))[kept:]:
+            item.add_marker(pytest.mark.slow)
+
+
+def take_turns(items: Iterable[pytest.Item]) -> None:
+    """Mark as slow the cases of long tests that run on other days; which ones depends on their names alone."""
+    long_tests = set((Path(__file__).parent / "long_tests.txt").read_text("utf-8").split())
+    for item in items:
+        if item.nodeid.partition("[")[0] in long_tests and crc32(item.nodeid.encode()) % DAYS != DAY % DAYS:
             item.add_marker(pytest.mark.slow)
 
 

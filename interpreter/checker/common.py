@@ -76,6 +76,7 @@ ACCEPTED: dict[str, frozenset[str]] = {
         ("Integer", "Float", "Vector", "Matrix", "Array", "MutableArray", "List", "MutableList", "Pair", "Part")
     ),
     "Boolean": frozenset(("Boolean",)),
+    "None": frozenset(("None",)),  # of an attribute, which is then as if it were not given
     "Function": frozenset(("Function",)),
     "List": frozenset(("List", "Part", "Pair", "MutableList", "Handles")),
     "Sequence": _SEQUENCES,

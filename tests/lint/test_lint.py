@@ -18,6 +18,11 @@ def warned(text: str) -> list[tuple[str, str]]:
     return [(d.name, d.span.text if d.span else "") for d in session.check(Source("a.scene", text)).diagnostics]
 
 
+def test_an_attribute_may_be_none_through_a_parameter() -> None:
+    text = '(define (f c) (call "cube" :color c)) (bind "a" (lambda () (union (f none) (f [1 0 0]))))'
+    assert session.check(Source("a.scene", text)).diagnostics == ()
+
+
 def scene(body: str, parameters: str = "") -> str:
     return f'(bind "a" (lambda ({parameters}) {body}))'
 
