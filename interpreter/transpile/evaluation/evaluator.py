@@ -195,10 +195,14 @@ class PythonEvaluator:
         """Count steps; raises UnsupportedPython beyond a limit."""
         self.steps += count
         if self.steps & 1023 < count:
-            if self.steps > self.budget.left:
-                raise UnsupportedPython("this part of the Python runs for too long to be evaluated")
-            if resident_bytes() > self._most_bytes:
-                raise UnsupportedPython("this part of the Python needs too much memory to be evaluated")
+            self._look()
+
+    def _look(self) -> None:
+        """Raise UnsupportedPython if a limit is reached."""
+        if self.steps > self.budget.left:
+            raise UnsupportedPython("this part of the Python runs for too long to be evaluated")
+        if resident_bytes() > self._most_bytes:
+            raise UnsupportedPython("this part of the Python needs too much memory to be evaluated")
 
     @contextmanager
     def limited(self, steps: int) -> Iterator[None]:
@@ -600,8 +604,15 @@ class PythonEvaluator:
 
     def eval(self, node: ast.expr, frame: Frame) -> Any:
         """Evaluate an expression."""
-        self.tick()
-        handler = self._expressions.get(type(node))
+        self.steps += 1  # as `tick` does; a fifth of the time is that of the calls of both
+        if not self.steps & 1023:
+            self._look()
+        kind = node.__class__
+        if kind is ast.Name and not frame.shared:
+            found = frame.names.get(node.id, MISSING)  # type: ignore[attr-defined]
+            if found is not MISSING and found.__class__ is not Poison:
+                return found
+        handler = self._expressions.get(kind)
         if handler is None:
             return _unknown(node)
         return handler(node, frame)
