@@ -53,7 +53,8 @@ def unreadable(path: str, shown: str, reason: str, hint: str | None = None) -> S
         return SceneError("file", f"no file matches `{shown}`", _content_of(folder, shown_folder, name))
     if folder and not os.path.isdir(folder):
         missing = _first_missing(folder, shown_folder)
-        return SceneError("file", f"there is no file {shown}", f"the folder {missing} does not exist")
+        remark = "" if os.path.splitext(name)[1] else "; a program ends in .scene"
+        return SceneError("file", f"there is no file {shown}", f"the folder {missing} does not exist{remark}")
     meant = _nearest(name, _files_in(folder))
     if meant is not None:
         return SceneError("file", f"there is no file {shown}", f"did you mean `{os.path.join(shown_folder, meant)}`?")
@@ -61,8 +62,16 @@ def unreadable(path: str, shown: str, reason: str, hint: str | None = None) -> S
 
 
 def _nearest(name: str, others: list[str]) -> str | None:
-    """Return the file whose name is most like another one, apart from the ending; None if none is."""
-    stem = os.path.splitext(name)[0].lower()
+    """Return the file whose name is most like another one; None if none is.
+
+    A file with the same ending comes first, or a program: the image that was made of it has its name as well.
+    """
+    stem, ending = os.path.splitext(name.lower())
+    for endings in ((ending,), (".scene", ".py")):
+        alike = {os.path.splitext(each)[0].lower(): each for each in others if each.lower().endswith(endings)}
+        near = close_matches(stem, alike, 1, _NEAR) if ending else []
+        if near:
+            return alike[near[0]]
     stems = {os.path.splitext(other)[0].lower(): other for other in reversed(others)}
     same = [other for other in others if other.lower() == name.lower()]
     near = close_matches(stem, stems, 1, _NEAR)

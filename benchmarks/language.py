@@ -10,6 +10,7 @@ from __future__ import annotations
 import runpy
 import shutil
 import subprocess
+import sys
 import tomllib
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -95,6 +96,8 @@ def strangers(folder: Path = STRANGERS) -> Iterator[Row]:
 
 
 def stranger(path: Path) -> list[Pair]:
+    if str(path.parent) not in sys.path:
+        sys.path.append(str(path.parent))  # whose programs share a module
     return beside(path.read_text("utf-8"), runpy.run_path(str(path.with_suffix(".py")))["run"])
 
 

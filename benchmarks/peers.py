@@ -67,7 +67,9 @@ def pyrender(size: str, count: str) -> Callable[[], Any]:
         scene = pyrender.Scene()
         for is_sphere, place, color in primitives(int(count)):
             solid = trimesh.creation.icosphere(radius=0.5) if is_sphere else trimesh.creation.box()
-            solid.visual.face_colors = [*color, 1.0]
+            solid.visual = trimesh.visual.ColorVisuals(
+                solid, vertex_colors=np.tile([*color, 1.0], (len(solid.vertices), 1))
+            )
             pose = np.eye(4)
             pose[:3, 3] = place
             scene.add(pyrender.Mesh.from_trimesh(solid, smooth=is_sphere), pose=pose)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.loading import np
-from scenelang.interpreter.runtime.show import show
+from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import Registry
+from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling import contours as shapes
 from scenelang.interpreter.scene.modelling import curves
 from scenelang.interpreter.scene.modelling.contours import Contours
@@ -173,6 +174,9 @@ def profile_of(rt: Runtime, name: str, value: Any) -> Contours:
     SceneError
         "value" if it is something else, or has too many points.
     """
+    if type(value) is Entity:
+        hint = "a profile is flat, such as `(rectangle 2 1)` or `(circle 1)`"
+        raise SceneError("type", f"`{name}` expects a profile, got {described(value, 60)}", hint)
     members = _contours_in(rt, name, value)
     if members is None:
         return (counter_clockwise(_contour(rt, name, value)),)

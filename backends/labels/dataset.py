@@ -494,6 +494,9 @@ def names_of(files: Sequence[str]) -> list[str]:
 
 def check_set_folder(folder: Path) -> None:
     """Raise SceneError if ``folder`` cannot be created as a directory."""
+    if folder.suffix.lower() in (".png", ".jpg", ".jpeg", ".webp", ".exr", ".zip") and not folder.exists():
+        hint = f"labels are several files: `-o {folder.with_suffix('')}`"
+        raise SceneError("file", f"{folder} is a name of a file", hint)
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise SceneError("file", f"cannot write to {folder}: {existing} is not a folder")

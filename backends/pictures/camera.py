@@ -618,8 +618,8 @@ def _change(item: str) -> tuple[str, float | bool | Point]:
         raise SceneError("value", f"unknown camera setting `{item}`", hint=hint)
     numbers = [_number(key, piece) for piece in value.split(":")]
     if len(numbers) != (3 if key in _POINTS else 1):
-        wanted = "three numbers like 0:1:0" if key in _POINTS else "one number"
-        raise SceneError("value", f"the camera's `{key}` must be {wanted}, not `{value}`")
+        wanted = f"three numbers, as `{key}=1,2,3`" if key in _POINTS else f"one number, as `{key}=2`"
+        raise SceneError("value", f"the camera's `{key}` must be {wanted}, not `{value.replace(':', ',')}`")
     return key, (numbers[0], numbers[1], numbers[2]) if key in _POINTS else numbers[0]
 
 

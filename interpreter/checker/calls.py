@@ -363,10 +363,11 @@ def _looped(node: ast.Application, builtin: Builtin, nodes: Sequence[Any]) -> tu
     forms = read(Source("<function>", nodes[1].span.text)).forms
     items = forms[0].items if len(forms) == 1 and isinstance(forms[0], ListDatum) else ()
     if len(items) < 3 or not isinstance(items[1], ListDatum) or len(items[1].items) != 1 or node.span.expansion:
-        return "it takes one list, which a loop makes by `for/list`", ()
+        return f"it takes one list, which a loop makes: `({builtin.name} (for/list ((i (range 24))) ...))`", ()
     body = nodes[1].span.text[items[2].span.start : items[-1].span.end]
     written = f"({builtin.name} (for/list (({items[1].items[0].span.text} {nodes[0].span.text})) {body}))"
-    shown_ = f"`{written}`" if len(written) <= MAX_SHOWN else "`for/list`"
+    name, count = items[1].items[0].span.text, nodes[0].span.text
+    shown_ = f"`{written}`" if len(written) <= MAX_SHOWN else f"`({builtin.name} (for/list (({name} {count})) ...))`"
     return f"it takes one list, which a loop makes: {shown_}", (Fix("Write a loop", (Edit(node.span, written),)),)
 
 
@@ -617,7 +618,11 @@ def report_unknown_keyword(
             signature=signature or usage,
         )  # fmt: skip
         return
-    near = near_names(key, known) or _abbreviated(key, known)
+    near = near_names(key, known) or _abbreviated(key, known) or _meant_by_other_tools(key, known)
+    if not near and (call := _positional_named(key, usage)) is not None:
+        hint = f"`{key}` is given by its place, without a name: `{call}`"
+        inference.report("keyword", f"{owner} has no {what} `:{key}`", span, hint, found=f":{key}", signature=usage)
+        return
     fixes = tuple(Fix(f"Change to `:{other}`", (Edit(span, f":{other}"),), safe=len(near) == 1) for other in near)
     hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else _known_keywords(known)
     inference.report(
@@ -625,6 +630,31 @@ def report_unknown_keyword(
         expected=", ".join(f":{name}" for name in known) or "no keyword", found=f":{key}", signature=signature or usage,
         near=[f":{other}" for other in near],
     )  # fmt: skip
+
+
+# Keywords of three.js, Blender, Unity and others; those of a row mean the same.
+_SAME_KEYWORDS = (
+    ("position", "location", "pos", "from", "origin", "eye", "at"),
+    ("target", "look-at", "lookat", "to", "center", "aim"),
+    ("intensity", "energy", "brightness", "watts", "power"),
+    ("size", "scale", "dimensions", "dims"),
+    ("metalness", "metallic"), ("transparency", "alpha", "opacity"), ("emissive", "emission", "glow"),
+    ("rotation", "turn"), ("sides", "segments", "resolution", "fn"),
+)  # fmt: skip
+
+
+def _meant_by_other_tools(key: str, known: Any) -> list[str]:
+    """Return the keyword that means what ``key`` does in other tools, if a function has just one."""
+    same = [name for row in _SAME_KEYWORDS if key.lower() in row for name in row if name in known]
+    return same if len(same) == 1 else []
+
+
+def _positional_named(key: str, usage: str) -> str | None:
+    """Return the positional parameters of a usage as a call, if ``key`` is one: ``(extrude profile height ...)``."""
+    items = re.findall(r"[^\s()\[\]]+|\[[^\]]*\]", usage.partition(" -> ")[0])
+    name, *parameters = [item.strip("[]").partition("::")[0] for item in items] or [""]
+    positional = [each for each in parameters if not each.startswith(":")]
+    return f"({' '.join([name, *positional])})" if key in positional else None
 
 
 _MAX_LISTED = 8  # names in a hint

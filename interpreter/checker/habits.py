@@ -454,6 +454,8 @@ def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: 
     if tree.opener != "(" or not items:
         return
     head = items[0]
+    if head.start in unbound and head.text in _defined_names(source.text):
+        return  # by a form of another language, which has an error of its own
     if head.start in unbound and (is_word(head.text) or head.text in words):
         instead = f'call "{head.text}"'
         rest = source.text[head.end : tree.end]
@@ -500,6 +502,8 @@ def _primitives_of_other_tools(
     head = tree.items[0] if tree.items else tree
     if tree.opener != "(" or head.start not in unbound or is_word(head.text) or head.text in words:
         return
+    if head.text in _defined_names(source.text):
+        return  # by a form of another language, which has an error of its own
     hint = meaning_of_function(head.text) if head.text not in NAMES else None
     if hint is not None:
         message = f"`{head.text}` is a name of other tools, not of the Scene Language"

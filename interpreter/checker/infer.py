@@ -1067,9 +1067,9 @@ def _union_loop(inference: KindInference, node: ast.UnionLoop) -> Kind:
         scene_forms.report_count(inference, node.count, count)
     number = inference.number_of(node.count)
     runs = number is not None and number > 0
-    if number is not None and number < 0:
+    if number is not None and (number < 0 or (number == 0 and type(node.count) is ast.Constant)):
         inference.warn("out-of-range", f"`union-loop` runs {number:g} times, that is never", node.count.span,
-                       expected="a count that is not negative", found=f"{number:g}")  # fmt: skip
+                       expected="a positive count", found=f"{number:g}")  # fmt: skip
     if type(node.function) is ast.Lambda:
         if node.function.parameters and count is INTEGER:
             inference.loops[node.function.parameters[0].target] = node.count

@@ -189,6 +189,8 @@ def meaning_of_function(name: str) -> str | None:
         return _LIGHT
     if normal.rpartition("-")[2] == "camera":
         return _CAMERA.hint
+    if normal.rpartition("-")[2] == "material":
+        return _MATERIAL
     if normal == "line":
         return 'a line is a thin cylinder: `(call "cylinder" :radius .02 :p0 [0 0 0] :p1 [1 0 0])`'
     return compound[1] if compound is not None else None

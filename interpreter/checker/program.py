@@ -232,7 +232,9 @@ def checked_value(param: Param, value: Any, span: Span) -> Datum:
     if (number is None and needs_number) or (number is not None and not low <= number <= high):
         message = f"`{param.name}` must be a number{_limits_of(param)}, got {datum.span.text}"
         if not is_option:
-            raise SceneError("param", message, None, param.span)
+            bound = "min" if number is not None and number < low else "max"
+            hint = None if number is None else f"the default is beyond `:{bound}`: change one of them"
+            raise SceneError("param", message, hint, datum.span)
         hint = f"for example `--define {param.name}={param.default}`"
         note = Note("it is declared here", param.span)
         raise SceneError("param", f"--define {param.name}={datum.span.text}: {message}", hint, None, (note,))

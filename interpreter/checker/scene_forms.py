@@ -984,7 +984,9 @@ def _fix_of_count(node: Any) -> tuple[Fix, ...]:
 
 def report_count(inference: KindInference, node: Any, kind: Kind) -> None:
     """Report a count of ``union-loop`` that is not an Integer."""
+    fixes = _fix_of_count(node)
+    hint = f"write the number itself: `{fixes[0].edits[0].text}`" if fixes else _hint_of_count(kind)
     inference.report(
-        "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span,
-        _hint_of_count(kind), fixes=_fix_of_count(node), expected="an Integer", found=describe(kind),
+        "type", f"`union-loop` expects an Integer count, got {shown(node, kind)}", node.span, hint, fixes=fixes,
+        expected="an Integer", found=describe(kind),
     )  # fmt: skip

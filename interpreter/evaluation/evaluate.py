@@ -82,7 +82,9 @@ class ProgramRun:
             z, gamma = self._root_call(program, word)
         cell = rt.words.get(word)
         if cell is None or cell.function is None:
-            hint = suggest(word, rt.words) or 'bind it with `(bind "word" (lambda () ...))`'
+            bound = [f'"{each}"' for each in rt.words][:_MAX_LISTED]
+            listed = f"the program binds {', '.join(bound)}" if bound else f'bind it: `(bind "{word}" (lambda () ...))`'
+            hint = suggest(word, rt.words) or listed
             raise SceneError("root", f'the root "{word}" is not bound', hint, span)
         with _located(word, program.scene.span if program.scene else span):
             setup = rt.setup_of(program.own_forms)
@@ -257,6 +259,7 @@ class FormReach:
     is_static: bool
 
 
+_MAX_LISTED = 5  # words in a hint
 _LOOKUPS = frozenset(("call", "retrieve", "bound?", "apply-entity-function"))
 
 

@@ -41,7 +41,7 @@ def _misplaced(expander: Expander, datum: ListDatum, scope: Scope) -> Datum:
     where = {"scene": "at the top level of the main file", "param": "at top level", "import": "at top level"}
     hint = f"`{name}` is only allowed {where.get(name, 'in a body or at top level')}"
     if name == "param" and len(datum.items) > 1 and is_identifier(datum.items[1]):
-        hint = f"`(param {datum.items[1].span.text} default)` at top level defines `{datum.items[1].span.text}`"
+        hint = f"`param` stands at top level: move `{' '.join(datum.span.text.split())[:60]}` out of the form around it"
     raise SceneError("misplaced", f"expected an expression, found `{name}`", hint, datum.span)
 
 

@@ -479,6 +479,9 @@ _USUAL = ("on", "inside", "touching", "clear-of", "above", "left-of", "distance"
 def relation_hint(name: str) -> str:
     """Return the hint for an unknown relation: those that its name means in other words, else the usual ones."""
     meant = next((names for words, names in _MEANT.items() if name in words.split()), None)
+    if meant and not name.startswith("same"):
+        others_meant = f", or {' or '.join(f'`{each}`' for each in meant[1:])}" if len(meant) > 1 else ""
+        return f"did you mean `{RELATIONS[meant[0]].example}`{others_meant}?"
     listed = ", ".join(f"`{each}`" for each in meant or _USUAL)
     others = "others" if meant else f"{len(RELATIONS) - len(_USUAL)} more"
     return f"relations are {listed}, and {others} (docs/relations.md)"

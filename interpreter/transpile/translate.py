@@ -482,6 +482,9 @@ def _python_name(name: str) -> str:
     return name[1:].replace("-", "_") if name.startswith(":") else _FUNCTIONS.get(name, name)
 
 
+_ATTRIBUTE_VALUE = re.compile(r"`:([a-z]\w*) \[([^\]]*)\]`")
+
+
 def _python_hint(diagnostic: Diagnostic) -> str | None:
     """Return a hint for Python: the table's for what models often write, else one that has no code of the language."""
     hint, span = diagnostic.hint or "", diagnostic.span
@@ -497,6 +500,8 @@ def _python_hint(diagnostic: Diagnostic) -> str | None:
         return "the arguments are in the wrong order" + (f": `{usage}`" if usage else "")
     if diagnostic.name == "parts" and diagnostic.found == "`none`":
         return "every path of the function must return a shape"
+    if diagnostic.name == "idle-attribute" and (given := _ATTRIBUTE_VALUE.search(hint)) is not None:
+        return f'write `"{given[1]}": ({", ".join(given[2].split())})`'
     if "(" in hint:
         return None
     return _in_python_words(hint) or None

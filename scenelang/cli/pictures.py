@@ -407,6 +407,9 @@ def run_view(arguments: argparse.Namespace) -> int:
     from scenelang.viewer.workspace import Workspace
 
     evaluate = _evaluator(arguments)
+    for file in arguments.files:
+        if not Path(file).exists():
+            print(f"there is no file {file}; it is shown when it is there", file=sys.stderr)
     if arguments.html:
         return _save(arguments, Workspace(arguments.files, evaluate))
     return _serve(arguments, Workspace(arguments.files, Worker(evaluate, keeps=True).ask))

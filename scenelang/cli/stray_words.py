@@ -111,8 +111,7 @@ def of_choice(parser: argparse.ArgumentParser, message: str) -> str | None:
             value = match[2].strip("'\"")
             near = suggest(value, choices)
             listed = " or ".join(filter(None, (", ".join(f"`{c}`" for c in choices[:-1]), f"`{choices[-1]}`")))
-            about = f": {_help(action)}" if action.help and action.option_strings and not near else ""
-            return f"`{flags[-1]}` is {listed}, got `{shown(value)}`{f'; {near}' if near else about}"
+            return f"`{flags[-1]}` is {listed}, got `{shown(value)}`{f'; {near}' if near else ''}"
     return None
 
 

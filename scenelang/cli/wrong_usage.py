@@ -239,6 +239,9 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(f"`{name}`" for name in names[:3]) + (" and others" if len(names) > 3 else "")
 
 
+_OF_IMAGES = ("width", "height", "res", "resolution")  # names of other programs for the size of an image
+
+
 def _meant(option: str, own: Mapping[str, Any], other: Any) -> str | None:
     """Return the option of a command that an unknown one probably means.
 
@@ -250,6 +253,8 @@ def _meant(option: str, own: Mapping[str, Any], other: Any) -> str | None:
         alike = next((flag for flag, action in own.items() if codes & _codes(action)), None)
         return alike or _described(option, own)
     stem = option.lstrip("-")
+    if stem in _OF_IMAGES and "--size" in own:
+        return "--size"
     contained = [flag for flag in own if len(flag[2:]) >= _MIN_STEM and flag[2:] in stem]
     containing = [flag for flag in own if len(stem) >= _MIN_STEM and stem in flag[2:]]
     if contained or containing:

@@ -1077,7 +1077,7 @@ def other_file_error(path: str) -> SceneError | None:
 
 def _read_source(path: str, shown: str) -> Source:
     """Read a program, ``-`` for standard input; ``shown`` is its name in diagnostics. Raises SceneError."""
-    wrong = other_file_error(path)
+    wrong = other_file_error(path) if os.path.exists(path) else None
     if wrong is not None:
         raise wrong
     try:

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from scenelang.grammar.datum import dataclass
-from scenelang.grammar.diagnostics import SceneError, suggest
+from scenelang.grammar.diagnostics import SceneError, suggest, suggest_text
 
 Color = tuple[float, float, float]
 
@@ -139,7 +139,8 @@ def texture(name: str, settings: Mapping[str, Any], where: str) -> Texture:
     ``colors`` among the settings is a tuple of two colors.
     """
     if not is_image(name) and name not in PATTERNS:
-        hint = suggest(name, PATTERNS) or f"patterns: {', '.join(PATTERNS)}; images end with {', '.join(IMAGE_ENDINGS)}"
+        endings = ", ".join(IMAGE_ENDINGS)
+        hint = suggest_text(name, PATTERNS) or f"patterns: {', '.join(PATTERNS)}; images end with {endings}"
         raise SceneError("attribute", f'{where} names no pattern or image: "{name[:60]}"', hint)
     unknown = [key for key in settings if key not in _SETTINGS]
     if unknown:

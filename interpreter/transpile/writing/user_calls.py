@@ -332,7 +332,10 @@ def arguments_of(w: Writer, node: ast.Call, signature: str, name: str) -> dict[s
             message = (
                 f"`{name}` expects at most {len(names)} argument{'s' if len(names) != 1 else ''}, got {len(node.args)}"
             )
-            raise _library_misfit(w, name, message, f"a call of `{name}` with {len(node.args)} arguments", node)
+            as_one = (
+                f"write `{name}(({', '.join(map(ast.unparse, node.args))}))`: one tuple" if len(names) == 1 else None
+            )
+            raise _library_misfit(w, name, message, f"a call of `{name}` with {len(node.args)} arguments", node, as_one)
         found[names[position]] = argument
     for keyword in node.keywords:
         if keyword.arg is None:
