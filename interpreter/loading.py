@@ -36,7 +36,7 @@ _MAX_FILE_BYTES = 256 << 20
 
 
 def read_cached(kind: str, name: str) -> dict[str, Any] | None:
-    """Return arrays from the user's cache, or None if there are none or they cannot be read.
+    """Return arrays from the user's cache, or None if they are missing or cannot be read.
 
     Parameters
     ----------

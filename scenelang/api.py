@@ -292,8 +292,8 @@ def edit_instance(
     Raises
     ------
     SceneError
-        If the program is wrong, there is no such instance, or no form makes these instances only; with ``shared``, if
-        no others share the numbers and forms.
+        If the program is wrong, the path matches no instance, or no form makes these instances only; with ``shared``,
+        if no others share the numbers and forms.
 
     Examples
     --------

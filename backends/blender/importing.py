@@ -194,11 +194,13 @@ class ProgramWriter:
         return part.is_animated
 
     def _by_collection(self, tops: list[ScenePart]) -> list[ScenePart]:
+        """Group top-level objects by the script's own collections, and in each by the calls that made them."""
         groups: dict[int, ScenePart] = {}
         made: list[ScenePart] = []
         for top in tops:
             assert top.thing is not None, "tops are objects"
             own = [c for c in top.thing.users_collection if c.name not in ("Collection", "Scene Collection")]
+            # one collection besides the default one usually contains the whole scene
             if not own or len(self.blend.collections.by_name) < 3:
                 made.append(top)
                 continue

@@ -111,6 +111,7 @@ def applied(blend: Any, obj: Any, modifier: Any, pieces: list[MeshPiece]) -> lis
 
 
 def _array(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
+    """Return pieces with the copies that an array modifier makes."""
     if settings["start_cap"] or settings["end_cap"] or settings["fit_type"] == "FIT_CURVE":
         raise UnsupportedPython("arrays along curves or with caps are not supported")
     points = polygons_of(pieces).points
@@ -126,6 +127,7 @@ def _array(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiec
     count = int(settings["count"])
     if settings["fit_type"] == "FIT_LENGTH":
         length = float(np.linalg.norm(step[:3, 3]))
+        # Blender's tolerance: a length that is a multiple of the step includes the last copy
         count = int((settings["fit_length"] + 1e-6) / length) + 1 if length > 1e-6 else 1
     if count * len(pieces) > _MAX_COPIES:
         raise UnsupportedPython(f"this array has more than {_MAX_COPIES:,} parts")
@@ -146,6 +148,7 @@ def _raw(mesh: Polygons, pieces: Sequence[MeshPiece]) -> MeshPiece:
 
 
 def _mirror(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiece]) -> list[MeshPiece]:
+    """Return pieces with their reflections along the chosen axes of the object or of ``mirror_object``."""
     frame = np.eye(4)
     if settings["mirror_object"] is not None:
         frame = np.linalg.inv(obj.computed_world()) @ settings["mirror_object"].computed_world()
@@ -156,6 +159,7 @@ def _mirror(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPie
         flip = np.eye(4)
         flip[axis, axis] = -1.0
         reflection = frame @ flip @ np.linalg.inv(frame)
+        # this row of the inverse gives the coordinate of a point along the axis in the mirror's frame
         normal = np.linalg.inv(frame)[axis]
         if settings["use_bisect_axis"][axis]:
             sign = -1.0 if settings["use_bisect_flip_axis"][axis] else 1.0

@@ -82,7 +82,7 @@ class BooleanPiece:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPiece:
-    """Part of a mesh in its object's frame: a form under a matrix (4, 4), or polygons as they are.
+    """Part of a mesh in its object's frame: a form under a matrix (4, 4), or plain polygons.
 
     ``slot`` is the number of its material. ``bevel`` is the width and the number of segments of a bevel of all edges
     of a cube, in the frame in which its sides are ``bevel_sizes``.

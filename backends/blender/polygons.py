@@ -338,10 +338,12 @@ def ico_sphere(subdivisions: int) -> Polygons:
 
 
 def _divided_icosahedron(corners: FloatArray, count: int) -> tuple[FloatArray, list[Face]]:
+    """Return the points (N, 3), on the unit sphere, and triangles of an icosahedron with ``count`` parts per edge."""
     points = list(corners)
     known: dict[tuple[tuple[int, int], ...], int] = {((i, count),): i for i in range(len(corners))}
 
     def point(*weights: tuple[int, int]) -> int:
+        # corners of weight 0 are left out, so that both faces at an edge share its points
         key = tuple(sorted((corner, weight) for corner, weight in weights if weight))
         if key not in known:
             known[key] = len(points)
@@ -411,6 +413,7 @@ def _on_limit(mesh: Polygons) -> Polygons:
 
 
 def _catmull_clark(mesh: Polygons) -> Polygons:
+    """Return a mesh after one step of Catmull-Clark subdivision (1978): one quad for each corner of a face."""
     points, faces = mesh.points, mesh.faces
     if 4 * sum(map(len, faces)) > MAX_CORNERS:
         raise UnsupportedPython("this subdivision has too many faces")
@@ -419,6 +422,7 @@ def _catmull_clark(mesh: Polygons) -> Polygons:
     centers = np.array([points[list(face)].mean(axis=0) for face in faces]).reshape(-1, 3)
     ends = np.array(list(edges), np.int64).reshape(-1, 2)
     middles = points[ends].mean(axis=1)
+    # midpoints of boundary edges stay: the boundary becomes a cubic B-spline
     edge_points = middles.copy()
     is_inner = np.array([len(around) == 2 for around in edges.values()], bool)
     for i, around in enumerate(edges.values()):
@@ -445,6 +449,7 @@ def _moved_corners(
     middles: FloatArray,
     is_inner: npt.NDArray[np.bool_],
 ) -> FloatArray:
+    """Return the positions (N, 3) of the original corners after one step of Catmull-Clark subdivision."""
     count = len(mesh.points)
     face_sum, face_count = np.zeros((count, 3)), np.zeros(count)
     for center, face in zip(centers, mesh.faces, strict=True):
@@ -462,6 +467,7 @@ def _moved_corners(
     moved = mesh.points.copy()
     for i in range(count):
         if border_count[i]:
+            # cubic B-spline along the boundary; a corner at which several boundaries meet stays
             if border_count[i] == 2 and face_count[i] > 0:
                 moved[i] = (border_sum[i] + 2 * mesh.points[i]) / 4
         elif edge_count[i]:

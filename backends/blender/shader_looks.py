@@ -66,8 +66,10 @@ def _value(blend: Blend, material: Material, node: ShaderNode, name: str) -> Any
 
 
 def _principled(blend: Blend, material: Material, node: ShaderNode) -> SurfaceLook:
+    """Return the look of a Principled BSDF node; warn of inputs that a scene cannot express."""
     value: Callable[[str], Any] = lambda name: _value(blend, material, node, name)
     color = node.inputs["Base Color"]
+    # a script may set only the viewport color of a material
     is_plain = not color.is_changed and not color.is_linked
     base = _rgb(material.diffuse_color) if is_plain else _rgb(value("Base Color"))
     strength = float(value("Emission Strength"))

@@ -160,6 +160,7 @@ class ShapeWriter:
         return self._mesh(piece.mesh.moved(piece.matrix), look), np.eye(4)
 
     def _form(self, form: PieceForm, matrix: FloatArray, is_smooth: bool, look: str) -> tuple[str, FloatArray]:
+        """Return the expression of a primitive form and the pose (4, 4) that places it; an open form becomes a mesh."""
         is_flat = form.kind in ("plane", "circle")
         if not is_flat and not form.is_closed:
             return self._mesh(form.polygons().moved(matrix), look), np.eye(4)
@@ -181,6 +182,7 @@ class ShapeWriter:
             if is_round:
                 radius = abs(float(sizes[0])) if is_uniform else 1.0
                 if is_uniform and split is not None:
+                    # a rotation does not change a sphere
                     return _call("sphere", look, radius=number(radius)), _translation(motion[:3, 3])
                 return _call("sphere", look, radius="1"), motion @ np.diag([*np.abs(sizes), 1.0])
             return self._faceted(form, motion, sizes, look)
@@ -207,7 +209,9 @@ class ShapeWriter:
     def _cone(
         self, form: PieceForm, motion: FloatArray, sizes: FloatArray, is_round: bool, is_even: bool, look: str
     ) -> tuple[str, FloatArray]:
+        """Return the expression of a cone, frustum, cylinder or prism, and the pose (4, 4) that places it."""
         bottom, top = form.sizes
+        # a reflection along the axis exchanges the ends
         if sizes[2] < 0:
             bottom, top = top, bottom
         radius, height = (abs(float(sizes[0])), abs(float(sizes[2]))) if is_even else (1.0, 1.0)
@@ -215,6 +219,7 @@ class ShapeWriter:
         half = number(height / 2)
         low, high = f"[0 -{half} 0]", f"[0 {half} 0]"
         if not is_round:
+            # the helper `prism` can end in a point only at the top
             if bottom == 0:
                 return self._mesh(form.polygons().moved(motion @ np.diag([*sizes, 1.0])), look), np.eye(4)
             self.used.add("prism")
@@ -289,9 +294,11 @@ class ShapeWriter:
     # --- polygons
 
     def _mesh(self, mesh: Polygons, look: str) -> str:
+        """Return the expression of a mesh: closed islands become solids or cavities, open ones thin plates."""
         islands = [_outer(island) for island in mesh.islands()]
         solids = [island for island in islands if island.is_closed()]
         sheets = [island for island in islands if not island.is_closed()]
+        # a negative volume means that the faces point inwards: a cavity, or a mesh that is inside out
         outer = [s for s in solids if s.volume() >= 0]
         inner = [s for s in solids if s.volume() < 0]
         if not outer:

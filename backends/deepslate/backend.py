@@ -285,6 +285,7 @@ def _text(name: str) -> str:
 
 
 def _data(name: str, builds: Builds, looks: BlockLooks, around: PageSurroundings, studio: Studio) -> dict[str, Any]:
+    """Return the data of the page: block states, models, textures, surroundings, and the blocks of the frames."""
     low, high = builds.box
     has_water = all(name in looks.atlas.places for name in WATER_TEXTURES)
     states = [
@@ -297,6 +298,7 @@ def _data(name: str, builds: Builds, looks: BlockLooks, around: PageSurroundings
         }
         for state, look in zip(builds.palette, looks.states, strict=True)
     ]
+    # frames of the same entity share one object, which is written once
     distinct = {id(seen): seen for seen in builds.frames.values()}
     numbers = {key: i for i, key in enumerate(distinct)}
     planes = [

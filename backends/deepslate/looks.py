@@ -182,6 +182,7 @@ def _versions(folder: Path) -> list[Path]:
 
 
 def _npm(folder: Path) -> Layer:
+    """Return a source with the layout of npm's `minecraft-assets`: one file for all states, one for all models."""
     read = _within(folder)
 
     @cache

@@ -651,7 +651,7 @@ class CheckedFrame:
         return helpful_move(self.facts, members, helps, first, reach=reach)
 
     def _identities(self) -> Counter[tuple[object, ...]]:
-        """Return the number of findings of each identity; guesses are none."""
+        """Return the number of findings of each identity, without guesses."""
         return Counter(self._identity(f) for f in self.findings if f.kind != "outlier" or not f.note)
 
     def _identity(self, finding: Finding) -> tuple[object, ...]:

@@ -198,7 +198,7 @@ def numbers_in(cells: Cells, count: int) -> npt.NDArray[np.bool_]:
 
 
 def smallest_box(cells: Cells) -> tuple[slice, slice, slice]:
-    """Return the smallest box that contains every block; empty slices at 0 if there are none."""
+    """Return the smallest box that contains every block; empty slices at 0 without blocks."""
     is_used = [np.zeros(n, np.bool_) for n in cells.shape]
     batch = _layers_per_batch(cells)
     for start in range(0, len(cells), batch):

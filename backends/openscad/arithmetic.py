@@ -370,6 +370,7 @@ class Expressions:
         return self.specials[name]
 
     def _variable(self, expr: VariableName) -> Snippet:
+        """Return the value of a variable; raises SceneError if it is undefined or cannot be converted."""
         name = expr.name
         if name == "$t":
             self.c.facts.mark("moment")
@@ -382,6 +383,7 @@ class Expressions:
         found = self.scope.variable(name)
         if found is not None:
             return found
+        # after the scope, since a file can define `PI` itself
         if name == "PI":
             return Snippet("pi", NUM)
         function = self.scope.function(name)

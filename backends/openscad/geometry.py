@@ -216,7 +216,7 @@ class Objects(Expressions):
         return [self._variant(function, each, index) for index, each in enumerate(variants)]
 
     def _variant(self, function: Definition, variant: int, index: int) -> tuple[tuple[str, ...], str]:
-        """Return the definition of a module for children of so many dimensions."""
+        """Return the comments and the definition of a module for children of ``variant`` dimensions."""
         definition, facts = function.definition, self.c.facts
         assert isinstance(definition, ModuleDefinition)
         inner = self.inside()
@@ -242,7 +242,7 @@ class Objects(Expressions):
         return definition.comments if not index else (), f"(define ({head})\n{body})"
 
     def name_of(self, function: Definition, variant: int) -> str:
-        """Return the name of a module for children of so many dimensions."""
+        """Return the name of a module for children of ``variant`` dimensions."""
         both = len([each for each in self.c.facts.all("called", function.place) if each]) > 1
         return f"{function.name}-flat" if both and variant == 2 else function.name
 
@@ -304,6 +304,7 @@ class Objects(Expressions):
         return Shape(call("if", test, *texts), dimensions, yes.may_be_empty or no.may_be_empty)
 
     def _instance(self, instance: Instance) -> Shape:
+        """Convert a call of a built-in module or of one that the file defines."""
         name = instance.name
         if name in ("echo", "assert"):
             shape = self.scoped(instance.children, instance.span)
@@ -313,6 +314,7 @@ class Objects(Expressions):
             return shape._replace(text=f"(begin {check}\n{self.place(shape)})", moves=(), is_list=False)
         function = self.scope.module(name)
         inner = self.inside()
+        # special variables have dynamic scope: the module and its children see these values
         for each in instance.arguments:
             if each.name and each.name.startswith("$"):
                 inner.specials[each.name] = self.code(each.value)
@@ -665,6 +667,7 @@ def _sphere(place: Objects, instance: Instance) -> Shape:
 
 
 def _cylinder(place: Objects, instance: Instance) -> Shape:
+    """Return a cylinder, cone or frustum, with the number of sides that OpenSCAD derives from the larger radius."""
     given = place.named(instance, ("h", "r1", "r2", "center"))
     height = given.get("h", constant(1))
     if "r" in given or ("d" in given and "r1" not in given):
@@ -680,6 +683,7 @@ def _cylinder(place: Objects, instance: Instance) -> Shape:
             if both
             else Snippet(call("max", bottom.text, top.text), NUM)
         )
+    # one of the radii may be 0: a cone
     void = _void(place, instance, 3, [height, largest]) or (
         _void(place, instance, 3, [each for each in (bottom, top) if each.number != 0])
     )
@@ -747,6 +751,7 @@ _TEXT = ("text", "size", "font", "halign", "valign", "spacing", "direction", "la
 
 
 def _text(place: Objects, instance: Instance) -> Shape:
+    """Return the outline of a text in the bundled font; warn of other fonts and of options without a counterpart."""
     given = place.named(instance, _TEXT)
     if "text" not in given:
         return NOTHING
@@ -757,6 +762,7 @@ def _text(place: Objects, instance: Instance) -> Shape:
         place.c.warn(instance.span, "`direction` and `spacing` of `text` are ignored")
     size = given.get("size", constant(10))
     literal = size.number is not None and size.text == number_text(size.number)
+    # OpenSCAD renders `size` points at 100 dpi, and a point is 1/72 of an inch
     em = (
         number_text(round(size.number * 100 / 72, 6))
         if literal and size.number is not None
@@ -798,7 +804,7 @@ def _projection(place: Objects, instance: Instance) -> Shape:
 
 
 def _profile(place: Objects, instance: Instance) -> tuple[Shape, str]:
-    """Return the profile of an extrusion, and what its text stands for in the call."""
+    """Return the profile of an extrusion, and its expression as an operand of the call."""
     color, place.color = place.color, ""
     shape = place.child(instance)
     place.color = color
@@ -928,6 +934,7 @@ def _radians(place: Objects, angle: Snippet) -> str:
 
 
 def _rotate(place: Objects, instance: Instance, shape: Shape) -> Shape:
+    """Return a shape rotated about an axis, or about the axes x, y and z in turn."""
     given = place.named(instance, ("a", "v"))
     angle = given.get("a", constant(0))
     if shape.dimensions == 2:
@@ -937,6 +944,7 @@ def _rotate(place: Objects, instance: Instance, shape: Shape) -> Shape:
             angle = Snippet(call("ref", angle.text, "2"), NUM)
         return shape.moved("rotate", _radians(place, angle))
     axis_code = given.get("v")
+    # OpenSCAD does not rotate about a zero vector; `turn` tests for one when the program runs
     is_fixed = axis_code is None or (axis_code.parts is not None and any(part.number for part in axis_code.parts))
     if is_number(angle.kind) and is_fixed:
         axis = place.triple(given["v"], "0") if "v" in given else "[0 0 1]"

@@ -640,6 +640,7 @@ class _Parser:
         return ItemAt(self._since(start), value, ConstantValue(self._since(start), float(number), str(number)))
 
     def _primary(self) -> Expr:
+        """Return a literal, a variable, a list, a range, or an expression in parentheses."""
         token = self._token
         span = self._span(token.start, token.start + len(token.text))
         if token.kind == "number":
@@ -691,7 +692,9 @@ class _Parser:
             self._depth -= 1
 
     def _element(self) -> Expr:
+        """Return an item of a list; the caller limits the depth of nesting."""
         start = self._token.start
+        # a comprehension in parentheses is not an expression, so `_primary` cannot read it
         if self._token.kind == "(" and self._tokens[self._at + 1].text in ("for", "each", "if", "let"):
             self._next()
             inside = self._item()

@@ -505,7 +505,7 @@ def _parallel_bounds(
 def _perspective_bounds(
     linear: FloatArray, center: FloatArray, hull: FloatArray, *, is_ball: bool
 ) -> tuple[FloatArray, FloatArray]:
-    """Return bounds (K, 2) at depth 1 of the parts in front of the near plane; empty (low > high) if there are none."""
+    """Return bounds (K, 2) at depth 1 of the parts in front of the near plane; low > high without such parts."""
     points = _hull_points(linear, hull) + center[:, None, :]
     depth = points[:, :, 2]
     before = depth.min(axis=1) > NEAR

@@ -132,7 +132,7 @@ class Bodies:
     def common_points(self, i: int, j: int, shift: FloatArray) -> FloatArray:
         """Return the corners (K, 3) of the intersection of two bodies, of which body ``j`` is moved by ``shift`` (3,).
 
-        There are none if they do not meet, or if a surface is unknown.
+        The result is empty if they do not meet, or if a surface is unknown.
         """
         a, b = self.surface(i), self.surface(j)
         if a is None or b is None:

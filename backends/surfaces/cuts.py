@@ -393,7 +393,7 @@ def _beyond(
 
 
 def _filling(shape: Primitive, pose: Matrix, low: FloatArray, high: FloatArray) -> Mesh | None:
-    """Return the faces that a cut of a closed primitive leaves, None for open and flat ones, and if there are none."""
+    """Return the faces that a cut of a closed primitive leaves; None for open and flat ones, and without such faces."""
     if shape.is_flat or not shape.has_geometry:
         return None
     if isinstance(shape, SolidShape):

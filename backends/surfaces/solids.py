@@ -295,7 +295,7 @@ def _with_faces(forms: PosedForms) -> PosedForms:
 
 
 def _padded(ratios: FloatArray, count: int) -> FloatArray:
-    """Return ratios with at least so many columns."""
+    """Return ratios padded with zeros to at least ``count`` columns."""
     return np.pad(ratios, ((0, 0), (0, max(0, count - ratios.shape[1]))))
 
 

@@ -299,6 +299,7 @@ def _gradient(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Arr
 
 
 def _text(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) -> FloatArray:
+    """Return the colors (H, W, 3) of a tile with the text in its middle, as large as fits."""
     require("PIL.Image", "pillow")
     from PIL import Image, ImageDraw, ImageFont
 
@@ -311,6 +312,7 @@ def _text(texture: Texture, u: FloatArray, v: FloatArray, colors: Float32Array) 
         """Return DejaVu Sans, which solids of text have, too."""
         return ImageFont.truetype(BUNDLED, size)
 
+    # U+FFFF is not a character, so its glyph is that of all missing ones
     missing = bytes(font(40.0).getmask("\uffff"))
     lost = [letter for letter in texture.text if not letter.isspace() and bytes(font(40.0).getmask(letter)) == missing]
     if lost:

@@ -1139,6 +1139,7 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Nod
             if not isinstance(body, Procedure):
                 raise rt.not_a_procedure(body)
             if type(body) is Closure and body.arity == 1:
+                # the trampoline of `rt.call1`, written out because this loop is hot
                 code, env = body.code, body.env
                 for i in range(times):
                     tick()
@@ -1154,6 +1155,7 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Nod
             if type(body) is Closure and error.span is not None and body.code.name != "lambda":
                 error.called(f"`{body.code.name}`", span)
             raise _located(error, span)
+        # all calls precede the first check, as in `union_node`
         out: list[Any] = []
         for value in values:
             add_parts(rt, out, value, span)

@@ -441,7 +441,7 @@ def adder(slow: Slow) -> Slow:
 
 
 def subtracter(slow: Slow) -> Slow:
-    """Return a function that subtracts two values; the builtin ``slow`` subtracts what has no fast path."""
+    """Return a function that subtracts two values; the builtin ``slow`` subtracts values without a fast path."""
 
     def subtract(x: Any, y: Any) -> Any:
         kind_x, kind_y = type(x), type(y)

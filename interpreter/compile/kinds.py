@@ -166,7 +166,7 @@ def join(a: Kind, b: Kind) -> Kind:
 
 
 def join_all(kinds: Iterable[Kind]) -> Kind:
-    """Return the smallest kind that contains all values of ``kinds``; NEVER if there are none."""
+    """Return the smallest kind that contains all values of ``kinds``; NEVER if it is empty."""
     result = NEVER
     for kind in kinds:
         result = join(result, kind)

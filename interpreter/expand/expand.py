@@ -275,7 +275,7 @@ class Expander:
     def bound_words(self) -> Iterable[str]:
         """Return the words that the program binds, so that the error for such a name can say to ``call`` the word.
 
-        There are none without a program; ``FileExpander`` overrides this with the words of all files read so far.
+        The result is empty without a program; ``FileExpander`` overrides this with the words of all files read so far.
         """
         return ()
 

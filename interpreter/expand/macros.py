@@ -199,6 +199,7 @@ def procedural(
         expander.template_scope, expander.recovers = outer, recovers
 
     def transform(use: Datum, use_scope: Scope) -> Datum:
+        """Expand a use of the macro: run its function on the arguments as data."""
         origins: dict[int, Datum] = {}
         assert isinstance(use, ListDatum)
         expansion_span = use_span(use, name, span)

@@ -271,7 +271,9 @@ class _Circle:
 
 
 def find_ring(program: OpenProgram, node: CodeTree) -> bool:
+    """Write a loop whose parts are spaced evenly on a circle around the y axis as a ``ring``."""
     loop = _loop_of(node)
+    # a ring may repeat the count in its sweep, where it would draw a second random number
     if loop is None or "ring" not in program.known or program.is_blocks or program.effects(loop.count).draws:
         return False
     body = _Body(program, loop)
@@ -514,8 +516,10 @@ def _grid(program: OpenProgram, node: CodeTree) -> bool:
 
 
 def _gridded(program: OpenProgram, node: CodeTree, counts: Sequence[tuple[str, CodeTree]], loop: _Loop) -> bool:
+    """Write a loop whose parts are spaced evenly along one to three axes as a ``grid``."""
     if "grid" not in program.known or program.is_blocks:
         return False
+    # nested loops evaluate an inner count for each outer index, a grid only once
     if not all(program.effects(count).is_pure for _, count in counts):
         return False
     body = _Body(program, loop)
@@ -664,6 +668,7 @@ _ALIGNMENTS = {("max", "min"): "after", ("min", "max"): "before", ("min", "min")
 
 
 def _align(node: CodeTree, boxes: dict[str, _Box]) -> bool:
+    """Write a translation as ``align`` if its coordinates are distances between the boxes of the same two parts."""
     part, matrix = node.operands
     vector = vector_of(matrix)
     if vector is None or part.name is None:

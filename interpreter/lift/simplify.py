@@ -241,6 +241,7 @@ def _unfold_let(node: CodeTree, start: int) -> bool:
 
 
 def _inline_body(program: OpenProgram, node: CodeTree, start: int) -> bool:
+    """Inline the definitions of a body that are used once; return whether the body changed."""
     assert node.items is not None
     statements = node.items[start:]
     if len(statements) < 2:
@@ -249,6 +250,7 @@ def _inline_body(program: OpenProgram, node: CodeTree, start: int) -> bool:
     for statement in statements:
         total.update(names(statement))
     changed = False
+    # from the end, since an inlined value takes its own uses of earlier definitions along
     position = len(statements) - 2
     while position >= 0:
         definition = statements[position]
@@ -284,10 +286,12 @@ def _select_axis(definition: CodeTree, total: Counter[str]) -> None:
 def _inline_definition(
     program: OpenProgram, body: CodeTree, statements: list[CodeTree], position: int, total: Counter[str]
 ) -> bool:
+    """Move a value to the only use of its name, if any; return whether the definition can be deleted."""
     definition = statements[position]
     assert definition.items is not None
     value = _value(definition)
     name = next(defined_names(definition), None)
+    # a total of 2 is the definition and one use
     if value is None or name is None or total[name] > 2 or names(value)[name]:
         return False
     effects = program.effects(value)

@@ -53,7 +53,7 @@ _GAIN = 0.75  # a table must be this much shorter than the parts
 
 
 def _table(node: CodeTree) -> bool:
-    """Write similar members of a union as a loop over a table of what differs."""
+    """Write similar members of a union as a loop over a table of their differences."""
     assert node.items is not None
     members, position, changed = node.operands, 0, False
     kept: list[CodeTree] = []
@@ -278,6 +278,7 @@ class _Table:
 
 
 def _table_of(node: CodeTree) -> _Table | None:
+    """Return a loop over a quoted table of at least ``_MIN_FITTED`` rows, None for other forms."""
     operands = node.operands
     clauses = operands[0].items if operands else None
     if node.head != "for/union" or len(operands) != 2 or clauses is None or len(clauses) != 1:
@@ -289,6 +290,7 @@ def _table_of(node: CodeTree) -> _Table | None:
     names_ = [pattern] if pattern.items is None else pattern.items
     if len(rows) < _MIN_FITTED or pattern.tail is not None or any(one.name is None for one in names_):
         return None
+    # a name that the body binds again does not mean the column there
     if len({one.name for one in names_}) != len(names_) or set(_bound_inside(operands[1])) & {
         one.name for one in names_
     }:

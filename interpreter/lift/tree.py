@@ -236,6 +236,7 @@ def expressions(node: CodeTree) -> Iterator[CodeTree]:
 
 
 def _subexpressions(node: CodeTree) -> Iterator[CodeTree]:
+    """Yield the expressions directly inside a form, without the patterns and parameters that it binds."""
     head, items = node.head or "", node.items or []
     if head == "quote" or len(items) < 2:
         if head != "quote":
@@ -563,6 +564,7 @@ class OpenProgram:
         self._closures = own
 
     def _direct(self, nodes: Iterable[CodeTree]) -> SideEffects:
+        """Return the effects of evaluating nodes, without those of the definitions that they refer to."""
         draws, changes, reads = False, set[str](), set[str]()
         for node in nodes:
             for one in expressions(node):
@@ -572,6 +574,7 @@ class OpenProgram:
                         changes.add(str(one.operands[0].value))
                     elif one.head == "call" and len(one.operands) > 0:
                         word = one.operands[0].value
+                        # words are read under their name after a quote, which no variable has; "" is any word
                         reads.add(f'"{word}' if type(word) is str else "")
                     if self._calls_unknown(one):
                         draws = draws or self._unknown[0]
@@ -718,6 +721,7 @@ def poly(node: CodeTree, values: Mapping[str, CodeTree], rebound: frozenset[str]
 
 
 def _poly(node: CodeTree, values: Mapping[str, CodeTree], rebound: frozenset[str], depth: int) -> Poly:
+    """Return the polynomial of an expression, with local values inserted up to ``depth`` levels deep."""
     if node.is_number and math.isfinite(node.value):
         return Poly.number(node.value)
     name = node.name
@@ -731,6 +735,7 @@ def _poly(node: CodeTree, values: Mapping[str, CodeTree], rebound: frozenset[str
     if head not in ("+", "-", "*", "/") or not operands or head in rebound or not depth or len(operands) > 8:
         return Poly.factor(node)
     first, *rest = [_poly(operand, values, rebound, depth - 1) for operand in operands]
+    # products of sums would grow exponentially
     if any(len(one.terms) > _MAX_TERMS for one in (first, *rest)):
         return Poly.factor(node)
     if head == "-" and not rest:

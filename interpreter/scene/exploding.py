@@ -27,7 +27,7 @@ def exploded(scene: Scene, amount: float, axis: str | None = None, depth: int | 
     """Return a scene whose parts are moved apart.
 
     The center of a part's box moves away from the center of the box around it, by ``amount`` times its offset from
-    there; the parts of a part in the same way. An entity with one part is no level of the hierarchy.
+    there; the parts of a part in the same way. An entity with one part does not count as a level of the hierarchy.
 
     Parameters
     ----------

@@ -350,6 +350,7 @@ class _Reader:
         return self.prop.kind in _VECTORS and all(_is_number(item) for item in value)
 
     def _one(self, value: Any) -> Any:
+        """Return a single value of the property as plain data; raises SceneError if it is of another kind."""
         kind = self.prop.kind
         if kind is FLAG:
             return value if type(value) is bool else self._fail(value)

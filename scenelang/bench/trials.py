@@ -173,7 +173,7 @@ class ServiceFailure(Exception):
 
 
 def task_in(task: BenchTask, mode: BenchMode) -> Task | None:
-    """Return what a model is asked in a mode; None for an edit whose program is not written in its notation."""
+    """Return the task of a model in a mode; None for an edit whose program does not exist in the mode's notation."""
     program = task.program
     if program is not None and mode.notation is Notation.PYTHON:
         program = task.python

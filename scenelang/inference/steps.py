@@ -170,6 +170,7 @@ class AnswerReader:
         return Verdict(found.text, result.scene, (*result.diagnostics, *left), findings, code, repairs)
 
     def _judged(self, answer: str, has_findings: bool) -> Verdict:
+        """Return the verdict on an answer, with the findings of the geometry lint if ``has_findings``."""
         session = Session(self.options)
         task = self.brief.task
         notation = task.notation if task.is_edit else _notation_of(answer, task.notation)
@@ -178,6 +179,7 @@ class AnswerReader:
             if base is not None and task.notation is not Notation.LIST and _PATCH.search(answer):
                 answer = fenced(patched(base, answer), notation)
             code = _code(answer, notation, task.text)
+            # the model may have repeated the program that it was asked to continue
             if self.prefix and not _defined(self.prefix) <= _defined(code):
                 code = f"{self.prefix.rstrip()}\n\n\n{code}"
                 answer = fenced(code, notation)
@@ -601,7 +603,7 @@ def facts_of(verdict: Verdict) -> str:
 
 
 def _told(repairs: Sequence[str]) -> str:
-    """Return one line about edits that were made without the model, empty if there are none."""
+    """Return one line about edits that were made without the model; empty without edits."""
     if not repairs:
         return ""
     what = "; ".join(text.splitlines()[0][:_MAX_RESOLVED] for text in repairs[:_MAX_FINDINGS])

@@ -368,7 +368,7 @@ class Embeddings:
 
     @typed
     def remove(self, handle: str) -> None:
-        """Remove text, attributes and vectors of a handle; raises SceneError if there are none."""
+        """Remove text, attributes and vectors of a handle; raises SceneError if it has no entry."""
         name = handle_name(handle)
         if self.path is None or name not in self.entries:
             raise SceneError("value", f"nothing to remove: <{name}> has no entry")

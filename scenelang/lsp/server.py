@@ -305,6 +305,8 @@ def _cursor(document: Document, position: lsp.Position) -> int:
 
 
 def _lifecycle(server: Server) -> None:
+    """Register the handlers of initialization and of document synchronization."""
+
     @server.feature(lsp.INITIALIZE)
     def initialize(params: lsp.InitializeParams) -> None:
         options = params.initialization_options
@@ -333,6 +335,8 @@ def _lifecycle(server: Server) -> None:
 
 
 def _reading(server: Server) -> None:
+    """Register the handlers of requests that only read a document, such as hover and completion."""
+
     @server.answers(lsp.TEXT_DOCUMENT_HOVER)
     def hover(document: Document, params: lsp.HoverParams) -> lsp.Hover | None:
         cursor, names = _cursor(document, params.position), document.names

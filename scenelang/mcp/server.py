@@ -805,6 +805,7 @@ def _add_prompts(server: SceneServer) -> None:
 
     @server.prompt(description="Build a scene from a description, step by step, with acceptance")
     def build(task: str) -> str:
+        """Return the steps for building a scene, with the sections of the reference that fit the task."""
         return (
             f"Build this scene as a program of the Scene Language: {task[:_MAX_ARGUMENT_LENGTH]}\n"
             "1. Learn: call `help`, then `search` for the forms, combinators and relations that you need.\n"

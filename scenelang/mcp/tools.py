@@ -442,6 +442,7 @@ def render(project: Project, program: ProjectProgram, view: ToolView) -> ToolAns
     camera = camera_in(project, view.camera)
 
     def reply(scene: Scene, result: Evaluated) -> ToolAnswer:
+        """Return the image, with a caption and the warnings."""
         from scenelang.backends.pictures import film
 
         scene = part_of(scene, view.part) if view.part else scene

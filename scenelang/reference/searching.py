@@ -326,7 +326,7 @@ def _examples() -> Iterator[tuple[SearchResult, float]]:
 
 
 def example_text(name: str) -> str | None:
-    """Return the text of an example program that ``search`` finds, None if there is none."""
+    """Return the text of an example program that ``search`` finds, None for an unknown name."""
     path = _example_files().get(name)
     return None if path is None else read_regular(path, _MAX_EXAMPLE_SIZE).decode("utf-8", "replace")
 

@@ -334,6 +334,7 @@ def _generate(repl: Repl, rest: str) -> None:
 
 
 def _edit(repl: Repl, rest: str) -> None:
+    """Let a language model edit the program of the session, and apply the edit after confirmation."""
     from scenelang.inference.brief import Ablation
     from scenelang.inference.conductor import Inference
     from scenelang.inference.generation import edit_of, edit_task, imported_files
@@ -354,6 +355,7 @@ def _edit(repl: Repl, rest: str) -> None:
     repl.screen.rows(change_lines(done.changes, _MAX_CHANGES, OF_AN_EDIT))
     if repl.screen.ask is not None and not repl.screen.ask("apply the edit?"):
         return
+    # definitions that the edit removed would remain
     evaluation.reset()
     _evaluate_program(repl, request.text, result.best.code)
 

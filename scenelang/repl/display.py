@@ -267,6 +267,7 @@ def clean(text: str) -> str:
 
 
 def _lines(value: Any, width: int) -> Sequence[str]:
+    """Return the lines that show a value, depending on its type."""
     if value is None:
         return []
     kind = type(value)

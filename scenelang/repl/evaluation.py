@@ -290,6 +290,7 @@ class ReplEvaluation:
         return self._account(work, source, whole=True)
 
     def _account(self, work: _Work, source: Source, whole: bool) -> EvaluationOutcome:
+        """Run an evaluation and return its outcome: values, diagnostics, log, time and counts."""
         values: list[Any] = []
         found: list[Diagnostic] = []
         rt = self.top.rt
@@ -302,6 +303,7 @@ class ReplEvaluation:
         started = time.perf_counter()
         watched = link()
         if watched is not None:
+            # the position that the monitor reports if it has to kill this process
             watched.note(Span(source, 0, len(source.text)))
         problem = self.attempt(lambda: work(give, found.append))
         if values or problem is None:

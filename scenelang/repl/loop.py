@@ -188,12 +188,14 @@ class Repl:
             self.live_view.close()
 
     def _command(self, text: str) -> EvaluationOutcome:
+        """Run a command; an error is reported and returned as a failed outcome."""
         name, rest = split(text)
         evaluation = self.evaluation
         try:
             command = find(self.commands, name)
         except SceneError as error:
             return self._failed(error.diagnostic)
+        # commands that evaluate set it in `show`
         self._shown = None
         try:
             command.run(self, rest)

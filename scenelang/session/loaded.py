@@ -493,7 +493,7 @@ class LoadedScene:
         return data
 
     def _frame(self, number: int) -> Entity:
-        """Return the root of a frame; raises SceneError if there is no such frame."""
+        """Return the root of a frame; raises SceneError if the frame does not exist."""
         return self.frames[frame_of(self.graph, number)]
 
     def __repr__(self) -> str:

@@ -1,8 +1,8 @@
 """Front end for a language model's Python: check, evaluate, transpile and lift.
 
-The transpiler translates what it can; a part in which the checker or a run finds an error is evaluated by the
-transpiler's own interpreter of Python, and the result takes its place. The functions are those of ``FrontEnd`` in
-``session/session``, which finds this module as the service "python".
+If the checker or a run finds an error in a translated part, the transpiler's own interpreter of Python evaluates that
+part, and the result takes its place. The functions are those of ``FrontEnd`` in ``session/session``, which finds this
+module as the service "python".
 """
 
 from __future__ import annotations

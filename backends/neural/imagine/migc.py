@@ -219,6 +219,7 @@ class MigcConditioning:
         width, expected = regions[0].pooled.shape[-1] if regions else weights.text_width, weights.text_width
         if width != expected:
             raise SceneError("weights", f"MIGC's weights expect text embeddings of width {expected}, got {width}")
+        # all layers share one generator: each shuffles its slots differently, and the seed fixes every order
         generator = torch.Generator().manual_seed(seed)
         self._unet = unet
         self._layers = {

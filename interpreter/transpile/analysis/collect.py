@@ -66,6 +66,7 @@ class Collections:
 
 
 def find_collections(names: PythonNames, liveness: Liveness) -> Collections:
+    """Return the lists and generators of a program whose items are collected first and read later."""
     found = Collections()
     finder = _Finder(names, liveness)
     for function in names.ordered:

@@ -108,12 +108,14 @@ def _call_path(
 def _library_call(
     state: InferenceState, node: ast.Call, positional: list[AbstractType], named: dict[str, AbstractType]
 ) -> AbstractType:
+    """Return the type of a ``library_call``, a shape, after analyzing the words that it may call."""
     word = node.args[0] if node.args else next((k.value for k in node.keywords if k.arg == "func_name"), None)
     named = {name: value for name, value in named.items() if name != "func_name"}
     if isinstance(word, ast.Constant):
         target = state.facts.words.get(str(word.value))
         targets = [target] if target is not None else []
     else:
+        # a computed word may be that of any function with the given parameters
         targets = [f for f in dict.fromkeys(state.facts.words.values()) if all(f.parameter(name) for name in named)]
     state.facts.targets[node] = targets
     stars = [k for k in node.keywords if k.arg is None]
@@ -136,6 +138,7 @@ def _call_method(
     positional: list[AbstractType],
     named: dict[str, AbstractType],
 ) -> AbstractType:
+    """Return the type of a method call, from the owner's classes or from the name of a library method."""
     owner = expression_type(state, func.value)
     result = NOTHING
     for record in owner.classes:
@@ -148,6 +151,7 @@ def _call_method(
                 state.facts.targets[node].append(method)
             result = result | call_function(state, method, node, arguments, named)
         elif func.attr not in record.methods:
+            # a field that contains a function
             site = state.site(record.node, DICT, f".{func.attr}")
             site.readers.add(state.function)
             result = result | call_value(state, site.element, node, positional, named)
@@ -330,6 +334,7 @@ def _attribute_of(state: InferenceState, node: ast.Attribute, owner: AbstractTyp
 
 
 def _sequence(state: InferenceState, node: ast.Tuple | ast.List) -> AbstractType:
+    """Return the type of a tuple or list display, with a type for each item while its length is known."""
     elements, kind = node.elts, _SEQUENCE_KINDS[type(node)]
     if not any(isinstance(element, ast.Starred) for element in elements):
         return state.tuple_of(node, [expression_type(state, element) for element in elements], kind=kind)
@@ -460,7 +465,7 @@ def _binary(state: InferenceState, node: ast.BinOp) -> AbstractType:
 def _by_method(
     state: InferenceState, node: ast.AST, op: ast.operator, left: AbstractType, right: AbstractType
 ) -> AbstractType | None:
-    """Return the type of an operation that a method of one of the operands does, None if there is none."""
+    """Return the type of an operation that a method of an operand implements, None without such a method."""
     name = OPERATOR_METHODS.get(type(op), "")
     for own, other, method in ((left, right, name), (right, left, f"r{name}")):
         found = [(record, record.methods.get(method)) for record in own.classes if own.kinds & RECORD]

@@ -689,8 +689,10 @@ class Departures:
     # --- identity and equality ---------------------------------------------------------------------------------
 
     def _call(self, node: ast.Call) -> list[_Departure]:
+        """Find frozen sets that become items, and searches in which Python's equality differs from the language's."""
         if self._paths.of(node.func) == "frozenset" and node.args:
             outer = self._parents.get(node)
+            # a set whose name is only looked at does not become an item
             is_name = isinstance(outer, (ast.Assign, ast.AnnAssign)) and all(
                 self._only_looks(read) and not isinstance(self._parents.get(read), ast.Return)
                 for variable in [self._names.variables.get(n) for n in walk_tree(outer) if n is not node]
@@ -711,6 +713,7 @@ class Departures:
         return []
 
     def _compared(self, node: ast.expr) -> list[_Departure]:
+        """Find comparisons and keys for which Python's equality differs from the language's."""
         if isinstance(node, ast.Compare):
             for op, left, right in zip(node.ops, [node.left, *node.comparators], node.comparators):
                 types = self._facts.type(left), self._facts.type(right)

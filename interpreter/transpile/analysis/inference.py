@@ -251,6 +251,7 @@ class InferenceState:
         self.callees: dict[Function, set[Function]] = {}
         self.callers: dict[Function, set[Function]] = {}
         self.function = names.module
+        # None where control does not arrive, such as after `return`
         self.env: Environment | None = {}
         self.queue: deque[Function] = deque()
         self.visits: dict[Function, int] = {}

@@ -213,6 +213,7 @@ class _Generators(_Inlining):
         return node
 
     def visit_For(self, node: ast.For) -> Any:
+        """Write a loop over a generator of the program without the generator, if possible."""
         if node.orelse or self._generator(node.iter) is None:
             self.generic_visit(node)
             return node
@@ -224,6 +225,7 @@ class _Generators(_Inlining):
         if function is None:
             return node
         assert isinstance(node.iter, ast.Call)
+        # in place gives shorter code; a function also allows several `yield` statements and recursion
         for way in (self._in_place, self._by_function):
             try:
                 made = way(node, node.iter, function)
@@ -301,6 +303,7 @@ class _Generators(_Inlining):
         return node
 
     def _taken(self, call: ast.expr, limit: ast.expr, is_test: bool = False) -> ast.expr | None:
+        """Return a call that lists the items of an endless generator up to a count or test; None if impossible."""
         function = self.called(call)
         if function is None or function not in self.tree.body or not is_endless(function) or not _is_quiet(function):
             return None
@@ -321,6 +324,7 @@ class _Generators(_Inlining):
             definition.args.kw_defaults = copy.deepcopy(function.args.kw_defaults)
             placed(definition, function, is_new=True)
             made = self.visit_FunctionDef(definition)
+            # a remaining call is a loop over the generator that could not be written in place
             if any(self.called(n) is function for n in walk_tree(made) if isinstance(n, ast.expr)):
                 return None
             self._made.append((function, made))

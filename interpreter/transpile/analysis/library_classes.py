@@ -258,6 +258,7 @@ def _write(node: ast.Assign, kind: str, name: str, path_of: PathOf) -> None:
 
 
 def _write_use(name: ast.Name, parents: dict[ast.AST, ast.AST]) -> None:
+    """Write a use of an iterator as a method call, in place: ``next``, a loop, or all remaining items."""
     use, parent = _use(name, parents), parents[name]
     if use == "next" and isinstance(parent, ast.Call):
         method = "following" if len(parent.args) == 1 else "following_or"
@@ -272,6 +273,7 @@ def _write_use(name: ast.Name, parents: dict[ast.AST, ast.AST]) -> None:
         for _, block in ast.iter_fields(owner):
             if isinstance(block, list):
                 block[:] = [loop if each is parent else each for each in block]
+        # later uses in the loop look up their parents
         for child in parent.body:
             parents[child] = loop
         return

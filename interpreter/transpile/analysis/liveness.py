@@ -260,6 +260,7 @@ class Liveness:
         return live
 
     def _statement(self, node: ast.stmt, live: Live) -> Live:
+        """Return the variables that are live before a statement, given those that are live after it."""
         if isinstance(node, ast.Assign):
             return self._store(node.targets, node.value, live)
         if isinstance(node, ast.AnnAssign):

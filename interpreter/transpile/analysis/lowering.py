@@ -1,4 +1,4 @@
-"""Python that says the same with less: what the translation does not know, in terms of what it knows.
+"""Rewriting of Python constructs that the translation does not support as simpler ones with the same meaning.
 
 Functions of Python's library become functions of the program (``LIBRARY``), operator methods become methods that
 operators call, alternative constructors static methods, fixed arguments (``partial``) arguments of the calls. What
@@ -585,6 +585,7 @@ class _Targets(ast.NodeTransformer):
         return node
 
     def _in_comprehension(self, node: Any) -> Any:
+        """Write starred targets of a comprehension as indices, since an expression cannot contain an assignment."""
         self.generic_visit(node)
         for clause in node.generators:
             if not self.is_meant(clause.target):
@@ -1024,6 +1025,7 @@ class OperatorMethods(ast.NodeTransformer):
         return node
 
     def visit_AugAssign(self, node: ast.AugAssign) -> ast.stmt:
+        """Write ``x += y`` as a call of an operator method, or of the setter of a property or item."""
         self.generic_visit(node)
         method = OPERATOR_METHODS.get(type(node.op), "")
         target = node.target
@@ -1032,6 +1034,7 @@ class OperatorMethods(ast.NodeTransformer):
             new = ast.copy_location(ast.BinOp(asked, node.op, node.value), node.value)
             return ast.copy_location(ast.Expr(self._call(node.value, target.value, f"set_{target.attr}", [new])), node)
         if isinstance(target, ast.Subscript) and self._has(target.value, "setitem") and is_repeatable(target.value):
+            # owner and key are written twice
             if is_repeatable(target.slice) and self._has(target.value, "getitem"):
                 item = self._call(node.value, target.value, "getitem", [copy.deepcopy(target.slice)])
                 new = ast.copy_location(ast.BinOp(item, node.op, node.value), node.value)
@@ -1132,12 +1135,14 @@ class OperatorMethods(ast.NodeTransformer):
         return node
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
+        """Write calls that depend on the classes of their operands as calls of methods or of plain functions."""
         self.generic_visit(node)
         function = node.func
         if isinstance(function, ast.Attribute):
             classes = self._classes_of(function.value)
             if len(classes) > 1 and all(function.attr in each.methods for each in classes):
                 names = sorted(each.name for each in classes)
+                # the class is known only when the program runs: a function tests for each
                 made = self._dispatch.call(node, function.value, function.attr, names)
                 self.count += made is not None
                 return made or node
@@ -1159,6 +1164,7 @@ class OperatorMethods(ast.NodeTransformer):
         if isinstance(function, ast.Name) and function.id == "sum" and len(node.args) == 2 and not node.keywords:
             if self._has(node.args[1], "add"):
                 self.count += 1
+                # `sum` of the language does not call operator methods
                 made = ast.parse("functools.reduce(lambda total, item: total + item, 0, 0)", mode="eval").body
                 assert isinstance(made, ast.Call)
                 made.args[1:] = node.args

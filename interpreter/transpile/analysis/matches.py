@@ -113,7 +113,9 @@ class Matches(ast.NodeTransformer):
         return [ast.BoolOp(ast.Or(), [_all(tests) for tests, _ in found])], {}
 
     def _sequence(self, subject: ast.expr, patterns: list[ast.pattern]) -> tuple[list[ast.expr], dict[str, ast.expr]]:
+        """Return the tests of a sequence pattern, and the variables that it binds."""
         if isinstance(subject, ast.Tuple):
+            # `_is_display` has compared the lengths
             return self._parts([], zip(patterns, subject.elts))
         stars = [n for n, each in enumerate(patterns) if isinstance(each, ast.MatchStar)]
         count = len(patterns) - len(stars)
@@ -130,6 +132,7 @@ class Matches(ast.NodeTransformer):
                 end = ast.UnaryOp(ast.USub(), ast.Constant(after)) if after else None
                 rest = ast.Subscript(subject, ast.Slice(ast.Constant(n), end, None), ast.Load())
                 name = ast.MatchAs(None, each.name)
+                # a starred name is bound to a list, even if the subject is a tuple
                 parts.append((name, ast.Call(ast.Name("list", ast.Load()), [rest], [])))
             else:
                 is_last = bool(stars) and n > stars[0]

@@ -313,6 +313,7 @@ class _Namespaces:
                 self._write(node.value, target)
 
     def _write(self, call: ast.Call, target: ast.Name) -> None:
+        """Write a namespace as a dictionary and its attributes as items, unless the variable has other uses."""
         scope: ast.AST = target
         while not isinstance(scope, (ast.FunctionDef, ast.Module)):
             scope = self._parents[scope]

@@ -474,6 +474,7 @@ def _with_named_tuples(tree: ast.Module) -> ast.Module:
 
 
 def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
+    """Return the class that ``P = namedtuple("P", "x y")`` defines, None for other statements."""
     if not isinstance(statement, ast.Assign) or not isinstance(statement.targets[0], ast.Name):
         return None
     call = statement.value
@@ -495,6 +496,7 @@ def _named_tuple(statement: ast.stmt) -> ast.ClassDef | None:
     given = call.keywords[0].value if call.keywords else ast.Tuple([], ast.Load())
     if not isinstance(given, (ast.Tuple, ast.List)) or len(given.elts) > len(names):
         return None
+    # defaults belong to the last fields
     defaults: list[ast.expr | None] = [*([None] * (len(names) - len(given.elts))), *given.elts]
     body: list[ast.stmt] = [
         ast.AnnAssign(ast.Name(field, ast.Store()), ast.Name("Any", ast.Load()), default, simple=1)

@@ -277,11 +277,13 @@ class _Resolver(ast.NodeVisitor):
     def _function(
         self, node: ast.FunctionDef | ast.Lambda, name: str, body: list[ast.stmt] | None, owner: Class | None = None
     ) -> Function:
+        """Resolve the names of a function or lambda in a scope of its own."""
         function = Function(node, name, self.scope.function, owner=owner)
         if isinstance(node, ast.FunctionDef):
             for decorator in node.decorator_list:
                 _read_decorator(function, node, decorator)
                 self.visit(decorator)
+            # a method is not a variable: it is found through its class
             if owner is None:
                 function.variable = self._store(name, node)
                 if function.variable is not None:
@@ -334,6 +336,7 @@ class _Resolver(ast.NodeVisitor):
     # --- classes -----------------------------------------------------------------------------------------------
 
     def visit_ClassDef(self, node: ast.ClassDef) -> None:
+        """Record a class with its methods, properties, fields and constants."""
         variable = self._store(node.name, node)
         if variable is None:
             return
@@ -342,6 +345,7 @@ class _Resolver(ast.NodeVisitor):
         record.is_dataclass |= any("NamedTuple" in ast.unparse(b) for b in node.bases)
         self.names.classes[node] = record
         enclosing = self.scope
+        # methods do not see the names of the class body
         self.scope = _Scope(enclosing.function, enclosing, {}, is_class=True)
         for statement in node.body:
             if isinstance(statement, ast.FunctionDef):

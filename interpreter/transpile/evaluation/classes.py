@@ -373,7 +373,7 @@ _UNSAFE = "interpreter internals are not available"
 
 
 def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> Any:
-    """Return an attribute of a value, or the default if there is none; without a default, raises AttributeError."""
+    """Return an attribute of a value, or the default if it is missing; without a default, raises AttributeError."""
     found = _found(evaluator, value, name)
     if found is not MISSING:
         return found
@@ -396,6 +396,7 @@ def attribute_of(evaluator: Evaluating, value: Any, name: str, default: Any) -> 
 
 
 def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
+    """Return an attribute of a value of any type, MISSING if it has none."""
     kind = type(value)
     if kind is PythonObject:
         return _of_object(evaluator, value, name)
@@ -422,6 +423,7 @@ def _found(evaluator: Evaluating, value: Any, name: str) -> Any:
         return Native(name, getattr(value.steps, known[name])) if name in known else MISSING
     if name.startswith("_"):
         return _special(evaluator, value, name)
+    # host values have only the listed attributes: others could lead to the interpreter's internals
     for each, names in METHODS.items():
         if isinstance(value, each) and name in names:
             return _own_attribute(evaluator, value, name)
@@ -500,7 +502,9 @@ def host_type(kind: Any) -> Any:
 
 
 def _of_object(evaluator: Evaluating, value: PythonObject, name: str) -> Any:
+    """Return an attribute of an instance, MISSING if it has none; the order of lookup is CPython's."""
     found = value.cls.find(name)
+    # data descriptors precede fields, other descriptors follow them
     if type(found) is PythonObject and (name not in value.fields or found.cls.find("__set__") is not MISSING):
         get = found.cls.find("__get__")
         if get is not MISSING:
@@ -549,6 +553,7 @@ def _bound(evaluator: Evaluating, found: Any, value: Any, cls: PythonClass) -> A
 
 
 def _of_class(evaluator: Evaluating, cls: PythonClass, name: str) -> Any:
+    """Return an attribute of a class, MISSING if it has none; raises UnsupportedPython for internals."""
     found = cls.find(name)
     if found is not MISSING:
         if type(found) is PythonObject and found.cls.find("__get__") is not MISSING:
@@ -560,6 +565,7 @@ def _of_class(evaluator: Evaluating, cls: PythonClass, name: str) -> Any:
         return cls.name
     if name == "__members__" and cls.members is not None:
         return dict(cls.members)
+    # the usual start of a sandbox escape: subclasses of `object` include classes of the host
     if name == "__subclasses__":
         raise UnsupportedPython(_UNSAFE, None, "python-forbidden")
     if name in ("__mro__", "__bases__", "mro"):
@@ -600,6 +606,7 @@ def _initialize_basic(evaluator: Evaluating, value: Any, rest: tuple[Any, ...], 
 
 
 def _of_super(evaluator: Evaluating, value: Super, name: str) -> Any:
+    """Return an attribute of ``super()``: the next definition in the method resolution order."""
     cls = value.value if type(value.value) is PythonClass else value.value.cls
     order = cls.order
     start = next((i for i, each in enumerate(order) if each is value.cls), -1)
@@ -609,6 +616,7 @@ def _of_super(evaluator: Evaluating, value: Super, name: str) -> Any:
             if type(found) is Property:
                 return evaluator.call(found.get, (value.value,), {})
             return _bound(evaluator, found, value.value, cls)
+        # the generated `__init__` of a data class is not among its names
         if type(each) is PythonClass and name == "__init__" and each.data is not None:
             return Native(name, partial(_initialize_as, evaluator, value.value, each))
     if isinstance(value.value, ValueObject):
@@ -660,6 +668,7 @@ def _initialize_as(evaluator: Evaluating, value: PythonObject, cls: PythonClass,
 
 
 def _of_member(evaluator: Evaluating, value: Any, name: str) -> Any:
+    """Return an attribute of a named tuple, an enumeration member or an instance of a subclass of a built-in class."""
     if type(value) is NamedTuple:
         fields = list(value.cls.tuple_fields or ())
         if name in fields:
@@ -684,7 +693,9 @@ def _of_member(evaluator: Evaluating, value: Any, name: str) -> Any:
 
 
 def _of_function(evaluator: Evaluating, value: Any, name: str) -> Any:
+    """Return an attribute of a function, method or built-in type, MISSING if it has none."""
     if type(value) is Native and "__refused__" in value.attributes:
+        # raises the error of the unsupported import
         value()
     if type(value) is BoundMethod:
         return value.value if name == "__self__" else _of_function(evaluator, value.function, name)
@@ -1004,7 +1015,7 @@ def make_dataclass(evaluator: Evaluating, cls: PythonClass, options: dict[str, A
 
 
 def mapping_of(evaluator: Evaluating, value: Any) -> Any:
-    """Return a table of the keys and values of a mapping that the program defines; others are returned as they are."""
+    """Return the keys and values of a mapping that the program defines as a table; return other values unchanged."""
     keys = value.method("keys") if type(value) is PythonObject else None
     return value if keys is None else {key: value[key] for key in keys()}
 

@@ -361,7 +361,7 @@ class PythonEvaluator:
         yield from self.execute(node.orelse, frame)
 
     def _turn(self, body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, bool]:
-        """Run the body of a loop once; return whether the loop goes on."""
+        """Run the body of a loop once; return whether the loop continues."""
         try:
             yield from self.execute(body, frame)
         except _Break:
@@ -385,6 +385,7 @@ class PythonEvaluator:
             self.tries -= 1
 
     def _within(self, items: list[ast.withitem], body: list[ast.stmt], frame: Frame) -> Generator[Any, Any, Any]:
+        """Execute a body inside context managers, which are entered from left to right."""
         if not items:
             yield from self.execute(body, frame)
             return
@@ -392,6 +393,7 @@ class PythonEvaluator:
         value = self.call(self.attribute(manager, "__enter__"), (), {})
         if items[0].optional_vars is not None:
             self.store(items[0].optional_vars, value, frame)
+        # looked up before the body runs, as in CPython
         leave = self.attribute(manager, "__exit__")
         try:
             yield from self._within(items[1:], body, frame)
@@ -408,6 +410,7 @@ class PythonEvaluator:
             self.call(leave, (None, None, None), {})
 
     def _try(self, node: ast.Try, frame: Frame) -> Generator[Any, Any, Any]:
+        """Execute a ``try`` statement."""
         try:
             try:
                 self.tries += 1
@@ -416,6 +419,7 @@ class PythonEvaluator:
                 finally:
                     self.tries -= 1
             except (*_SIGNALS, *_PASSED, GeneratorExit):
+                # control flow, or an error of the evaluator itself
                 raise
             except Exception as error:
                 handler = next((each for each in node.handlers if self._catches(each, error, frame)), None)
@@ -440,6 +444,7 @@ class PythonEvaluator:
         return is_instance(self, value_of_error(error), self.eval(handler.type, frame))
 
     def _raise(self, node: ast.Raise, frame: Frame) -> None:
+        """Raise the exception of a ``raise`` statement."""
         if node.exc is None:
             if not self._handled:
                 raise RuntimeError("No active exception to reraise")
@@ -455,6 +460,7 @@ class PythonEvaluator:
         if type(value) is PythonObject and value.cls.is_subclass(BaseException):
             raise Raised(value)
         if isinstance(value, StopIteration):
+            # a StopIteration would become a RuntimeError in the evaluator's own generators (PEP 479)
             raise Exhausted(value.value)
         if isinstance(value, Exception):
             raise value
@@ -968,6 +974,7 @@ class PythonEvaluator:
         return None
 
     def _call_native(self, function: Native, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+        """Call a function of a library; unknown arguments in loops that remain give a residual result."""
         if function.is_numeric and any(map(has_residual, (*arguments, *named.values()))):
             return self._numeric_call(function, arguments, named)
         if self.loops is not None:
@@ -981,6 +988,7 @@ class PythonEvaluator:
                 found = self.loops.computed(lambda *items: self._call_native(function, items, named), arguments)
                 if found is not MISSING:
                     return found
+        # `iter` and `next` need the iterator itself, not a metered wrapper
         plain = arguments if function.path in ("iter", "next") else tuple(map(self._argument, arguments))
         if function.path in DEEP:
             weigh((*arguments, *named.values()))

@@ -532,7 +532,7 @@ class Folding:
         return frozenset(self.found.keys() - self._opaque - states - self._animations)
 
     def _cause_of(self, error: NameError) -> Exception:
-        """Return what has ended the evaluation of the statement that defines a name, else the error itself."""
+        """Return the exception that ended the statement that defines the unbound name, or else the error itself."""
         return self._failed.get(str(error).partition("'")[2].partition("'")[0], error)
 
     # --- the helper API ----------------------------------------------------------------------------------------
@@ -753,9 +753,11 @@ class Folding:
             )
 
     def _draw(self, path: str) -> Callable[..., Any]:
+        """Return a function that leaves a draw of random numbers to the translated program."""
         method = path.rpartition(".")[2]
 
         def draw(*arguments: Any, **named: Any) -> Any:
+            """Add the draw to the statements of the current function, and return its residual result."""
             nodes = {key: node_of(value) for key, value in named.items()}
             call = call_node(path, [node_of(each) for each in arguments], nodes)
             given = arguments[0] if arguments else named.get("a", named.get("seq", named.get("population")))

@@ -430,9 +430,12 @@ class PythonLibrary:
         }  # fmt: skip
 
     def _contextlib(self) -> dict[str, Any]:
+        """Return the supported names of ``contextlib``."""
         evaluator = self.evaluator
 
         def manager(function: Any) -> Any:
+            """Return a function that makes a context manager from a generator function."""
+
             def make(*arguments: Any, **named: Any) -> Any:
                 generator: PythonGenerator = evaluator.call(function, arguments, named)
 
@@ -446,6 +449,7 @@ class PythonLibrary:
                     except StopIteration:
                         return True
                     except Exception as raised:
+                        # the same error again means that the generator has not handled it
                         if raised is not error:
                             raise
                     return False
@@ -470,6 +474,7 @@ class PythonLibrary:
         }
 
     def _exit_stack(self) -> PythonObject:
+        """Return a context manager that leaves others in reverse order, like ``contextlib.ExitStack``."""
         evaluator = self.evaluator
         leaves: list[Callable[..., Any]] = []
 
@@ -480,6 +485,7 @@ class PythonLibrary:
             return value
 
         def add(function: Any, *rest: Any, **named: Any) -> None:
+            # a callback cannot suppress an error
             leaves.append(lambda *error: evaluator.call(function, rest, named) and False)
 
         def leave(*error: Any) -> bool:
@@ -657,6 +663,7 @@ def _manager(evaluator: PythonEvaluator, enter: Callable[[], Any], leave: Callab
 
 
 def _operators(evaluator: PythonEvaluator) -> dict[str, Any]:
+    """Return the functions of ``operator``; those that can give huge results are limited."""
     found = _public("operator", operator)
 
     def get(value: Any, path: str) -> Any:
@@ -679,6 +686,7 @@ def _operators(evaluator: PythonEvaluator) -> dict[str, Any]:
 
     found["attrgetter"], found["methodcaller"] = Native("operator.attrgetter", attrgetter), Native("", methodcaller)
     found["itemgetter"] = Native("operator.itemgetter", itemgetter)
+    # the host's versions have no limit on the size of a result
     for name in ("pow", "ipow", "mul", "imul", "lshift", "ilshift", "repeat", "call"):
         found.pop(name, None)
     for name, node in (("mul", ast.Mult()), ("pow", ast.Pow()), ("lshift", ast.LShift()), ("mod", ast.Mod())):
@@ -695,12 +703,15 @@ _NESTED = re.compile(r"[*+}]\)*[*+{]|\([^()]*[*+][^()]*\)[*+{]")  # patterns tha
 
 
 def _patterns() -> dict[str, Any]:
+    """Return the functions and flags of ``re``; patterns and texts that may take too long are refused."""
+
     def checked(function: Callable[..., Any]) -> Callable[..., Any]:
         def search(pattern: Any, *rest: Any, **named: Any) -> Any:
             text = pattern.pattern if isinstance(pattern, re.Pattern) else pattern
             if len(text) > _MAX_PATTERN or _NESTED.search(text) or repeats_choices(text):
                 raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")
             texts = [each for each in (*rest, *named.values()) if isinstance(each, str)]
+            # the lengths multiply, since a replacement can be inserted at every character
             if any(len(each) > _MAX_SEARCHED for each in texts) or math.prod(len(each) + 1 for each in texts) > 10**8:
                 raise UnsupportedPython("this text is too long to be searched")
             check_repetitions(text, max(map(len, texts), default=0))

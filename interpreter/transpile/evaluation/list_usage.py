@@ -45,6 +45,7 @@ class ListUsage:
         self._parents: dict[ast.AST, ast.AST] = {
             child: node for node in ast.walk(function) for child in ast.iter_child_nodes(node)
         }
+        # with nested functions: a list that one of them uses is not only added to
         names: dict[str, list[ast.Name]] = {}
         for node in ast.walk(function):
             if isinstance(node, ast.Name):

@@ -1,8 +1,8 @@
 """Loops of the program that remain loops.
 
-The body of a loop is evaluated once, with the items of the loop as residual values; what it adds to a list becomes the
-body of a loop in what remains (partial evaluation with generalisation; Jones, Gomard and Sestoft 1993, chapter 6). A
-loop whose body needs its items, or changes anything but that list, is unrolled: the evaluation starts again.
+The body of a loop is evaluated once, with the items of the loop as residual values; its additions to a list become the
+body of a loop in the residual program (partial evaluation with generalisation; Jones, Gomard and Sestoft 1993, chapter
+6). A loop whose body needs its items, or changes anything but that list, is unrolled: the evaluation starts again.
 """
 
 from __future__ import annotations
@@ -442,12 +442,14 @@ class Loops:
 
     @contextmanager
     def _loop(self, items: Any, target: ast.expr, frame: Frame, heap: Heap) -> Iterator[KeptLoop]:
+        """Yield a loop that remains, with its residual item; the statements of its body are recorded in its part."""
         outer = self._folding.parts[-1]
         part = Part(outer.names, outer=outer)
         is_open = type(items) is Residual
         count = 0 if is_open else len(items)
         loop = part.loop = KeptLoop(part, items if type(items) is range else None, count, heap.seen)
         if is_open:
+            # the number of iterations is known only when the translated program runs
             name = self._name(loop, _hint(target), "int")
             loop.columns[name], loop.numbers = [], items.node
             part.names.columns.add(name)

@@ -41,8 +41,10 @@ def as_conditions(node: ast.Match) -> ast.If | None:
 
 
 def matches(evaluator: Evaluating, pattern: ast.pattern, value: Any, bound: dict[str, Any], frame: Frame) -> bool:
+    """Return whether a value matches a pattern; captured names are added to ``bound``."""
     evaluator.tick()
     if has_kind(value, "any") and not isinstance(pattern, ast.MatchAs):
+        # the case would depend on a value that only the translated program knows
         raise undecided(value)
     if isinstance(pattern, ast.MatchValue):
         return bool(value == evaluator.eval(pattern.value, frame))
@@ -102,11 +104,13 @@ def _matches_mapping(
 def _matches_class(
     evaluator: Evaluating, pattern: ast.MatchClass, value: Any, bound: dict[str, Any], frame: Frame
 ) -> bool:
+    """Return whether a value is an instance of a class and its attributes match the subpatterns."""
     cls = evaluator.eval(pattern.cls, frame)
     if not is_instance(evaluator, value, cls):
         return False
     names = list(pattern.kwd_attrs)
     patterns = list(pattern.kwd_patterns)
+    # `int(x)` and some other built-in classes match the whole value (PEP 634)
     if pattern.patterns and isinstance(cls, Native):
         return len(pattern.patterns) == 1 and matches(evaluator, pattern.patterns[0], value, bound, frame)
     if pattern.patterns:

@@ -98,8 +98,8 @@ class Residual:
     """Value that is known when the translated program runs: an expression of Python.
 
     ``kind`` is "shape", "pose", "array", "int", "float", "number" (one of both, or numpy's), "bool" or "any"; ``name``
-    stands for it in what remains.
-    ``primitives`` returns those of a shape, if they are known; ``size`` is the length of an array, if it is.
+    is its variable in the residual program. ``primitives`` returns those of a shape, if they are known; ``size`` is the
+    length of an array, if it is.
     """
 
     node: ast.expr
@@ -231,6 +231,7 @@ _FUNCTIONS: dict[str, Callable[..., Any]] = {
 
 
 def _residual(holder: Holder, operation: str, operands: tuple[Any, ...]) -> Residual:
+    """Return the residual expression of an operation, with the kind of its result."""
     nodes = [node_of(each) for each in operands]
     kinds = [each.kind for each in operands if type(each) is Residual]
     if operation == "item":

@@ -232,7 +232,7 @@ class _Tabulation:
         self._spread_opaque(frozenset())
 
     def _spread_opaque(self, names: frozenset[str]) -> None:
-        """Add what has no shapes and uses opaque functions, classes or methods, or variables that are no data."""
+        """Mark functions, classes and methods without shapes that use opaque ones, or variables that are not data."""
         tops = [each for each in self._tree.body if isinstance(each, (ast.FunctionDef, ast.ClassDef))]
         changed = True
         while changed:
@@ -607,6 +607,7 @@ class _Tabulation:
                     yield fixed_parameter(function.name, key, self._text.span(site.nodes[0]))
 
     def _replace(self, site: _Site, memo: dict[int, Any], made: list[ast.stmt]) -> None:
+        """Replace a site of the copied tree by its data; definitions that the data needs are added to ``made``."""
         first = site.nodes[0]
         shown = (
             [name for name in site.outputs if name not in site.hidden] or [] if not site.is_expression else ["value"]
@@ -639,6 +640,7 @@ class _Tabulation:
                 target: ast.expr = ast.Tuple(list(targets), ast.Store()) if len(targets) > 1 else targets[0]
                 new_statements = [ast.Assign([target], value)]
         elif shown:
+            # the site was never evaluated, but other statements may still read the variables
             new_statements = [ast.Assign([ast.Name(name, ast.Store())], ast.Constant(None)) for name in shown]
         if not new_statements and len(block) == len(site.nodes):
             new_statements = [ast.Pass()]
@@ -694,6 +696,7 @@ class _Tabulation:
         return ast.Call(ast.Name(name, ast.Load()), keys.nodes, [])
 
     def _new_name(self, site: _Site, is_constant: bool) -> str:
+        """Return an unused name for a constant or look-up function, derived from the place of its value."""
         stem = ""
         shown = [each for each in site.outputs if each not in site.hidden]
         node = site.nodes[0]
@@ -878,6 +881,7 @@ class _Run(Folding):
         return nodes
 
     def _leave(self, number: int, *outputs: Any) -> None:
+        """Record the outputs of a site for its keys, or the reason why they are not data."""
         site, heap, keys = self._open.pop()
         if site is not self._sites[number]:
             raise UnsupportedPython("an exception ends a part that is data")
@@ -904,6 +908,7 @@ class _Run(Folding):
         key = _text_of(*keys)
         before = site.rows.setdefault(key, (keys, values))
         if _text_of(*before[1]) != _text_of(*values):
+            # equal keys with different outputs: the site depends on something else as well
             site.failure = "function"
         elif len(site.rows) > _MOST_ROWS:
             site.failure = "rows"

@@ -316,6 +316,7 @@ class Namer:
         conflicts: dict[str, PythonVariable],
         taken: dict[str, PythonVariable],
     ) -> None:
+        """Choose the text of a variable: its Python name in kebab case, numbered if that is taken."""
         if variable.text:
             return
         if variable.is_keyword:
@@ -328,6 +329,7 @@ class Namer:
             if text in _RESERVED or text in _MACROS:
                 stem = text = f"the-{stem}"
             hidden = self._hidden.get(variable, ())
+            # only names that the scope refers to conflict; others may be shadowed
             while text in self._own or text in hidden or (text in conflicts and _differ(conflicts[text], variable)):
                 text = f"{stem}{count}"
                 count += 1
@@ -539,6 +541,7 @@ class Output:
         return datum
 
     def _bare(self, code: Code, span: Span) -> Datum:
+        """Return the datum of ``code`` without its comments."""
         if type(code) is FormCode:
             rest = self.datum(code.rest, span) if code.rest is not None else None
             return ListDatum(tuple([self.datum(item, span) for item in code.items]), rest, span)

@@ -663,7 +663,10 @@ def write_reversed(w: Writer, node: ast.Call) -> Code:
 
 
 def write_extreme(which: str) -> CallWriter:
+    """Return the writer of calls of ``min`` or ``max``."""
+
     def write(w: Writer, node: ast.Call) -> Code:
+        """Return the code of a call of ``min`` or ``max``."""
         key, default = keyword_of(node, "key"), keyword_of(node, "default")
         for keyword in node.keywords:
             if keyword.arg not in ("key", "default"):
@@ -682,6 +685,7 @@ def write_extreme(which: str) -> CallWriter:
                 return form(which, *(numeric(w, a) for a in args))
             source, element = form("list", *(w.expr(a) for a in args)), found
         options = [Key("key"), w.expr(key)] if key is not None else []
+        # `min` and `max` take numbers only, `min-of` and `max-of` any ordered values
         plain = key is None and (element.only(INT | FLOAT) or not element.kinds)
         code = form(which, source) if plain else form(f"{which}-of", source, *options)
         if default is not None:
@@ -693,6 +697,7 @@ def write_extreme(which: str) -> CallWriter:
 
 
 def write_sum(w: Writer, node: ast.Call) -> Code:
+    """Return the code of ``sum``: a union of shapes, a list of the items of lists, or a sum of numbers."""
     given = arguments_of(w, node, "iterable start?", "sum")
     source, start = given["iterable"], given.get("start")
     element = w.facts.type(source)
@@ -705,6 +710,7 @@ def write_sum(w: Writer, node: ast.Call) -> Code:
         head = loop_head(w, "/sum", source.generators)
         total: Code = FormCode([*head, numeric(w, source.elt)])
     elif _sums_booleans(w, source):
+        # Booleans are not numbers in the language
         item = PythonVariable("item", None, is_temporary=True)
         clauses = FormCode([FormCode([VariableRef(item), write_iterable(w, source)])])
         total = FormCode([Name("for/sum"), clauses, form("if", VariableRef(item), number(1), number(0))])
@@ -833,6 +839,7 @@ def write_set(w: Writer, node: ast.Call) -> Code:
 
 
 def write_dict(w: Writer, node: ast.Call) -> Code:
+    """Return the code of ``dict`` for a mapping or a sequence of pairs, and keyword arguments."""
     pairs: list[Code] = []
     tables: list[Code] = []
     for keyword in node.keywords:
@@ -841,6 +848,7 @@ def write_dict(w: Writer, node: ast.Call) -> Code:
         else:
             pairs += w.comment_pair(LiteralCode(keyword.arg, w.span(keyword)), w.expr(keyword.value), keyword)
     for argument in node.args:
+        # first, since keyword arguments override its items
         tables.insert(
             0, w.expr(argument) if w.type(argument).only(DICT) else form("list->table", write_iterable(w, argument))
         )
@@ -849,6 +857,7 @@ def write_dict(w: Writer, node: ast.Call) -> Code:
     if pairs:
         tables.append(form("table", *pairs))
     if len(tables) == 1:
+        # `list->table` has made a new table, any other one must be copied
         return (
             tables[0]
             if node.args and isinstance(tables[0], FormCode) and w.type(node.args[0]).kinds & ~DICT

@@ -186,11 +186,13 @@ _ON_BITS: dict[type[ast.operator], str] = {
 
 
 def binary(w: Writer, node: ast.BinOp) -> Code:
+    """Return the code of a binary operation, chosen by the types of its operands."""
     left, right = w.type(node.left), w.type(node.right)
     kinds = left.kinds | right.kinds
     op = type(node.op)
     if op is ast.MatMult:
         return _chain(w, node, "@", ast.MatMult, write_array)
+    # `&` and `|` of arrays combine masks, which `_bits` writes
     if kinds & (ARRAY | POSE) and op not in (ast.BitAnd, ast.BitOr):
         return _array_arithmetic(w, node, op)
     if op is ast.Mod and left.only(STR):
@@ -349,6 +351,7 @@ def comparison(w: Writer, node: ast.Compare) -> Code:
 
 
 def _compare(w: Writer, node: ast.Compare, op: ast.cmpop, a: ast.expr, b: ast.expr) -> Code:
+    """Return the code of a single comparison, chosen by the types of its operands."""
     span = w.span(node)
     if isinstance(op, ast.NotEq) and is_mask(w.type(node)):
         return form("-", number(1), form("array-map", Name("="), write_array(w, a), write_array(w, b)), span=span)
@@ -383,6 +386,7 @@ def _compare(w: Writer, node: ast.Compare, op: ast.cmpop, a: ast.expr, b: ast.ex
         return form(head, numeric(w, a), numeric(w, b), span=span)
     if (left | right).only(NUMBERS | NONE | UNKNOWN):
         return form(head, numeric(w, a), numeric(w, b), span=span)
+    # of unknown values only `<` exists: `a <= b` is written as `not (b < a)`
     first, second = (a, b) if head in ("<", ">=") else (b, a)
     less = dynamic(w, "py-<", w.expr(first), w.expr(second))
     return less if head in ("<", ">") else form("not", less, span=span)
@@ -474,6 +478,7 @@ def _is_empty_display(node: ast.expr) -> bool:
 
 
 def subscript(w: Writer, node: ast.Subscript) -> Code:
+    """Return the code of ``value[index]``: an item, a slice, or the items at several indices."""
     found = w.type(node.value)
     index = node.slice
     if isinstance(index, ast.Slice):
@@ -481,6 +486,7 @@ def subscript(w: Writer, node: ast.Subscript) -> Code:
     if isinstance(index, ast.Tuple) and found.kinds & (ARRAY | POSE):
         return _many(w, node, index)
     if w.type(index).only(BOOL) and isinstance(node.value, (ast.Tuple, ast.List)) and len(node.value.elts) == 2:
+        # the idiom `(no, yes)[test]`; a Boolean is not an index in the language
         no, yes = node.value.elts
         if not w.effect(no, yes).has_effect:
             return form("if", write_test(w, index), w.expr(yes), w.expr(no))

@@ -543,6 +543,7 @@ def is_used_as_vector(w: Writer, node: ast.expr) -> bool:
 
 
 def _flows_to_vector(w: Writer, node: ast.AST, seen: set[object]) -> bool:
+    """Return whether a value reaches only uses that accept a vector, also through variables and parameters."""
     parent = w.parent(node)
     if isinstance(parent, ast.IfExp) and node is not parent.test:
         return _flows_to_vector(w, parent, seen)
