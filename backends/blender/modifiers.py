@@ -123,7 +123,7 @@ def _array(blend: Any, obj: Any, settings: dict[str, Any], pieces: list[MeshPiec
         step[:3, 3] += settings["constant_offset_displace"].array()
     if settings["use_object_offset"] and settings["offset_object"] is not None:
         between = np.linalg.inv(obj.computed_world()) @ settings["offset_object"].computed_world()
-        step = between @ step
+        step = step @ between  # as in Blender: the object's offset is in the axes of the copy
     count = int(settings["count"])
     if settings["fit_type"] == "FIT_LENGTH":
         length = float(np.linalg.norm(step[:3, 3]))

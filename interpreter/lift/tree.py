@@ -259,8 +259,12 @@ def _subexpressions(node: CodeTree) -> Iterator[CodeTree]:
     elif head.startswith("let") or (head.startswith("for") and head != "for-each") or head == "do":
         start = body_start(node) or 2
         for group in items[1:start]:
-            for clause in group.items or [group]:
-                yield from clause.items[1:] if clause.items else [clause] if clause.name is None else []
+            clauses = group.items or [group]
+            for before, clause in zip([None, *clauses], clauses):
+                if before is not None and type(before.value) is Keyword:
+                    yield clause  # the test after `:when`, which binds nothing
+                else:
+                    yield from clause.items[1:] if clause.items else [clause] if clause.name is None else []
         yield from items[start:]
     else:
         yield from items

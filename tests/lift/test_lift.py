@@ -18,7 +18,7 @@ from scenelang import Source
 from scenelang.cli.main import main
 from scenelang.grammar.reader import read
 from scenelang.interpreter.lift.lift import lift_text
-from scenelang.interpreter.lift.tree import node_of, size
+from scenelang.interpreter.lift.tree import expressions, node_of, size
 from scenelang.session.session import Session
 
 Command: TypeAlias = Callable[..., tuple[str, str]]
@@ -323,3 +323,9 @@ def test_transpile_literally(command: Command) -> None:
     lifted_text, _ = command("transpile", "a.txt")
     assert "(grid" in lifted_text
     assert nodes(lifted_text) < nodes(literal)
+
+
+def test_the_test_of_a_loop_is_an_expression() -> None:
+    (form,) = read(Source("a.scene", "(for/list ((x (range 5)) :when (flip) (y (rest xs))) (f x y))")).forms
+    heads = [each.head for each in expressions(node_of(form, {}, {}))]
+    assert [head for head in heads if head is not None] == ["for/list", "range", "flip", "rest", "f"]

@@ -260,6 +260,11 @@ OTHER = {
         "class A:\n    def size(self):\n        return 3", "if isinstance(A(), Sized):\n    parts.append(bar(1))\nparts.append(bar(2))"),
     "a log with an effect": ("import logging\ndef count():\n    SEEN.append(1)\n    return 1\nSEEN = []",
         "logging.info('%d', count())\nparts.append(bar(len(SEEN)))"),
+    "a property of what a call gives": ("SEEN = []\nclass Pen:\n    def __init__(self):\n        self._x = 1\n    @property\n    def x(self):\n"
+        "        return self._x\n    @x.setter\n    def x(self, value):\n        self._x = value\nPEN = Pen()\ndef pen():\n    SEEN.append(1)\n    return PEN",
+        "pen().x += 2\nparts.append(bar(PEN.x, len(SEEN)))"),
+    "a generator with parameters called items": ("def steps(items, limit):\n    k = 0\n    while True:\n        yield items[k % limit]\n        k += 1",
+        "parts += [bar(x, i) for i, x in enumerate(itertools.islice(steps([3, 5, 8], 2), 5))]"),
     "own names of library functions": ("pairwise = 5\ndef mean(x):\n    return x + 1",
         "for a, b in itertools.pairwise([1, 4, 9]):\n    parts.append(bar(a, mean(b)))\nparts.append(bar(statistics.mean([1, 5]), pairwise))"),
 }  # fmt: skip

@@ -313,10 +313,12 @@ class _Generators(_Inlining):
         if made is None:
             parameters = [each.arg for each in (*function.args.args, *function.args.kwonlyargs)]
             inner = f"{function.name}({', '.join(f'{each}={each}' for each in parameters)})"
-            test = "if not limit(item):\n            break\n        " if is_test else ""
-            items = inner if is_test else f"islice({inner}, limit)"
-            loop = f"    for item in {items}:\n        {test}items.append(item)\n"
-            definition = ast.parse(f"def {stem}(limit):\n    items = []\n{loop}    return items").body[0]
+            taken = names_in(function)
+            limit, item, items = (free_name(name, taken) for name in ("limit", "item", "items"))
+            test = f"if not {limit}({item}):\n            break\n        " if is_test else ""
+            source = inner if is_test else f"islice({inner}, {limit})"
+            loop = f"    for {item} in {source}:\n        {test}{items}.append({item})\n"
+            definition = ast.parse(f"def {stem}({limit}):\n    {items} = []\n{loop}    return {items}").body[0]
             assert isinstance(definition, ast.FunctionDef)
             definition.args.args += copy.deepcopy(function.args.args)
             definition.args.defaults = copy.deepcopy(function.args.defaults)

@@ -1029,7 +1029,8 @@ class OperatorMethods(ast.NodeTransformer):
         self.generic_visit(node)
         method = OPERATOR_METHODS.get(type(node.op), "")
         target = node.target
-        if isinstance(target, ast.Attribute) and self._has(target.value, f"set_{target.attr}"):
+        is_property = isinstance(target, ast.Attribute) and self._has(target.value, f"set_{target.attr}")
+        if isinstance(target, ast.Attribute) and is_property and is_repeatable(target.value):
             asked = ast.copy_location(ast.Attribute(copy.deepcopy(target.value), target.attr, ast.Load()), target)
             new = ast.copy_location(ast.BinOp(asked, node.op, node.value), node.value)
             return ast.copy_location(ast.Expr(self._call(node.value, target.value, f"set_{target.attr}", [new])), node)
