@@ -314,11 +314,13 @@ class _Generators(_Inlining):
             parameters = [each.arg for each in (*function.args.args, *function.args.kwonlyargs)]
             inner = f"{function.name}({', '.join(f'{each}={each}' for each in parameters)})"
             taken = names_in(function)
-            limit, item, items = (free_name(name, taken) for name in ("limit", "item", "items"))
-            test = f"if not {limit}({item}):\n            break\n        " if is_test else ""
-            source = inner if is_test else f"islice({inner}, {limit})"
-            loop = f"    for {item} in {source}:\n        {test}{items}.append({item})\n"
-            definition = ast.parse(f"def {stem}({limit}):\n    {items} = []\n{loop}    return {items}").body[0]
+            most, item, taken_items = (free_name(name, taken) for name in ("limit", "item", "items"))
+            test = f"if not {most}({item}):\n            break\n        " if is_test else ""
+            source = inner if is_test else f"islice({inner}, {most})"
+            loop = f"    for {item} in {source}:\n        {test}{taken_items}.append({item})\n"
+            definition = ast.parse(f"def {stem}({most}):\n    {taken_items} = []\n{loop}    return {taken_items}").body[
+                0
+            ]
             assert isinstance(definition, ast.FunctionDef)
             definition.args.args += copy.deepcopy(function.args.args)
             definition.args.defaults = copy.deepcopy(function.args.defaults)

@@ -141,7 +141,8 @@ def _display(w: Writer, node: ast.expr) -> ast.expr | None:
 def _unknown_call(w: Writer, node: ast.Call, word: str) -> Code:
     known = [f.word for f in w.analysed.words.values() if f.word]
     own = next((f for f in w.names.ordered if f.name == word and not f.is_registered), None)
-    hint = f"`{word}` in line {own.node.lineno} lacks `@register()`" if own is not None else suggest(word, known)
+    line = getattr(own.node, "lineno", 0) if own is not None else 0
+    hint = f"`{word}` in line {line} lacks `@register()`" if line else suggest(word, known)
     w.warn("unknown-function", f"no function is registered as `{word}`; the call returns an empty shape", node, hint)
     code = form("union")
     code.after = f'no function is registered as "{word}"'
