@@ -276,7 +276,11 @@ def analyse(text: PythonText) -> Analysed:
         dispatch = Dispatch({each.id for each in walk_tree(tree) if isinstance(each, ast.Name)})
         for _ in range(MOST_PASSES):
             operators = OperatorMethods(
-                partial(_instances, analysed), partial(_kinds, analysed), partial(_kinds_of_keys, analysed), dispatch
+                partial(_instances, analysed),
+                partial(_kinds, analysed),
+                partial(_kinds_of_keys, analysed),
+                partial(_classes_of_items, analysed),
+                dispatch,
             )
             tree = operators.visit(tree)
             if not operators.count:
@@ -316,6 +320,14 @@ def _kinds_of_keys(analysed: Analysed, node: ast.expr) -> int:
     """Return the kinds of the keys of a table; 0 if it is not known which table it is."""
     kinds = [site.key.kinds for site in analysed.facts.type(node).sites]
     return reduce(or_, kinds, 0) if all(kinds) else 0
+
+
+def _classes_of_items(analysed: Analysed, node: ast.expr) -> list[Class]:
+    """Return the classes of the items of a sequence, if all of them are instances of classes."""
+    sites = analysed.facts.type(node).sites
+    if not sites or any(site.element.kinds & ~RECORD or not site.element.kinds for site in sites):
+        return []
+    return list(dict.fromkeys(cls for site in sites for cls in site.element.classes))
 
 
 def _analysed(text: PythonText) -> Analysed:

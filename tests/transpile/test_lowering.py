@@ -196,6 +196,13 @@ LOWERED = {
     "members that are texts or numbers": (MEMBERS, "parts += [bar(f.height) for f in Fill] + [bar(Floor.HIGH.above(), Floor(1).above())]\n"
         "for f in Fill:\n    if f == 'full' or f in ('none', 'empty'):\n        parts.append(bar({'empty': 7, 'full': 8}[f], WIDTHS.get(f, 1)))\n"
         "for k in range(Floor.HIGH):\n    parts.append(bar(Floor.HIGH * k, [5, 6, 7, 8][Floor.HIGH]))"),
+    "data classes in order": ("@dataclass(order=True)\nclass P:\n    a: float\n    b: float = 1", "ps = [P(1 + (i * 3) % 4) for i in range(4)]\n"
+        "for p in sorted(ps, reverse=True):\n    parts.append(bar(p.a, p.b))\nparts.append(bar(min(ps).a, max(P(2, 3), P(2, 5)).b))"),
+    "fields of a frozen class": ("@dataclass(frozen=True)\nclass Box:\n    w: float\n    area: float = field(init=False)\n"
+        "    def __post_init__(self):\n        object.__setattr__(self, 'area', self.w * 2)", "parts.append(bar(Box(3).area))"),
+    "operators in place of their own": ("class Bag:\n    def __init__(self):\n        self.n = 0\n    def __iadd__(self, k):\n        self.n += k\n        return self",
+        "b = Bag()\nfor i in range(4):\n    b += i\nparts.append(bar(b.n))"),
+    "progress": ("from tqdm import tqdm", "for i in tqdm(range(3)):\n    parts.append(bar(i))"),
     "a diagonal": ("", "d = np.ones((3, 3))\nnp.fill_diagonal(d, 5)\nparts += [bar(x, y) for x, y, _ in d]"),
     "a new first axis": ("", "a = np.array([[1., 2], [4, 6]])\nparts += [bar(*x) for x in (a[None] - a[:, None]).sum(axis=0)]"),
     "an index of an array by its name": ("", "a = np.array([[1., 2], [4, 6]])\nfor idx in np.ndindex(2, 2):\n    parts.append(bar(a[idx], idx[0]))"),

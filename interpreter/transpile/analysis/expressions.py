@@ -467,7 +467,8 @@ def _by_method(
 ) -> AbstractType | None:
     """Return the type of an operation that a method of an operand implements, None without such a method."""
     name = OPERATOR_METHODS.get(type(op), "")
-    for own, other, method in ((left, right, name), (right, left, f"r{name}")):
+    in_place = [(left, right, f"i{name}")] if isinstance(node, ast.AugAssign) else []
+    for own, other, method in (*in_place, (left, right, name), (right, left, f"r{name}")):
         found = [(record, record.methods.get(method)) for record in own.classes if own.kinds & RECORD]
         if found and all(function is not None for _, function in found):
             if not other.kinds:

@@ -14,7 +14,7 @@ import re
 import string
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
-from functools import reduce
+from functools import partial, reduce
 from operator import or_
 from typing import Any
 
@@ -48,12 +48,14 @@ from scenelang.interpreter.transpile.analysis.rewriting import (
 
 _SILENT = ("logging", "warnings")  # modules whose functions only tell people something
 _MODULES = ("random", "numpy.random", "math")  # which a program passes on as a parameter
+_PROGRESS = ("tqdm.tqdm", "tqdm.auto.tqdm", "tqdm.std.tqdm", "rich.progress.track")  # which show how far a loop is
 _SILENT_CALLS = ("sys.setrecursionlimit", "sys.stdout.flush", "sys.stderr.flush", "sys.stderr.write")
 
 _TEXTS = ("__repr__", "__str__")  # texts of objects, which the translation does not write
 _ORDER = {"lt": ast.Lt, "le": ast.LtE, "gt": ast.Gt, "ge": ast.GtE}
 _METHODS = (
-    *OPERATOR_METHODS.values(), "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter",
+    *OPERATOR_METHODS.values(), *(f"i{name}" for name in OPERATOR_METHODS.values()),
+    "radd", "rsub", "rmul", "neg", "abs", "getitem", "setitem", "len", "contains", "iter",
     "call", "bool", *_ORDER,
 )  # fmt: skip
 _CONSTANTS = {f"string.{name}": getattr(string, name) for name in ("ascii_uppercase", "ascii_lowercase", "digits")}
@@ -115,6 +117,7 @@ def lowered(tree: ast.Module) -> ast.Module:
     for cls in classes:
         if cls.name not in bases:
             _name_own_class(cls)
+        _Assigned().visit(cls)
         _lower_class(cls, is_sorted)
         split_operators(cls, {each.name for each in classes} - bases)
     names = _Library(paths, tree)
@@ -123,7 +126,8 @@ def lowered(tree: ast.Module) -> ast.Module:
     for node in walk_tree(*made):
         _at(node, 1)
     tree.body[_first_statement(tree) : 0] = made
-    return tree if made or ast.dump(tree) != before else whole
+    has_order = any(_ordered_fields(cls) for cls in classes)  # which `OperatorMethods` writes as keys
+    return tree if made or has_order or ast.dump(tree) != before else whole
 
 
 def _without_names_of_types(tree: ast.Module) -> None:
@@ -284,6 +288,8 @@ class _Library(ast.NodeTransformer):
         """Write calls whose arguments decide what they are: the beginning of a fresh iterator, indices of an array."""
         path = _path(node.func, self._paths)
         self.generic_visit(node)
+        if path in _PROGRESS and node.args:
+            return node.args[0]
         if isinstance(node.func, ast.Attribute) and node.func.attr in COUNTER_METHODS and not node.keywords:
             if name_of(node.func.value) in (self._counters or ()):
                 name = f"counter_{node.func.attr}"
@@ -763,12 +769,22 @@ def _orders(node: ast.AST) -> bool:
     return name in ("sorted", "sort", "min", "max") and not any(k.arg == "key" for k in node.keywords)  # type: ignore[attr-defined]
 
 
-def _write_order(node: ast.ClassDef) -> None:
-    """Write the comparison of a data class that has an order: that of its fields."""
-    fields = [
+def _compared_fields(node: ast.ClassDef) -> list[str]:
+    """Return the fields by which a data class compares."""
+    return [
         each.target.id for each in node.body if isinstance(each, ast.AnnAssign) and isinstance(each.target, ast.Name)
         and "compare=False" not in ast.unparse(each.value or ast.Constant(None))
     ]  # fmt: skip
+
+
+def _ordered_fields(node: ast.ClassDef) -> list[str]:
+    """Return the fields of a data class that has an order; none for any other class."""
+    return _compared_fields(node) if any("order=True" in ast.unparse(each) for each in node.decorator_list) else []
+
+
+def _write_order(node: ast.ClassDef) -> None:
+    """Write the comparison of a data class that has an order: that of its fields."""
+    fields = _compared_fields(node)
     sides = [", ".join(f"{owner}.{name}" for name in fields) for owner in ("self", "other")]
     one, other = sides if len(fields) == 1 else (f"({each})" for each in sides)
     made = ast.parse(f"def lt(self, other):\n    return {one} < {other}").body[0]
@@ -816,6 +832,20 @@ def _lower_class(node: ast.ClassDef, is_sorted: bool) -> None:
     finish = next((e for e in node.body if isinstance(e, ast.FunctionDef) and e.name == "__post_init__"), None)
     if finish is not None and "__init__" not in own and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
         _write_constructor(node, finish)
+
+
+class _Assigned(ast.NodeTransformer):
+    """Writes ``object.__setattr__(self, "x", value)``, as a frozen data class sets its fields, as an assignment."""
+
+    def visit_Expr(self, node: ast.Expr) -> ast.stmt:
+        call = node.value
+        if not isinstance(call, ast.Call) or ast.unparse(call.func) != "object.__setattr__" or len(call.args) != 3:
+            return node
+        owner, name, value = call.args
+        if not isinstance(name, ast.Constant) or not isinstance(name.value, str) or not name.value.isidentifier():
+            return node
+        target = ast.copy_location(ast.Attribute(owner, name.value, ast.Store()), name)
+        return ast.copy_location(ast.Assign([target], value), node)
 
 
 def _name_own_class(node: ast.ClassDef) -> None:
@@ -917,6 +947,14 @@ def _without_iterator(method: ast.FunctionDef) -> None:
                 node.value = node.value.args[0]
 
 
+def _returns_itself(method: str, cls: Any) -> bool:
+    """Return whether a method changes its owner and returns it, as ``__iadd__`` does."""
+    node = cls.methods[method].node
+    ends = [each for each in walk_tree(node) if isinstance(each, ast.Return)]
+    own = node.args.args[0].arg if node.args.args else ""
+    return bool(ends) and all(isinstance(end.value, ast.Name) and end.value.id == own for end in ends)
+
+
 class OperatorMethods(ast.NodeTransformer):
     """Replaces operators on instances of the program's classes by calls of their methods; ``count`` says how many."""
 
@@ -925,9 +963,11 @@ class OperatorMethods(ast.NodeTransformer):
         classes_of: Callable[[ast.expr], list[Any]],
         kinds_of: Callable[[ast.expr], int],
         keys_of: Callable[[ast.expr], int],
+        items_of: Callable[[ast.expr], list[Any]],
         dispatch: Dispatch,
     ) -> None:
         self._classes_of, self._kinds_of, self._keys_of, self._dispatch = classes_of, kinds_of, keys_of, dispatch
+        self._items_of = items_of
         self.count = 0
 
     def visit_Module(self, node: ast.Module) -> ast.Module:
@@ -1043,9 +1083,12 @@ class OperatorMethods(ast.NodeTransformer):
                 return ast.copy_location(ast.Expr(call), node)
         if isinstance(node.target, ast.Name):
             old = ast.copy_location(ast.Name(node.target.id, ast.Load()), node.target)
-            if self._has(node.target, method):
-                value = self._call(node.value, old, method, [node.value])
-                return ast.copy_location(ast.Assign([node.target], value), node)
+            for name in (f"i{method}", method):
+                if self._has(node.target, name):
+                    gives_itself = all(map(partial(_returns_itself, name), self._classes_of(node.target)))
+                    value = self._call(node.value, old, name, [node.value])
+                    made = ast.Expr(value) if gives_itself else ast.Assign([node.target], value)
+                    return ast.copy_location(made, node)
         return node
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
@@ -1173,6 +1216,7 @@ class OperatorMethods(ast.NodeTransformer):
                     if "lineno" in each._attributes:
                         ast.copy_location(each, node)
                 return ast.copy_location(made, node)
+        self._sort_by_fields(node)
         if isinstance(function, ast.Name) and function.id in ("len", "abs") and len(node.args) == 1:
             if self._has(node.args[0], function.id):
                 return self._call(node, node.args[0], function.id, [])
@@ -1185,6 +1229,23 @@ class OperatorMethods(ast.NodeTransformer):
             self.count += 1
             node.func = ast.copy_location(ast.Attribute(function, "call", ast.Load()), function)
         return node
+
+    def _sort_by_fields(self, node: ast.Call) -> None:
+        """Give ``sorted`` and the like a key where items are of a data class whose order is that of its fields."""
+        is_method = isinstance(node.func, ast.Attribute) and node.func.attr == "sort"
+        is_function = isinstance(node.func, ast.Name) and node.func.id in ("sorted", "min", "max")
+        if any(k.arg == "key" for k in node.keywords) or len(node.args) != (0 if is_method else 1):
+            return
+        if not (is_method or is_function):
+            return
+        items = self._items_of(node.func.value if isinstance(node.func, ast.Attribute) else node.args[0])
+        names = _ordered_fields(items[0].node) if len(items) == 1 else []
+        if not names:
+            return
+        self.count += 1
+        parts = ", ".join(f"item.{name}" for name in names)
+        key = ast.parse(f"lambda item: {f'({parts})' if len(names) > 1 else parts}", mode="eval").body
+        node.keywords.append(ast.keyword("key", placed(key, node, is_new=True)))
 
     def _replaced(self, node: ast.Call) -> ast.expr | None:
         """Return the call of a data class with the fields of an object, some of them changed."""
