@@ -239,6 +239,8 @@ VALID = {
         "c = CubicSpline([0, 1, 2], [[0, 0], [1, 3], [2, 1]])\ntck, _ = splprep([[0, 1, 2, 3], [0, 2, 1, 0]], s=0)\n"
         "x, y = splev(.4, tck)\nreturn concat_shapes(*[bar(*c(t)) for t in (.1, 1.5)], bar(float(x), float(y)), bar(*c(.5, 1)))"),
     "a fill": ("from scipy.ndimage import label", "_, n = label(np.array([[1, 0, 1], [1, 0, 0]]))\nreturn bar(n)"),
+    "a polygon with a hole": ("from shapely.geometry import Polygon, box", "p = Polygon([(0, 0), (4, 0), (4, 3), (0, 3)]).difference(box(1, 1, 2, 2))\n"
+        "return concat_shapes(bar(p.area), bar(p.length, len(p.interiors)))"),
     "a polygon": ("from shapely.geometry import Polygon, Point", "p = Polygon([(0, 0), (3, 0), (0, 3)]).buffer(.1) - Point(1, 1).buffer(.5)\n"
         "return concat_shapes(*[bar(x, y) for x, y in list(p.exterior.coords)[::7]], bar(p.area, p.centroid.x, len(p.interiors)))"),
     "a graph": ("import networkx as nx", "g = nx.Graph()\ng.add_weighted_edges_from([('a', 'b', 2), ('b', 'c', 1), ('a', 'c', 4)])\n"

@@ -168,7 +168,7 @@ def _size(value: Any) -> int:
         return int(value.size)
     if isinstance(value, (list, tuple)):
         return sum(map(_size, value)) if value and isinstance(value[0], (list, tuple, np.ndarray)) else len(value)
-    if hasattr(value, "coords") or hasattr(value, "geoms"):
+    if hasattr(type(value), "coords") or hasattr(type(value), "geoms"):  # of a polygon it raises an exception
         return int(require("shapely", EXTRA).get_num_coordinates(value))
     return len(value) if isinstance(value, (str, dict, set)) or (library_class(value) is not None and (
         hasattr(value, "__len__")
