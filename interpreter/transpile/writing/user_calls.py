@@ -441,6 +441,9 @@ def set_field(w: Writer, target: ast.Attribute, value: Code) -> Code:
     record = _record(w, target.value)
     if target.attr in record.constants:
         raise w.unsupported("an attribute of a class that changes", target)
+    if target.attr in record.properties:
+        hint = f"write a method with `@{target.attr}.setter`"
+        raise w.error("python-call", f"property `{target.attr}` of `{record.name}` has no setter", target, hint)
     return FormCode(
         [VariableRef(w.records.part(record, "set", target.attr), w.span(target)), w.expr(target.value), value]
     )
