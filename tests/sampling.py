@@ -1,6 +1,6 @@
 """Parameters of tests of which a part runs every time, and the rest with the slow tests.
 
-Long tests (``durations``) take turns by the day; ``SCENELANG_TEST_DAY=1`` runs those of another one.
+Long tests (``durations``) take turns by the day; ``SCENELANG_TEST_DAY=1`` runs those of another one, ``all`` all.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from zlib import crc32
 import pytest
 
 DAYS = 5  # in which each case of a long test runs once
-DAY = int(os.environ.get("SCENELANG_TEST_DAY") or date.today().toordinal() % DAYS)
+DAY = os.environ.get("SCENELANG_TEST_DAY") or str(date.today().toordinal() % DAYS)
 
 
 def one_in(number: int, values: Iterable[Any]) -> list[Any]:
@@ -50,7 +50,7 @@ def take_turns(items: Iterable[pytest.Item]) -> None:
     """Mark as slow the cases of long tests that run on other days; which ones depends on their names alone."""
     long_tests = set((Path(__file__).parent / "long_tests.txt").read_text("utf-8").split())
     for item in items:
-        if item.nodeid.partition("[")[0] in long_tests and crc32(item.nodeid.encode()) % DAYS != DAY % DAYS:
+        if item.nodeid.partition("[")[0] in long_tests and DAY not in ("all", str(crc32(item.nodeid.encode()) % DAYS)):
             item.add_marker(pytest.mark.slow)
 
 
