@@ -314,7 +314,8 @@ train-toy: $(VENV)/.dev $(VENV)/.package
 # new builtin needs it.
 tables: $(VENV)/.dev install
 	$(BIN)/python -P -m scenelang.grammar.table_making grammar/tables
-	$(BIN)/python -P -m scenelang.stdlib.library stdlib/builtin_names.py interpreter/runtime/modelling_signatures.py
+	$(BIN)/python -P -m scenelang.stdlib.library stdlib/builtin_names.py
+	$(BIN)/python -P -m scenelang.stdlib.reference interpreter/runtime/modelling_signatures.py
 
 # What the extension for VS Code takes from the language; committed, so that its folder packages by itself.
 editors: $(VENV)/.shown install

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -164,36 +163,6 @@ def index_text() -> str:
     return f"{title}\n\nNAMES: dict[str, list[str]] = {{\n{''.join(rows)}}}\n"
 
 
-_MODELLING = ("solids.registry", "profiles.registry", "paths.registry")
-
-
-def modelling_text() -> str:
-    """Return the text of ``interpreter.runtime.modelling_signatures``: parameters and results for Python mode.
-
-    The interpreter does not import the library, and a translation of Python imports neither the builtins nor the parts.
-    """
-    from scenelang.stdlib.reference import parts  # which reads this module
-
-    entries = [entry for topic in _MODELLING for entry in registry_of(topic).entries.values()]
-    rows = [f"    {entry.name!r}: ({entry.parameters!r}, {entry.result!r}),\n" for entry in entries]
-    records = [record for part in parts() for record in (part.record, *part.sockets)]
-    described = {
-        each.name: (_keywords_of(each.signature), each.signature.rpartition(" -> ")[2], each.module) for each in records
-    }
-    further = [f"    {name!r}: {row!r},\n" for name, row in described.items()]
-    title = (
-        '"""Parameters and results of the builtins of solids, profiles and paths, and of the library of parts.\n\n'
-        'Written by ``make tables``.\n"""'
-    )
-    signatures = f"SIGNATURES: dict[str, tuple[str, str]] = {{\n{''.join(rows)}}}\n"
-    return f"{title}\n\n{signatures}\nPARTS: dict[str, tuple[str, str, str]] = {{\n{''.join(further)}}}\n"
-
-
-def _keywords_of(signature: str) -> str:
-    """Return the keyword parameters of a part or socket as a builtin has them, without their defaults."""
-    return " ".join(f"[{name}::{kind}]" for name, kind in re.findall(r"(:[a-z][\w-]*)::([A-Za-z]+)", signature))
-
-
 _FOLDER = os.path.dirname(__file__)
 _PARTS = os.path.join(_FOLDER, "parts")
 
@@ -245,6 +214,5 @@ def build_library() -> Library:
 
 
 if __name__ == "__main__":
-    for path, text in zip(sys.argv[1:], (index_text(), modelling_text()), strict=True):
-        with open(path, "w", encoding="utf-8") as output:
-            output.write(text)
+    with open(sys.argv[1], "w", encoding="utf-8") as output:
+        output.write(index_text())

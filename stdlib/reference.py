@@ -9,6 +9,7 @@ generated here as well.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -23,7 +24,7 @@ from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, PAPER_FORMS, TOP_LEVEL
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
 from scenelang.interpreter.scene.primitives import attributes_read, block_words, docs_of_attributes, docs_of_words
-from scenelang.stdlib.library import build_library, part_modules
+from scenelang.stdlib.library import build_library, part_modules, registry_of
 from scenelang.stdlib.numbers import CONSTANTS
 
 COMBINATORS = "combinators.scene"
@@ -705,3 +706,38 @@ def _scopes() -> dict[str, frozenset[str]]:
         "support.function": names.functions,
         "support.constant": names.constants,
     }
+
+
+# Signatures for Python mode, which ``make tables`` writes.
+
+_MODELLING = ("solids.registry", "profiles.registry", "paths.registry")
+
+
+def modelling_text() -> str:
+    """Return the text of ``interpreter.runtime.modelling_signatures``: parameters and results for Python mode.
+
+    The interpreter does not import the library, and a translation of Python imports neither the builtins nor the parts.
+    """
+    entries = [entry for topic in _MODELLING for entry in registry_of(topic).entries.values()]
+    rows = [f"    {entry.name!r}: ({entry.parameters!r}, {entry.result!r}),\n" for entry in entries]
+    records = [record for part in parts() for record in (part.record, *part.sockets)]
+    described = {
+        each.name: (_keywords_of(each.signature), each.signature.rpartition(" -> ")[2], each.module) for each in records
+    }
+    further = [f"    {name!r}: {row!r},\n" for name, row in described.items()]
+    title = (
+        '"""Parameters and results of the builtins of solids, profiles and paths, and of the library of parts.\n\n'
+        'Written by ``make tables``.\n"""'
+    )
+    signatures = f"SIGNATURES: dict[str, tuple[str, str]] = {{\n{''.join(rows)}}}\n"
+    return f"{title}\n\n{signatures}\nPARTS: dict[str, tuple[str, str, str]] = {{\n{''.join(further)}}}\n"
+
+
+def _keywords_of(signature: str) -> str:
+    """Return the keyword parameters of a part or socket as a builtin has them, without their defaults."""
+    return " ".join(f"[{name}::{kind}]" for name, kind in re.findall(r"(:[a-z][\w-]*)::([A-Za-z]+)", signature))
+
+
+if __name__ == "__main__":
+    with open(sys.argv[1], "w", encoding="utf-8") as output:
+        output.write(modelling_text())

@@ -27,7 +27,7 @@ from scenelang.interpreter.runtime.modelling_helpers import (
 from scenelang.interpreter.scene.declarations import FLAGS, SCENES, Relation, example_of
 from scenelang.interpreter.transpile.analysis.scopes import BUILTINS as PYTHON_BUILTINS
 from scenelang.session.session import Session
-from scenelang.stdlib.library import modelling_text
+from scenelang.stdlib.reference import modelling_text
 from transpile.cases import first_difference, flattened
 
 SESSION = Session()

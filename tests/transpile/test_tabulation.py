@@ -123,7 +123,7 @@ def test_other_values_are_errors_with_the_line() -> None:
     assert called(text, '"stone" :k 3 :h 9.5') is None
     assert called(text, '"stone"') is None  # the default, which the scene does not use
     line = (HEAD + STONE).split("\n").index("    return box(weight(k), h)") + 1
-    assert f"(line {line} of the Python)" in (called(text, '"stone" :k 4') or "")
+    assert f"line {line} of the Python" in (called(text, '"stone" :k 4') or "")
 
 
 def test_a_parameter_with_these_values_only_is_told() -> None:

@@ -995,7 +995,8 @@ class Folding:
         """Return the error of a call of a function for arguments for which it has not been evaluated."""
         span = self._text.span(node)
         line = span.source.text.count("\n", 0, span.start) + 1
-        text = f"`{name}` (line {line} of the Python) was evaluated for other arguments only: translate it again"
+        text = f"`{name}` (line {line} of the Python) was evaluated for other arguments only"
+        text += ": change them there, and translate that"
         return ast.Raise(call_node("ValueError", [ast.Constant(text)]), None)
 
 

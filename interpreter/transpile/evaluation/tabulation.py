@@ -684,7 +684,9 @@ class _Tabulation:
         loaded = [ast.Name(each, ast.Load()) for each in keys.names]
         key: ast.expr = loaded[0] if len(loaded) == 1 else ast.Tuple(list(loaded), ast.Load())
         line = self._text.source.text.count("\n", 0, self._text.span(site.nodes[0]).start) + 1
-        message = f"`{name}` (line {line} of the Python) was evaluated for other values only: translate it again"
+        varied = ", ".join(f"`{each}`" for each in keys.names)
+        where = f"line {line} of the Python was evaluated for other values of {varied} only"
+        message = f"{where}: change the value there, and translate that"
         error = ast.Raise(call_node("ValueError", [ast.Constant(message)]), None)
         test = ast.Compare(copy.deepcopy(key), [ast.In()], [ast.Name(table, ast.Load())])
         found = ast.Return(ast.Subscript(ast.Name(table, ast.Load()), copy.deepcopy(key), ast.Load()))
