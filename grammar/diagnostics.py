@@ -569,7 +569,7 @@ def suggest(name: str, candidates: Iterable[str]) -> str | None:
 def suggest_text(name: str, candidates: Iterable[str]) -> str | None:
     """Return the hint for a text of a program, whose candidates are shown in quotes: ``did you mean "brick"?``."""
     near = near_names(name, candidates)
-    return f"did you mean {' or '.join(f'`{chr(34)}{other}{chr(34)}`' for other in near)}?" if near else None
+    return did_you_mean([f'"{other}"' for other in near])
 
 
 def did_you_mean(near: Sequence[str]) -> str | None:

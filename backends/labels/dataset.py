@@ -33,7 +33,7 @@ from scenelang.backends.labels.ground_truth import (
 from scenelang.backends.labels.views import LabeledView, SceneFacts, labeled_view
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
 from scenelang.backends.pictures.declared import View, settled
-from scenelang.backends.pictures.film import PictureBackend, PictureOptions, save_picture, write_exr
+from scenelang.backends.pictures.film import STILL_ENDINGS, PictureBackend, PictureOptions, save_picture, write_exr
 from scenelang.backends.pictures.stage import box_of
 from scenelang.backends.surfaces.appearance import word_color
 from scenelang.backends.surfaces.image_files import encode
@@ -494,7 +494,7 @@ def names_of(files: Sequence[str]) -> list[str]:
 
 def check_set_folder(folder: Path) -> None:
     """Raise SceneError if ``folder`` cannot be created as a directory."""
-    if folder.suffix.lower() in (".png", ".jpg", ".jpeg", ".webp", ".exr", ".zip") and not folder.exists():
+    if folder.suffix.lower() in (*STILL_ENDINGS, ".zip") and not folder.exists():
         hint = f"labels are several files: `-o {folder.with_suffix('')}`"
         raise SceneError("file", f"{folder} is a name of a file", hint)
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())

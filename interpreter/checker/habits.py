@@ -315,8 +315,9 @@ def _habits(source: Source, regions: Sequence[tuple[int, int]], unbound: frozens
                 yield from _infix(source, tree)
                 yield from _parallel_lets(source, tree, unbound)
                 yield from _bare_calls(source, tree, words)
-                yield from _calls_of_words(source, tree, words, unbound)
-                yield from _primitives_of_other_tools(source, tree, words, unbound)
+                if not _calls_defined_name(source, tree, unbound):
+                    yield from _calls_of_words(source, tree, words, unbound)
+                    yield from _primitives_of_other_tools(source, tree, words, unbound)
                 yield from _adjacent_calls(source, tree)
                 yield from _color_names(source, tree, unbound)
             else:
@@ -448,14 +449,18 @@ def _module_function(text: str) -> str:
     return name if name in SAME else OTHER.get(name, "")
 
 
+def _calls_defined_name(source: Source, tree: Tree, unbound: frozenset[int]) -> bool:
+    """Return whether a form of another language, which has an error of its own, defines the name that is called."""
+    head = tree.items[0] if tree.items else tree
+    return head.start in unbound and head.text in _defined_names(source.text)
+
+
 def _calls_of_words(source: Source, tree: Tree, words: frozenset[str], unbound: frozenset[int]) -> Iterator[Habit]:
     """``(cube :scale 2)`` and ``(call cube)``: words that are written as names, unless such a name is defined."""
     items = tree.items
     if tree.opener != "(" or not items:
         return
     head = items[0]
-    if head.start in unbound and head.text in _defined_names(source.text):
-        return  # by a form of another language, which has an error of its own
     if head.start in unbound and (is_word(head.text) or head.text in words):
         instead = f'call "{head.text}"'
         rest = source.text[head.end : tree.end]
@@ -502,8 +507,6 @@ def _primitives_of_other_tools(
     head = tree.items[0] if tree.items else tree
     if tree.opener != "(" or head.start not in unbound or is_word(head.text) or head.text in words:
         return
-    if head.text in _defined_names(source.text):
-        return  # by a form of another language, which has an error of its own
     hint = meaning_of_function(head.text) if head.text not in NAMES else None
     if hint is not None:
         message = f"`{head.text}` is a name of other tools, not of the Scene Language"

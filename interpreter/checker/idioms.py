@@ -145,6 +145,7 @@ SAME = frozenset(("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "l
 OTHER = {"ceil": "ceiling", "pow": "expt", "atan2": "atan", "fabs": "abs", "power": "expt", "random": "random"}
 
 INFIX = "the operator comes first"
+_LAMBDA = "functions are written `lambda`, and parameters of a word with a colon, as `(lambda (:size) ...)`"
 _COLLECT = "`for/union` collects the entities of a loop, `for/list` its values"
 _VALUES = "`for/list` collects the values of a loop"
 _TESTS = "several tests make a `cond`"
@@ -186,10 +187,8 @@ FORMS: Sequence[Idiom] = (
                                 ("Common Lisp", "(defstruct ?name ?fields ...)"),
                                 ("Clojure", "(defrecord ?name [?fields ...])"))),
     Idiom("Common Lisp", "(setf ?name ?value)", "(set! ?name ?value)", "variables are changed by `set!`"),
-    Idiom("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)",
-         "functions are written `lambda`, and parameters of a word with a colon, as `(lambda (:size) ...)`"),
-    Idiom("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)",
-         "functions are written `lambda`, and parameters of a word with a colon, as `(lambda (:size) ...)`"),
+    Idiom("Clojure", "(fn [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)", _LAMBDA),
+    Idiom("Clojure", "(fn (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)", _LAMBDA),
     Idiom("JavaScript", "(function (?args ...) ?body ...)", "(lambda (?args ...) ?body ...)",
          "functions are written `lambda`"),
     Idiom("Clojure", "(λ [?args ...] ?body ...)", "(lambda (?args ...) ?body ...)",

@@ -469,13 +469,13 @@ def _by_method(
     name = OPERATOR_METHODS.get(type(op), "")
     in_place = [(left, right, f"i{name}")] if isinstance(node, ast.AugAssign) else []
     for own, other, method in (*in_place, (left, right, name), (right, left, f"r{name}")):
-        found = [(record, record.methods.get(method)) for record in own.classes if own.kinds & RECORD]
-        if found and all(function is not None for _, function in found):
+        owners = own.classes if own.kinds & RECORD else frozenset()
+        if owners and all(method in record.methods for record in owners):
             if not other.kinds:
                 return NOTHING  # so far; a method may have cases for types of operands
             names = {record.name for record in other.classes}
             results = []
-            for record, _ in found:
+            for record in owners:
                 function = record.methods[method_for(record, method, other.kinds, names)]
                 instance = AbstractType(RECORD, frozenset((record,)))
                 results.append(call_function(state, function, node, [instance, other], {}))

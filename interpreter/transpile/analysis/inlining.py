@@ -318,9 +318,8 @@ class _Generators(_Inlining):
             test = f"if not {most}({item}):\n            break\n        " if is_test else ""
             source = inner if is_test else f"islice({inner}, {most})"
             loop = f"    for {item} in {source}:\n        {test}{taken_items}.append({item})\n"
-            definition = ast.parse(f"def {stem}({most}):\n    {taken_items} = []\n{loop}    return {taken_items}").body[
-                0
-            ]
+            text = f"def {stem}({most}):\n    {taken_items} = []\n{loop}    return {taken_items}"
+            definition = ast.parse(text).body[0]
             assert isinstance(definition, ast.FunctionDef)
             definition.args.args += copy.deepcopy(function.args.args)
             definition.args.defaults = copy.deepcopy(function.args.defaults)
