@@ -52,13 +52,10 @@ def _finite(name: str, make: Callable[..., Matrix], *arguments: Any) -> Matrix:
     ("(@ (translate [1 2 3]) [0 0 0])", "[1.0 2.0 3.0]"),
 )  # fmt: skip
 def translate(rt: Runtime, offset: Vector) -> Matrix:
-    # The fast path repeats ``pose.translation``, because most poses of programs are translations.
     if len(offset) == 3:
-        x, y, z = offset
-        if type(x) is int and -_EXACT < x < _EXACT and -_EXACT < y < _EXACT and -_EXACT < z < _EXACT:
-            x, y, z = float(x), float(y), float(z)
-        if type(x) is float and isfinite(x + y + z):
-            return Matrix((1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z))
+        exact = pose.exact_translation(*offset)
+        if exact is not None:
+            return exact
     x, y, z = _point("translate", "`offset`", offset)
     return _finite("translate", pose.translation, x, y, z)
 

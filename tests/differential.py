@@ -7,6 +7,7 @@ corpus.
 from __future__ import annotations
 
 import sys
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -290,6 +291,7 @@ class HotPrograms:
         )
 
 
+@cache
 def published() -> list[str]:
     """Return the programs of the examples, the tests and the corpus."""
     root = TESTS.parent

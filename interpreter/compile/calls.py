@@ -15,7 +15,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile.analyze import undefined
-from scenelang.interpreter.runtime.parts import call_embeddings, copy_table, parts_of, transformed
+from scenelang.interpreter.runtime.parts import PartCollector, call_embeddings, copy_table, parts_of, transformed
 from scenelang.interpreter.runtime.procedures import (
     TAIL,
     UNDEFINED,
@@ -33,6 +33,7 @@ from scenelang.interpreter.runtime.procedures import (
 from scenelang.interpreter.runtime.show import array_literal, described
 from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch
 from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.part_columns import MIN_COLUMNS
 from scenelang.interpreter.values.values import (
     ANONYMOUS,
     IDENTITY,
@@ -993,7 +994,7 @@ def call_node(rt: Runtime, word: Node, nodes: Sequence[Node], node: ast.Call) ->
         else:
             made = Embedding(None, None, dict(zip(names, constants))) if names else ANONYMOUS
             _, z = rt.literal_embeddings.setdefault(id(node), (node, made))
-            return _constant_call(rt, word, z, frozenset(names), node.span)
+            return _constant_call(rt, word, z, frozenset(names), node)
     return _attribute_call(rt, word, tuple(zip(names, nodes)), node.span)
 
 
@@ -1024,17 +1025,28 @@ def _attributes_only(arguments: tuple[ast.Expr, ...]) -> tuple[list[str], list[a
     return names, values
 
 
-def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str], span: Span) -> Node:
+def _constant_call(rt: Runtime, word: Node, z: Embedding, written: frozenset[str], node: ast.Call) -> Node:
     """Compile a call whose attributes are literals, with one embedding for all its evaluations."""
+    name = node.word.value if type(node.word) is ast.Constant else None
+    if type(name) is str:
+        evaluate = rt.literal_call(name, z, written, node.span)
+
+        def call_literal(frame: Frame) -> Any:
+            try:
+                return evaluate()
+            except SceneError as error:
+                raise _located(error, node.span)
+
+        return call_literal
 
     def call(frame: Frame) -> Any:
         name = word(frame)
         try:
             if type(name) is not str:
                 call_embeddings(rt, name, [])
-            return rt.call_word(name, z, NIL, written, span)
+            return rt.call_word(name, z, NIL, written, node.span)
         except SceneError as error:
-            raise _located(error, span)
+            raise _located(error, node.span)
 
     return call
 
@@ -1080,18 +1092,20 @@ def _general_call(rt: Runtime, word: Node, arguments: Sequence[Node], span: Span
 # --- union -----------------------------------------------------------------------------------------------------
 
 
-def add_parts(rt: Runtime, out: list[Any], value: Any, span: Span) -> None:
+def add_parts(rt: Runtime, out: PartCollector, value: Any, span: Span) -> None:
     """Convert ``value`` to parts and append them to ``out``; entities and posed entities have a fast path.
 
     Raises SceneError at ``span`` if the value is not parts.
     """
-    if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
-        out.append(value)
-    elif type(value) is Entity:
+    if type(value) is Entity:
         out.append(Pair(value, IDENTITY))
+    elif type(value) is Pair and value.unread is None and type(value.cdr) is Matrix and type(value.car) is Entity:
+        out.append(value)
+        if len(out) >= MIN_COLUMNS:
+            out.settle()
     else:
         try:
-            out.extend(parts_of(rt, value))
+            out.join(parts_of(rt, value))
         except SceneError as error:
             raise _located(error, span) from None
 
@@ -1107,10 +1121,10 @@ def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
 
     def union(frame: Frame) -> Any:
         values = [(member(frame), span) for member, span in members]
-        out: list[Any] = []
+        out = PartCollector()
         for value, span in values:
             add_parts(rt, out, value, span)
-        return make_list(out)
+        return out.listed()
 
     return union
 
@@ -1132,7 +1146,8 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Nod
     def loop(frame: Frame) -> Any:
         times = count(frame)
         body = function(frame)
-        values: list[Any] = []
+        out = PartCollector()
+        values: list[Any] = []  # from the first one on that must be converted
         add = values.append
         try:
             times = _loop_count(times)
@@ -1141,13 +1156,19 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Nod
             if type(body) is Closure and body.arity == 1:
                 # the trampoline of `rt.call1`, written out because this loop is hot
                 code, env = body.code, body.env
-                for i in range(times):
-                    tick()
-                    value = code.entry(env, i)
-                    while value is TAIL:
+                is_plain = True
+                for low in range(0, times, MIN_COLUMNS):
+                    for i in range(low, min(low + MIN_COLUMNS, times)):
                         tick()
-                        value = rt.next_body(rt.next_frame)
-                    add(value)
+                        value = code.entry(env, i)
+                        while value is TAIL:
+                            tick()
+                            value = rt.next_body(rt.next_frame)
+                        add(value)
+                    if is_plain:
+                        is_plain = out.take_plain(values)
+                        if is_plain:
+                            values.clear()
             else:
                 for i in range(times):
                     add(rt.apply(body, (i,)))
@@ -1156,10 +1177,9 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Nod
                 error.called(f"`{body.code.name}`", span)
             raise _located(error, span)
         # all calls precede the first check, as in `union_node`
-        out: list[Any] = []
         for value in values:
             add_parts(rt, out, value, span)
-        return make_list(out)
+        return out.listed()
 
     return loop
 

@@ -9,12 +9,11 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile.analyze import FrameLayout
-from scenelang.interpreter.compile.calls import item_adder, unpacker
-from scenelang.interpreter.runtime.parts import parts_of
+from scenelang.interpreter.compile.calls import add_parts, item_adder, unpacker
+from scenelang.interpreter.runtime.parts import PartCollector
 from scenelang.interpreter.runtime.procedures import Frame, Node, items_of, iterate
 from scenelang.interpreter.runtime.types import type_name
-from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.values.values import IDENTITY, Matrix, Pair, make_list, table_key
+from scenelang.interpreter.values.values import Pair, make_list, table_key
 
 if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler, Context
@@ -271,25 +270,22 @@ class _List(_Kind):
 
 
 class _Union(_Kind):
-    """``for/union``: the parts of all values; entities and posed entities need no conversion."""
+    """``for/union``: the parts of all values."""
+
+    @staticmethod
+    def start(rt: Runtime) -> Any:
+        return PartCollector()
 
     @staticmethod
     def step(rt: Runtime, body: Node, span: Span) -> Step:
         def step(frame: Frame, out: Any) -> Any:
-            value = body(frame)
-            if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
-                out.append(value)
-            elif type(value) is Entity:
-                out.append(Pair(value, IDENTITY))
-            else:
-                try:
-                    out.extend(parts_of(rt, value))
-                except SceneError as error:
-                    if error.span is None:
-                        error.span = span
-                    raise
+            add_parts(rt, out, body(frame), span)
 
         return step
+
+    @staticmethod
+    def finish(rt: Runtime, out: Any) -> Any:
+        return out.listed()
 
 
 class _Append(_Kind):

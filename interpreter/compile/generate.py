@@ -54,6 +54,7 @@ from scenelang.interpreter.compile.kinds import (
     EMBEDDING,
     FUNCTION,
     LIST,
+    MATRIX,
     NEVER,
     PART,
     VECTOR,
@@ -483,7 +484,9 @@ class FunctionWriter(Text):
     def _transform(self, node: ast.Transform) -> CodeText:
         part, matrix = self.operands((node.part, node.matrix))
         slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span))
-        test = f"type({part.text}) is Entity and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
+        test = f"type({part.text}) is Entity"
+        if matrix.text not in self.poses:
+            test += f" and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
         text = f"Pair({part.text}, {matrix.text}) if {test} else {slow}(({part.text}, {matrix.text}))"
         return self.temporary(CodeText(text, PART))
 
@@ -911,7 +914,7 @@ class FunctionWriter(Text):
         if node.kind == "fold":
             return CodeText(results[0]) if len(results) == 1 else self.list_of([CodeText(result) for result in results])
         if node.kind in _COLLECTING:
-            return self.temporary(CodeText(f"make_list({out})", LIST))
+            return self.temporary(CodeText(f"{out}.listed()" if node.kind == "union" else f"make_list({out})", LIST))
         return CodeText("None" if node.kind == "each" else out)
 
     def _each(self, clause: ast.Clause) -> None:
@@ -1077,12 +1080,26 @@ class FunctionWriter(Text):
             names = calls.keyword_places(builtin, node.arguments)
             call = partial(calls.keyword_call, names=names) if names else calls.builtin_call
             return self.by_values(lambda nodes: call(self.rt, builtin, nodes, span=node.span), node.arguments)
+        if builtin.name == "translate":
+            (offset,) = node.arguments
+            if type(offset) is ast.ArrayLiteral and len(offset.items) == 3:
+                return self._translation(builtin, node, offset)
         values = self.operands(node.arguments)
         if builtin.name == "list" and signature.rest is not None and count <= _MAX_INLINE_LIST:
             return self.list_of(values)
         if signature.keywords or count > 3:
             self.line(f"rt.site = {self.constant(node.span)}")  # as the closures of such builtins set it
         return self.checked_call(builtin, node, values)
+
+    def _translation(self, builtin: Builtin, node: ast.Application, offset: ast.ArrayLiteral) -> CodeText:
+        """Write ``(translate [x y z])``, the pose of most parts."""
+        values = self.operands(offset.items)
+        if all(value.text in self.literals for value in values):
+            return self.checked_call(builtin, node, [self.value(offset)])
+        make = self.constant(generated.translation_maker(self.rt, builtin, node.span))
+        code = self.temporary(CodeText(f"{make}({', '.join(value.text for value in values)})", MATRIX))
+        self.poses.add(code.text)
+        return code
 
     def _intrinsic(self, builtin: Builtin, name: str, node: ast.Application) -> CodeText | None:
         """Write a builtin with an inlined fast path, or return None for operands that have none."""
@@ -1140,7 +1157,7 @@ def _is_plain(argument: Any) -> bool:
 
 
 # Start value of the result of a ``for`` form; the other kinds start with an empty list.
-_STARTS = {"sum": "0", "and": "True", "or": "False", "first": "False"}
+_STARTS = {"union": "PartCollector()", "sum": "0", "and": "True", "or": "False", "first": "False"}
 _UNARY = frozenset({"not", "car", "cdr", "null?"})
 _BINARY = frozenset({*OPERATORS, "div", "floordiv", "mod", "matmul"})
 _VALUES: dict[type, Any] = {

@@ -41,6 +41,7 @@ from scenelang.interpreter.compile.kinds import (
     may_be,
 )
 from scenelang.interpreter.expand.scope import Variable
+from scenelang.interpreter.runtime.parts import PartCollector
 from scenelang.interpreter.runtime.procedures import (
     TAIL,
     UNDEFINED,
@@ -51,7 +52,7 @@ from scenelang.interpreter.runtime.procedures import (
 )
 from scenelang.interpreter.runtime.types import Builtin, Mismatch
 from scenelang.interpreter.scene.entity import Entity
-from scenelang.interpreter.scene.pose import compose
+from scenelang.interpreter.scene.pose import compose, exact_translation
 from scenelang.interpreter.values.values import (
     IDENTITY,
     NIL,
@@ -179,7 +180,7 @@ def iterator(rt: Runtime, place: Span) -> Callable[[Any], Any]:
     return items
 
 
-def part_adder(rt: Runtime, span: Span) -> Callable[[list[Any], Any], None]:
+def part_adder(rt: Runtime, span: Span) -> Callable[[PartCollector, Any], None]:
     """Return a function that adds the value of a turn to the parts of ``for/union``."""
     return lambda out, value: calls.add_parts(rt, out, value, span)
 
@@ -302,6 +303,17 @@ def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
     return make
 
 
+def translation_maker(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[Any, Any, Any], Any]:
+    """Return a function for ``(translate [x y z])``, which makes no array of finite numbers."""
+    vector = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
+    general = calls.builtin_call(rt, builtin, [vector], span)
+
+    def make(x: Any, y: Any, z: Any) -> Any:
+        return exact_translation(x, y, z) or general((x, y, z))  # type: ignore[arg-type]
+
+    return make
+
+
 # --- text of a function in progress -----------------------------------------------------------------------------------
 
 
@@ -348,7 +360,7 @@ class Text:
             "Pair": Pair, "Closure": Closure, "Vector": Vector, "Matrix": Matrix, "Entity": Entity,
             "MutableList": MutableList, "Table": Table, "Cell": Cell, "BLOCK": range(1, BLOCK + 1),
             "bounce": compiler.bounce, "bind_cell": compiler.bind_cell, "compose": compose, "isfinite": isfinite,
-            "make_list": make_list, "IDENTITY": IDENTITY,
+            "make_list": make_list, "PartCollector": PartCollector, "IDENTITY": IDENTITY,
         }  # fmt: skip
         self.numbered: dict[int, str] = {}  # names of constants by id
         self.count = 0  # names and loop numbers so far
@@ -360,6 +372,7 @@ class Text:
         self.embedded: set[Variable] = set()  # read by forms that are called as closures, so frames have copies
         self.unshared: set[Variable] = set()  # only in the frame, as embedded code defines or assigns them
         self.loop_names: dict[int, list[str]] = {}  # next values of the parameters of loops with frames, by number
+        self.poses: set[str] = set()  # local variables with results of builtins that return a finite Matrix
         self.mutable: set[str] = set()  # local variables that the program assigns
         self.literals: dict[str, Any] = {}  # values of constants in the source
         self.written = 0  # lines, including those that were rolled back
@@ -553,6 +566,8 @@ class Text:
         self.line(f"{name} = {self.constant(builtin.function)}(rt{''.join(f', {t}' for t in texts)})", site)
         kind = _RESULTS.get(builtin.result, ANY)
         self.kinds[name] = kind
+        if kind is MATRIX:
+            self.poses.add(name)
         return CodeText(name, kind)
 
     def _checked(self, expected: str, check: Any, value: CodeText) -> str:

@@ -5,7 +5,7 @@ See docs/language.md, "Entities and embeddings".
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import matrix_or_none, type_name
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity
+from scenelang.interpreter.scene.part_columns import MIN_COLUMNS, GatheredParts, PartColumns
 from scenelang.interpreter.scene.primitives.base import items_of
 from scenelang.interpreter.scene.primitives.mesh_file import Asset
 from scenelang.interpreter.scene.primitives.textures import is_image
@@ -33,6 +34,7 @@ from scenelang.interpreter.values.values import (
     Vector,
     make_list,
     table_key,
+    unread_list,
 )
 
 if TYPE_CHECKING:
@@ -43,8 +45,69 @@ _CHECK_INTERVAL = 256  # parts between two checks of the limits
 _MAX_FREE_ATTRIBUTES = 32  # of an embedding: more cost steps
 
 
-def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pair, ...]:
-    """Flatten a value to a tuple of parts, that is, pairs ``(Entity . Matrix)``.
+class PartCollector(list[Pair]):
+    """Parts of a form in the order of its turns: pairs, of which many are put into columns.
+
+    Generated code and closures append to it, and ``settle`` it now and then; ``listed`` is the value of the form.
+    """
+
+    __slots__ = ("_gathered",)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._gathered: GatheredParts | None = None
+
+    def settle(self) -> None:
+        """Put the pairs into columns, if they are many."""
+        if len(self) >= MIN_COLUMNS:
+            self._gather(self)
+            self.clear()
+
+    def join(self, parts: Sequence[Pair]) -> None:
+        """Add the parts of another form."""
+        if type(parts) is PartColumns:
+            self._gather(self)
+            self.clear()
+            self._gather(parts)
+        else:
+            self.extend(parts)
+            self.settle()
+
+    def take_plain(self, values: Sequence[Any]) -> bool:
+        """Add values if all are entities, posed entities or lists of parts that nobody has read; else return False.
+
+        These need no conversion, so that it cannot fail.
+        """
+        pairs: list[Any] = []
+        for value in values:
+            if type(value) is Pair:
+                if value.unread is not None or type(value.cdr) is not Matrix or type(value.car) is not Entity:
+                    return False
+                pairs.append(value)
+            elif type(value) is Entity:
+                pairs.append(Pair(value, IDENTITY))
+            else:
+                return False
+        self.extend(pairs)
+        self.settle()
+        return True
+
+    def listed(self) -> Any:
+        """Return the list of the parts; of many, one whose pairs are made when they are read."""
+        if self._gathered is None:
+            return make_list(self)
+        self._gather(self)
+        return unread_list(self._gathered.columns())
+
+    def _gather(self, parts: Sequence[Pair]) -> None:
+        """Add parts to the columns."""
+        if self._gathered is None:
+            self._gathered = GatheredParts()
+        self._gathered.extend(parts)
+
+
+def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> Sequence[Pair]:
+    """Flatten a value to parts, that is, pairs ``(Entity . Matrix)``, in a tuple or in columns.
 
     Lists that share their tails can be exponentially larger than their memory, so the work is charged while it is done.
     The inner loop handles the usual case, a list of entities and pairs, without the stack.
@@ -63,6 +126,9 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
     """
     if type(value) is Entity:
         return (Pair(value, IDENTITY),)
+    if type(value) is Pair and type(value.unread) is PartColumns:
+        _charge_walk(runtime, len(value.unread))
+        return value.unread
     out: list[Pair] = []
     stack: list[Any] = [value]
     pending = 0
@@ -111,6 +177,16 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> tuple[Pai
     return tuple(out)
 
 
+def _charge_walk(runtime: Runtime, count: int) -> None:
+    """Charge for ``count`` parts of an unread list as ``parts_of`` does for those of a list that it walks."""
+    first = _CHECK_INTERVAL - 1  # its first step is the list itself
+    blocks = range(first, count, _CHECK_INTERVAL)
+    for passed in blocks:
+        runtime.charge(_CHECK_INTERVAL)
+        runtime.meter.check_growth(passed, "a list of parts")
+    runtime.charge((count - blocks[-1] if blocks else count + 1) >> 1)
+
+
 def primitives_of(runtime: Runtime, value: Any) -> list[Pair]:
     """Return the primitives below an entity, pair or list of parts in depth-first order, as pairs (entity . pose).
 
@@ -156,8 +232,13 @@ def pose_from(runtime: Runtime, value: Any) -> Matrix:
         message = f"expected a 4x4 pose matrix with the last row 0 0 0 1, got {described(value, 60)}"
         raise SceneError("pose", message, hint="to turn a vector into a pose, write `(translate [x y z])`")
     if not pose.is_finite(matrix):
-        raise SceneError("pose", "a pose must be finite, but this one contains nan or inf")
+        raise not_finite()
     return matrix
+
+
+def not_finite() -> SceneError:
+    """Return the error of a pose with a number that is not finite."""
+    return SceneError("pose", "a pose must be finite, but this one contains nan or inf")
 
 
 def call_embeddings(
@@ -314,6 +395,13 @@ def transformed(runtime: Runtime, part: Any, matrix: Any) -> Any:
     if type(part) is Entity:
         return Pair(part, moved)
     parts = parts_of(runtime, part)
+    if type(parts) is PartColumns:
+        for start in range(0, len(parts), _CHECK_INTERVAL):
+            runtime.charge(min(_CHECK_INTERVAL, len(parts) - start))
+        columns = parts.moved(moved)
+        if columns is None:
+            raise not_finite()
+        return unread_list(columns)
     composed: list[Pair] = []
     for start in range(0, len(parts), _CHECK_INTERVAL):
         block = parts[start : start + _CHECK_INTERVAL]

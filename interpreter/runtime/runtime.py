@@ -41,6 +41,7 @@ from scenelang.interpreter.scene.declarations import Declaration
 from scenelang.interpreter.scene.entity import Entity, Frames
 from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.scene.modelling.solid import SolidShape
+from scenelang.interpreter.scene.part_columns import distinct_entities
 from scenelang.interpreter.scene.primitives import class_of, former_word, word_of_today
 from scenelang.interpreter.scene.primitives.mesh_file import Asset
 from scenelang.interpreter.scene.setup import CAMERA, LIGHT, Declared, Setup, misplaced_setup, with_declared
@@ -554,6 +555,28 @@ class Runtime:
                 return shared
         return self._run_call(word, function, z, rest, key, span)
 
+    def literal_call(self, word: str, z: Embedding, written: frozenset[str], span: Span) -> Callable[[], Entity]:
+        """Return a function that evaluates ``(call word ...)`` with literal attributes, as ``call_word`` does.
+
+        It returns the primitive of its last evaluation again as long as that is shared and the word is unbound.
+        """
+        words, primitives = self.words, self._primitives
+        key: Any = None
+        last: Entity | None = None
+
+        def call() -> Entity:
+            nonlocal key, last
+            cell = words.get(word)
+            if last is not None and cell is not None and cell.function is None and self.trace is None:
+                if primitives.get(key) is last and not self._unkept:
+                    return last  # the cell stays observed until the word is bound
+            entity = self.call_word(word, z, NIL, written, span)
+            is_free = z.key is not None and z.key is not False and len(z.key) <= _MIN_CHARGED_ITEMS
+            key, last = (word, z.key), entity if is_free else None
+            return entity
+
+        return call
+
     def save_streams(self, serial: int) -> None:
         """Save the state of the random streams if it was requested for this call."""
         if self._snapshot_at is None or serial in self._snapshot_at:
@@ -693,7 +716,7 @@ class Runtime:
         self.entities = 0
         return self._run_call(entity.word, entity.function, z, entity.rest, False, None)
 
-    def _entity_parts(self, word: str, function: Any, z: Embedding, rest: Any) -> tuple[Any, ...]:
+    def _entity_parts(self, word: str, function: Any, z: Embedding, rest: Any) -> Sequence[Any]:
         """Return the parts that an entity function returns."""
         value = self.apply_entity_function(function, word, z, rest)
         if type(value) is Frames:
@@ -731,15 +754,11 @@ class Runtime:
             return self.apply(function, [z, rest][: len(function.signature.required)])
         return self.apply(function, [z])
 
-    def make_entity(self, word: str, z: Embedding, children: tuple[Any, ...]) -> Entity:
+    def make_entity(self, word: str, z: Embedding, children: Sequence[Any]) -> Entity:
         """Create an entity with ``children``, pairs ``(Entity . Matrix)``."""
         self._count_entity()
         tainted = (z.key if z.key is not None else embedding_key(z, self.charge)) is False
-        if not tainted:
-            for part in children:
-                if part.car.tainted:
-                    tainted = True
-                    break
+        tainted = tainted or any(entity.tainted for entity in distinct_entities(children))
         return Entity(word, z, children, None, tainted)
 
     def primitive(self, word: str, z: Embedding, span: Span | None = None) -> Entity:

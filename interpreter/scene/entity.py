@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.datum import Span
+from scenelang.interpreter.scene.part_columns import distinct_entities, entity_times
 from scenelang.interpreter.scene.primitives.base import Box, Primitive
 from scenelang.interpreter.values.values import Embedding, Matrix
 
@@ -26,7 +27,7 @@ class Entity:
     word, embedding
         The word and the embedding z of the call.
     children
-        Pairs ``(Entity . Matrix)``.
+        Pairs ``(Entity . Matrix)``: a tuple, or columns for many of them.
     shape
         Geometry of a primitive, else None.
     function, rest, serial, effects
@@ -52,7 +53,7 @@ class Entity:
         self,
         word: str,
         embedding: Embedding,
-        children: tuple[Any, ...],
+        children: Sequence[Any],
         shape: Primitive | None = None,
         tainted: bool = False,
         call_sites: tuple[Span, ...] = (),
@@ -91,7 +92,7 @@ class Frames:
 
     __slots__ = ("frames",)
 
-    def __init__(self, frames: tuple[tuple[Any, ...], ...]) -> None:
+    def __init__(self, frames: tuple[Sequence[Any], ...]) -> None:
         self.frames = frames
 
 
@@ -149,22 +150,17 @@ def descendants(*roots: Entity) -> Iterator[Entity]:
         if root in visited:
             continue
         visited.add(root)
-        stack = [(root, _distinct_children(root))]
+        stack = [(root, iter(distinct_entities(root.children)))]
         while stack:
             entity, children = stack[-1]
             for child in children:
                 if child not in visited:
                     visited.add(child)
-                    stack.append((child, _distinct_children(child)))
+                    stack.append((child, iter(distinct_entities(child.children))))
                     break
             else:
                 stack.pop()
                 yield entity
-
-
-def _distinct_children(entity: Entity) -> Iterator[Entity]:
-    """Iterate over the distinct entities of the parts: asking of each of a million whether it is known is slow."""
-    return iter(dict.fromkeys([part.car for part in entity.children]))
 
 
 def contains_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
@@ -176,14 +172,15 @@ def contains_blocks(entity: Entity, charge: Callable[[int], None]) -> bool:
     while stack:
         top = stack[-1]
         charge(1 + (len(top.children) >> 3))
-        pending = [part.car for part in top.children if part.car.has_blocks is None]
+        below = distinct_entities(top.children)
+        pending = [entity for entity in below if entity.has_blocks is None]
         if top.has_blocks is None and pending:
-            stack.extend({id(child): child for child in pending}.values())
+            stack.extend(pending)
             continue
         stack.pop()
         if top.has_blocks is None:
             is_block = top.shape is not None and top.shape.is_block
-            top.has_blocks = is_block or any(part.car.has_blocks for part in top.children)
+            top.has_blocks = is_block or any(entity.has_blocks for entity in below)
     return bool(entity.has_blocks)
 
 
@@ -198,8 +195,8 @@ def instance_counts(order: Sequence[Entity]) -> dict[int, int]:
     instances = dict.fromkeys(map(id, order), 0)
     instances[id(order[-1])] = 1
     for entity in reversed(order):
-        for part in entity.children:
-            instances[id(part.car)] += instances[id(entity)]
+        for child, times in entity_times(entity.children):
+            instances[id(child)] += times * instances[id(entity)]
     return instances
 
 
@@ -223,14 +220,16 @@ def _words_in_order(root: Entity) -> Iterator[str]:
             continue
         visited.add(id(entity))
         yield entity.word
-        stack.extend(part.car for part in reversed(entity.children) if id(part.car) not in visited)
+        below = [*distinct_entities(entity.children)]
+        stack.extend(child for child in reversed(below) if id(child) not in visited)
 
 
 def primitive_count(root: Entity) -> int:
     """Count the primitives of the expanded scene, without expanding it."""
     counts: dict[Entity, int] = {}
     for entity in descendants(root):
-        counts[entity] = sum([counts[part.car] for part in entity.children]) + entity.is_primitive
+        below = [times * counts[child] for child, times in entity_times(entity.children)]
+        counts[entity] = sum(below) + entity.is_primitive
     return counts[root]
 
 

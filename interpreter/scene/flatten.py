@@ -6,13 +6,14 @@ depth-first. Minecraft blocks start at whole cells: their positions are truncate
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import LimitError, SceneError
 from scenelang.interpreter.loading import np
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
+from scenelang.interpreter.scene.part_columns import PartColumns
 from scenelang.interpreter.scene.pose import stacked
 from scenelang.interpreter.values.values import IDENTITY
 
@@ -133,27 +134,65 @@ def graph_of(root: Entity, opaque: Set[int]) -> Graph:
     number = {entity: i for i, entity in enumerate(nodes)}
     start = np.zeros(len(nodes) + 1, np.int64)
     np.cumsum([len(entity.children) for entity in nodes], out=start[1:])
-    parts = [part for entity in nodes for part in entity.children]
-    numbers = [number[part.car] for part in parts]
-    child = np.array(numbers, np.int64)
-    pose = np.empty((12, len(parts)))
-    for low in range(0, len(parts), _PIECE):
-        pose[:, low : low + _PIECE] = stacked([part.cdr for part in parts[low : low + _PIECE]]).T
+    child = np.empty(start[-1], np.int64)
+    pose = np.empty((12, len(child)))
     # Nodes come children first, so one pass sums what is below each node.
     leaves: list[int] = []
     unhandled: list[int] = []
-    edge = 0
-    for entity in nodes:
-        below = numbers[edge : edge + len(entity.children)]
-        edge += len(below)
+    for entity, low in zip(nodes, start.tolist()):
+        below = _numbers_below(entity, number)
+        child[low : low + len(below)] = below
         is_opaque = id(entity) in opaque
-        leaves.append(1 if is_opaque else sum(map(leaves.__getitem__, below)) + entity.is_primitive)
-        unhandled.append(sum(map(unhandled.__getitem__, below)) + (entity.embedding.handle is None))
+        leaves.append(1 if is_opaque else _total(leaves, below) + entity.is_primitive)
+        unhandled.append(_total(unhandled, below) + (entity.embedding.handle is None))
+    _write_poses(nodes, pose)
     leaf_counts, unhandled_counts = np.array(leaves, np.int64), np.array(unhandled, np.int64)
     return Graph(
         nodes, start, child, pose, leaf_counts, unhandled_counts,
         _before(leaf_counts[child], start), _before(unhandled_counts[child], start),
     )  # fmt: skip
+
+
+def _numbers_below(entity: Entity, number: Mapping[Entity, int]) -> Sequence[int] | IntArray:
+    """Return the number of the entity of each part."""
+    parts = entity.children
+    if type(parts) is PartColumns:
+        return np.array([number[child] for child in parts.entities], np.int64)[np.frombuffer(parts.numbers, np.uint32)]
+    return [number[part.car] for part in parts]
+
+
+def _total(counts: Sequence[int], below: Sequence[int] | IntArray) -> int:
+    """Return the sum of the counts of the nodes with these numbers, which may each occur several times."""
+    if isinstance(below, np.ndarray):
+        times = np.bincount(below)
+        return sum(int(times[node]) * counts[node] for node in np.flatnonzero(times).tolist())
+    return sum(map(counts.__getitem__, below))
+
+
+def _write_poses(nodes: Sequence[Entity], out: Poses) -> None:
+    """Write the pose of each edge, the parts of the nodes in order, into a column of ``out`` (12, E)."""
+    waiting: list[Any] = []
+    edge = 0
+
+    def write(poses: npt.NDArray[np.float64]) -> int:
+        """Write N poses (N, 12), a piece at a time, and return the next edge."""
+        for low in range(0, len(poses), _PIECE):
+            piece = poses[low : low + _PIECE]
+            out[:, edge + low : edge + low + len(piece)] = piece.T
+        return edge + len(poses)
+
+    for entity in nodes:
+        parts = entity.children
+        if type(parts) is PartColumns:
+            edge = write(stacked(waiting))
+            waiting.clear()
+            edge = write(np.frombuffer(parts.poses).reshape(-1, 12))
+            continue
+        waiting += [part.cdr for part in parts]
+        if len(waiting) >= _PIECE:
+            edge = write(stacked(waiting))
+            waiting.clear()
+    write(stacked(waiting))
 
 
 def _before(counts: IntArray, start: IntArray) -> IntArray:
