@@ -1117,14 +1117,28 @@ def compile_union(compiler: Compiler, node: ast.Union, context: Context) -> Node
 
 def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
     """Return a node that joins the parts of its members; all are evaluated before the first is checked."""
-    members = tuple(zip(nodes, [member.span for member in node.members]))
+    spans = [member.span for member in node.members]
 
     def union(frame: Frame) -> Any:
-        values = [(member(frame), span) for member, span in members]
-        out = PartCollector()
-        for value, span in values:
-            add_parts(rt, out, value, span)
-        return out.listed()
+        values = [member(frame) for member in nodes]
+        out: list[Pair] = []
+        for value in values:
+            # the fast paths of `add_parts`, written out because this is hot
+            if type(value) is Entity:
+                out.append(Pair(value, IDENTITY))
+            elif (
+                type(value) is Pair and value.unread is None and type(value.cdr) is Matrix and type(value.car) is Entity
+            ):
+                out.append(value)
+            else:
+                break
+        else:
+            if len(out) < MIN_COLUMNS:
+                return make_list(out)
+        collector = PartCollector()
+        for value, span in zip(values, spans):
+            add_parts(rt, collector, value, span)
+        return collector.listed()
 
     return union
 

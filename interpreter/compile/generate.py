@@ -65,7 +65,8 @@ from scenelang.interpreter.compile.kinds import (
 from scenelang.interpreter.expand.scope import Variable
 from scenelang.interpreter.runtime.procedures import UNDEFINED, ClosureCode, Frame, Node
 from scenelang.interpreter.runtime.show import array_literal
-from scenelang.interpreter.runtime.types import Builtin
+from scenelang.interpreter.runtime.types import Builtin, Mismatch
+from scenelang.interpreter.values.values import Matrix
 
 if TYPE_CHECKING:
     from scenelang.interpreter.compile.compile import Compiler
@@ -1082,20 +1083,42 @@ class FunctionWriter(Text):
             return self.by_values(lambda nodes: call(self.rt, builtin, nodes, span=node.span), node.arguments)
         if builtin.name == "translate":
             (offset,) = node.arguments
-            if type(offset) is ast.ArrayLiteral and len(offset.items) == 3:
+            is_constant = type(offset) is ast.ArrayLiteral and all(type(each) is ast.Constant for each in offset.items)
+            if type(offset) is ast.ArrayLiteral and len(offset.items) == 3 and not is_constant:
                 return self._translation(builtin, node, offset)
         values = self.operands(node.arguments)
         if builtin.name == "list" and signature.rest is not None and count <= _MAX_INLINE_LIST:
             return self.list_of(values)
+        if builtin.topic == "poses":
+            pose = self._constant_pose(builtin, [self.operand_of(value.text) for value in values])
+            if pose is not None:
+                return pose
         if signature.keywords or count > 3:
             self.line(f"rt.site = {self.constant(node.span)}")  # as the closures of such builtins set it
         return self.checked_call(builtin, node, values)
 
+    def _constant_pose(self, builtin: Builtin, operands: Sequence[Any]) -> CodeText | None:
+        """Return the pose of literals, which is computed once.
+
+        None if an operand is a variable, or if the computation fails, as every call then does.
+        """
+        if any(type(operand) is Local for operand in operands):
+            return None
+        try:
+            parameters = calls.parameters_of(builtin, len(operands))
+            arguments = [p.type.checker(self.rt)(operand) for p, operand in zip(parameters, operands)]
+            pose = builtin.function(self.rt, *arguments)
+        except (SceneError, Mismatch, ArithmeticError):
+            return None
+        if type(pose) is not Matrix:
+            return None
+        name = self.constant(pose)
+        self.poses.add(name)
+        return CodeText(name, MATRIX)
+
     def _translation(self, builtin: Builtin, node: ast.Application, offset: ast.ArrayLiteral) -> CodeText:
         """Write ``(translate [x y z])``, the pose of most parts."""
         values = self.operands(offset.items)
-        if all(value.text in self.literals for value in values):
-            return self.checked_call(builtin, node, [self.value(offset)])
         make = self.constant(generated.translation_maker(self.rt, builtin, node.span))
         code = self.temporary(CodeText(f"{make}({', '.join(value.text for value in values)})", MATRIX))
         self.poses.add(code.text)

@@ -560,7 +560,7 @@ class Text:
             checks.append(check)
             needs = check is not None and not self._fits(parameter.type.name, value)
             texts.append(self._checked(parameter.type.name, check, value) if needs else value.text)
-            operands.append(self._operand(value.text))
+            operands.append(self.operand_of(value.text))
         site = BuiltinSite(builtin, tuple(checks), tuple(operands), node.span)
         name = self.fresh("t")
         self.line(f"{name} = {self.constant(builtin.function)}(rt{''.join(f', {t}' for t in texts)})", site)
@@ -577,7 +577,7 @@ class Text:
             return text
         return f"{value.text} if {test.format(value.text)} else {text}" if test is not None else text
 
-    def _operand(self, text: str) -> Any:
+    def operand_of(self, text: str) -> Any:
         """Return an atom as the operand of a site: its value if it is constant, else the local variable."""
         if text in self.literals:
             return self.literals[text]

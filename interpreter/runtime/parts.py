@@ -51,11 +51,7 @@ class PartCollector(list[Pair]):
     Generated code and closures append to it, and ``settle`` it now and then; ``listed`` is the value of the form.
     """
 
-    __slots__ = ("_gathered",)
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._gathered: GatheredParts | None = None
+    _gathered: GatheredParts | None = None
 
     def settle(self) -> None:
         """Put the pairs into columns, if they are many."""

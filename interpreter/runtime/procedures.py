@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -125,6 +125,8 @@ class ClosureCode:
         Whether ``direct`` may request a tail call.
     keyword_names
         Names of the keyword parameters; None if it takes no keywords.
+    takes_any_keyword
+        Whether a parameter collects further keyword arguments.
     required, positional
         Number of required parameters, and of required and optional ones.
     rest
@@ -140,6 +142,7 @@ class ClosureCode:
     direct: Callable[..., Any] | None = field(init=False, default=None)
     returns_tail: bool = field(init=False, default=True)
     keyword_names: frozenset[str] | None = field(init=False)
+    takes_any_keyword: bool = field(init=False)
     required: int = field(init=False)
     positional: int = field(init=False)
     rest: CodeParameter | None = field(init=False)
@@ -149,15 +152,11 @@ class ClosureCode:
         kinds = [p.kind for p in self.parameters]
         names = frozenset(p.name for p in self.parameters if p.kind == "keyword")
         self.keyword_names = names if names or "keys" in kinds else None
+        self.takes_any_keyword = "keys" in kinds
         self.required = kinds.count("required")
         self.positional = self.required + kinds.count("optional")
         self.rest = next((p for p in self.parameters if p.kind == "rest"), None)
         self.entry = lambda env, *values: self.body([env, *values])
-
-    @property
-    def takes_any_keyword(self) -> bool:
-        """Whether a parameter collects further keyword arguments."""
-        return any(p.kind == "keys" for p in self.parameters)
 
 
 class Closure(Procedure):
@@ -255,14 +254,14 @@ def bind_arguments(runtime: Runtime, closure: Closure, arguments: Sequence[Any])
 _PHYSICS_NAMES = frozenset(attribute.name for attribute in PHYSICS)
 
 
-def check_keywords(code: ClosureCode, names: Sequence[str] | Mapping[str, Any], word: str | None = None) -> None:
+def check_keywords(code: ClosureCode, names: Collection[str], word: str | None = None) -> None:
     """Raise SceneError for the first of the keywords ``names`` that a function does not accept.
 
     ``word`` is the word that the function is bound to, None for other functions; every word accepts attributes of
     physics.
     """
     accepted = code.keyword_names
-    if accepted is None or code.takes_any_keyword:
+    if accepted is None or code.takes_any_keyword or accepted.issuperset(names):
         return
     for name in names:
         if name not in accepted and not (word is not None and name in _PHYSICS_NAMES):

@@ -540,7 +540,7 @@ class Runtime:
         if function is None:
             return self.primitive(word, z, span)
         if written and type(function) is Closure:
-            check_keywords(function.code, tuple(written), word)
+            check_keywords(function.code, written, word)
         key: Any = z.key if z.key is not None else embedding_key(z, self.charge)
         rest_key = () if rest is NIL else memo_key(rest, self.charge)
         if key is False or rest_key is None or not self._memoize:
@@ -566,13 +566,12 @@ class Runtime:
 
         def call() -> Entity:
             nonlocal key, last
-            cell = words.get(word)
-            if last is not None and cell is not None and cell.function is None and self.trace is None:
+            if last is not None and self.trace is None and words[word].function is None:
                 if primitives.get(key) is last and not self._unkept:
                     return last  # the cell stays observed until the word is bound
             entity = self.call_word(word, z, NIL, written, span)
-            is_free = z.key is not None and z.key is not False and len(z.key) <= _MIN_CHARGED_ITEMS
-            key, last = (word, z.key), entity if is_free else None
+            if entity.shape is not None and type(z.key) is tuple and len(z.key) <= _MIN_CHARGED_ITEMS:
+                key, last = (word, z.key), entity
             return entity
 
         return call
@@ -758,7 +757,11 @@ class Runtime:
         """Create an entity with ``children``, pairs ``(Entity . Matrix)``."""
         self._count_entity()
         tainted = (z.key if z.key is not None else embedding_key(z, self.charge)) is False
-        tainted = tainted or any(entity.tainted for entity in distinct_entities(children))
+        if not tainted:
+            for entity in distinct_entities(children):
+                if entity.tainted:
+                    tainted = True
+                    break
         return Entity(word, z, children, None, tainted)
 
     def primitive(self, word: str, z: Embedding, span: Span | None = None) -> Entity:

@@ -139,7 +139,10 @@ def distinct_entities(parts: Sequence[Any]) -> Iterable[Entity]:
 
     Asking of each of a million parts whether its entity is known is slow.
     """
-    return parts.entities if type(parts) is PartColumns else dict.fromkeys([part.car for part in parts])
+    if type(parts) is PartColumns:
+        return parts.entities
+    entities = [part.car for part in parts]
+    return dict.fromkeys(entities) if len(entities) > 1 else entities
 
 
 def entity_times(parts: Sequence[Any]) -> Iterable[tuple[Entity, int]]:
