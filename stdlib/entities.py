@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.runtime import parts
-from scenelang.interpreter.runtime.procedures import items_of
+from scenelang.interpreter.runtime.procedures import Closure, items_of
 from scenelang.interpreter.runtime.show import described, show
 from scenelang.interpreter.runtime.types import Mismatch, Registry, numbers_of, type_name, vector_of
 from scenelang.interpreter.scene import pose
@@ -146,6 +146,8 @@ define = registry.define
 )
 def retrieve(rt: Runtime, word: str) -> Any:
     function = rt.word_cell(word).function
+    if type(function) is Closure:
+        function.code.is_exposed = True
     return function if function is not None else rt.library.builtins["no-entities"]
 
 

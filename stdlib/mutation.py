@@ -155,6 +155,15 @@ def update(rt: Runtime, collection: Any, key: Any, f: Any = None, *default: Any)
     if f is None:
         extend(rt, collection, key)
         return
+    if type(collection) is MutableList and type(key) is int and -1 < key < len(collection.items) and not default:
+        rt.read(collection)
+        value = rt.call1(f, collection.items[key])
+        if key < len(collection.items):  # which `f` may have shortened
+            rt.write(collection)
+            collection.items[key] = value
+            return
+        set_ref(rt, collection, key, value)
+        return
     if not isinstance(collection, Mutable):
         raise cannot_change("update!", collection, "a mutable list, a mutable array or a table")
     old = ref(rt, collection, key, *default) if type(collection) is Table else ref(rt, collection, key)

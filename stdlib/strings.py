@@ -23,6 +23,7 @@ registry = Registry("strings")
 
 _MAX_CUTSET = 16  # characters up to which `str.strip`, which scans them at each step, is faster than a set
 _MAX_UNCHECKED = 1_000  # characters of a text that needs no check of the memory
+_MAX_JOINED = 4  # texts that are joined before their size is checked, each within the limit
 
 
 def _check_text(rt: Runtime, size: int) -> None:
@@ -54,6 +55,12 @@ def string(rt: Runtime, *values: Any) -> str:
 @registry.define("string-append", "texts::String ...", "String", "Concatenate strings.",
                  ('(string-append "chair" "/" "leg")', '"chair/leg"'))  # fmt: skip
 def string_append(rt: Runtime, *texts: str) -> str:
+    if len(texts) <= _MAX_JOINED:
+        text = "".join(texts)
+        size = len(text)
+        if size <= _MAX_UNCHECKED and size <= rt.limits.size:
+            rt.charge(size >> 3)
+            return text
     size = sum(map(len, texts))
     if size > _MAX_UNCHECKED or size > rt.limits.size:
         _check_text(rt, size)

@@ -18,7 +18,7 @@ from scenelang.interpreter.runtime import parts
 from scenelang.interpreter.scene import part_columns
 from scenelang.interpreter.scene.entity import Entity, count_words, primitive_count
 from scenelang.interpreter.scene.part_columns import PartColumns
-from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix, Pair, iterate_list, unread_list
+from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Matrix, Pair
 
 PIECE = '(transform (call "cube") (translate [i (/ i 7) -0.]))'
 PROGRAMS = {
@@ -65,6 +65,39 @@ PROGRAMS = {
 (bind "w" (lambda () (union-loop 5 (lambda (i) (transform (call "peg") (translate [i 0 0]))))))
 (call "w")
 (bind "peg" (lambda () (call "cylinder")))
+(call "w")""",
+    "retrieved": f"""
+(bind "w" (lambda () (let ((n 6)) (if (> n 5) (union-loop n (lambda (i) {PIECE})) (union)))))
+(call "w")
+(define w (retrieve "w"))
+(list (length (w)) (car (w)) (map cdr (w)) (append (w) (w)))
+(bind "v" (lambda () (union (w) (call "w")))) (call "v") (w)
+(bind "w" w) (call "w") (w)""",
+    "applied": f"""
+(bind "w" (lambda (z gamma) (for/union ((i 6)) {PIECE})))
+(define (parts-of-w) (apply-entity-function (retrieve "w") (embedding "a") (list)))
+(call "w" (embedding "a"))
+(length (parts-of-w)) (parts-of-w) (eq? (parts-of-w) (parts-of-w)) (call "w" (embedding "a"))
+(bind "v" (lambda () (union (parts-of-w) (transform (parts-of-w) (scale 2))))) (call "v")""",
+    "retrieved in its own body": f"""
+(define depth 0)
+(bind "w" (lambda ()
+  (set! depth (+ depth 1))
+  (if (< depth 3) (print (length ((retrieve "w")))))
+  (union (union-loop 6 (lambda (i) {PIECE})) (call "sphere"))))
+(call "w")""",
+    "bodies": f"""
+(bind "w" (lambda ((:n 4))
+  (define row (union-loop n (lambda (i) {PIECE})))
+  (cond ((= n 1) (union)) ((= n 2) (call "sphere")) ((= n 3) row)
+        ((= n 4) (transform row (scale 2))) ((= n 5) (union row row)) (else (for/union ((p row)) p)))))
+(for/list ((n 8)) (call "w" :n n)) (scene "w" :n 5)""",
+    "inner functions": f"""
+(bind "w" (lambda ()
+  (define (row n) (union-loop n (lambda (i) {PIECE})))
+  (define rows (map row '(2 3 4)))
+  (print (map length rows))
+  (union (row 5) rows (union-loop 4 (lambda (k) (let ((r (row k))) (if (odd? k) r (transform r (scale 2)))))))))
 (call "w")""",
     "a broken loop": f"""
 (define seen 0)
@@ -172,16 +205,6 @@ def test_a_product_that_overflows(monkeypatch: pytest.MonkeyPatch, fewest: int) 
     assert columns.moved([math.inf, *IDENTITY[1:]]) is None
     large = PartColumns.of([Pair(Entity("a", ANONYMOUS, ()), Matrix([9e307] * 12))] * 3)  # whose sum overflows
     assert large.moved(IDENTITY) is not None
-
-
-def test_an_unread_list_is_made_once() -> None:
-    value = unread_list((1, 2, 3))
-    assert value.unread == (1, 2, 3)
-    assert list(iterate_list(value)) == [1, 2, 3]
-    assert value.unread is None
-    assert value.cdr is value.cdr
-    with pytest.raises(AttributeError):
-        value.other  # noqa: B018
 
 
 LOOP = '(bind "w" (lambda () (union (call "sphere") (union-loop 3000 (lambda (i) {})))))'.format(

@@ -75,10 +75,15 @@ class Analysis:
     """Result of the analysis.
 
     ``regions`` are keyed by the id of the Lambda, For or While node, ``loops`` by the id of the Body that is a loop.
+
+    ``parts`` has the ids of the forms that make parts (``union`` and its kin) and whose value only becomes parts: of
+    another such form, or of an entity. They may return columns, which programs never see. Their values are None, or
+    the Lambda of a word whose body they end, which others may get by ``retrieve``.
     """
 
     regions: dict[int, Region] = field(default_factory=dict)
     loops: dict[int, Loop] = field(default_factory=dict)
+    parts: dict[int, ast.Lambda | None] = field(default_factory=dict)
 
 
 def pattern_variables(target: Any) -> Iterator[Variable]:
@@ -185,6 +190,8 @@ class _Analyzer:
     def visit(self, node: Any, region: Region) -> None:
         """Visit an expression whose variables live in ``region``."""
         kind = type(node)
+        for consumed in _consumed_parts(node):
+            self._mark_parts(consumed, node.function if kind is ast.Bind else None)
         if kind is ast.Reference:
             self._use(node.target, region)
         elif kind is ast.Assignment:
@@ -208,6 +215,19 @@ class _Analyzer:
                 self._set_owner(node.target, region)
             for child in children(node):
                 self.visit(child, region)
+
+    def _mark_parts(self, node: Any, owner: ast.Lambda | None) -> None:
+        """Record the forms that make the value of ``node`` and are parts; ``owner`` is the function that they end."""
+        ends = [node]
+        while ends:
+            end = ends.pop()
+            kind = type(end)
+            if kind is ast.Body and end.items:
+                ends.append(end.items[-1])
+            elif kind is ast.If:
+                ends += [end.then, end.otherwise]
+            elif kind in (ast.Union, ast.UnionLoop, ast.Transform) or (kind is ast.For and end.kind == "union"):
+                self.analysis.parts[id(end)] = owner
 
     def _region(self, node: Any, parent: Region, *, is_function: bool) -> Region:
         """Create the region of a node."""
@@ -278,6 +298,20 @@ class _Analyzer:
         _mark_safe(node)
         for item in node.items:
             self.visit(item.value if type(item) is ast.Define else item, region)
+
+
+def _consumed_parts(node: Any) -> tuple[Any, ...]:
+    """Return the expressions whose values a form converts to parts, and which nothing else sees."""
+    kind = type(node)
+    if kind is ast.Union:
+        return tuple(node.members)
+    if kind is ast.Transform:
+        return (node.part,)
+    if kind is ast.For:
+        return (node.body,) if node.kind == "union" else ()
+    if kind in (ast.UnionLoop, ast.Bind) and type(node.function) is ast.Lambda:
+        return (node.function.body,)
+    return ()
 
 
 def _mark_safe(node: ast.Body) -> None:

@@ -15,7 +15,14 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile.analyze import undefined
-from scenelang.interpreter.runtime.parts import PartCollector, call_embeddings, copy_table, parts_of, transformed
+from scenelang.interpreter.runtime.parts import (
+    PartCollector,
+    call_embeddings,
+    copy_table,
+    listed,
+    parts_of,
+    transformed,
+)
 from scenelang.interpreter.runtime.procedures import (
     TAIL,
     UNDEFINED,
@@ -657,7 +664,7 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
         error = builtin_arity_error(builtin, count)
         return _raiser(arguments, error.name, error.message, error.hint, span)
     slow = slow_call(rt, builtin, span)
-    if not signature.takes(count) or count > _MAX_DIRECT or calls_others(builtin, count):
+    if not signature.takes(count) or count > _MAX_DIRECT:
         return lambda frame: slow([argument(frame) for argument in arguments])
     checks = tuple(
         [
@@ -665,7 +672,7 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
             for parameter in parameters_of(builtin, count)
         ]
     )
-    if keywords or count > 3:
+    if keywords or count > 3 or calls_others(builtin, count):
         return _builtin_many(rt, builtin, arguments, checks, slow if keywords else None, span)
     return _FIXED[count](rt, builtin, arguments, checks, span)
 
@@ -836,7 +843,7 @@ def _builtin3(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: 
 def _builtin_many(
     rt: Runtime, builtin: Builtin, arguments: Sequence[Node], checks: Sequence[Any], named: Any, span: Span
 ) -> Node:
-    """Compile a call of a builtin with more arguments, or one that also takes keywords.
+    """Compile a call of a builtin with more arguments, one that also takes keywords, or one that calls functions.
 
     ``named`` is the function that calls a builtin of the latter kind where one of the arguments is a keyword.
     """
@@ -1099,7 +1106,7 @@ def add_parts(rt: Runtime, out: PartCollector, value: Any, span: Span) -> None:
     """
     if type(value) is Entity:
         out.append(Pair(value, IDENTITY))
-    elif type(value) is Pair and value.unread is None and type(value.cdr) is Matrix and type(value.car) is Entity:
+    elif type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
         out.append(value)
         if len(out) >= MIN_COLUMNS:
             out.settle()
@@ -1110,12 +1117,24 @@ def add_parts(rt: Runtime, out: PartCollector, value: Any, span: Span) -> None:
             raise _located(error, span) from None
 
 
+def part_result(compiler: Compiler, node: Any) -> Callable[[Any], Any]:
+    """Return a function of a form's parts, which keeps columns where they only become parts (``Analysis.parts``)."""
+    if id(node) not in compiler.analysis.parts:
+        return listed
+    owner = compiler.analysis.parts[id(node)]
+    if owner is None:
+        return lambda value: value
+    code = compiler.codes.get(id(owner))
+    return listed if code is None else lambda value: listed(value) if code.is_exposed else value
+
+
 def compile_union(compiler: Compiler, node: ast.Union, context: Context) -> Node:
     """Compile ``(union member ...)``."""
-    return union_node(compiler.rt, compiler.compile_all(node.members, context.inner), node)
+    nodes = compiler.compile_all(node.members, context.inner)
+    return union_node(compiler.rt, nodes, node, part_result(compiler, node))
 
 
-def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
+def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union, result: Callable[[Any], Any]) -> Node:
     """Return a node that joins the parts of its members; all are evaluated before the first is checked."""
     spans = [member.span for member in node.members]
 
@@ -1126,9 +1145,7 @@ def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
             # the fast paths of `add_parts`, written out because this is hot
             if type(value) is Entity:
                 out.append(Pair(value, IDENTITY))
-            elif (
-                type(value) is Pair and value.unread is None and type(value.cdr) is Matrix and type(value.car) is Entity
-            ):
+            elif type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
                 out.append(value)
             else:
                 break
@@ -1138,7 +1155,7 @@ def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union) -> Node:
         collector = PartCollector()
         for value, span in zip(values, spans):
             add_parts(rt, collector, value, span)
-        return collector.listed()
+        return result(collector.value())
 
     return union
 
@@ -1147,10 +1164,10 @@ def compile_union_loop(compiler: Compiler, node: ast.UnionLoop, context: Context
     """Compile ``(union-loop count function)``."""
     count = compiler.compile(node.count, context.inner)
     function = compiler.compile(node.function, context.inner)
-    return union_loop_node(compiler.rt, count, function, node.span)
+    return union_loop_node(compiler.rt, count, function, node.span, part_result(compiler, node))
 
 
-def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Node:
+def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span, result: Callable[[Any], Any]) -> Node:
     """Return a node that joins the parts that a function returns for 0 to count - 1.
 
     A closure with one plain parameter is called directly, without ``rt.apply``.
@@ -1193,7 +1210,7 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span) -> Nod
         # all calls precede the first check, as in `union_node`
         for value in values:
             add_parts(rt, out, value, span)
-        return out.listed()
+        return result(out.value())
 
     return loop
 
@@ -1215,10 +1232,10 @@ def compile_transform(compiler: Compiler, node: ast.Transform, context: Context)
     """Compile ``(transform part matrix)``."""
     part = compiler.compile(node.part, context.inner)
     matrix = compiler.compile(node.matrix, context.inner)
-    return transform_node(compiler.rt, part, matrix, node.span)
+    return transform_node(compiler.rt, part, matrix, node.span, part_result(compiler, node))
 
 
-def transform_node(rt: Runtime, part: Node, matrix: Node, span: Span) -> Node:
+def transform_node(rt: Runtime, part: Node, matrix: Node, span: Span, result: Callable[[Any], Any]) -> Node:
     """Return a node that poses a part; a finite matrix (its sum is finite) and an entity need no conversion."""
 
     def transform(frame: Frame) -> Any:
@@ -1227,7 +1244,7 @@ def transform_node(rt: Runtime, part: Node, matrix: Node, span: Span) -> Node:
         if type(p) is Entity and type(m) is Matrix and isfinite(sum(m)):
             return Pair(p, m)
         try:
-            return transformed(rt, p, m)
+            return result(transformed(rt, p, m))
         except SceneError as error:
             raise _located(error, span) from None
 

@@ -9,7 +9,7 @@ from scenelang.grammar import ast
 from scenelang.grammar.datum import Span
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.compile.analyze import FrameLayout
-from scenelang.interpreter.compile.calls import add_parts, item_adder, unpacker
+from scenelang.interpreter.compile.calls import add_parts, item_adder, part_result, unpacker
 from scenelang.interpreter.runtime.parts import PartCollector
 from scenelang.interpreter.runtime.procedures import Frame, Node, items_of, iterate
 from scenelang.interpreter.runtime.types import type_name
@@ -40,6 +40,7 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
         levels.append(_level(compiler, clause, outer, inner, node.span))
     body = compiler.repeated(node.body, inner)
     kind = _KINDS[node.kind]
+    result = part_result(compiler, node)  # which changes nothing but parts
     step = kind.step(rt, body, node.span)
     if accumulators:
         step = _fold_step(rt, body, accumulators, node.span)
@@ -57,7 +58,7 @@ def compile_for(compiler: Compiler, node: ast.For, context: Context) -> Node:
             bind(frame, value)
         step(frame, out)
         try:
-            return kind.finish(rt, out)
+            return result(kind.finish(rt, out))
         except SceneError as error:
             if error.span is None:
                 error.span = node.span
@@ -285,7 +286,7 @@ class _Union(_Kind):
 
     @staticmethod
     def finish(rt: Runtime, out: Any) -> Any:
-        return out.listed()
+        return out.value()
 
 
 class _Append(_Kind):

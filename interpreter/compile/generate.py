@@ -119,8 +119,8 @@ class Dest:
 
 NOWHERE = Dest()
 _EMBEDDED = (ast.Guard, ast.LetEscape)
-_COLLECTING = ("list", "union", "append")
-_FOR_KINDS = frozenset({*_COLLECTING, "each", "sum", "and", "or", "first", "fold"})
+_COLLECTING = ("list", "append")
+_FOR_KINDS = frozenset({*_COLLECTING, "union", "each", "sum", "and", "or", "first", "fold"})
 
 
 class FunctionWriter(Text):
@@ -484,19 +484,23 @@ class FunctionWriter(Text):
 
     def _transform(self, node: ast.Transform) -> CodeText:
         part, matrix = self.operands((node.part, node.matrix))
-        slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span))
+        result = calls.part_result(self.compiler, node)
+        slow = self.constant(calls.transform_node(self.rt, itemgetter(0), itemgetter(1), node.span, result))
         test = f"type({part.text}) is Entity"
         if matrix.text not in self.poses:
             test += f" and type({matrix.text}) is Matrix and isfinite(sum({matrix.text}))"
         text = f"Pair({part.text}, {matrix.text}) if {test} else {slow}(({part.text}, {matrix.text}))"
-        return self.temporary(CodeText(text, PART))
+        return self.temporary(CodeText(text, ANY if id(node) in self.compiler.analysis.parts else PART))
 
     def _union(self, node: ast.Union) -> CodeText:
-        return self.by_values(lambda nodes: calls.union_node(self.rt, nodes, node), node.members)
+        result = calls.part_result(self.compiler, node)
+        return self.by_values(lambda nodes: calls.union_node(self.rt, nodes, node, result), node.members)
 
     def _union_loop(self, node: ast.UnionLoop) -> CodeText:
+        result = calls.part_result(self.compiler, node)
+
         def compiled(nodes: list[Node]) -> Node:
-            return calls.union_loop_node(self.rt, nodes[0], nodes[1], node.span)
+            return calls.union_loop_node(self.rt, nodes[0], nodes[1], node.span, result)
 
         return self.by_values(compiled, (node.count, node.function))
 
@@ -914,8 +918,12 @@ class FunctionWriter(Text):
         self.indent, self.blocks, self.kinds = indent, blocks, before
         if node.kind == "fold":
             return CodeText(results[0]) if len(results) == 1 else self.list_of([CodeText(result) for result in results])
+        if node.kind == "union":
+            result = self.constant(calls.part_result(self.compiler, node))
+            is_list = id(node) not in self.compiler.analysis.parts
+            return self.temporary(CodeText(f"{result}({out}.value())", LIST if is_list else ANY))
         if node.kind in _COLLECTING:
-            return self.temporary(CodeText(f"{out}.listed()" if node.kind == "union" else f"make_list({out})", LIST))
+            return self.temporary(CodeText(f"make_list({out})", LIST))
         return CodeText("None" if node.kind == "each" else out)
 
     def _each(self, clause: ast.Clause) -> None:

@@ -47,6 +47,7 @@ from scenelang.interpreter.runtime.procedures import (
     UNDEFINED,
     Cell,
     Closure,
+    RecordProcedure,
     iterate,
     python_error,
 )
@@ -222,6 +223,8 @@ def caller(rt: Runtime, head: Any, span: Span) -> Callable[[Any, Sequence[Any]],
                 tick()
                 result = rt.next_body(rt.next_frame)
             return result
+        if type(function) is RecordProcedure:
+            return function.call(rt, values)
         if function is UNDEFINED:
             raise undefined(rt, head.name, head.span)
         if not isinstance(function, Procedure):

@@ -414,8 +414,8 @@ PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"}) 
 
 # --- arithmetic of generated code outside its inlined paths: mixed numbers, long Integers, vectors of three Floats ---
 #
-# These cases are computed here, without a call of the builtin. ``slow`` is the builtin: it computes all others, and
-# reports errors and results that exceed the limit.
+# These cases are computed here, without a call of the builtin; a ``try`` that does not fail costs less than ``len``.
+# ``slow`` is the builtin: it computes all others, and reports errors and results that exceed the limit.
 
 
 def adder(slow: Slow) -> Slow:
@@ -423,9 +423,11 @@ def adder(slow: Slow) -> Slow:
 
     def add(x: Any, y: Any) -> Any:
         kind_x, kind_y = type(x), type(y)
-        if kind_x is Vector and kind_y is Vector and len(x) == 3 and len(y) == 3:
-            x0, x1, x2 = x
-            y0, y1, y2 = y
+        if kind_x is Vector and kind_y is Vector:
+            try:
+                (x0, x1, x2), (y0, y1, y2) = x, y
+            except ValueError:  # other lengths
+                return slow(x, y)
             if type(x0) is float and type(y0) is float:
                 return Vector((x0 + y0, x1 + y1, x2 + y2))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
@@ -445,9 +447,11 @@ def subtracter(slow: Slow) -> Slow:
 
     def subtract(x: Any, y: Any) -> Any:
         kind_x, kind_y = type(x), type(y)
-        if kind_x is Vector and kind_y is Vector and len(x) == 3 and len(y) == 3:
-            x0, x1, x2 = x
-            y0, y1, y2 = y
+        if kind_x is Vector and kind_y is Vector:
+            try:
+                (x0, x1, x2), (y0, y1, y2) = x, y
+            except ValueError:  # other lengths
+                return slow(x, y)
             if type(x0) is float and type(y0) is float:
                 return Vector((x0 - y0, x1 - y1, x2 - y2))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
@@ -467,17 +471,25 @@ def multiplier(slow: Slow) -> Slow:
 
     def multiply(x: Any, y: Any) -> Any:
         kind_x, kind_y = type(x), type(y)
-        if kind_x is Vector and kind_y is float and len(x) == 3:
-            x0, x1, x2 = x
+        if kind_x is Vector and kind_y is float:
+            try:
+                x0, x1, x2 = x
+            except ValueError:  # another length
+                return slow(x, y)
             if type(x0) is float:
                 return Vector((x0 * y, x1 * y, x2 * y))
-        elif kind_y is Vector and kind_x is float and len(y) == 3:
-            y0, y1, y2 = y
+        elif kind_y is Vector and kind_x is float:
+            try:
+                y0, y1, y2 = y
+            except ValueError:
+                return slow(x, y)
             if type(y0) is float:
                 return Vector((x * y0, x * y1, x * y2))
-        elif kind_x is Vector and kind_y is Vector and len(x) == 3 and len(y) == 3:
-            x0, x1, x2 = x
-            y0, y1, y2 = y
+        elif kind_x is Vector and kind_y is Vector:
+            try:
+                (x0, x1, x2), (y0, y1, y2) = x, y
+            except ValueError:  # other lengths
+                return slow(x, y)
             if type(x0) is float and type(y0) is float:
                 return Vector((x0 * y0, x1 * y1, x2 * y2))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:

@@ -146,8 +146,8 @@ def _is_frame_list(function: Any, value: Any) -> bool:
         return False
     if type(value) is Entity or (type(value) is not Pair and not isinstance(value, MutableList)):
         return False
-    if type(value) is Pair and (value.unread is not None or not _is_frame(value.car)):
-        return False  # posed entities, as all items of an unread list are
+    if type(value) is Pair and not _is_frame(value.car):
+        return False
     members = value.items if isinstance(value, MutableList) else list_items(value)
     return bool(members) and all(_is_frame(member) for member in members) and _is_proper(value)
 
@@ -165,9 +165,7 @@ def _is_frame(member: Any) -> bool:
     """Return whether an item of the root's list may be a frame: an entity or a list, but not a posed entity."""
     if type(member) is Entity or member is NIL or isinstance(member, MutableList):
         return True
-    if type(member) is not Pair:
-        return False
-    return member.unread is not None or not (type(member.car) is Entity and type(member.cdr) is Matrix)
+    return type(member) is Pair and not (type(member.car) is Entity and type(member.cdr) is Matrix)
 
 
 def _frames(rt: Runtime, function: Any, value: Any, word: str) -> list[Sequence[Any]]:

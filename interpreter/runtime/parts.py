@@ -34,7 +34,6 @@ from scenelang.interpreter.values.values import (
     Vector,
     make_list,
     table_key,
-    unread_list,
 )
 
 if TYPE_CHECKING:
@@ -48,7 +47,7 @@ _MAX_FREE_ATTRIBUTES = 32  # of an embedding: more cost steps
 class PartCollector(list[Pair]):
     """Parts of a form in the order of its turns: pairs, of which many are put into columns.
 
-    Generated code and closures append to it, and ``settle`` it now and then; ``listed`` is the value of the form.
+    Generated code and closures append to it, and ``settle`` it now and then; ``value`` is that of the form.
     """
 
     _gathered: GatheredParts | None = None
@@ -70,15 +69,10 @@ class PartCollector(list[Pair]):
             self.settle()
 
     def take_plain(self, values: Sequence[Any]) -> bool:
-        """Add values if all are entities, posed entities or lists of parts that nobody has read; else return False.
-
-        These need no conversion, so that it cannot fail.
-        """
+        """Add values if all are entities or posed entities, whose conversion cannot fail; else return False."""
         pairs: list[Any] = []
         for value in values:
-            if type(value) is Pair:
-                if value.unread is not None or type(value.cdr) is not Matrix or type(value.car) is not Entity:
-                    return False
+            if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
                 pairs.append(value)
             elif type(value) is Entity:
                 pairs.append(Pair(value, IDENTITY))
@@ -88,18 +82,23 @@ class PartCollector(list[Pair]):
         self.settle()
         return True
 
-    def listed(self) -> Any:
-        """Return the list of the parts; of many, one whose pairs are made when they are read."""
+    def value(self) -> Any:
+        """Return the list of the parts, or the columns of many; these may only become parts (``analyze``)."""
         if self._gathered is None:
             return make_list(self)
         self._gather(self)
-        return unread_list(self._gathered.columns())
+        return self._gathered.columns()
 
     def _gather(self, parts: Sequence[Pair]) -> None:
         """Add parts to the columns."""
         if self._gathered is None:
             self._gathered = GatheredParts()
         self._gathered.extend(parts)
+
+
+def listed(value: Any) -> Any:
+    """Return a value as programs see it: columns as the list of their pairs."""
+    return make_list(value) if type(value) is PartColumns else value
 
 
 def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> Sequence[Pair]:
@@ -122,9 +121,9 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> Sequence[
     """
     if type(value) is Entity:
         return (Pair(value, IDENTITY),)
-    if type(value) is Pair and type(value.unread) is PartColumns:
-        _charge_walk(runtime, len(value.unread))
-        return value.unread
+    if type(value) is PartColumns:
+        _charge_walk(runtime, len(value))
+        return value
     out: list[Pair] = []
     stack: list[Any] = [value]
     pending = 0
@@ -174,7 +173,7 @@ def parts_of(runtime: Runtime, value: Any, word: str | None = None) -> Sequence[
 
 
 def _charge_walk(runtime: Runtime, count: int) -> None:
-    """Charge for ``count`` parts of an unread list as ``parts_of`` does for those of a list that it walks."""
+    """Charge for ``count`` parts in columns as ``parts_of`` does for those of a list that it walks."""
     first = _CHECK_INTERVAL - 1  # its first step is the list itself
     blocks = range(first, count, _CHECK_INTERVAL)
     for passed in blocks:
@@ -386,7 +385,7 @@ def attribute_table(runtime: Runtime, pairs: Mapping[str, Any]) -> Table:
 
 
 def transformed(runtime: Runtime, part: Any, matrix: Any) -> Any:
-    """Apply ``(transform part matrix)``: return a pair for an entity or pair, and a list for a list."""
+    """Apply ``(transform part matrix)``: return a pair for an entity or pair, else a list, or columns."""
     moved = pose_from(runtime, matrix)
     if type(part) is Entity:
         return Pair(part, moved)
@@ -397,7 +396,7 @@ def transformed(runtime: Runtime, part: Any, matrix: Any) -> Any:
         columns = parts.moved(moved)
         if columns is None:
             raise not_finite()
-        return unread_list(columns)
+        return columns
     composed: list[Pair] = []
     for start in range(0, len(parts), _CHECK_INTERVAL):
         block = parts[start : start + _CHECK_INTERVAL]

@@ -127,6 +127,8 @@ class ClosureCode:
         Names of the keyword parameters; None if it takes no keywords.
     takes_any_keyword
         Whether a parameter collects further keyword arguments.
+    is_exposed
+        Whether others than calls of its word call it, so that it must return lists of parts and no columns.
     required, positional
         Number of required parameters, and of required and optional ones.
     rest
@@ -143,6 +145,7 @@ class ClosureCode:
     returns_tail: bool = field(init=False, default=True)
     keyword_names: frozenset[str] | None = field(init=False)
     takes_any_keyword: bool = field(init=False)
+    is_exposed: bool = field(init=False, default=False)
     required: int = field(init=False)
     positional: int = field(init=False)
     rest: CodeParameter | None = field(init=False)
@@ -421,19 +424,18 @@ def call_builtin(runtime: Runtime, builtin: Builtin, arguments: Sequence[Any]) -
 
 def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[Any]) -> None:
     """Convert the positional arguments of a builtin in place; raise ``SceneError`` for a wrong number or type."""
-    signature = builtin.signature
-    parameters, rest = signature.positional, signature.rest
-    count = len(positional)
-    if not signature.takes(count):
-        raise builtin_arity_error(builtin, count)
-    if builtin.checks_arguments:
-        return
-    for index, parameter in enumerate(parameters[:count]):
-        if parameter.type.is_checked:
-            positional[index] = convert(runtime, builtin, parameter, positional[index])
-    if rest is not None and rest.type.is_checked:
-        for index in range(len(parameters), count):
-            positional[index] = convert(runtime, builtin, rest, positional[index])
+    checked = builtin.checked(len(positional))
+    if checked is None:
+        raise builtin_arity_error(builtin, len(positional))
+    for index, parameter in checked:
+        expected = parameter.type
+        try:
+            if expected.walk is None:
+                positional[index] = expected.convert(positional[index])
+            else:
+                positional[index] = expected.walk(runtime, positional[index])
+        except Mismatch:
+            raise type_error(builtin, parameter, positional[index]) from None
 
 
 def _keywords(runtime: Runtime, builtin: Builtin, named: dict[str, Any]) -> dict[str, Any]:
@@ -465,12 +467,6 @@ class RecordProcedure(Procedure):
     def __init__(self, name: str, call: Any) -> None:
         self.name = name
         self.call = call
-
-
-def call_record_procedure(runtime: Runtime, procedure: Procedure, arguments: Sequence[Any]) -> Any:
-    """Call a procedure created by ``define-record``."""
-    assert isinstance(procedure, RecordProcedure)
-    return procedure.call(runtime, arguments)
 
 
 # Iteration over sequences.
@@ -622,9 +618,12 @@ def _converted(rt: Runtime, kind: RecordType, index: int, types: Sequence[Type |
 def _constructor(kind: RecordType, types: Sequence[Type | None], defaults: Sequence[Any]) -> Any:
     """Return the constructor of a record type; a default is a function of the fields before it, or False."""
     usage = "(" + " ".join((kind.name, *kind.fields)) + ")"
+    is_untyped = all(expected is None for expected in types)
 
     def construct(rt: Runtime, arguments: Sequence[Any]) -> Record:
         """Create a record from positional and keyword arguments."""
+        if is_untyped and len(arguments) == len(kind.fields) and Keyword not in map(type, arguments):
+            return Record(kind, list(arguments), rt.clock)
         positional, keywords = split_keywords(kind.name, usage, arguments)
         if len(positional) > len(kind.fields):
             message = f"`{kind.name}` has {len(kind.fields)} fields, got {len(positional)} arguments"
@@ -678,8 +677,10 @@ def _accessor(kind: RecordType, index: int) -> Any:
 
     def access(rt: Runtime, arguments: Sequence[Any]) -> Any:
         """Return the value of the field."""
-        record = _record_argument(kind, name, arguments, 1)
-        rt.read(record)
+        if len(arguments) != 1 or type(record := arguments[0]) is not Record or record.type is not kind:
+            record = _record_argument(kind, name, arguments, 1)
+        if record.birth < rt.serial:
+            rt.read(record)
         return record.values[index]
 
     return access

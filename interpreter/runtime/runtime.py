@@ -31,6 +31,7 @@ from scenelang.interpreter.runtime.procedures import (
     Condition,
     Escape,
     EscapeSignal,
+    RecordProcedure,
     bind_arguments,
     bind_entity,
     check_keywords,
@@ -411,6 +412,8 @@ class Runtime:
 
     def apply_other(self, function: Any, args: Sequence[Any]) -> Any:
         """Call a procedure other than a closure."""
+        if type(function) is RecordProcedure:
+            return function.call(self, args)
         if type(function) is Builtin:
             self.tick()
             return procedures.call_builtin(self, function, args)
@@ -422,8 +425,6 @@ class Runtime:
             if not function.active:
                 raise SceneError("escape", f"`{function.name}` was called after its `let/ec` returned")
             raise EscapeSignal(function, args[0] if args else None)
-        if isinstance(function, Procedure):
-            return procedures.call_record_procedure(self, function, args)
         raise self.not_a_procedure(function)
 
     def not_a_procedure(self, value: Any, span: Span | None = None) -> SceneError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, cached_property, partial
 from itertools import islice
 from typing import Any, Protocol
@@ -549,6 +549,28 @@ class Builtin(Procedure):
         """Parsed signature."""
         return parse_signature(self.parameters)
 
+    def checked(self, count: int) -> Sequence[tuple[int, BuiltinParameter]] | None:
+        """Return which of ``count`` positional arguments are checked before a call, with their parameters.
+
+        None for a number of arguments that the function does not accept. Kept, since calls without generated code ask
+        for it every time.
+        """
+        if count not in self._checked:
+            signature = self.signature
+            if not signature.takes(count):
+                return None
+            named = signature.positional[:count]
+            parameters = named if signature.rest is None else (*named, *[signature.rest] * (count - len(named)))
+            pairs = [(i, p) for i, p in enumerate(parameters) if p.type.is_checked and not self.checks_arguments]
+            if count > _MAX_KEPT:
+                return pairs
+            self._checked[count] = tuple(pairs)
+        return self._checked[count]
+
+    @cached_property
+    def _checked(self) -> dict[int, Sequence[tuple[int, BuiltinParameter]]]:
+        return {}
+
     @property
     def usage(self) -> str:
         """Signature for diagnostics and help, such as ``(rotate angle::Float axis::Vector) -> Matrix``."""
@@ -564,6 +586,7 @@ class Builtin(Procedure):
         return f"for example `{text[slice(*piece_at(text, start))]}`"
 
 
+_MAX_KEPT = 16  # arguments of a call whose checked parameters are kept
 _MAX_CALL = 80  # characters of a call in a hint
 
 

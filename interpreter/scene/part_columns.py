@@ -3,6 +3,10 @@
 ``Entity.children`` is a tuple of pairs, or ``PartColumns``, which makes a pair when somebody reads it. A pair, its pose
 and its numbers take 260 to 330 bytes, a row of the columns 100. Whatever looks at all parts of large scenes reads the
 columns (``flatten.graph_of``, ``descendants`` and the counts); everything else iterates over pairs as before.
+
+Forms that make parts return columns to each other and to the entity around them (``Analysis.parts``); programs see
+lists of pairs. Lists whose pairs are made when they are read were tried for all of them: an attribute hook on ``Pair``
+keeps CPython from specializing its attributes, and made programs on lists 1.7 times slower.
 """
 
 from __future__ import annotations

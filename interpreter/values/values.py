@@ -6,7 +6,7 @@ memoized calls remain sound (see ``runtime``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import isfinite
 from struct import Struct, pack
 from typing import TYPE_CHECKING, Any, Protocol
@@ -35,45 +35,16 @@ NIL = Nil()
 
 
 class Pair:
-    """Immutable pair. A list is ``NIL``, or a pair whose ``cdr`` is a list.
+    """Immutable pair. A list is ``NIL``, or a pair whose ``cdr`` is a list."""
 
-    Attributes
-    ----------
-    unread
-        Items of a list that nobody has read yet (see ``unread_list``), else None.
-    """
-
-    __slots__ = ("car", "cdr", "unread")
-
-    unread: Sequence[Any] | None
+    __slots__ = ("car", "cdr")
 
     def __init__(self, car: Any, cdr: Any) -> None:
         self.car = car
         self.cdr = cdr
-        self.unread = None
-
-    if not TYPE_CHECKING:  # else every name would be an attribute for mypy
-
-        def __getattr__(self, name: str) -> Any:
-            """Make the pairs of an unread list, whose first pair has no ``car`` and ``cdr`` before."""
-            if name not in ("car", "cdr") or self.unread is None:
-                raise AttributeError(name)
-            first = make_list(self.unread)
-            self.car, self.cdr, self.unread = first.car, first.cdr, None
-            return getattr(self, name)
 
     def __repr__(self) -> str:
         return "<pair>"
-
-
-def unread_list(items: Sequence[Any]) -> Pair:
-    """Return the list of one or more ``items`` whose pairs are made when its ``car`` or ``cdr`` is read.
-
-    The parts that a loop returns mostly become those of an entity, without that anything reads them one by one.
-    """
-    pair = Pair.__new__(Pair)
-    pair.unread = items
-    return pair
 
 
 def make_list(items: Iterable[Any], tail: Any = NIL) -> Any:
