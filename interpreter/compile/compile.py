@@ -719,6 +719,8 @@ class Compiler:
         def slow(x: Any, y: Any) -> Any:
             return slow_call([x, y])
 
+        if name in intrinsics.ARITHMETIC:
+            slow = intrinsics.ARITHMETIC[name](slow)
         left = self._local_slot(operands[0], context)
         number = operands[1].value if type(operands[1]) is ast.Constant else None
         if left is not None and type(number) in (int, float) and name in intrinsics.SLOT_CONSTANT:

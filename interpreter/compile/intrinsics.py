@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 Slow = Callable[[Any, Any], Any]
 _NUMBERS = frozenset((int, float))
+_INT64, _LEAST = 1 << 63, -(1 << 63)  # bounds of Integers in arrays
 _LIMIT = 1 << 4000  # of Integers on fast paths; the builtin checks larger results, so that they cannot grow forever
 
 
@@ -412,7 +413,7 @@ UNARY: dict[str, Callable[[Node, Callable[[Any], Any]], Node]] = {
 PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"})  # these always return a boolean
 
 
-# --- arithmetic of generated code outside its inlined paths: mixed numbers, long Integers, vectors of three Floats ---
+# --- arithmetic beyond numbers of one type: mixed numbers, long Integers, vectors of three numbers ---
 #
 # These cases are computed here, without a call of the builtin; a ``try`` that does not fail costs less than ``len``.
 # ``slow`` is the builtin: it computes all others, and reports errors and results that exceed the limit.
@@ -426,10 +427,11 @@ def adder(slow: Slow) -> Slow:
         if kind_x is Vector and kind_y is Vector:
             try:
                 (x0, x1, x2), (y0, y1, y2) = x, y
-            except ValueError:  # other lengths
+                a, b, c = x0 + y0, x1 + y1, x2 + y2
+            except (ValueError, OverflowError):  # other lengths; a long Integer and a Float
                 return slow(x, y)
-            if type(x0) is float and type(y0) is float:
-                return Vector((x0 + y0, x1 + y1, x2 + y2))
+            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+                return Vector((a, b, c))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             try:
                 result = x + y
@@ -450,10 +452,11 @@ def subtracter(slow: Slow) -> Slow:
         if kind_x is Vector and kind_y is Vector:
             try:
                 (x0, x1, x2), (y0, y1, y2) = x, y
-            except ValueError:  # other lengths
+                a, b, c = x0 - y0, x1 - y1, x2 - y2
+            except (ValueError, OverflowError):  # other lengths; a long Integer and a Float
                 return slow(x, y)
-            if type(x0) is float and type(y0) is float:
-                return Vector((x0 - y0, x1 - y1, x2 - y2))
+            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+                return Vector((a, b, c))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             try:
                 result = x - y
@@ -471,27 +474,24 @@ def multiplier(slow: Slow) -> Slow:
 
     def multiply(x: Any, y: Any) -> Any:
         kind_x, kind_y = type(x), type(y)
-        if kind_x is Vector and kind_y is float:
+        if kind_x is Vector and kind_y in _NUMBERS:
             try:
                 x0, x1, x2 = x
-            except ValueError:  # another length
+                a, b, c = x0 * y, x1 * y, x2 * y
+            except (ValueError, OverflowError):  # another length; a long Integer and a Float
                 return slow(x, y)
-            if type(x0) is float:
-                return Vector((x0 * y, x1 * y, x2 * y))
-        elif kind_y is Vector and kind_x is float:
-            try:
-                y0, y1, y2 = y
-            except ValueError:
-                return slow(x, y)
-            if type(y0) is float:
-                return Vector((x * y0, x * y1, x * y2))
+            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+                return Vector((a, b, c))
+        elif kind_y is Vector and kind_x in _NUMBERS:
+            return multiply(y, x)  # which is the same for numbers
         elif kind_x is Vector and kind_y is Vector:
             try:
                 (x0, x1, x2), (y0, y1, y2) = x, y
-            except ValueError:  # other lengths
+                a, b, c = x0 * y0, x1 * y1, x2 * y2
+            except (ValueError, OverflowError):  # other lengths; a long Integer and a Float
                 return slow(x, y)
-            if type(x0) is float and type(y0) is float:
-                return Vector((x0 * y0, x1 * y1, x2 * y2))
+            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+                return Vector((a, b, c))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             # Unlike a sum, a product of long Integers takes long itself, so the operands are tested before.
             if kind_x is int and kind_y is int and not (-_LIMIT < x < _LIMIT and -_LIMIT < y < _LIMIT):
