@@ -914,19 +914,28 @@ def array_node(rt: Runtime, items: Sequence[Node], span: Span) -> Node:
         first, second, third = items
 
         def triple(frame: Frame) -> Any:
-            x, y, z = first(frame), second(frame), third(frame)
-            kind_x, kind_y, kind_z = type(x), type(y), type(z)
-            if kind_x is kind_y is kind_z and (kind_x is float or kind_x is int):
-                return Vector((x, y, z))
-            if kind_x in _NUMBERS and kind_y in _NUMBERS and kind_z in _NUMBERS:
-                try:
-                    return Vector((float(x), float(y), float(z)))
-                except OverflowError:
-                    pass  # an integer too large for a float: the general case reports the error
-            return _array(rt, (x, y, z), span)
+            return make(first(frame), second(frame), third(frame))
 
+        make = vector_maker(rt, span)
         return triple
     return lambda frame: _array(rt, [item(frame) for item in items], span)
+
+
+def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
+    """Return a function that creates the array ``[x y z]``."""
+
+    def make(x: Any, y: Any, z: Any) -> Any:
+        kind_x, kind_y, kind_z = type(x), type(y), type(z)
+        if kind_x is kind_y is kind_z and (kind_x is float or kind_x is int):
+            return Vector((x, y, z))
+        if kind_x in _NUMBERS and kind_y in _NUMBERS and kind_z in _NUMBERS:
+            try:
+                return Vector((float(x), float(y), float(z)))
+            except OverflowError:
+                pass  # an integer too large for a float: the general case reports the error
+        return _array(rt, (x, y, z), span)
+
+    return make
 
 
 def _array(rt: Runtime, values: Sequence[Any], span: Span) -> Any:

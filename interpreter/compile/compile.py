@@ -716,9 +716,7 @@ class Compiler:
             return None
         slow_call = calls.slow_call(self.rt, builtin, node.span)
 
-        def slow(x: Any, y: Any) -> Any:
-            return slow_call([x, y])
-
+        slow: intrinsics.Slow = lambda x, y: slow_call([x, y])
         if name in intrinsics.ARITHMETIC:
             slow = intrinsics.ARITHMETIC[name](slow)
         left = self._local_slot(operands[0], context)

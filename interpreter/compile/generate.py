@@ -18,8 +18,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from operator import itemgetter
+from types import CodeType
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
@@ -327,7 +328,7 @@ class FunctionWriter(Text):
         self.line(" raise")
         self.line("raise found from None")
         source = "\n".join(self.lines) + "\n"
-        exec(compile(source, "<generated>", "exec", dont_inherit=True), self.constants)  # noqa: S102  # nosec B102: of our own templates; no text of a program
+        exec(_code_of(source), self.constants)  # noqa: S102  # nosec B102: of our own templates; no text of a program
         self.rt.units.append(self.constants)
         entry: Callable[..., Any] = self.constants["g"]
         return entry
@@ -473,7 +474,7 @@ class FunctionWriter(Text):
         kinds = [self.kind_of(v) for v in values]
         if all(kind.tag == "Float" for kind in kinds) or all(kind.tag == "Integer" for kind in kinds):
             return self.temporary(CodeText(f"Vector(({', '.join(texts)}))", VECTOR))
-        run = self.constant(generated.vector_maker(self.rt, node.span))
+        run = self.constant(calls.vector_maker(self.rt, node.span))
         return self.temporary(CodeText(f"{run}({', '.join(texts)})"))
 
     def _first(self, node: ast.First) -> CodeText:
@@ -1185,6 +1186,16 @@ def _is_plain(argument: Any) -> bool:
     return type(argument) in (ast.ArrayLiteral, ast.Call) or (
         type(argument) is ast.Constant and type(argument.value) is not Keyword
     )
+
+
+@lru_cache(maxsize=1_000)
+def _code_of(source: str) -> CodeType:
+    """Return the compiled text of a function, which names its constants, so that functions of one shape share it.
+
+    After an edit of a helper, whatever calls it is generated again with the same text: compiling it was a seventh of
+    the new scene's time. A thousand functions take some 5 MB.
+    """
+    return compile(source, "<generated>", "exec", dont_inherit=True)
 
 
 # Start value of the result of a ``for`` form; the other kinds start with an empty list.

@@ -293,19 +293,6 @@ def cell_storer(rt: Runtime, name: str, span: Span) -> Callable[[Any, Any], None
     return store
 
 
-def vector_maker(rt: Runtime, span: Span) -> Callable[[Any, Any, Any], Any]:
-    """Return a function that creates the array ``[x y z]``."""
-    general = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
-
-    def make(x: Any, y: Any, z: Any) -> Any:
-        kind = type(x)
-        if kind is type(y) is type(z) and (kind is float or kind is int):
-            return Vector((x, y, z))
-        return general((x, y, z))  # type: ignore[arg-type]
-
-    return make
-
-
 def translation_maker(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[Any, Any, Any], Any]:
     """Return a function for ``(translate [x y z])``, which makes no array of finite numbers."""
     vector = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
