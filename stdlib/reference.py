@@ -22,6 +22,7 @@ from scenelang.grammar.lazy_patterns import lazy_pattern
 from scenelang.grammar.python_helpers import HELPERS, Helper
 from scenelang.grammar.reader import read
 from scenelang.interpreter.expand.forms import DEFINITIONS, FORM_EXAMPLES, FORMS, MACROS, PAPER_FORMS, TOP_LEVEL
+from scenelang.interpreter.runtime.modelling_helpers import python_name
 from scenelang.interpreter.runtime.types import BASE_TYPES, STD, Builtin
 from scenelang.interpreter.scene.primitives import attributes_read, block_words, docs_of_attributes, docs_of_words
 from scenelang.stdlib.library import build_library, part_modules, registry_of
@@ -409,8 +410,8 @@ class LibraryPart:
     @property
     def python_usage(self) -> str:
         """``usage`` in Python mode, ``chair(width=0.45, color=None)``; what is computed from others is None as well."""
-        given = ", ".join(f"{python_word(name)}={value or None}" for name, value in _PAIR.findall(self.usage))
-        return f"{python_word(self.word)}({given})"
+        given = ", ".join(f"{python_name(name)}={value or None}" for name, value in _PAIR.findall(self.usage))
+        return f"{python_name(self.word)}({given})"
 
 
 @cache
@@ -534,11 +535,6 @@ def in_json(text: str) -> str:
     return _ARRAY.sub(lambda match: f"[{', '.join(match[1].split())}]", text)
 
 
-def python_word(word: str) -> str:
-    """Return the word of a primitive or part in Python programs."""
-    return word.replace("-", "_").replace(" ", "_")
-
-
 def _stub(helper: Helper, signature: str, doc: Sequence[str]) -> str:
     """Return a Python function without a body but its docstring."""
     body = doc[0] if len(doc) == 1 else "\n".join([doc[0], *(f"    {line}".rstrip() for line in doc[1:]), "    "])
@@ -585,7 +581,7 @@ def python_primitives(words: Sequence[str]) -> list[str]:
     for word in words:
         attributes = [name for name in attributes_read(word) if name != "color"]
         keys = ", ".join(f"'{name}'" if not are_blocks else name.replace("-", "_") for name in attributes)
-        lines.append(f"'{python_word(word)}': {_plain(docs[word])}; arguments {keys}")
+        lines.append(f"'{python_name(word)}': {_plain(docs[word])}; arguments {keys}")
     lines.append("")
     return [*lines, *_arguments(words, are_blocks=are_blocks)]
 

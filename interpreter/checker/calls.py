@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from scenelang.grammar import ast
-from scenelang.grammar.datum import ListDatum, Source, Span
+from scenelang.grammar.datum import ListDatum, Source, Span, dataclass
 from scenelang.grammar.diagnostics import Edit, Fix, near_names
 from scenelang.grammar.reader import read
 from scenelang.interpreter.checker.builtins import check_angle, check_values, need_of_argument, result_of
@@ -561,6 +561,8 @@ def _check_builtin_keywords(
 ) -> bool:
     """Check the names and types of keyword arguments of a builtin."""
     known = {parameter.name: parameter for parameter in builtin.signature.keywords}
+    positional = [parameter.name for parameter in builtin.signature.positional]
+    callee = Callee(f"`{builtin.name}`", known, builtin.usage, positional)
     is_valid = True
     for key, key_node, value in keywords:
         parameter = known.get(key)
@@ -569,7 +571,7 @@ def _check_builtin_keywords(
             place = f"passed to `{builtin.name}` as `:{key}`"
             inference.need(value, place, (parameter.type,), expected_name(parameter.type.name))
         elif parameter is None:
-            report_unknown_keyword(inference, f"`{builtin.name}`", key, key_node.span, known, builtin.usage)
+            report_unknown_keyword(inference, callee, key, key_node.span)
             is_valid = False
         elif not accepts(parameter.type, kind):
             expected = expected_name(parameter.type.name)
@@ -581,54 +583,52 @@ def _check_builtin_keywords(
     return is_valid
 
 
-def report_unknown_keyword(
-    inference: KindInference,
-    owner: str,
-    key: str,
-    span: Span,
-    known: Any,
-    usage: str,
-    what: str = "parameter",
-    signature: str | None = None,
-) -> None:
-    """Report a keyword argument that a function does not have, with the name that is probably meant.
+@dataclass(frozen=True, slots=True)
+class Callee:
+    """Function of a call whose keyword arguments are checked.
 
-    Parameters
+    Attributes
     ----------
     owner
         The function, for error messages.
-    key, span
-        Name and location of the keyword.
-    known
+    keywords
         Names of the keyword parameters.
     usage
-        Parameter list of the function.
+        Its parameter list, or a call of it.
+    positional
+        Names of the parameters that are given by their places.
     what
         The word for a keyword argument in messages.
-    signature
-        Usage of a call, if it is not ``usage``.
     """
+
+    owner: str
+    keywords: Collection[str]
+    usage: str
+    positional: Sequence[str] = ()
+    what: str = "parameter"
+
+
+def report_unknown_keyword(inference: KindInference, callee: Callee, key: str, span: Span) -> None:
+    """Report a keyword argument ``key`` at ``span`` that a function does not have, with the name that is meant."""
+    known = callee.keywords
+    message = f"{callee.owner} has no {callee.what} `:{key}`"
     name, sign, value = key.partition("=")
     if sign and name in known:
-        written = f":{name} {value}"
         hint = f"write `:{name} {value or '...'}`: a value follows its keyword"
-        fix = Fix("Leave out the `=`", (Edit(span, written),), safe=True)
-        inference.report(
-            "keyword", f"{owner} has no {what} `:{key}`", span, hint, fixes=(fix,), found=f":{key}",
-            signature=signature or usage,
-        )  # fmt: skip
+        fix = Fix("Leave out the `=`", (Edit(span, f":{name} {value}"),), safe=True)
+        inference.report("keyword", message, span, hint, fixes=(fix,), found=f":{key}", signature=callee.usage)
         return
     near = near_names(key, known) or _abbreviated(key, known) or _meant_by_other_tools(key, known)
-    if not near and (call := _positional_named(key, usage)) is not None:
-        hint = f"`{key}` is given by its place, without a name: `{call}`"
-        inference.report("keyword", f"{owner} has no {what} `:{key}`", span, hint, found=f":{key}", signature=usage)
+    if not near and key in callee.positional:
+        call = " ".join([callee.owner.strip("`"), *callee.positional])
+        hint = f"`{key}` is given by its place, without a name: `({call})`"
+        inference.report("keyword", message, span, hint, found=f":{key}", signature=callee.usage)
         return
     fixes = tuple(Fix(f"Change to `:{other}`", (Edit(span, f":{other}"),), safe=len(near) == 1) for other in near)
     hint = f"did you mean {' or '.join(f'`:{other}`' for other in near)}?" if near else _known_keywords(known)
     inference.report(
-        "keyword", f"{owner} has no {what} `:{key}`", span, hint, fixes=fixes,
-        expected=", ".join(f":{name}" for name in known) or "no keyword", found=f":{key}", signature=signature or usage,
-        near=[f":{other}" for other in near],
+        "keyword", message, span, hint, fixes=fixes, expected=", ".join(f":{name}" for name in known) or "no keyword",
+        found=f":{key}", signature=callee.usage, near=[f":{other}" for other in near],
     )  # fmt: skip
 
 
@@ -647,14 +647,6 @@ def _meant_by_other_tools(key: str, known: Any) -> list[str]:
     """Return the keyword that means what ``key`` does in other tools, if a function has just one."""
     same = [name for row in _SAME_KEYWORDS if key.lower() in row for name in row if name in known]
     return same if len(same) == 1 else []
-
-
-def _positional_named(key: str, usage: str) -> str | None:
-    """Return the positional parameters of a usage as a call, if ``key`` is one: ``(extrude profile height ...)``."""
-    items = re.findall(r"[^\s()\[\]]+|\[[^\]]*\]", usage.partition(" -> ")[0])
-    name, *parameters = [item.strip("[]").partition("::")[0] for item in items] or [""]
-    positional = [each for each in parameters if not each.startswith(":")]
-    return f"({' '.join([name, *positional])})" if key in positional else None
 
 
 _MAX_LISTED = 8  # names in a hint
@@ -895,8 +887,11 @@ def check_keywords(
     takes_any = any(p.kind == "keys" for p in code.parameters)
     signature = f"(call {owner} {code.usage[1:-1]})" if what == "attribute" and code.usage.startswith("(") else None
     unknown = [key for key in keywords if key[0] not in named and not takes_any]
+    is_named = owner.startswith("`")  # not a word, which is called with keywords alone
+    places = [p.name for p in code.parameters if p.kind in ("required", "optional") and is_named]
+    callee = Callee(owner, named, signature or code.usage, places)
     for key, key_node, _ in unknown:
-        report_unknown_keyword(inference, owner, key, key_node.span, named, code.usage, signature=signature)
+        report_unknown_keyword(inference, callee, key, key_node.span)
     are_valid = [
         _check_parameter(inference, owner, named[key], value, code.usage, signature)
         for key, _, value in keywords
@@ -1259,7 +1254,8 @@ def _are_fields(
     for key, key_node, _ in keywords:
         if key in passed or key not in code.fields:
             remaining = [field for field in code.fields if field not in passed]
-            report_unknown_keyword(inference, f"`{code.record}`", key, key_node.span, remaining, usage, "field")
+            callee = Callee(f"`{code.record}`", remaining, usage, what="field")
+            report_unknown_keyword(inference, callee, key, key_node.span)
             return False
         passed.add(key)
     return True

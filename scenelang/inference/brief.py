@@ -16,6 +16,7 @@ from scenelang.grammar.datum import Source
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.grammar.python_helpers import HELPERS
 from scenelang.inference.listing import MAX_ITEMS, Renamed, listing, rename_language, rename_python
+from scenelang.interpreter.runtime.modelling_helpers import python_name
 from scenelang.interpreter.scene.declarations import RELATIONS, Declaration
 from scenelang.interpreter.scene.primitives import (
     attributes_read,
@@ -29,7 +30,7 @@ from scenelang.reference.primer import primer, python_modelling
 from scenelang.reference.searching import fitting_parts
 from scenelang.reference.sections import fitting_sections, with_sections
 from scenelang.session.session import Session
-from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, helper_header, in_json, python_word
+from scenelang.stdlib.reference import LibraryPart, ReferenceRecord, helper_header, in_json
 
 # Prompt templates: files with placeholders ``{{name}}``. A user's file of the same name overrides the package's file.
 
@@ -471,7 +472,7 @@ def _object_line(part: LibraryPart, is_python: bool) -> str:
 def _socket_usage(socket: ReferenceRecord, is_python: bool) -> str:
     """Return the call of a socket with its keywords, and whether it returns a list."""
     if is_python:
-        call = f"{python_word(socket.name)}({', '.join(map(python_word, socket.keywords))})"
+        call = f"{python_name(socket.name)}({', '.join(map(python_name, socket.keywords))})"
     else:
         call = f"({' '.join([socket.name, *(f':{name}' for name in socket.keywords)])})"
     return f"`{call}`{' (a list)' if 'List[' in socket.signature else ''}"

@@ -48,7 +48,7 @@ from scenelang.reference.sections import MAX_SECTION, SECTIONS, section_text
 from scenelang.session.declarations import declarations_in
 from scenelang.session.scene_changes import changes_between, compared_frames
 from scenelang.session.session import Options, Session
-from scenelang.stdlib.reference import helper_header, in_python_terms, parts, python_word, records
+from scenelang.stdlib.reference import helper_header, in_python_terms, parts, records
 
 pytestmark = pytest.mark.usefixtures("untried")
 
@@ -427,11 +427,11 @@ def test_blocks_have_their_own_primitive_call() -> None:
     texts = {kind: ast.unparse(defined(kind)["primitive_call"]) for kind in TaskKind}
     assert texts[TaskKind.STILL] == texts[TaskKind.FILM] != texts[TaskKind.BLOCKS]
     for word in words_of(TaskKind.STILL):
-        assert f"'{python_word(word)}'" in texts[TaskKind.STILL]
+        assert f"'{python_name(word)}'" in texts[TaskKind.STILL]
         assert f"'{word}'" not in texts[TaskKind.BLOCKS]
     for word in block_words():
-        assert f"'{python_word(word)}'" in texts[TaskKind.BLOCKS]
-        assert f"'{python_word(word)}'" not in texts[TaskKind.STILL]
+        assert f"'{python_name(word)}'" in texts[TaskKind.BLOCKS]
+        assert f"'{python_name(word)}'" not in texts[TaskKind.STILL]
 
 
 @pytest.mark.parametrize("kind", TaskKind)
