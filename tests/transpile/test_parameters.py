@@ -6,7 +6,7 @@ import pytest
 
 from scenelang.grammar.datum import Source
 from scenelang.session.session import Evaluated, Session
-from transpile.cases import first_difference, flattened, told
+from transpile.cases import first_difference, flattened, scene_of, told
 from transpile.reference_model import flatten
 
 SESSION = Session()
@@ -169,3 +169,29 @@ def test_a_seed_that_a_loop_computes_unrolls_the_loop_only() -> None:
         "concat_shapes(*[library_call('cloud', seed=10 + i, size=2.0) for i in range(3)])")  # fmt: skip
     assert "size" in text
     assert "(= size" not in text
+
+
+SEEDED = """
+from helper import *
+import random
+import numpy as np
+{before}
+class Walk:
+    def __init__(self, n):
+        self.steps = [random.choice([1, 2, 3]) for _ in range(n)]
+        self.noise = np.random.rand(n)
+
+walk = Walk(4)
+{after}
+@register()
+def w() -> Shape:
+    heights = [*walk.steps, *[1 + float(x) for x in walk.noise], 1 + random.random()]
+    return concat_shapes(*[primitive_call('cube', shape_kwargs={{'scale': (1, h, 1)}}, color=(1, 0, 0)) for h in heights])
+"""
+
+
+@pytest.mark.parametrize("before", ["", "random.seed(7)", "np.random.seed(3)", "random.seed(7)\nnp.random.seed(3)"])
+@pytest.mark.parametrize("after", ["", "random.seed(9)", "np.random.seed(1)\nextra = Walk(2)"])
+def test_seeds_of_the_module_decide_what_it_draws(before: str, after: str) -> None:
+    text = SEEDED.format(before=before, after=after)
+    assert first_difference(flattened(scene_of("w.py", text)), flatten(text)) is None

@@ -6,10 +6,8 @@ What the translation proper does not support is evaluated here (``folding``); th
 from __future__ import annotations
 
 import ast
-import importlib
 import operator
 import re
-import sys
 from collections import ChainMap, Counter, OrderedDict, defaultdict, deque
 from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
@@ -19,6 +17,8 @@ from string import Template
 from typing import Any
 
 import numpy as np
+
+from scenelang.interpreter.transpile.evaluation.deterministic import PARSER
 
 
 def words(text: str) -> tuple[str, ...]:
@@ -243,16 +243,13 @@ def repeats_choices(pattern: str) -> bool:
     """Return whether a pattern repeats a part that has alternatives or repetitions, so that it may backtrack without
     end."""
     try:
-        return _has_choices(_PARSER.parse(pattern), False)
+        return _has_choices(PARSER.parse(pattern), False)
     except re.error:
         return False  # which the search tells
 
 
-_PARSER: Any = importlib.import_module("re._parser" if sys.version_info >= (3, 11) else "sre_parse")
-
-
 def _has_choices(part: Any, is_repeated: bool) -> bool:
-    for operation, value in part if isinstance(part, _PARSER.SubPattern) else ():
+    for operation, value in part if isinstance(part, PARSER.SubPattern) else ():
         name = str(operation)
         is_repetition = name in ("MAX_REPEAT", "MIN_REPEAT") and value[0] != value[1]
         if is_repeated and (is_repetition or name == "BRANCH"):

@@ -63,6 +63,7 @@ from scenelang.interpreter.transpile.evaluation.classes import (
     type_named,
     type_of,
 )
+from scenelang.interpreter.transpile.evaluation.deterministic import is_deterministic
 from scenelang.interpreter.transpile.evaluation.evaluator import PythonEvaluator
 from scenelang.interpreter.transpile.evaluation.modules import plain_modules, silent_modules
 from scenelang.interpreter.transpile.evaluation.noise import NOISE, noise_names
@@ -708,7 +709,10 @@ def _patterns() -> dict[str, Any]:
     def checked(function: Callable[..., Any]) -> Callable[..., Any]:
         def search(pattern: Any, *rest: Any, **named: Any) -> Any:
             text = pattern.pattern if isinstance(pattern, re.Pattern) else pattern
-            if len(text) > _MAX_PATTERN or _NESTED.search(text) or repeats_choices(text):
+            may_go_back = _NESTED.search(text) or repeats_choices(text)
+            flags = [each for each in (*rest, *named.values()) if isinstance(each, re.RegexFlag)]
+            has_flags = flags or (isinstance(pattern, re.Pattern) and pattern.flags != re.UNICODE)
+            if len(text) > _MAX_PATTERN or (may_go_back and (has_flags or not is_deterministic(text))):
                 raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")
             texts = [each for each in (*rest, *named.values()) if isinstance(each, str)]
             # the lengths multiply, since a replacement can be inserted at every character

@@ -140,10 +140,20 @@ def write_statement(w: Writer, node: ast.stmt, block: Block) -> None:
         take_trailing_comments(w, note, node)
 
 
+def _draws_before_scene(w: Writer, seed: ast.Expr) -> bool:
+    """Return whether statements of the module after a seed draw random numbers, before the scene is evaluated."""
+    body = w.exits.function.body
+    rest = body[body.index(seed) + 1 :]
+    return w.effect(*(each for each in rest if not isinstance(each, (ast.FunctionDef, ast.ClassDef)))).draws
+
+
 def _expression(w: Writer, node: ast.Expr, block: Block, note: Code) -> None:
     if w.exits.function is w.names.module:
         path = w.paths.of(node.value.func) if isinstance(node.value, ast.Call) else None
         if path in ("numpy.random.seed", "random.seed"):
+            if _draws_before_scene(w, node):
+                block.add_effect(w.expr(node.value), Effect(draws=True), note)
+                return
             w.warn(
                 "python-ignored",
                 "this seed has no effect: the random streams are seeded when the scene is evaluated", node,
