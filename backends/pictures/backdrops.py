@@ -27,9 +27,9 @@ TONES: tuple[Color, ...] = (
     (0.006, 0.006, 0.007),
 )  # fmt: skip
 _ENOUGH = 25.0  # median difference in L*: the eye sees 20 at a glance, and the small draft is off by up to 5
-# Of the outline, 35 % may differ by less than 20: of an outline that is half clear and half not, as that of a board of
+# Of the outline, 30 % may differ by less than 15: of an outline that is half clear and half not, as that of a board of
 # light and dark squares, the median says little and is another one in final images.
-_FAINT, _AT_LEAST = 0.35, 20.0
+_FAINT, _AT_LEAST = 0.3, 15.0
 _PROBE_SIDE = 480  # pixels of the longer side of the draft beside the outline; 240 pixels miss bright rims
 _METER_SIDE = 240  # of the draft by which the exposure is chosen
 _REACH = 2  # pixels from the outline at which lightness is compared
