@@ -97,11 +97,11 @@ class Scene(LoadedScene):
         frame : int, optional
             Frame of a 4D scene, counted from 0.
         environment, ground : str
-            Environment light ("studio", "overcast", "sunny", "sunset", "night", "flat", "sky,hour=15", or the path of a
-            panorama, .hdr or .exr; with ",turn=30,strength=1.5") and ground ("seamless",
+            Environment light ("studio", "softboxes", "overcast", "sunny", "sunset", "night", "flat", "sky,hour=15", or
+            the path of a panorama, .hdr or .exr; with ",turn=30,strength=1.5") and ground ("seamless",
             "none", "white", "dark", "meadow", "earth", "checker"; default: that of the environment). By default those
-            that the program declares, else "studio". The grounds "transparent" and "shadow" give an image with alpha:
-            of the objects alone, or with their shadow in black.
+            that the program declares, else "studio", or "softboxes" for polished metal and glass. The grounds
+            "transparent" and "shadow" give an image with alpha: of the objects alone, or with their shadow in black.
         background : str, optional
             Flat color behind the objects, without a ground: a CSS name or ``#rrggbb``.
         exposure : float or "auto", optional

@@ -25,7 +25,7 @@ from scenelang.backends.pictures.camera import (
 )
 from scenelang.backends.pictures.mitsuba_materials import rgb
 from scenelang.backends.surfaces.dome import direction_at
-from scenelang.backends.surfaces.environments import SKY, Studio, environment_of, times
+from scenelang.backends.surfaces.environments import SKY, USUAL, Studio, environment_of, times
 from scenelang.backends.surfaces.lights import (
     Light,
     LightTrack,
@@ -43,6 +43,7 @@ from scenelang.interpreter.scene.setup import (
     CAMERA,
     ENVIRONMENT,
     EXCLUSIVE,
+    LIGHT,
     SETTINGS,
     Declared,
     declared_setup,
@@ -389,11 +390,18 @@ def _environment(item: Declared) -> str:
 def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
     """Return options of a picture with what the program declares in place of those that the user did not state.
 
-    Raises SceneError for a light that looks at nothing.
+    Where neither names an environment, the scene chooses it. Raises SceneError for a light that looks at nothing.
     """
-    if not scene.setup or options.stated is None:
+    if options.stated is None:
         return options
     changes: dict[str, Any] = {"stated": None}
+    is_free = "environment" not in options.stated and options.environment == USUAL
+    if is_free and not named(scene.setup, ENVIRONMENT) and not named(scene.setup, LIGHT):
+        from scenelang.backends.pictures.surroundings import environment_for
+
+        changes["environment"] = environment_for(scene)
+    if not scene.setup:
+        return replace(options, **changes)
     size, ground, samples = (setting_of(scene, key) for key in ("size", "ground", "samples"))
     if size is not None and "size" not in options.stated:
         changes |= {"width": size[0], "height": size[1]}

@@ -19,7 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.base import sub_progress
-from scenelang.backends.pictures.backdrops import backdrops, beside, clearest, lightness, metering, probing, stops_for
+from scenelang.backends.pictures.backdrops import (
+    backdrops,
+    beside,
+    clearest,
+    lightness,
+    lines_in,
+    metering,
+    probing,
+    stops_for,
+)
 from scenelang.backends.pictures.draft_lamps import Lamps
 from scenelang.backends.pictures.draft_light import (
     GROUND,
@@ -34,6 +43,7 @@ from scenelang.backends.pictures.draft_light import (
     disk_points,
     ground_depths,
     ground_radiance,
+    ground_reflectance,
     hidden_share,
     key_reach,
     occlusion,
@@ -70,6 +80,7 @@ _LAYER_AMBIENT = 0.9  # ambient light on transparent layers, for which no occlus
 _HAZE = 0.015  # of the shadow on the ground that is left out: the precision of ambient light far from the scene
 # Texels per side of the shadow map, and directions of the sky, of the draft by which the backdrop is chosen.
 _PROBE_SHADOW, _PROBE_DIRECTIONS = 256, 6
+_GLOW = 0.25  # of the radiance of what glows that the ground beside it gets in final images, as at half its height
 _HORIZON_SAMPLES = 64  # per pixel row: the horizon is a long straight edge, on which steps are conspicuous
 
 
@@ -212,29 +223,44 @@ def toned(staging: Staging, shot: Shot) -> Staging:
         return staging
     shot = replace(shot, camera=probing(shot.camera))
     stage = staging.stage(shot)
-    outline, reach = _outline(stage)
+    outline, reach, is_line = _outline(stage)
     if not len(outline.ids):
         return replace(staging, backdrop=environment.backdrop)
+    glow = _GLOW * _emitted(stage, outline)
     choices = [replace(staging, backdrop=backdrop) for backdrop in backdrops(environment.backdrop)]
 
     def sides(choice: Staging) -> tuple[FloatArray, FloatArray]:
         """Return the lightness inside and outside of the outline before a backdrop."""
         tried = replace(stage, studio=choice.studio(stage.camera))
         radiance = radiance_of(tried, outline, albedo_of(tried, outline), reach)
-        inside, outside = np.split(lightness(tone_map(radiance, tried.studio.environment)), 2)
-        return inside, outside
+        inside, unlit = np.split(radiance.astype(np.float64), 2)
+        outside = unlit + glow * ground_reflectance(tried)
+        inside = np.where(is_line[:, None], (inside + outside) / 2.0, inside)  # a line covers half of its pixels
+        light = [lightness(tone_map(values, tried.studio.environment)) for values in (inside, outside)]
+        return light[0], light[1]
 
     return choices[clearest(map(sides, choices))]
 
 
-def _outline(stage: Stage) -> tuple[Surface, Reach]:
-    """Return what is inside and then, as often, outside of the outline of the objects, and the light on it."""
+def _emitted(stage: Stage, outline: Surface) -> FloatArray:
+    """Return the radiance (N, 3) that the objects at an ``outline`` emit, where the ground is outside of it; else 0."""
+    inside, outside = np.split(outline.ids, 2)
+    emitted = np.zeros((len(inside), 3))
+    lit = outside == GROUND
+    emitted[lit] = stage.solids.emission[inside[lit]]
+    return emitted
+
+
+def _outline(stage: Stage) -> tuple[Surface, Reach, npt.NDArray[np.bool_]]:
+    """Return what is inside and then, as often, outside of the outline of the objects, the light on it, and which
+    pixels inside are of lines one pixel wide."""
     size = (stage.height, stage.width)
     rays = camera_rays(stage.camera, 1)
     caster = caster_for(stage.solids, rays)
     seen = _pixel_surface(stage, caster, rays, caster.cast(stage.solids.opacity > 0.0), 1)
     solid = (seen.ids >= 0).reshape(size)
-    pairs = np.concatenate(beside(solid))
+    inside, outside = beside(solid)
+    pairs = np.concatenate([inside, outside])
     outline = seen.take(pairs)
     shadow = shadow_map(stage.solids, stage.studio.key_direction, _PROBE_SHADOW)
     row, column = np.divmod(pairs, stage.width)
@@ -244,7 +270,8 @@ def _outline(stage: Stage) -> tuple[Surface, Reach]:
     near = occlusion(points, normals, depth, solid, stage.camera.focal[1]).reshape(-1)[pairs]
     samples = samples_at(outline.points, outline.normals, column, row)
     far = sky_light(sky_maps(stage.solids, _PROBE_DIRECTIONS), samples)
-    return outline, Reach(key, near * np.clip(far, np.float32(0.02), np.float32(1.0)))
+    reach = Reach(key, near * np.clip(far, np.float32(0.02), np.float32(1.0)))
+    return outline, reach, lines_in(solid).reshape(-1)[inside]
 
 
 def adjusted(staging: Staging, shot: Shot) -> Staging:
@@ -563,7 +590,9 @@ def _ambient(stage: Stage, first: Surface, depth: Float32Array, cache: DraftCach
     samples = samples_at(rows_of(first.points, at), rows_of(first.normals, at), column, row)
     far = np.ones(first.ids.size, np.float32)
     far[at] = sky_light(maps, samples, tap_group(row, column))
-    share = near * np.clip(smoothed(far.reshape(shape), depth), np.float32(0.02), np.float32(1.0))
+    # Once, a fraction of the noise by which taps are turned stays: stripes where surfaces are half open to the sky.
+    open_sky = smoothed(smoothed(far.reshape(shape), depth), depth)
+    share = near * np.clip(open_sky, np.float32(0.02), np.float32(1.0))
     return darkest_at_contact(share, (first.ids == GROUND).reshape(shape), (first.ids >= 0).reshape(shape))
 
 

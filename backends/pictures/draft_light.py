@@ -707,10 +707,58 @@ def _add_textures(stage: Stage, visible: Surface, albedo: Float32Array) -> None:
             rows = solid[look == number]
             points, normals, size = _in_primitive(stage, visible, rows)
             tile, period = tile_of(texture), math.sqrt(math.prod(period_of(texture)))
-            albedo[rows] = tile.at(coordinates(texture, points, normals), size / period)
+            facing = _facing_viewer(visible, rows)
+            near, strips = np.flatnonzero(facing >= _GRAZING), np.flatnonzero(facing < _GRAZING)
+            albedo[rows[near]] = tile.at(coordinates(texture, points[near], normals[near]), size[near] / period)
+            if len(strips):
+                shown = points[strips], normals[strips], size[strips] * np.maximum(facing[strips], 1.0 / _STRIP_TAPS)
+                albedo[rows[strips]] = _along_strips(stage, visible, rows[strips], texture, *shown)
+
+
+def _along_strips(
+    stage: Stage,
+    visible: Surface,
+    rows: IntArray,
+    texture: Texture,
+    points: FloatArray,
+    normals: FloatArray,
+    size: FloatArray,
+) -> Float32Array:
+    """Return the colors (K, 3) of a texture where the samples ``rows`` see it at grazing angles.
+
+    A pixel covers a long strip of the surface there. One square as long as the strip would blur letters across it too.
+
+    Parameters
+    ----------
+    points, normals : (K, 3)
+        In the frames of the primitives.
+    size : (K,)
+        Sides of the squares in a row that cover the strip.
+    """
+    tile, period = tile_of(texture), math.sqrt(math.prod(period_of(texture)))
+    facing, flat = _facing_viewer(visible, rows), np.asarray(visible.normals[rows], np.float64)
+    view = np.asarray(visible.view[rows], np.float64)
+    along = view - np.einsum("ni,ni->n", view, flat)[:, None] * flat
+    along /= np.linalg.norm(along, axis=1)[:, None].clip(1e-9)
+    away = np.ones(len(rows)) if stage.camera.is_parallel else visible.depth[rows]
+    along *= (away / stage.camera.focal[1] / facing)[:, None]
+    ids, index = np.unique(visible.ids[rows], return_inverse=True)
+    strip = np.einsum("nij,nj->ni", stage.solids.into_primitives(ids)[0][index], along)
+    total = np.zeros((len(rows), 3), np.float32)
+    for tap in range(_STRIP_TAPS):
+        at = points + ((tap + 0.5) / _STRIP_TAPS - 0.5) * strip
+        total += tile.at(coordinates(texture, at, normals), size / period)
+    return total / np.float32(_STRIP_TAPS)
+
+
+def _facing_viewer(visible: Surface, rows: IntArray) -> FloatArray:
+    """Return the cosines (K,) between the samples ``rows`` and the viewer, at least ``_MIN_FACING``."""
+    cosine = np.abs(np.einsum("ni,ni->n", visible.normals[rows], visible.view[rows]))
+    return np.maximum(np.asarray(cosine, np.float64), _MIN_FACING)
 
 
 _MIN_FACING = 0.06  # cosine of the grazing angle from which textures are not blurred further
+_GRAZING, _STRIP_TAPS = 0.25, 4  # cosine below which strips are made of several squares, and how many
 
 
 def relieved(stage: Stage, visible: Surface) -> Surface:
@@ -773,8 +821,7 @@ def _in_primitive(stage: Stage, visible: Surface, rows: IntArray) -> tuple[Float
     dual = np.swapaxes(inverses_of(linear), 1, 2)[index]
     normals = np.einsum("nij,nj->ni", dual, visible.normals[rows])
     away = np.ones(len(rows)) if stage.camera.is_parallel else visible.depth[rows]
-    facing = np.abs(np.einsum("ni,ni->n", visible.normals[rows], visible.view[rows]))
-    away = away / np.maximum(facing, _MIN_FACING)  # pixels cover long strips at grazing angles
+    away = away / _facing_viewer(visible, rows)  # pixels cover long strips at grazing angles
     growth = np.abs(np.linalg.det(linear)) ** (1.0 / 3.0)
     return points, normals, away / stage.camera.focal[1] * growth[index]
 

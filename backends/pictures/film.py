@@ -63,6 +63,16 @@ _MAX_INPUT_PIXELS = 64_000_000  # of an image that is read: a 64-megapixel photo
 METERED = "auto"  # the exposure by what the first image shows
 
 
+def _exposure(text: str) -> float | str:
+    """Parse the exposure of an option; raises ValueError."""
+    if text == METERED:
+        return METERED
+    try:
+        return within(-30.0, 30.0)(text)
+    except ValueError as error:
+        raise ValueError(f"{error}; or `{METERED}`") from None
+
+
 @dataclass(frozen=True, slots=True)
 class PictureOptions(BackendOptions):
     """Options of picture backends.
@@ -103,7 +113,7 @@ class PictureOptions(BackendOptions):
     camera: View = field(default_factory=ProgramView)
     environment: str = setting(
         "studio",
-        "lighting: studio, overcast, sunny, sunset, night, flat, sky,hour=15, or FILE.hdr or FILE.exr; then "
+        "lighting: studio, softboxes, overcast, sunny, sunset, night, flat, sky,hour=15, or FILE.hdr or FILE.exr; then "
         "turn=DEGREES,strength=X",
         metavar="NAME",
     )
@@ -111,7 +121,7 @@ class PictureOptions(BackendOptions):
         None,
         "stops by which images are brighter, or auto: by what the first image shows",
         metavar="STOPS",
-        read=lambda text: METERED if text == METERED else within(-30.0, 30.0)(text),
+        read=_exposure,
     )
     tone: str | None = setting(None, "tone curve: soft (default) or agx", metavar="NAME")
     shutter: float = setting(

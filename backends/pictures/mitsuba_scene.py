@@ -367,12 +367,18 @@ def _fill(
 ) -> None:
     """Write vertices, with their texture coordinates ``places`` (V, 2), and faces into a mesh of Mitsuba."""
     params = mi.traverse(mesh)
-    params["vertex_positions"] = vertices.astype(np.float32).ravel()
-    params["faces"] = faces.astype(np.uint32).ravel()
+    values = {"vertex_positions": vertices.astype(np.float32), "faces": faces.astype(np.uint32)}
     if normals is not None:
-        params["vertex_normals"] = normals.astype(np.float32).ravel()
+        values["vertex_normals"] = normals.astype(np.float32)
     if places is not None:
-        params["vertex_texcoords"] = places.astype(np.float32).ravel()
+        values["vertex_texcoords"] = places.astype(np.float32)
+    is_scalar = str(mi.variant()).startswith("scalar")
+    for name, value in values.items():
+        if is_scalar:  # into its memory: an assignment compares all values first
+            np.asarray(params[name])[:] = value.ravel()
+            params.set_dirty(name)
+        else:
+            params[name] = value.ravel()
     params.update()
 
 

@@ -97,10 +97,22 @@ _STUDIO = Sky((0.62, 0.62, 0.64), (0.50, 0.505, 0.52), (0.36, 0.36, 0.37), (
     Softbox(-148.0, 24.0, 8.0, 30.0, (2.6, 2.6, 2.6)),
     Softbox(146.0, 34.0, 15.0, 13.0, (2.4, 2.35, 2.3)),
 ))  # fmt: skip
+# Larger ones in a dark room, the largest over and before the scene, with a dark band at the horizon: as photographers
+# light metal and glass, which have no shape of their own under even light.
+_SOFTBOXES = Sky((0.30, 0.30, 0.31), (0.060, 0.062, 0.066), (0.50, 0.50, 0.50), (
+    Softbox(0.0, 62.0, 52.0, 22.0, (2.4, 2.4, 2.45)),
+    Softbox(-76.0, 34.0, 16.0, 40.0, (4.2, 4.05, 3.8)),
+    Softbox(90.0, 30.0, 10.0, 50.0, (3.2, 3.3, 3.4)),
+    Softbox(180.0, 20.0, 60.0, 8.0, (2.4, 2.4, 2.4)),
+))  # fmt: skip
 ENVIRONMENTS = {
     "studio": Environment(
         "a bright room with softboxes, the brightest beside the camera",
         (0.60, 0.61, 0.625), (0.42, 0.43, 0.445), (0.76, 0.73, 0.68), _STUDIO, radius=8.0,
+    ),
+    "softboxes": Environment(
+        "a dark room with large softboxes, for polished metal and glass",
+        (0.60, 0.61, 0.625), (0.42, 0.43, 0.445), (0.76, 0.73, 0.68), _SOFTBOXES, radius=8.0,
     ),
     "overcast": Environment(
         "a white sky with faint shadows", (0.68, 0.70, 0.73), (0.66, 0.69, 0.73), (0.14, 0.14, 0.14),
@@ -298,6 +310,7 @@ TONES = ("soft", "agx")  # curves that options name
 
 # --- environments by name, hour or file ---------------------------------------------------------------------------
 
+USUAL = "studio"  # where nothing is said of the light
 SKY = "sky"
 IMAGES = PANORAMAS
 USAGE = f"{', '.join(ENVIRONMENTS)}, sky,hour=15, or an image FILE.hdr or FILE.exr, with turn=30,strength=1.5"

@@ -24,7 +24,7 @@ MAX_DECLARED = {CAMERA: 1_000, LIGHT: 64}  # the draft renderer casts up to six 
 MAX_KEYS = 10_000  # values of a list over the frames: as many as frames of a video
 # What a program may name, so that a check knows without the renderers (``backends/surfaces/environments``,
 # ``backends/pictures/camera``), whose tables have the same names by a test. Qualities come from plug-ins, too.
-ENVIRONMENTS = ("studio", "overcast", "sunny", "sunset", "night", "flat", "sky")
+ENVIRONMENTS = ("studio", "softboxes", "overcast", "sunny", "sunset", "night", "flat", "sky")
 GROUNDS = ("seamless", "none", "white", "dark", "meadow", "earth", "checker")
 PRESETS = (
     "three-quarter", "hero", "catalogue", "isometric", "plan", "elevation", "front", "right", "back", "left", "top",

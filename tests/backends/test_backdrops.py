@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,13 @@ def test_the_clearest_tone_is_taken_where_none_is_clear() -> None:
     assert clearest((np.zeros(3), np.full(3, light)) for light in (3.0, 7.0, 5.0)) == 1
 
 
+def test_a_tone_is_not_clear_where_much_of_the_outline_is_faint() -> None:
+    """Half of the sides of a board of light and dark squares are clear before the first tone, and the median with them;
+    before the second, all of the outline is."""
+    own = np.repeat((80.0, 30.0), (45, 55))
+    assert clearest((own, np.full(100, light)) for light in (68.0, 5.0)) == 1
+
+
 def test_the_first_tone_is_that_of_the_environment() -> None:
     assert backdrops((0.1, 0.2, 0.3))[0] == pytest.approx((0.1, 0.2, 0.3))
 
@@ -54,6 +62,20 @@ GLOSSY = {"mug", "vase", "bottle"}  # whose rims are as bright as a light backdr
 @pytest.mark.parametrize("name", only(GLOSSY, PROGRAMS))
 def test_outlines_of_examples_are_visible(name: str) -> None:
     assert outline_contrast(loaded(PROGRAMS[name]), PictureOptions(width=640, height=480)) >= 20.0
+
+
+TRANSLATED = Path(__file__).parents[1] / "transpile" / "scenes"
+
+
+@pytest.mark.parametrize(
+    "path", [EXAMPLES / "paper" / "chessboard.scene", TRANSLATED / "solar-system-dict-of-parameters.scene"]
+)
+def test_outlines_are_visible_in_final_images(path: Path) -> None:
+    """Half of the outline of a board of light and dark squares was faint, and the lines of orbits cover half of their
+    pixels: 17 each."""
+    pytest.importorskip("mitsuba")
+    options = PictureOptions(width=640, height=480, labels=False, settings={"samples": 4})
+    assert outline_contrast(loaded(path), options) >= 20.0
 
 
 @pytest.mark.parametrize("name", ["mug", "chair"])
@@ -173,3 +195,11 @@ def test_glass_lets_a_background_through_in_final_images() -> None:
     options = PictureOptions(width=48, height=48, ground="none", background="white", settings={"samples": 32})
     picture = draw(scene, options, picture_backend("final")).picture
     assert picture[20:28, 20:28].mean() > 200
+
+
+@pytest.mark.parametrize("quality", ["draft", "final"])
+def test_what_glows_is_seen_before_the_ground_that_it_lights(quality: str) -> None:
+    """In final images it makes a light ground as white as itself: the outline of this ball was 11 there."""
+    ball = sl.evaluate('(bind "lamp" (lambda () (call "sphere" :emission [5 4 3])))').graph
+    settings = {"samples": 8} if quality == "final" else {}
+    assert outline_contrast(ball, PictureOptions(width=160, height=120, settings=settings)) >= 20.0

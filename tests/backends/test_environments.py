@@ -15,6 +15,7 @@ from scenelang.backends.surfaces.dome import Dome, Panorama, directions_of, soli
 from scenelang.backends.surfaces.environments import agx, clipped, environment_of, studio_for, tone
 from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.panoramas import LUMINANCE, panorama_from, radiance_image, without_sun
+from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError
 
 UP = np.array([[0.0, 1.0, 0.0]])
@@ -278,3 +279,9 @@ def test_an_image_is_drawn_with_agx(make: Any) -> None:
     assert np.abs(image.picture[16, 16] - encoded).max() <= 2
     with pytest.raises(SceneError, match="tone"):
         draw(ball, PictureOptions(tone="acgx"), picture_backend("draft"))
+
+
+def test_the_message_of_a_wrong_exposure_names_auto(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["render", "a.scene", "--exposure", "bright"])
+    assert "from -30 to 30, got `bright`; or `auto`" in capsys.readouterr().err

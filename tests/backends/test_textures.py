@@ -379,3 +379,30 @@ def test_a_broken_image_is_an_error_and_no_crash(tmp_path: Path) -> None:
     for use in (sl.Scene.render, lambda scene: scene.export(tmp_path / "a.glb")):
         with pytest.raises(sl.SceneError, match=r"half\.png"):
             use(sl.load(tmp_path / "a.scene"))
+
+
+@pytest.mark.parametrize("turn", [0, 35])
+def test_letters_are_readable_at_grazing_angles(turn: int) -> None:
+    """Letters on a floor, seen along it, look as in the mean of a draft of four times the size.
+
+    Pixels cover strips of the floor there; means over squares as long as the strips had correlations of .3 and .6.
+    """
+    written = ':texture (texture "text" :text "SCENE LANGUAGE" :side "top" :scale 5.5)'
+    floors = [
+        sl.evaluate(f'(bind "floor" (lambda () (call "cube" :scale [6 .1 3] :color [.8 .8 .8] {texture})))')
+        for texture in (written, "")
+    ]
+    inks = []
+    for factor in (1, 4):
+        text, plain = (
+            np.asarray(
+                floor.render(
+                    camera=f"elevation=9,azimuth={turn}", size=(400 * factor, 130 * factor), environment="flat"
+                ),
+                float,
+            )
+            for floor in floors
+        )
+        inks.append((plain - text).mean(axis=2).reshape(130, factor, 400, factor).mean(axis=(1, 3)))
+    seen, true = (ink[inks[1] > 3.0] for ink in inks)
+    assert np.corrcoef(seen, true)[0, 1] > 0.75
