@@ -125,8 +125,8 @@ _ACCEPTED = ("coplanar note", "outlier note")
 # Weights of the way of a slip by its kind. Where only a contact resolves a finding, a number that reaches one by chance
 # is rare; where room does, many numbers make room.
 _SLIPS_TO_CONTACTS = {
-    "sibling": SIBLING_SLIP, "other": OTHER_SLIP, "sign": SIGN_SLIP, "turn": TURN_SLIP, "zero": ZERO_SLIP,
-    "point": POINT_SLIP, "order": ORDER_SLIP,
+    "sibling": SIBLING_SLIP, "other": OTHER_SLIP, "sign": SIGN_SLIP, "turn": TURN_SLIP, "operation": TURN_SLIP,
+    "zero": ZERO_SLIP, "point": POINT_SLIP, "order": ORDER_SLIP,
 }  # fmt: skip
 _SLIPS_TO_ROOM = {**_SLIPS_TO_CONTACTS, "sibling": SIGN_SLIP, "other": LOOSE_SLIP, "zero": LOOSE_SLIP}
 _MAX_SLIPS_OF_KIND = 4  # that are tried for one finding
@@ -609,8 +609,9 @@ class _Search:
         """
         for _ in range(_MAX_CORRECTIONS):
             version = self._applied(now, candidate)
-            if version is not None and goal.declaration is None and self._is_broken(now, version):
-                return None  # known without the facts of the version, which take longest
+            if version is not None and goal.declaration is None and not candidate.is_pose:
+                if self._is_broken(now, version) or (goal.key[0] == "floating" and _is_apart(version, goal)):
+                    return None  # known without the facts of the version, which take longest
             try:
                 if version is None or _is_better(now, version, goal, candidate.further(goal), candidate.accepted):
                     return version
@@ -776,25 +777,20 @@ class _Search:
         weights = _SLIPS_TO_CONTACTS if goal.key[0] in _EXACT_KINDS else _SLIPS_TO_ROOM
         for slip in dict.fromkeys((*sibling_values(source), *changed_numbers(source), *changed_orders(source))):
             span = slip.edit.span
-            is_number = slip.kind in ("sibling", "other", "point", "sign", "zero") or not span.text.startswith(
-                ("(", "[")
-            )
-            if is_number and _is_numeric(span.text) and span.start not in starts:
+            is_computed = slip.kind in ("turn", "operation")  # of names, of which no number tells what they move
+            if not is_computed and not any(span.start <= start < span.end for start in starts):
                 continue
-            if not is_number and not any(span.start <= start < span.end for start in starts) and slip.kind != "turn":
+            if slip.kind == "point" and _decimals(span.text) <= usual:
                 continue
             corners = self.layout(_replaced(now.text, span, slip.edit.text)) if self.trials.can_go_on else None
             if corners is None or corners.shape != now.corners.shape:
                 continue
             motion = corners - now.corners
             if np.abs(motion[rows]).max(initial=0.0) > least and not self._is_deforming(now, motion):
-                weight = weights[slip.kind]
-                if slip.kind == "point" and _decimals(span.text) <= max(usual, _decimals(slip.edit.text)):
-                    continue
                 if slip.kind in ("point", "order", "zero") and now.objects.is_deforming(motion, least):
                     continue  # what is too thin to stand is not meant to be ten times as thick
                 move = motion[goal.rows].mean(axis=0)
-                cost = weight * effort_of(move) * now.cost(motion, goal) + _LITERAL_COST * now.size
+                cost = weights[slip.kind] * effort_of(move) * now.cost(motion, goal) + _LITERAL_COST * now.size
                 yield _Candidate((slip.edit,), cost, reach=_PATTERN_REACH, slip=slip.kind)
 
     def _is_broken(self, now: _Version, version: _Version) -> bool:
@@ -1112,6 +1108,23 @@ def _is_collapsed(now: _Version, version: _Version) -> bool:
     return bool((after < _MIN_EXTENT_LEFT * before).any())
 
 
+def _is_apart(version: _Version, goal: Goal) -> bool:
+    """Return whether what floats is apart from the boxes of all others, and higher than the lowest of them."""
+    rows = np.concatenate([goal.rows, *(aim.rows for aim in goal.aims)])
+    for number, (at, _) in version.spans.items():
+        solids = version.frames[number].solids
+        low, high = solids.boxes
+        own = np.isin(2 * (solids.row + at), rows)
+        room = 2.0 * solids.touch
+        near = np.ones((int(own.sum()), int((~own).sum())), bool)
+        for axis in range(3):
+            near &= low[own, axis][:, None] <= high[~own, axis] + room
+            near &= high[own, axis][:, None] >= low[~own, axis] - room
+        if near.any() or (own.any() and low[own, 1].min() <= low[:, 1].min() + room):
+            return False
+    return True
+
+
 def _stands(version: _Version, goal: Goal) -> bool:
     """Return whether the object of a finding holds: a note about it may be one about others that it has joined."""
     for number, (at, count) in version.spans.items():
@@ -1364,11 +1377,6 @@ def _digits(size: float) -> int:
 def _decimals(text: str) -> int:
     """Return the number of decimals that a number is written with."""
     return len(text.partition(".")[2])
-
-
-def _is_numeric(text: str) -> bool:
-    """Return whether a text is a number."""
-    return _is_same_number(text, text)
 
 
 def _is_same_number(old: str, new: str) -> bool:

@@ -23,6 +23,7 @@ _MAX_PATTERN = 50  # numbers of a list whose pattern is looked for
 _MIN_EQUAL = 3  # numbers of a list, of which all but one are equal
 _MAX_SIBLINGS = 40  # forms of one kind that are compared
 _MAX_LEAVES = 40  # numbers of a form that are compared
+_OPPOSITES = {"+": "-", "-": "+", "*": "/", "/": "*"}
 _MAX_ADDED = 60  # forms with one number more
 
 # --- patterns --------------------------------------------------------------------------------------------------------
@@ -216,8 +217,8 @@ class Slip:
         The text in place of the form.
     kind
         "sibling" for what a form of the same word has, "other" for what one of another word has, "sign", "turn" for the
-        sign of an angle, "point" for a number with its point elsewhere, "zero" for one
-        on an axis, "order" for another order of components or poses.
+        sign of an angle, "operation" for the opposite one, "point" for a number with its point elsewhere, "zero" for
+        one on an axis, "order" for another order of components or poses.
     """
 
     edit: Edit
@@ -293,19 +294,24 @@ def _in_place(datum: Datum, others: Iterable[Datum], kind: str) -> Iterator[Slip
 
 
 def changed_numbers(source: Source) -> Iterator[Slip]:
-    """Yield each number of a program with the other sign and with its point elsewhere, and the angles of turns."""
+    """Yield each number with the other sign and its point elsewhere, and angles and operations turned round."""
     for datum in walk(*read(source).forms):
         if isinstance(datum, ArrayDatum):  # a place on an axis
-            yield from (Slip(Edit(item.span, "0"), "zero") for item in datum.items if _is_number(item) and item.value)
+            numbers = [item.span for item in datum.items if _is_number(item)]
+            yield from (Slip(Edit(span, "0"), "zero") for span in numbers if span.text != "0")
         elif isinstance(datum, Atom) and _is_number(datum) and datum.value:
             value = float(datum.value)
             yield Slip(Edit(datum.span, number_text(-value)), "sign")
-            if type(datum.value) is float or abs(value) >= 10.0:
-                yield from (Slip(Edit(datum.span, number_text(value * by)), "point") for by in (10.0, 0.1))
-        elif head_of(datum) == "rotate" and len(datum.items) > 2 and not _is_number(datum.items[1]):  # type: ignore[union-attr]
-            angle = datum.items[1]  # type: ignore[union-attr]
+            if type(datum.value) is float:
+                yield Slip(Edit(datum.span, number_text(10.0 * value)), "point")
+        elif not isinstance(datum, ListDatum):
+            continue
+        elif head_of(datum) == "rotate" and len(datum.items) > 2 and not _is_number(datum.items[1]):
+            angle = datum.items[1]
             is_negative = head_of(angle) == "-" and len(angle.items) == 2
             yield Slip(Edit(angle.span, angle.items[1].span.text if is_negative else f"(- {angle.span.text})"), "turn")
+        elif head_of(datum) in _OPPOSITES and len(datum.items) == 3:
+            yield Slip(Edit(datum.items[0].span, _OPPOSITES[head_of(datum) or ""]), "operation")
 
 
 def changed_orders(source: Source) -> Iterator[Slip]:
