@@ -5,7 +5,7 @@
 FOLDER has ``sound`` scenes and ``faults`` with `faults.json`; by default those of 2026-11-28, which were written by
 people who did not know the rules: 60 sound scenes, and 60 faults planted in others, each with the program that it was
 planted in. A fault is found by a warning that names one of its objects; a fault of intention by a note too.
-``--repair`` compares what ``repair`` makes of the physical faults with those programs instead.
+``--repair`` compares what ``repair`` makes of the physical faults with those programs instead: see ``comparison``.
 """
 
 from __future__ import annotations

@@ -60,7 +60,7 @@ class Aim:
     moves
         Translations in scene units.
     efforts
-        Weights of their lengths; empty for 1.
+        Weights of their lengths; empty for 1. Moves that have some are guesses, which no new form makes.
     """
 
     rows: IntArray
@@ -185,6 +185,9 @@ def aims_of(frame: CheckedFrame, finding: Finding, at: int) -> Iterator[Aim]:
     others = rows_of(row[np.setdiff1d(other_body, rows)], at)
     yield Aim.between(own, others, moves)
     yield Aim.between(body, rows_of(row[[finding.other]], at), moves)
+    if finding.kind == "deep":
+        out = tuple(_ways_out(frame, finding))
+        yield Aim(own, _equal(own), others, _equal(others), out, (1.0,) * len(out))
 
 
 def _balancing(frame: CheckedFrame, rows: IntArray, shift: Vector, at: int) -> Iterator[Aim]:
@@ -220,7 +223,7 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
         shortest: tuple[Vector, ...] = ((x, y, z),)
         if finding.kind == "deep" and _LEVEL_SHARE < level < 1.0:  # what stands on the ground leaves sideways
             shortest = ((x / level, 0.0, z / level), *shortest)
-        return (*shortest, *(_ways_out(frame, finding) if finding.kind == "deep" else ()))
+        return shortest
     low, high = frame.solids.boxes
     i, j = finding.body, finding.other
     moves: list[Vector] = []

@@ -1002,20 +1002,22 @@ class _Search:
             )
         if goal.key[0] == "twin":
             return
+        known = any(not aim.efforts for aim in goal.aims)
         for part in parts:
-            moved = self._moved_by(now, part) if goal.aims and self.trials.can_go_on else None
+            moved = self._moved_by(now, part) if known and self.trials.can_go_on else None
             for aim in goal.aims if moved is not None else ():
                 assert moved is not None
-                yield from self._placed(now, goal, aim, part, moved)
+                if not aim.efforts:
+                    yield from self._placed(now, goal, aim, part, moved)
 
     def _placed(self, now: _Version, goal: Goal, aim: Aim, part: Datum, moved: FloatArray) -> Iterator[_Candidate]:
         """Yield a part inside a translation that reaches an aim."""
         relative = aim.of(moved)
         if not np.abs(relative).max() > _MIN_DERIVATIVE:
             return
-        for move, effort in zip(aim.moves, aim.efforts or (1.0,) * len(aim.moves)):
+        for move in aim.moves:
             offset = np.linalg.lstsq(relative, np.array(move), rcond=_RCOND)[0]
-            cost = effort * now.cost(moved @ offset, goal) + _FORM_COST * now.size
+            cost = now.cost(moved @ offset, goal) + _FORM_COST * now.size
             for places in self._places(now, goal, relative, offset, float(np.linalg.norm(move))):
                 numbers = " ".join(number_text(x, places) for x in offset)
                 new = f"(transform {part.span.text} (translate [{numbers}]))"
