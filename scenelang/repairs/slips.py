@@ -23,7 +23,7 @@ _MAX_PATTERN = 50  # numbers of a list whose pattern is looked for
 _MIN_EQUAL = 3  # numbers of a list, of which all but one are equal
 _MAX_SIBLINGS = 40  # forms of one kind that are compared
 _MAX_LEAVES = 40  # numbers of a form that are compared
-_OPPOSITES = {"+": "-", "-": "+", "*": "/", "/": "*"}
+_OPPOSITES = {"+": "-", "-": "+"}
 _MAX_ADDED = 60  # forms with one number more
 
 # --- patterns --------------------------------------------------------------------------------------------------------
