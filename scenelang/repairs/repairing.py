@@ -135,6 +135,7 @@ _NEAREST_WAYS = 3  # to contacts, of which the longest tells how far an object m
 _PATTERN_REACH = 4.0  # times as far as others may move: a number that completes a pattern
 _ZERO_REACH = 2.0  # times as far as others may move: a coordinate of an object that belongs to an axis
 _MIN_EXTENT_LEFT = 0.3  # of a primitive's longest extent: a cone that is to hang higher is not made flat
+_MIN_VOLUME_LEFT = 0.2  # of a solid: a slab that tips is not made thin
 _MAX_ROUNDING = 2.0  # times the change that a finding needs, by which a rounder number may exceed it
 _EXACT_KINDS = ("floating", "sunk")  # findings whose resolution is a contact: there are no rounder numbers for it
 _BALANCE_KINDS = ("tips", "slides", "falls")  # findings that more room resolves better
@@ -797,7 +798,8 @@ class _Search:
         """Return whether a shape is made flat, or an object that holds is torn apart."""
         if version.corners.shape != now.corners.shape:
             return False
-        return _is_collapsed(now, version) or self._is_deforming(now, version.corners - now.corners)
+        is_broken = _is_collapsed(now, version) or self._is_deforming(now, version.corners - now.corners)
+        return is_broken or any(_is_thinned(now.frames[number], version.frames[number]) for number in now.spans)
 
     def _is_deforming(self, now: _Version, motion: FloatArray) -> bool:
         """Return whether a motion of all corners moves parts of a body that holds as it is apart."""
@@ -1108,6 +1110,12 @@ def _is_collapsed(now: _Version, version: _Version) -> bool:
         return False
     before, after = (np.abs(np.diff(v.corners.reshape(-1, 2, 3), axis=1)).max(axis=2) for v in (now, version))
     return bool((after < _MIN_EXTENT_LEFT * before).any())
+
+
+def _is_thinned(before: CheckedFrame, after: CheckedFrame) -> bool:
+    """Return whether a solid loses nearly all of its volume: slabs as thin as paper cannot tip."""
+    old, new = before.solids.masses[0], after.solids.masses[0]
+    return len(old) == len(new) and bool((new < _MIN_VOLUME_LEFT * old).any())
 
 
 def _is_apart(version: _Version, goal: Goal) -> bool:

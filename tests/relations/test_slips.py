@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
+from scenelang.backends.geometry.lint import CheckedFrame
 from scenelang.grammar.datum import Source
 from scenelang.repairs.edit_trials import edited
-from scenelang.repairs.repairing import repaired
+from scenelang.repairs.repairing import _is_thinned, repaired
 from scenelang.repairs.slips import (
     attributes_left_out,
     changed_numbers,
@@ -106,3 +107,12 @@ def test_what_an_author_meant_is_found(parts: str, wrong: str, right: str) -> No
     found = repaired(Session(), source(text.replace("XS", wrong)), effort=60.0)
     assert found.left == ()
     assert found.text == text.replace("XS", right)
+
+
+@pytest.mark.parametrize(("height", "is_thinned"), [(0.2, False), (0.1, False), (0.005, True)])
+def test_slabs_that_tip_are_not_made_as_thin_as_paper(height: float, is_thinned: bool) -> None:
+    def frame(height: float) -> CheckedFrame:
+        text = f'(bind "slab" (lambda () (call "cube" :scale [2 {height} 1])))(scene "slab")'
+        return CheckedFrame(Session().evaluate(source(text)).require().frames[0])
+
+    assert _is_thinned(frame(0.2), frame(height)) == is_thinned
