@@ -14,6 +14,7 @@ import threading
 import weakref
 from collections.abc import Coroutine, Mapping, Sequence
 from concurrent.futures import TimeoutError as FutureTimeout
+from contextlib import suppress
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -215,12 +216,13 @@ class _Driving:
     def end(self) -> None:
         """Stop the browser and remove its profile, whatever its state."""
         try:
-            self.submit(self._stop()).result(_EXIT_TIMEOUT)
-        except Exception:  # noqa: S110  # nosec B110
-            pass  # it has exited or hangs: its driver exits when the pipe closes
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(_EXIT_TIMEOUT)
-        shutil.rmtree(self._profile, ignore_errors=True)
+            # what has exited has no pipe, and what hangs does not answer: its driver exits when the pipe closes
+            with suppress(FutureTimeout, OSError, self._playwright.Error):
+                self.submit(self._stop()).result(_EXIT_TIMEOUT)
+        finally:
+            self._loop.call_soon_threadsafe(self._loop.stop)
+            self._thread.join(_EXIT_TIMEOUT)
+            shutil.rmtree(self._profile, ignore_errors=True)
 
     async def _stop(self) -> None:
         if self._context is not None:

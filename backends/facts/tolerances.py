@@ -140,3 +140,24 @@ COURSE = Tolerance(0.1, "of a body's height", "the joint between courses of bric
 CAGE_SIDES = Tolerance(3, "sides", "a body enclosed on so many sides is in a case, as a drawer")
 CAGE_OVERLAP = Tolerance(0.25, "of each extent", "a drawer that is pulled out half is still held by its case")
 CAGE_DROP = Tolerance(0.1, "of a body's height", "the drop of a caged body that is clearance rather than a gap")
+
+# --- repair: weights of the way that an edit moves objects, against 1 for the shortest way that resolves a finding ---
+SIBLING_SLIP = Tolerance(
+    0.5,
+    "of the way",
+    "what a form of the same word has there also reaches a contact: hardly by chance (12 of 13 repairs)",
+)
+OTHER_SLIP = Tolerance(1.5, "of the way", "what a form of another word has there is the height of many things")
+SIGN_SLIP = Tolerance(1.0, "of the way", "scenes are symmetric, so that the other side often has room too")
+TURN_SLIP = Tolerance(0.5, "of the way", "few angles are written, and a ladder leans on nothing by chance")
+ZERO_SLIP = Tolerance(0.8, "of the way", "crowns, roofs and lids are on the axis of what carries them")
+POINT_SLIP = Tolerance(
+    0.1,
+    "of the way",
+    "ten times a number with more decimals than nine tenths of its program: .105 for 1.05, .016 for .16",
+)
+ORDER_SLIP = Tolerance(1.5, "of the way", "two components exchanged, x and z or one with 0, move a thing far")
+LOOSE_SLIP = Tolerance(2.0, "of the way", "where only room is needed, siblings and zeros make it by chance")
+DEEPER = Tolerance(1.5, "times the way", "a lamp's hook may go into its arm, if what is not deeper is farther")
+GLUED = Tolerance(3.0, "times the way", "the head of a snowman stands on its chest only if the balls are joined")
+AROUND = Tolerance(0.1, "of an object's size", "what is this near may be what is wrong instead: a post, a bracket")

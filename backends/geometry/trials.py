@@ -56,10 +56,25 @@ def helpful_move(
     return None
 
 
+def ranked_moves(facts: FrameFacts, members: IntArray) -> list[tuple[float, Vector]]:
+    """Return the ways of bodies to contacts, those of the least effort first, each with the weight of its length."""
+    if len(facts.solids) > MAX_TRIED_SOLIDS:
+        return []
+    rows = np.concatenate([facts.bodies.members[int(body)] for body in members])
+    upward = 1.0 if _has_narrow_top(facts, rows) else _UPWARD_EFFORT
+    moves = dict.fromkeys(contact_moves(facts, members))
+    efforts = sorted((_effort(move, upward), move) for move in moves)
+    return [(effort / math.dist(move, (0.0, 0.0, 0.0)), move) for effort, move in efforts]
+
+
 def _effort(move: Vector, upward: float) -> float:
     """Return the length of a translation, weighted by what is less likely than a drop."""
-    x, y, z = move
-    return math.sqrt(x * x + y * y + z * z) * (upward if y > 0.0 else 1.0 if y < 0.0 else _SIDEWAYS_EFFORT)
+    return math.hypot(*move) * weight_of(move, upward)
+
+
+def weight_of(move: Vector, upward: float = _UPWARD_EFFORT) -> float:
+    """Return the weight of a translation's length."""
+    return upward if move[1] > 0.0 else 1.0 if move[1] < 0.0 else _SIDEWAYS_EFFORT
 
 
 def _has_narrow_top(facts: FrameFacts, rows: IntArray) -> bool:

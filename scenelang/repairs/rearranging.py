@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from scenelang.backends.geometry.trials import ranked_moves, weight_of
+
 if TYPE_CHECKING:
     from scenelang.backends.geometry.arrangement import Vector
     from scenelang.backends.geometry.lint import CheckedFrame, Finding
@@ -28,6 +30,8 @@ BoolArray = npt.NDArray[np.bool_]
 # them (`python benchmarks/repairs.py`).
 _DEFORMATION_COST = 4.0
 _UNINVOLVED_COST = 2.0
+_MAX_WAYS = 8  # to contacts of one finding that are tried, those of the least effort
+_LEVEL_SHARE = 0.1  # of the square of a way out that is level: steeper ones do not lead sideways
 _MEANT_DEPTH = 4.0  # contact tolerances: of an overlap that joins two objects
 _NEGLIGIBLE_SHARE = 1e-3  # of the longest component of a translation: smaller components are rounding
 _MOTION_TOLERANCE = 1e-6  # relative to the size of the frame: smaller motions are rounding
@@ -55,6 +59,8 @@ class Aim:
         Shares of these corners, which sum to 1.
     moves
         Translations in scene units.
+    efforts
+        Weights of their lengths; empty for 1. Moves that have some are guesses, which no new form makes.
     """
 
     rows: IntArray
@@ -62,6 +68,7 @@ class Aim:
     others: IntArray
     other_weights: FloatArray
     moves: tuple[Vector, ...]
+    efforts: tuple[float, ...] = ()
 
     @classmethod
     def between(cls, rows: IntArray, others: IntArray, moves: tuple[Vector, ...]) -> Aim:
@@ -126,6 +133,10 @@ class ObjectCorners:
         np.maximum.at(deformation, self.labels, np.linalg.norm(rest, axis=1))
         return float(weights @ np.linalg.norm(mean, axis=1) + _DEFORMATION_COST * deformation.sum())
 
+    def is_deforming(self, motion: FloatArray, least: float) -> bool:
+        """Return whether a motion (N, 3) moves corners of an object apart by more than a length."""
+        return bool(np.abs(self._split(motion)[1]).max(initial=0.0) > least)
+
     def least_extents(self, corners: FloatArray) -> FloatArray:
         """Return the shortest side (N,) of the box of each corner's object."""
         low, high = np.full((len(self.counts), 3), np.inf), np.full((len(self.counts), 3), -np.inf)
@@ -157,10 +168,15 @@ def aims_of(frame: CheckedFrame, finding: Finding, at: int) -> Iterator[Aim]:
     if finding.shift is not None:
         yield from _balancing(frame, rows, finding.shift, at)
     moves = tuple(dict.fromkeys((*_tried(frame, finding), *_separations(frame, finding))))
-    if not moves:
-        return
     none, body = rows_of(None, at), rows_of(row[[finding.body]], at)
     own = rows_of(row[rows], at)
+    if finding.kind in ("floating", "tips") and len(members):
+        ways = ranked_moves(facts, members)[:_MAX_WAYS]
+        if ways:
+            efforts, reached = zip(*ways)
+            yield Aim(own, _equal(own), none, _equal(none), reached, efforts)
+    if not moves:
+        return
     if finding.other is None:
         yield Aim.between(own, none, moves)
         yield Aim.between(body, none, moves)
@@ -169,6 +185,9 @@ def aims_of(frame: CheckedFrame, finding: Finding, at: int) -> Iterator[Aim]:
     others = rows_of(row[np.setdiff1d(other_body, rows)], at)
     yield Aim.between(own, others, moves)
     yield Aim.between(body, rows_of(row[[finding.other]], at), moves)
+    if finding.kind == "deep":
+        out = tuple(_ways_out(frame, finding))
+        yield Aim(own, _equal(own), others, _equal(others), out, (1.0,) * len(out))
 
 
 def _balancing(frame: CheckedFrame, rows: IntArray, shift: Vector, at: int) -> Iterator[Aim]:
@@ -178,6 +197,12 @@ def _balancing(frame: CheckedFrame, rows: IntArray, shift: Vector, at: int) -> I
     feet = rows[low[rows, 1] <= low[rows, 1].min() + solids.touch]
     heavy, standing = rows_of(solids.row[rows], at), rows_of(solids.row[feet], at)
     yield Aim(heavy, np.repeat(mass / mass.sum() / 2.0, 2), standing, _equal(standing), (shift,))
+
+
+def effort_of(move: FloatArray) -> float:
+    """Return the weight of the length of a translation: objects are put down more often than moved aside."""
+    x, y, z = (float(component) for component in np.round(move / max(float(np.abs(move).max()), 1e-12), 6))
+    return weight_of((x, y, z))
 
 
 def _tried(frame: CheckedFrame, finding: Finding) -> Iterator[Vector]:
@@ -194,7 +219,11 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
     if finding.move is not None:
         least = _NEGLIGIBLE_SHARE * max(map(abs, finding.move))
         x, y, z = (component if abs(component) > least else 0.0 for component in finding.move)
-        return ((x, y, z),)
+        level = (x * x + z * z) / (x * x + y * y + z * z)
+        shortest: tuple[Vector, ...] = ((x, y, z),)
+        if finding.kind == "deep" and _LEVEL_SHARE < level < 1.0:  # what stands on the ground leaves sideways
+            shortest = ((x / level, 0.0, z / level), *shortest)
+        return shortest
     low, high = frame.solids.boxes
     i, j = finding.body, finding.other
     moves: list[Vector] = []
@@ -209,6 +238,33 @@ def _separations(frame: CheckedFrame, finding: Finding) -> tuple[Vector, ...]:
     return tuple(sorted(moves, key=lambda move: math.hypot(*move)))
 
 
+def _ways_out(frame: CheckedFrame, finding: Finding) -> list[Vector]:
+    """Return the ways by which a whole body leaves the solids of another one, level or upward, the shortest first.
+
+    The shortest way out of one solid of a car may lead into the next; the way out of a wall leads into its house.
+    """
+    solids, body = frame.solids, frame.facts.bodies.body
+    assert finding.other is not None
+    own, others = (np.flatnonzero(body == body[k]) for k in (finding.body, finding.other))
+    low, high = solids.boxes
+    moves: list[Vector] = []
+    for axis in range(3):
+        across = [k for k in range(3) if k != axis]
+        first, second = (each.reshape(-1) for each in np.meshgrid(own, others, indexing="ij"))
+        meets = (np.minimum(high[first], high[second]) - np.maximum(low[first], low[second]))[:, across] > solids.touch
+        first, second = first[meets.all(axis=1)], second[meets.all(axis=1)]
+        ends = np.stack([low[second, axis] - high[first, axis], high[second, axis] - low[first, axis]], axis=1)
+        for side, sign in ((1, 1.0), (0, -1.0))[: 1 if axis == 1 else 2]:
+            length, is_in = 0.0, np.ones(len(ends), bool)
+            while is_in.any():
+                is_in = (ends[:, 0] < length) & (ends[:, 1] > length)
+                length = sign * float((sign * ends[is_in, side]).max()) if is_in.any() else length
+            if length:
+                x, y, z = (length if k == axis else 0.0 for k in range(3))
+                moves.append((x, y, z))
+    return sorted(moves, key=lambda move: math.hypot(*move))
+
+
 # --- relations after an edit ----------------------------------------------------------------------------------------
 
 
@@ -219,11 +275,18 @@ def is_sound_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArra
     """
     moved = _moved(before, after, motion)
     return not moved.any() or not (
-        _is_torn(before, after, moved)
+        _sinks_ground(before, after)
+        or _is_torn(before, after, moved)
         or _is_deformed(before, motion, moved)
         or _is_parted(before, after, moved)
         or _loses_support(before, after)
     )
+
+
+def is_deforming_motion(before: CheckedFrame, motion: FloatArray) -> bool:
+    """Return whether a motion (N, 3) of the corners of a frame moves parts of a body that holds as it is apart."""
+    length = np.linalg.norm(motion, axis=1).reshape(-1, 2).max(axis=1)[before.solids.row]
+    return _is_deformed(before, motion, np.asarray(length > _MOTION_TOLERANCE * before.solids.size, bool))
 
 
 def is_deeper_motion(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> bool:
@@ -239,6 +302,11 @@ def _moved(before: CheckedFrame, after: CheckedFrame, motion: FloatArray) -> Boo
         return np.zeros(len(old), bool)
     length = np.linalg.norm(motion, axis=1).reshape(-1, 2).max(axis=1)[old.row]
     return np.asarray(length > _MOTION_TOLERANCE * old.size, bool)
+
+
+def _sinks_ground(before: CheckedFrame, after: CheckedFrame) -> bool:
+    """Return whether the ground is lower than before: what is put below it is found to stand on a new one."""
+    return after.facts.ground.height < before.facts.ground.height - before.solids.touch
 
 
 def _is_torn(before: CheckedFrame, after: CheckedFrame, moved: BoolArray) -> bool:

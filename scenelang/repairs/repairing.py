@@ -25,6 +25,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenelang.backends.facts.tolerances import (
+    AROUND,
+    DEEPER,
+    GLUED,
+    LOOSE_SLIP,
+    ORDER_SLIP,
+    OTHER_SLIP,
+    POINT_SLIP,
+    SIBLING_SLIP,
+    SIGN_SLIP,
+    TURN_SLIP,
+    ZERO_SLIP,
+)
 from scenelang.grammar.datum import ArrayDatum, Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
 from scenelang.grammar.diagnostics import ABOUT_SCENES, Diagnostic, Edit, Fix, SceneError
 from scenelang.grammar.reader import read
@@ -34,7 +47,26 @@ from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs.alternatives import loop_counts
 from scenelang.repairs.edit_trials import Trials, cheapest, edited, version_evaluator
-from scenelang.repairs.rearranging import Aim, ObjectCorners, aims_of, is_deeper_motion, is_sound_motion, rows_of
+from scenelang.repairs.rearranging import (
+    Aim,
+    ObjectCorners,
+    aims_of,
+    effort_of,
+    is_deeper_motion,
+    is_deforming_motion,
+    is_sound_motion,
+    rows_of,
+)
+from scenelang.repairs.slips import (
+    attributes_left_out,
+    changed_numbers,
+    changed_orders,
+    completed_grids,
+    completed_lists,
+    number_text,
+    pattern_values,
+    sibling_values,
+)
 
 if TYPE_CHECKING:
     from scenelang.backends.base import Progress
@@ -55,7 +87,6 @@ _MAX_FIXED = 3  # findings that get a fix in `check`
 _MAX_LITERALS = 400
 _MAX_PARTS = 60
 _MAX_TESTS = 16  # candidates tested for one finding and kind of edit
-_MAX_PATTERN = 50  # numbers of a list whose pattern is looked for
 _MAX_UNPOSED_VERSIONS = 6  # versions without a pose whose literals are tried
 _MAX_COMPARED = 20_000  # primitives of a part that are compared with the remaining ones
 _MAX_CORRECTIONS = 4  # of a motion that is not linear in the literals (Newton's method with the first derivatives)
@@ -91,9 +122,20 @@ _DUPLICATE_DISTANCE = 0.05
 _MAX_EXCESS = 4.0
 # Ends of the kinds of findings that any edit may add: faces in one plane, and a guess about symmetry, may be meant.
 _ACCEPTED = ("coplanar note", "outlier note")
+# Weights of the way of a slip by its kind. Where only a contact resolves a finding, a number that reaches one by chance
+# is rare; where room does, many numbers make room.
+_SLIPS_TO_CONTACTS = {
+    "sibling": SIBLING_SLIP, "other": OTHER_SLIP, "sign": SIGN_SLIP, "turn": TURN_SLIP, "operation": TURN_SLIP,
+    "zero": ZERO_SLIP, "point": POINT_SLIP, "order": ORDER_SLIP,
+}  # fmt: skip
+_SLIPS_TO_ROOM = {**_SLIPS_TO_CONTACTS, "sibling": SIGN_SLIP, "other": LOOSE_SLIP, "zero": LOOSE_SLIP}
+_MAX_SLIPS_OF_KIND = 4  # that are tried for one finding
+_USUAL_SHARE = 0.9  # of a program's numbers, which have at most the usual decimals: a number with more lost its point
+_NEAREST_WAYS = 3  # to contacts, of which the longest tells how far an object may be from its place
 _PATTERN_REACH = 4.0  # times as far as others may move: a number that completes a pattern
 _ZERO_REACH = 2.0  # times as far as others may move: a coordinate of an object that belongs to an axis
 _MIN_EXTENT_LEFT = 0.3  # of a primitive's longest extent: a cone that is to hang higher is not made flat
+_MIN_VOLUME_LEFT = 0.2  # of a solid: a slab that tips is not made thin
 _MAX_ROUNDING = 2.0  # times the change that a finding needs, by which a rounder number may exceed it
 _EXACT_KINDS = ("floating", "sunk")  # findings whose resolution is a contact: there are no rounder numbers for it
 _BALANCE_KINDS = ("tips", "slides", "falls")  # findings that more room resolves better
@@ -145,8 +187,13 @@ class Goal:
 
     @property
     def need(self) -> float:
-        """Shortest translation that resolves it, in scene units; 0 if unknown."""
-        return min((float(np.linalg.norm(move)) for aim in self.aims for move in aim.moves), default=0.0)
+        """Shortest translation that resolves it, in scene units; 0 if unknown.
+
+        Where none was tried with success, the ways to contacts of the least effort tell how far it may be.
+        """
+        known = [math.hypot(*move) for aim in self.aims if not aim.efforts for move in aim.moves]
+        ways = [math.hypot(*move) for aim in self.aims if aim.efforts for move in aim.moves[:_NEAREST_WAYS]]
+        return min(known) if known else max(ways, default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -396,6 +443,17 @@ class _Version:
         """Rows of the goals of each key, and of all goals; a search asks for them thousands of times."""
         return {}
 
+    def rows_around(self, goal: Goal) -> IntArray:
+        """Return the rows of the objects of a goal, and of those as near as its amount or a tenth of its size."""
+        if not len(goal.rows):
+            return goal.rows
+        own = self.corners[goal.rows]
+        low, high = own.min(axis=0), own.max(axis=0)
+        room = max(goal.amount, AROUND * float(np.linalg.norm(high - low)))
+        is_near = ((self.corners >= low - room) & (self.corners <= high + room)).all(axis=1)
+        labels = self.objects.labels
+        return np.flatnonzero(np.isin(labels, np.unique(np.concatenate([labels[is_near], labels[goal.rows]]))))
+
     @cached_property
     def size(self) -> float:
         """Diagonal of the box of all corners, in scene units; 1 for an empty scene, since it divides."""
@@ -423,7 +481,7 @@ class _Candidate:
     """Edits to try, their expected cost, and the indices of the literals that they change.
 
     ``is_pose`` marks those that leave out a pose. ``reach`` is a factor of the way that it may move objects: longer
-    for a number that completes a pattern.
+    for a number that completes a pattern. ``slip`` is the kind of a slip of the author.
     """
 
     edits: tuple[Edit, ...]
@@ -431,11 +489,12 @@ class _Candidate:
     literals: tuple[int, ...] = ()
     is_pose: bool = False
     reach: float = 1.0
+    slip: str = ""
 
     @property
     def accepted(self) -> tuple[str, ...]:
         """The ends of the kinds of findings that it may add: notes, if it completes a pattern."""
-        return (" note",) if self.reach > 1.0 else _ACCEPTED
+        return (" note",) if self.reach > 1.0 and not self.slip else _ACCEPTED
 
     def further(self, goal: Goal) -> float:
         """Return how much farther than a goal needs it may move objects, as a further need."""
@@ -510,26 +569,39 @@ class _Search:
     def step(self, now: _Version, goal: Goal) -> _Version | None:
         """Return a version in which a goal is resolved without a new finding; None if none is found."""
         tried: set[Hashable] = set()
-        spare: list[_Version] = []  # resolve the goal, but support is lost or a penetration is deeper
+        spare: list[tuple[float, _Version]] = []  # versions that resolve the goal, but not well, with their costs
 
         def sound(candidate: _Candidate) -> _Version | None:
-            """Return the version of a candidate if it is flawless; others that resolve the goal are spare."""
+            """Return the version of a candidate if it is flawless; others that resolve the goal are spare.
+
+            What a short way leaves deeper in another object, or held only if it is glued, is nearer to what was meant
+            than a slip that moves it far.
+            """
             version = self._tested(now, goal, candidate)
             if version is None:
                 return None
-            if _is_sound(now, version):
-                return self._tidied(now, goal, candidate) or version
-            spare.append(version)
-            return None
+            is_held = _stands(version, goal)
+            if not is_held or not _is_sound(now, version):
+                weight = math.inf if candidate.slip not in ("", "sibling") else DEEPER if is_held else GLUED
+                spare.append((weight * candidate.cost, version))
+                return None
+            least = min((cost for cost, _ in spare), default=math.inf)
+            if least < candidate.cost:
+                return next(version for cost, version in spare if cost == least)
+            return self._tidied(now, goal, candidate) or version
 
-        ways = (self._by_pattern, self._by_literals, self._by_count, self._by_amount_or_turn, self._by_form)
+        ways = (
+            self._by_pattern, self._by_completion, self._by_number, self._by_count, self._by_amount_or_turn,
+            self._by_form,
+        )  # fmt: skip
         for candidates in ways:
-            better = self.trials.first(cheapest(candidates(now, goal), _key, tried, _MAX_TESTS), sound)
+            most = _MAX_TESTS + len(_SLIPS_TO_ROOM) * _MAX_SLIPS_OF_KIND
+            better = self.trials.first(cheapest(candidates(now, goal), _key, tried, most), sound)
             if better is not None:
                 return better
             if spare and goal.declaration is not None:
                 break
-        return spare[0] if spare else None
+        return min(spare, key=lambda each: each[0])[1] if spare else None
 
     def _tested(self, now: _Version, goal: Goal, candidate: _Candidate) -> _Version | None:
         """Return the version that a candidate makes if it is better.
@@ -538,6 +610,9 @@ class _Search:
         """
         for _ in range(_MAX_CORRECTIONS):
             version = self._applied(now, candidate)
+            if version is not None and goal.declaration is None and not candidate.is_pose:
+                if self._is_broken(now, version) or (goal.key[0] == "floating" and _is_apart(version, goal)):
+                    return None  # known without the facts of the version, which take longest
             try:
                 if version is None or _is_better(now, version, goal, candidate.further(goal), candidate.accepted):
                     return version
@@ -602,30 +677,18 @@ class _Search:
     # --- patterns ----------------------------------------------------------------------------------------------
 
     def _by_pattern(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
-        """Yield changes of the one number of a list without which it is even or symmetric: a slip of the author.
-
-        What no translation to a neighbor helps is tried on the axes of its place: a roof beside its posts.
-        """
+        """Yield changes of the one number of a list without which it is even or symmetric: a slip of the author."""
         if goal.declaration is not None or goal.key[0] not in (*_EXACT_KINDS, *_BALANCE_KINDS, "deep"):
             return
         source = Source(self.name, now.text)
-        values = {atom.span.start: value for form in walk(*read(source).forms) for atom, value in patterns_of(form)}
-        literals, sizes = literals_of(source), Counter[int]()
-        if not goal.aims:
-            sizes = Counter(literal.group for literal in literals)
-        elif not values:
-            return
-        for literal, motion in zip(literals, self._motions(now)):
-            if motion is None:
-                continue
+        values, around = pattern_values(source), now.rows_around(goal)
+        for literal, motion in zip(literals_of(source), self._motions(now) if values else ()):
             value = values.get(literal.span.start)
-            if value is None and literal.value != 0.0 and sizes[literal.group] > 1:
-                value = 0.0
-            if value is None or not _concerns(goal, motion):
+            if motion is None or value is None or np.abs(motion[around]).max(initial=0.0) <= _MIN_DERIVATIVE:
                 continue
             way = float(np.linalg.norm(motion, axis=1).max()) * abs(value - literal.value)
             if way <= _PATTERN_REACH * _MAX_EXCESS * (goal.need or goal.amount):
-                edit = Edit(literal.span, _number(value, _MAX_DECIMALS))
+                edit = Edit(literal.span, number_text(value, _MAX_DECIMALS))
                 cost = now.size * len(edit.text) + now.cost(motion * (value - literal.value), goal)  # simple ones first
                 yield _Candidate((edit,), cost, reach=_PATTERN_REACH)
 
@@ -670,7 +733,80 @@ class _Search:
             outward = math.ceil if value > literal.value else math.floor
             rounder = outward(value / step) * step
             if rounder and abs(rounder - value) <= _MAX_ROUNDING * abs(value - literal.value):
-                yield _Candidate((Edit(literal.span, _number(rounder, _MAX_DECIMALS)),), 0.0)
+                yield _Candidate((Edit(literal.span, number_text(rounder, _MAX_DECIMALS)),), 0.0)
+
+    # --- slips -------------------------------------------------------------------------------------------------
+
+    def _by_completion(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield lists with what they lack, and calls without an attribute too much, for what has lost its balance."""
+        if goal.key[0] not in _BALANCE_KINDS:
+            return
+        source = Source(self.name, now.text)
+        changes = [*((edit,) for edit in attributes_left_out(source)), *completed_grids(source)]
+        changes += [(edit,) for edit in completed_lists(source)]
+        for rank, edits in enumerate(changes):
+            yield _Candidate(tuple(edits), rank * _TIE_COST)
+
+    def _by_number(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield changes of literals that reach an aim of a goal, and those that a slip of the author suggests."""
+        yield from cheapest(self._by_literals(now, goal), _key, set(), _MAX_TESTS)
+        slips = sorted(self._by_slip(now, goal), key=lambda candidate: candidate.cost)
+        kinds = Counter[str]()
+        for slip in slips:
+            kinds[slip.slip] += 1
+            if kinds[slip.slip] <= _MAX_SLIPS_OF_KIND:
+                yield slip
+
+    def _by_slip(self, now: _Version, goal: Goal) -> Iterator[_Candidate]:
+        """Yield what siblings, signs, decimal points and orders suggest in place of what moves the objects of a goal.
+
+        The cost is that of the motion, times how unlikely the slip is: for a finding that only a contact resolves, what
+        reaches it exactly is hardly there by chance.
+        """
+        if goal.declaration is not None or goal.key[0] not in (*_EXACT_KINDS, *_BALANCE_KINDS, "deep"):
+            return
+        source = Source(self.name, now.text)
+        rows, literals = now.rows_around(goal), literals_of(source)
+        least = _MOTION_TOLERANCE * now.size
+        starts = [
+            literal.span.start
+            for literal, motion in zip(literals, self._motions(now))
+            if motion is not None and float(np.abs(motion[rows]).max(initial=0.0)) > _MIN_DERIVATIVE
+        ]
+        decimals = sorted(_decimals(literal.span.text) for literal in literals)
+        usual = decimals[int(_USUAL_SHARE * (len(decimals) - 1))] if decimals else 0
+        weights = _SLIPS_TO_CONTACTS if goal.key[0] in _EXACT_KINDS else _SLIPS_TO_ROOM
+        for slip in dict.fromkeys((*sibling_values(source), *changed_numbers(source), *changed_orders(source))):
+            span = slip.edit.span
+            is_computed = slip.kind in ("turn", "operation")  # of names, of which no number tells what they move
+            if not is_computed and not any(span.start <= start < span.end for start in starts):
+                continue
+            if slip.kind == "point" and _decimals(span.text) <= usual:
+                continue
+            corners = self.layout(_replaced(now.text, span, slip.edit.text)) if self.trials.can_go_on else None
+            if corners is None or corners.shape != now.corners.shape:
+                continue
+            motion = corners - now.corners
+            if np.abs(motion[rows]).max(initial=0.0) > least and not self._is_deforming(now, motion):
+                if slip.kind in ("point", "order", "zero") and now.objects.is_deforming(motion, least):
+                    continue  # what is too thin to stand is not meant to be ten times as thick
+                move = motion[goal.rows].mean(axis=0)
+                cost = weights[slip.kind] * effort_of(move) * now.cost(motion, goal) + _LITERAL_COST * now.size
+                yield _Candidate((slip.edit,), cost, reach=_PATTERN_REACH, slip=slip.kind)
+
+    def _is_broken(self, now: _Version, version: _Version) -> bool:
+        """Return whether a shape is made flat, or an object that holds is torn apart."""
+        if version.corners.shape != now.corners.shape:
+            return False
+        is_broken = _is_collapsed(now, version) or self._is_deforming(now, version.corners - now.corners)
+        return is_broken or any(_is_thinned(now.frames[number], version.frames[number]) for number in now.spans)
+
+    def _is_deforming(self, now: _Version, motion: FloatArray) -> bool:
+        """Return whether a motion of all corners moves parts of a body that holds as it is apart."""
+        return any(
+            is_deforming_motion(now.frames[number], motion[2 * at : 2 * (at + count)])
+            for number, (at, count) in now.spans.items()
+        )
 
     # --- literals ----------------------------------------------------------------------------------------------
 
@@ -690,7 +826,7 @@ class _Search:
         if not self.trials.can_go_on:
             return None
         step = _LITERAL_STEP * max(1.0, abs(literal.value))
-        text = _replaced(now.text, literal.span, _number(literal.value + step, _EXACT_DECIMALS))
+        text = _replaced(now.text, literal.span, number_text(literal.value + step, _EXACT_DECIMALS))
         corners = self.layout(text)
         if corners is None or corners.shape != now.corners.shape:
             return None
@@ -728,18 +864,18 @@ class _Search:
         relative = np.stack([aim.of(motion) for motion in derivatives], axis=1)
         if float(np.abs(relative).max()) < _NEGLIGIBLE:
             return
-        for move in aim.moves:
+        for move, effort in zip(aim.moves, aim.efforts or (1.0,) * len(aim.moves)):
             steps = np.linalg.lstsq(relative, np.array(move), rcond=_RCOND)[0]
             length = float(np.linalg.norm(move))
             miss = float(np.linalg.norm(relative @ steps - move))
             if miss > _MAX_MISS * length or not np.isfinite(steps).all():
                 continue
             whole = np.tensordot(steps, np.stack(derivatives), 1)
-            cost = now.cost(whole, goal) + miss + _LITERAL_COST * now.size * len(chosen)
+            cost = effort * now.cost(whole, goal) + miss + _LITERAL_COST * now.size * len(chosen)
             cost += 0.0 if literals[chosen[0]].places else _INNER_LITERAL_COST * now.size
             values = np.array([literals[n].value for n in chosen]) + steps
             for rank, places in enumerate(self._places(now, goal, relative, values, length)):
-                edits = tuple(Edit(literals[n].span, _number(v, places)) for n, v in zip(chosen, values.tolist()))
+                edits = tuple(Edit(literals[n].span, number_text(v, places)) for n, v in zip(chosen, values.tolist()))
                 length_cost = _CHARACTER_COST * now.size * sum(len(edit.text) for edit in edits)
                 yield _Candidate(edits, cost + rank * _TIE_COST * now.size + length_cost, tuple(chosen))
 
@@ -800,7 +936,7 @@ class _Search:
             if amount is None:
                 return None
             if amount == 0.0:
-                candidate = _Candidate((Edit(literal.span, _number(value, _digits(now.size))),), 0.0)
+                candidate = _Candidate((Edit(literal.span, number_text(value, _digits(now.size))),), 0.0)
                 version = self._applied(now, candidate)
                 moved = None if version is None else _displacement(now.corners, version.corners)
                 changed = abs(value - literal.value)
@@ -818,7 +954,7 @@ class _Search:
                 for places in (2, 4):
                     value = math.remainder(float(angle.value) + turn, math.tau)
                     cost = _LITERAL_COST * now.size + _TIE_COST * places
-                    yield _Candidate((Edit(angle.span, _number(value, places)),), cost)
+                    yield _Candidate((Edit(angle.span, number_text(value, places)),), cost)
         for group in unions_of(Source(self.name, now.text)):
             for part in group:
                 if _head(part) != "transform" or len(part.items) != 3 or not self.trials.can_go_on:
@@ -833,12 +969,12 @@ class _Search:
                 # A mirrored part turns the other way.
                 turn = math.copysign(1.0, float(np.linalg.det(frame))) * (goal.turn or 0.0)
                 for places in (2, 4):
-                    new = f"(transform {call} (@ {pose} (rotate {_number(turn, places)} [0 1 0])))"
+                    new = f"(transform {call} (@ {pose} (rotate {number_text(turn, places)} [0 1 0])))"
                     yield _Candidate((Edit(part.span, new),), _FORM_COST * now.size)
 
     def _amount(self, now: _Version, goal: Goal, literal: _Literal, value: float) -> float | None:
         """Return how far the goal's declaration is from holding with another value of a literal; 0 if it holds."""
-        text = _replaced(now.text, literal.span, _number(value, _EXACT_DECIMALS))
+        text = _replaced(now.text, literal.span, number_text(value, _EXACT_DECIMALS))
         scene = self.trials.evaluate(text).scene
         if scene is None:
             return None
@@ -868,11 +1004,13 @@ class _Search:
             )
         if goal.key[0] == "twin":
             return
+        known = any(not aim.efforts for aim in goal.aims)
         for part in parts:
-            moved = self._moved_by(now, part) if goal.aims and self.trials.can_go_on else None
+            moved = self._moved_by(now, part) if known and self.trials.can_go_on else None
             for aim in goal.aims if moved is not None else ():
                 assert moved is not None
-                yield from self._placed(now, goal, aim, part, moved)
+                if not aim.efforts:
+                    yield from self._placed(now, goal, aim, part, moved)
 
     def _placed(self, now: _Version, goal: Goal, aim: Aim, part: Datum, moved: FloatArray) -> Iterator[_Candidate]:
         """Yield a part inside a translation that reaches an aim."""
@@ -883,7 +1021,7 @@ class _Search:
             offset = np.linalg.lstsq(relative, np.array(move), rcond=_RCOND)[0]
             cost = now.cost(moved @ offset, goal) + _FORM_COST * now.size
             for places in self._places(now, goal, relative, offset, float(np.linalg.norm(move))):
-                numbers = " ".join(_number(x, places) for x in offset)
+                numbers = " ".join(number_text(x, places) for x in offset)
                 new = f"(transform {part.span.text} (translate [{numbers}]))"
                 yield _Candidate((Edit(part.span, new),), cost + _TIE_COST * places)
 
@@ -908,7 +1046,7 @@ class _Search:
         whole = np.zeros((len(now.corners), 3, 3))
         step = _LITERAL_STEP * now.size
         for axis in range(3):
-            offset = " ".join(_number(step if k == axis else 0.0, _EXACT_DECIMALS) for k in range(3))
+            offset = " ".join(number_text(step if k == axis else 0.0, _EXACT_DECIMALS) for k in range(3))
             text = f"(transform {part.span.text} (translate [{offset}]))"
             corners = self.layout(_replaced(now.text, part.span, text))
             if corners is None or corners.shape != now.corners.shape:
@@ -942,7 +1080,7 @@ def _too_far(now: _Version, version: _Version, goal: Goal, further: float = 0.0)
     for other in now.goals:
         if resolved[other.key] > 0 or other is goal:
             resolved[other.key] -= 1
-            need += other.need or other.amount
+            need += max(other.need, other.amount) if other.key[0] in _BALANCE_KINDS else other.need or other.amount
     motion = np.linalg.norm(version.corners - now.corners, axis=1)
     return need > 0.0 and float(motion.max()) > _MAX_EXCESS * need
 
@@ -955,9 +1093,11 @@ def _is_better(
     For a finding of the lint, objects must also move little and keep their support. A declaration is a wish of the
     author, so it is met whatever moves.
     """
+    if _is_collapsed(now, version):
+        return False
     fewer, new = now.counts - version.counts, version.counts - now.counts
     new = Counter({key: count for key, count in new.items() if not key[0].endswith(accepted)})
-    if fewer[goal.key] <= 0 or new or _is_collapsed(now, version):
+    if fewer[goal.key] <= 0 or new:
         return False
     return goal.declaration is not None or (
         not _too_far(now, version, goal, further) and _holds(now, version, is_sound_motion)
@@ -970,6 +1110,40 @@ def _is_collapsed(now: _Version, version: _Version) -> bool:
         return False
     before, after = (np.abs(np.diff(v.corners.reshape(-1, 2, 3), axis=1)).max(axis=2) for v in (now, version))
     return bool((after < _MIN_EXTENT_LEFT * before).any())
+
+
+def _is_thinned(before: CheckedFrame, after: CheckedFrame) -> bool:
+    """Return whether a solid loses nearly all of its volume: slabs as thin as paper cannot tip."""
+    old, new = before.solids.masses[0], after.solids.masses[0]
+    return len(old) == len(new) and bool((new < _MIN_VOLUME_LEFT * old).any())
+
+
+def _is_apart(version: _Version, goal: Goal) -> bool:
+    """Return whether what floats is apart from the boxes of all others, and higher than the lowest of them."""
+    rows = np.concatenate([goal.rows, *(aim.rows for aim in goal.aims)])
+    for number, (at, _) in version.spans.items():
+        solids = version.frames[number].solids
+        low, high = solids.boxes
+        own = np.isin(2 * (solids.row + at), rows)
+        room = 2.0 * solids.touch
+        near = np.ones((int(own.sum()), int((~own).sum())), bool)
+        for axis in range(3):
+            near &= low[own, axis][:, None] <= high[~own, axis] + room
+            near &= high[own, axis][:, None] >= low[~own, axis] - room
+        if near.any() or (own.any() and low[own, 1].min() <= low[:, 1].min() + room):
+            return False
+    return True
+
+
+def _stands(version: _Version, goal: Goal) -> bool:
+    """Return whether the object of a finding holds: a note about it may be one about others that it has joined."""
+    for number, (at, count) in version.spans.items():
+        frame = version.frames[number]
+        own = np.isin(2 * (frame.solids.row + at), goal.rows)
+        bodies = np.unique(frame.facts.bodies.body[own]) if count else ()
+        if not all(frame.facts.verdicts[int(body)].holds for body in bodies):
+            return False
+    return True
 
 
 def _is_sound(now: _Version, version: _Version) -> bool:
@@ -1143,56 +1317,6 @@ def _placing(datum: Datum) -> Iterator[Datum]:
         yield child
 
 
-def _concerns(goal: Goal, motion: FloatArray) -> bool:
-    """Return whether a motion (N, 3) moves the objects of a goal; without an aim, level ones only."""
-    if goal.aims:
-        return any(float(np.abs(aim.of(motion)).max()) > _MIN_DERIVATIVE for aim in goal.aims)
-    own = np.abs(motion[goal.rows])
-    return float(own.max()) > _MIN_DERIVATIVE >= float(own[:, 1].max())
-
-
-def patterns_of(form: Datum) -> Iterator[tuple[Atom, float]]:
-    """Yield each number of a list with the value by which it would complete a pattern of all others.
-
-    Patterns are equal steps, and symmetry about 0. Arrays are places and points of profiles, not lists.
-
-    Examples
-    --------
-    >>> [(atom.value, value) for atom, value in patterns_of(read(Source("a", "(-1 0 .4)")).forms[0])]
-    [(-1, -0.4), (0.4, 1.0)]
-    """
-    items = form.items[_head(form) == "list" :] if isinstance(form, ListDatum) else ()
-    atoms = [item for item in items if isinstance(item, Atom) and type(item.value) in (int, float)]
-    if not 2 <= len(atoms) == len(items) <= _MAX_PATTERN:
-        return
-    values = np.array([atom.value for atom in atoms], np.float64)
-    if not np.isfinite(values).all() or _is_regular(values):
-        return
-    for at, atom in enumerate(atoms):
-        for value in dict.fromkeys([*_even_values(values, at), -float(values[-1 - at])]):
-            fixed = values.copy()
-            fixed[at] = value
-            if len(np.unique(fixed)) == len(fixed) and _is_regular(fixed):
-                yield atom, value
-                break
-
-
-def _even_values(values: FloatArray, at: int) -> Iterator[float]:
-    """Yield the number at a position of a list that makes its steps equal; of an end, if three others do."""
-    if 0 < at < len(values) - 1:
-        yield float(values[at - 1] + values[at + 1]) / 2.0
-    elif len(values) > 3:
-        yield float(2.0 * values[1] - values[2] if at == 0 else 2.0 * values[-2] - values[-3])
-
-
-def _is_regular(values: FloatArray) -> bool:
-    """Return whether numbers have equal steps, or are symmetric about 0."""
-    room = 1e-9 * float(np.abs(values).max(initial=0.0))
-    steps = np.diff(values)
-    is_even = len(values) > 2 and float(np.ptp(steps)) <= room and abs(float(steps[0])) > room
-    return is_even or float(np.abs(values + values[::-1]).max()) <= room
-
-
 def unions_of(source: Source) -> list[list[ListDatum]]:
     """Return the operands of each ``union`` of a program that are forms, and the bodies of loops that make parts."""
     first = {"union": 1, "for/union": 2, "for*/union": 2}
@@ -1260,19 +1384,14 @@ def _digits(size: float) -> int:
     return max(2, math.ceil(4.0 - math.log10(max(size, 1e-12))))
 
 
+def _decimals(text: str) -> int:
+    """Return the number of decimals that a number is written with."""
+    return len(text.partition(".")[2])
+
+
 def _is_same_number(old: str, new: str) -> bool:
     """Return whether two texts are the same number."""
     try:
         return float(old) == float(new)
     except ValueError:
         return False
-
-
-def _number(value: float, places: int) -> str:
-    """Write a number as programs do: with at most so many decimals, and no zero before the point."""
-    text = f"{round(value, places) + 0.0:.12g}"
-    if "e" in text:
-        return text
-    return (
-        text.replace("-0.", "-.", 1) if text.startswith("-0.") else text.removeprefix("0") if text[:2] == "0." else text
-    )

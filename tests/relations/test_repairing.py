@@ -10,7 +10,8 @@ import pytest
 from scenelang.cli.main import main
 from scenelang.grammar.datum import Source
 from scenelang.grammar.reader import read
-from scenelang.repairs.repairing import Repair, patterns_of, repaired
+from scenelang.repairs.repairing import Repair, repaired
+from scenelang.repairs.slips import patterns_of
 from scenelang.session.declarations import declarations_of
 from scenelang.session.session import Session
 
