@@ -103,7 +103,7 @@ _SOFTBOXES = Sky((0.30, 0.30, 0.31), (0.060, 0.062, 0.066), (0.50, 0.50, 0.50), 
     Softbox(0.0, 62.0, 52.0, 22.0, (2.4, 2.4, 2.45)),
     Softbox(-76.0, 34.0, 16.0, 40.0, (4.2, 4.05, 3.8)),
     Softbox(90.0, 30.0, 10.0, 50.0, (3.2, 3.3, 3.4)),
-    Softbox(180.0, 20.0, 60.0, 8.0, (2.4, 2.4, 2.4)),
+    Softbox(180.0, 32.0, 60.0, 22.0, (1.9, 1.9, 1.9)),  # what a level face reflects, seen from 10 to 54 degrees
 ))  # fmt: skip
 ENVIRONMENTS = {
     "studio": Environment(
