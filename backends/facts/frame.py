@@ -31,6 +31,7 @@ from scenelang.backends.facts.tolerances import (
     HIGH,
     HINGE_SPAN,
     JOINT,
+    LINE,
     MAIN_CLUSTER,
     MOUNT_AREA,
     MOUNT_DEPTH,
@@ -331,10 +332,12 @@ class FrameFacts:
             if normal[1] < -0.5 and not self.fixed[other]:
                 is_flat = False  # only a ceiling holds what is below it by its back
             is_slim = size[1] >= SLIM * float(size[[0, 2]].min())  # a rope is held by its whole section
+            sides = self.bodies.size[body]
+            is_line = sides[1] >= LINE * float(sides[[0, 2]].max())
+            is_point = is_slim or back <= SUSPENSION_AREA * float(size[[0, 2]].prod())
             if (is_flat and normal[1] < 0.5 and back >= MOUNT_AREA * self._side_of(link, members, axis)) or (
                 float(link.points[:, 1].max()) >= high[1] - SUSPENSION_HEIGHT * size[1]
-                and normal[1] < -0.5
-                and (is_slim or back <= SUSPENSION_AREA * float(size[[0, 2]].prod()))
+                and (is_line or (is_point and normal[1] < -0.5))
             ):
                 yield link, ""
 

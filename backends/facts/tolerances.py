@@ -86,6 +86,9 @@ MOUNT_DEPTH = Tolerance(1.0 / 3.0, "of a body's breadth", "what stands out from 
 MOUNT_AREA = Tolerance(0.5, "of its back", "the part of a mounted body's back that touches the wall")
 SUSPENSION_HEIGHT = Tolerance(0.1, "of a body's height", "what is held in its top tenth hangs, as a lamp from its cord")
 SUSPENSION_AREA = Tolerance(0.05, "of its footprint", "a hanging body is held at a point rather than a face")
+LINE = Tolerance(
+    20.0, "length over breadth", "ropes, cords and wires hold by an upper end that touches a side, such as a drum's"
+)
 GLUED_AREA = Tolerance(
     1.0 / 3.0, "of its side", "a face contact that could be glue: arms of a robot; what falls without it is a note"
 )

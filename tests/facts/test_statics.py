@@ -608,6 +608,13 @@ CEILING = '(bind "ceiling" (lambda () (transform (call "cube" :scale [4 .2 4]) (
 CEILED = '(call "ceiling" :fixed #t) (call "stone")'
 STONE = '(bind "stone" (lambda () (transform (call "cube" :scale .2) (translate [1.5 .1 1]))))'
 FLOOR = '(bind "floor" (lambda () (transform (call "cube" :scale [6 .2 6]) (translate [0 -.1 0]))))'
+DRUM = (
+    FLOOR
+    + """
+(bind "drum" (lambda () (union
+  (call "cylinder" :radius .12 :p0 [0 1.4 -.5] :p1 [0 1.4 .5])
+  (for/union ((z '(-.45 .45))) (transform (call "cube" :scale [.2 1.4 .1]) (translate (vector 0 .7 z)))))))"""
+)
 LADDER = """
 (bind "ladder" (lambda () (transform (union
   (for*/union ((z '(-.2 .2))) (transform (call "cube" :scale [3 .08 .05]) (translate (vector 0 0 z))))
@@ -662,6 +669,19 @@ HARD: dict[str, tuple[str, dict[str, str]]] = {
         (bind "lamp" (lambda () (union (call "cylinder" :radius .01 :p0 [0 1.8 0] :p1 [0 2.5 0])
           (call "cone" :radius .25 :p0 [0 1.6 0] :p1 [0 1.85 0]))))""", CEILED, '(call "lamp")'),
         {"lamp": "supported", "*": "none"}),
+    "a rope beside the drum that it comes from": (root(DRUM + """
+        (bind "rope" (lambda () (call "cylinder" :radius .012 :p0 [.13 1.4 0] :p1 [.13 .64 0])))""",
+        '(call "floor")', '(call "drum")', '(call "rope")'), {"rope": "supported", "*": "none"}),
+    "a bucket on a rope beside a drum": (root(DRUM + """
+        (bind "rope" (lambda () (call "cylinder" :radius .012 :p0 [.13 1.4 0] :p1 [.13 .64 0])))
+        (bind "bucket" (lambda () (transform (call "cylinder" :radius .15 :p1 [0 .3 0]) (translate [.13 .345 0]))))""",
+        '(call "floor")', '(call "drum")', '(call "rope")', '(call "bucket")'), {"rope": "supported", "*": "none"}),
+    "a pole beside a drum": (root(DRUM + """
+        (bind "pole" (lambda () (call "cylinder" :radius .06 :p0 [.178 1.4 0] :p1 [.178 .64 0])))""",
+        '(call "floor")', '(call "drum")', '(call "pole")'), {"pole": "not"}),
+    "a rope whose middle touches a drum": (root(DRUM + """
+        (bind "rope" (lambda () (call "cylinder" :radius .012 :p0 [.13 1.9 0] :p1 [.13 .9 0])))""",
+        '(call "floor")', '(call "drum")', '(call "rope")'), {"rope": "not"}),
     "a lamp and its cord": (root(CEILING + STONE + """
         (bind "cord" (lambda () (call "cylinder" :radius .01 :p0 [0 1.8 0] :p1 [0 2.5 0])))
         (bind "lamp" (lambda () (transform (call "sphere" :radius .2) (translate [0 1.6 0]))))""",
