@@ -27,6 +27,7 @@ from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, instance_counts, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
 from scenelang.interpreter.scene.modelling.computing import welded
+from scenelang.interpreter.scene.part_columns import distinct_entities
 from scenelang.interpreter.scene.primitives import Primitive
 from scenelang.interpreter.scene.primitives.forms import CanonicalForm
 from scenelang.interpreter.scene.primitives.mesh import Mesh, posed_points
@@ -143,26 +144,26 @@ class _Items:
 
     def _missing(self, entity: Entity, levels: float) -> list[tuple[Entity, float]]:
         """Return the children of an entity that have no item yet."""
-        return [(child, levels) for child in _distinct_children(entity) if self._key(child, levels) not in self._made]
+        return [
+            (child, levels)
+            for child in distinct_entities(entity.children)
+            if self._key(child, levels) not in self._made
+        ]
 
     def _item(self, entity: Entity, levels: float) -> ExportItem:
         """Return the item of an entity whose children have items."""
         if levels <= 0 and entity.children:
             return ExportItem(entity, merged=True)
-        child_items = {id(child): self._made[self._key(child, levels - 1)] for child in _distinct_children(entity)}
+        distinct_children = distinct_entities(entity.children)
+        child_items = {id(child): self._made[self._key(child, levels - 1)] for child in distinct_children}
         return ExportItem(entity, tuple([(child_items[id(part.car)], part.cdr) for part in entity.children]))
-
-
-def _distinct_children(entity: Entity) -> Iterable[Entity]:
-    """Return the distinct children of an entity, in order."""
-    return {id(part.car): part.car for part in entity.children}.values()
 
 
 def _heights(roots: Iterable[Entity]) -> dict[int, int]:
     """Return the number of levels below each distinct entity, 0 for a leaf."""
     heights: dict[int, int] = {}
     for entity in descendants(*roots):
-        heights[id(entity)] = 1 + max((heights[id(part.car)] for part in entity.children), default=-1)
+        heights[id(entity)] = 1 + max((heights[id(child)] for child in distinct_entities(entity.children)), default=-1)
     return heights
 
 

@@ -48,6 +48,7 @@ from scenelang.interpreter.inspection.numbering import Ancestry, ancestry_of
 from scenelang.interpreter.scene import pose
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants, primitive_count
 from scenelang.interpreter.scene.flatten import flatten_entity
+from scenelang.interpreter.scene.part_columns import distinct_entities
 from scenelang.interpreter.scene.primitives.cube import Cube as CubeShape
 from scenelang.interpreter.values.values import ANONYMOUS, IDENTITY, Embedding, Matrix, Pair, Vector
 
@@ -342,7 +343,7 @@ def parts_of(root: Entity, is_block: BoolArray) -> CubeParts:
     ancestry = ancestry_of(root)
     with_blocks: set[int] = set()
     for entity in descendants(root):
-        if entity.is_block or any(id(part.car) in with_blocks for part in entity.children):
+        if entity.is_block or any(id(child) in with_blocks for child in distinct_entities(entity.children)):
             with_blocks.add(id(entity))
     is_leaf = np.array([entity.is_primitive for entity in ancestry.nodes])[ancestry.node]
     has_blocks = np.array([id(entity) in with_blocks for entity in ancestry.nodes])[ancestry.node] & ~is_leaf

@@ -18,6 +18,7 @@ from scenelang.grammar.diagnostics import LimitError, SceneError, suggest
 from scenelang.interpreter.inspection.numbering import Numbering, frame_numbers, number_scene
 from scenelang.interpreter.scene.bounds import word_box
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.part_columns import distinct_entities, entity_times
 from scenelang.interpreter.scene.pose import compose
 from scenelang.interpreter.scene.primitives.base import Box
 from scenelang.interpreter.values.values import IDENTITY, Embedding, Matrix, Pair
@@ -268,7 +269,9 @@ class Locator:
                 if entity.word == word:
                     counts[id(entity)] = 1  # instances inside it are not outermost
                 else:
-                    counts[id(entity)] = sum(counts[id(child.car)] for child in entity.children)
+                    counts[id(entity)] = sum(
+                        times * counts[id(child)] for child, times in entity_times(entity.children)
+                    )
             self._counts_by_word[word] = counts
         return self._counts_by_word[word]
 
@@ -304,7 +307,9 @@ class Locator:
         """Return the ``id`` of each entity that has, or contains, a handle of an embedding."""
         holders: set[int] = set()
         for entity in descendants(self.root):
-            if entity.embedding.handle == handle or any(id(part.car) in holders for part in entity.children):
+            if entity.embedding.handle == handle or any(
+                id(child) in holders for child in distinct_entities(entity.children)
+            ):
                 holders.add(id(entity))
         return holders
 
@@ -385,7 +390,8 @@ def primitive_ranges(root: Entity, found: Sequence[Located]) -> list[tuple[int, 
     """Return for each located instance its primitives in the flattened frame, as a half-open range of indices."""
     counts: dict[int, int] = {}
     for entity in descendants(root):
-        counts[id(entity)] = int(entity.is_primitive) + sum(counts[id(part.car)] for part in entity.children)
+        below = sum(times * counts[id(child)] for child, times in entity_times(entity.children))
+        counts[id(entity)] = int(entity.is_primitive) + below
     return [_range(root, instance.positions, counts) for instance in found]
 
 

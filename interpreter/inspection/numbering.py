@@ -18,6 +18,7 @@ from scenelang.interpreter.loading import np
 from scenelang.interpreter.runtime.runtime import Runtime, ZEntry
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
 from scenelang.interpreter.scene.flatten import FlatFrame, FlatScene, Graph, Level, Paths, graph_of, levels
+from scenelang.interpreter.scene.part_columns import entity_times
 from scenelang.interpreter.values.values import Embedding, Pair
 
 if TYPE_CHECKING:
@@ -246,7 +247,7 @@ def number_scene(scene: Scene) -> Numbering:
     used = sorted(int(m[1]) for m in map(_NUMBERED.match, handles_in(scene)) if m)
     unhandled: dict[int, int] = {}
     for entity in descendants(*scene.frames):
-        below = sum(unhandled[id(part.car)] for part in entity.children)
+        below = sum(times * unhandled[id(child)] for child, times in entity_times(entity.children))
         unhandled[id(entity)] = below + (entity.embedding.handle is None)
     return Numbering(scene, tuple(used), unhandled)
 

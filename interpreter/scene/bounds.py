@@ -14,6 +14,7 @@ from typing import Any
 
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.interpreter.scene.entity import Entity, Scene, descendants
+from scenelang.interpreter.scene.part_columns import distinct_entities
 from scenelang.interpreter.scene.primitives.base import Box
 from scenelang.interpreter.values.values import IDENTITY, Pair
 
@@ -73,9 +74,9 @@ def _compute_boxes(root: Entity, charge: Charge) -> None:
             stack.pop()
             continue
         charge(1 + (len(entity.children) >> 3))
-        pending = [part.car for part in entity.children if part.car.box is None]
+        pending = [child for child in distinct_entities(entity.children) if child.box is None]
         if pending:
-            stack.extend({id(child): child for child in pending}.values())
+            stack.extend(pending)
             continue
         stack.pop()
         if entity.shape is not None:

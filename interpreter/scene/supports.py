@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from scenelang.interpreter.scene.bounds import entity_box
 from scenelang.interpreter.scene.entity import Entity, descendants
+from scenelang.interpreter.scene.part_columns import distinct_entities
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -162,7 +163,7 @@ def _seen_entities(roots: Sequence[Entity], is_seen: Callable[[Entity], bool]) -
         if entity.shape is not None:
             counts = entity.shape.has_geometry and is_seen(entity)
         else:
-            counts = any(id(part.car) in seen for part in entity.children)
+            counts = any(id(child) in seen for child in distinct_entities(entity.children))
         if counts:
             seen.add(id(entity))
     return seen
