@@ -147,7 +147,7 @@ define = registry.define
 def retrieve(rt: Runtime, word: str) -> Any:
     function = rt.word_cell(word).function
     if type(function) is Closure:
-        function.code.is_exposed = True
+        function.code.exposure.is_exposed = True
     return function if function is not None else rt.library.builtins["no-entities"]
 
 

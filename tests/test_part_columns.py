@@ -86,6 +86,15 @@ PROGRAMS = {
   (if (< depth 3) (print (length ((retrieve "w")))))
   (union (union-loop 6 (lambda (i) {PIECE})) (call "sphere"))))
 (call "w")""",
+    "retrieved of a function that is compiled again": f"""
+(define (make)
+  (guard (e (#t e)) (bind "w" (lambda () (union-loop 6 (lambda (i) {PIECE}))))))
+(make)
+(define row (retrieve "w"))
+(for ((k 9)) (make))
+(list (list? (row)) (length (row)) (equal? (row) (row)) (map cdr (row)))
+(for ((k 9)) (row)) (row)
+(call "w")""",
     "bodies": f"""
 (bind "w" (lambda ((:n 4))
   (define row (union-loop n (lambda (i) {PIECE})))
@@ -129,6 +138,13 @@ def test_programs(monkeypatch: pytest.MonkeyPatch, name: str, few: int, hot: int
 def test_the_same_step_is_the_last(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
     columns, pairs = both(monkeypatch, PROGRAMS["kept"], 2, steps)
     assert columns == pairs
+
+
+def test_the_place_of_a_translation_that_fails() -> None:
+    text = '(define (f x)\n (translate\n  [1.5 x 2]))\n(for ((k 9)) (f k))\n(f (expt 10 400)) (bind "w" (lambda () (call "cube")))'
+    program = checked(text)
+    assert program is not None
+    assert observed(program, None) == observed(program, 2)
 
 
 @pytest.mark.parametrize("count", [200, 254, 255, 256, 257, 511, 512, 513, 767, 768, 1_100])

@@ -1133,8 +1133,8 @@ def part_result(compiler: Compiler, node: Any) -> Callable[[Any], Any]:
     owner = compiler.analysis.parts[id(node)]
     if owner is None:
         return lambda value: value
-    code = compiler.codes.get(id(owner))
-    return listed if code is None else lambda value: listed(value) if code.is_exposed else value
+    exposure = compiler.exposure_of(owner)
+    return lambda value: listed(value) if exposure.is_exposed else value
 
 
 def compile_union(compiler: Compiler, node: ast.Union, context: Context) -> Node:

@@ -38,6 +38,7 @@ from scenelang.interpreter.runtime.procedures import (
     CodeParameter,
     Escape,
     EscapeSignal,
+    Exposure,
     Frame,
     Node,
     items_of,
@@ -106,6 +107,7 @@ class Compiler:
         self.analysis = analysis
         self.bounce, self.bind_cell = generated.bouncer(rt), generated.cell_binder(rt)
         self.codes: dict[int, ClosureCode] = {}  # by id of the Lambda
+        self.exposures: dict[int, Exposure] = {}  # of all codes of a Lambda, by its id
         self.layouts: dict[int, FrameLayout] = {}  # of the nodes with frames of their own, by id
 
     def top_level(self, form: Any) -> Node:
@@ -592,11 +594,16 @@ class Compiler:
             for p, slot in zip(node.parameters, slots)
         ])  # fmt: skip
         is_plain = all(p.kind == "required" and p.type is None and not p.in_cell for p in parameters)
-        code = ClosureCode(node.name, parameters, node.usage, len(parameters) if is_plain else -1, _none)
+        arity = len(parameters) if is_plain else -1
+        code = ClosureCode(node.name, parameters, node.usage, arity, _none, self.exposure_of(node))
         code.body = self._at_first_call(node, code, layout)
         self.codes[id(node)] = code
         self.layouts[id(node)] = layout
         return lambda frame: Closure(code, frame)
+
+    def exposure_of(self, node: ast.Lambda) -> Exposure:
+        """Return what all codes of a function share."""
+        return self.exposures.setdefault(id(node), Exposure())
 
     def _default(self, node: Any, context: Context, parameters: int) -> Node:
         """Compile the default of a parameter; its local variables are those of a copy of the frame."""

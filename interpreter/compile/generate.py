@@ -1128,7 +1128,7 @@ class FunctionWriter(Text):
     def _translation(self, builtin: Builtin, node: ast.Application, offset: ast.ArrayLiteral) -> CodeText:
         """Write ``(translate [x y z])``, the pose of most parts."""
         values = self.operands(offset.items)
-        make = self.constant(generated.translation_maker(self.rt, builtin, node.span))
+        make = self.constant(generated.translation_maker(self.rt, builtin, node.span, offset.span))
         code = self.temporary(CodeText(f"{make}({', '.join(value.text for value in values)})", MATRIX))
         self.poses.add(code.text)
         return code

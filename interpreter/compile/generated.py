@@ -293,9 +293,9 @@ def cell_storer(rt: Runtime, name: str, span: Span) -> Callable[[Any, Any], None
     return store
 
 
-def translation_maker(rt: Runtime, builtin: Builtin, span: Span) -> Callable[[Any, Any, Any], Any]:
-    """Return a function for ``(translate [x y z])``, which makes no array of finite numbers."""
-    vector = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], span)
+def translation_maker(rt: Runtime, builtin: Builtin, span: Span, place: Span) -> Callable[[Any, Any, Any], Any]:
+    """Return a function for ``(translate [x y z])`` at ``span``; its array, at ``place``, is only made for errors."""
+    vector = calls.array_node(rt, [itemgetter(0), itemgetter(1), itemgetter(2)], place)
     general = calls.builtin_call(rt, builtin, [vector], span)
 
     def make(x: Any, y: Any, z: Any) -> Any:

@@ -104,6 +104,15 @@ class CodeParameter:
     in_cell: bool = False
 
 
+class Exposure:
+    """Whether others than calls of its word call a function, so that it must return lists of parts and no columns."""
+
+    __slots__ = ("is_exposed",)
+
+    def __init__(self) -> None:
+        self.is_exposed = False
+
+
 @dataclass(eq=False, slots=True)
 class ClosureCode:
     """Compiled ``lambda``.
@@ -127,8 +136,8 @@ class ClosureCode:
         Names of the keyword parameters; None if it takes no keywords.
     takes_any_keyword
         Whether a parameter collects further keyword arguments.
-    is_exposed
-        Whether others than calls of its word call it, so that it must return lists of parts and no columns.
+    exposure
+        Shared with the other codes of the same function, which is compiled again with the code around it.
     required, positional
         Number of required parameters, and of required and optional ones.
     rest
@@ -140,12 +149,12 @@ class ClosureCode:
     usage: str
     arity: int
     body: Node
+    exposure: Exposure
     entry: Callable[..., Any] = field(init=False)
     direct: Callable[..., Any] | None = field(init=False, default=None)
     returns_tail: bool = field(init=False, default=True)
     keyword_names: frozenset[str] | None = field(init=False)
     takes_any_keyword: bool = field(init=False)
-    is_exposed: bool = field(init=False, default=False)
     required: int = field(init=False)
     positional: int = field(init=False)
     rest: CodeParameter | None = field(init=False)

@@ -118,7 +118,7 @@ class Tracer:
             function = function_of(top, name)
             if function is not None and function.traced is None:
                 function.traced = self._telling(top, name, function)
-                function.code.is_exposed = True  # its value is printed
+                function.code.exposure.is_exposed = True  # its value is printed
                 function.arity = -1
                 forget(top.rt, function)
                 top.rt.invalidate_calls()

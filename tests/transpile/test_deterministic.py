@@ -74,6 +74,9 @@ NESTED = r"r'([pnbr1-8]+/){2}[pnbr1-8]+', 'pn1/rb2/8'"
         (f"search({NESTED}, re.IGNORECASE)[0]", False),
         (f"search({NESTED}, flags=re.I)[0]", False),
         ("search(r'(\\w+\\s?)+x', 'ab cd')[0]", False),
+        (f"search({NESTED}, 2)[0]", False),
+        (f"search({NESTED}, flags=2)[0]", False),
+        ("search(r'(?:a?){24}a{24}b', 'a' * 24)[0]", False),
     ],
 )
 def test_patterns_of_programs(call: str, is_translated: bool) -> None:

@@ -195,3 +195,26 @@ def w() -> Shape:
 def test_seeds_of_the_module_decide_what_it_draws(before: str, after: str) -> None:
     text = SEEDED.format(before=before, after=after)
     assert first_difference(flattened(scene_of("w.py", text)), flatten(text)) is None
+
+
+DRAWN_AT_IMPORT = {
+    "a condition": "SEED = 7\nif SEED is not None:\n    random.seed(SEED)\nX = [random.random()]",
+    "a loop": "X = []\nfor i in range(3):\n    random.seed(i)\n    X.append(random.random())",
+    "no draw": "if True:\n    random.seed(5)\nX = [1.5]",
+    "a class": "random.seed(1)\nclass A:\n    x = random.random()\nX = [A.x]",
+    "a field": "random.seed(1)\n@dataclass\nclass A:\n    x: float = random.random()\nX = [A().x]",
+    "a default": "random.seed(1)\ndef f(x=random.random()):\n    return x\nX = [f()]",
+    "a text": "random.seed('abc')\nX = [random.random()]",
+    "bytes": "random.seed(b'abc')\nX = [random.random()]",
+    "a float": "random.seed(-1.5)\nX = [random.random()]",
+    "a boolean": "random.seed(True)\nX = [random.random()]",
+    "a keyword": "random.seed(a=7)\nX = [random.random()]",
+}
+
+
+@pytest.mark.parametrize("name", DRAWN_AT_IMPORT)
+def test_draws_of_the_module_are_those_of_its_seed(name: str) -> None:
+    word = "return concat_shapes(*[primitive_call('cube', shape_kwargs={'scale': (1, 1 + x, 1)}, color=(1, 0, 0)) for x in X])"
+    head = "from helper import *\nimport random\nfrom dataclasses import dataclass\n"
+    text = f"{head}{DRAWN_AT_IMPORT[name]}\n\n@register()\ndef w() -> Shape:\n    {word}\n"
+    assert first_difference(flattened(scene_of("w.py", text)), flatten(text)) is None

@@ -254,7 +254,7 @@ def _has_choices(part: Any, is_repeated: bool) -> bool:
         is_repetition = name in ("MAX_REPEAT", "MIN_REPEAT") and value[0] != value[1]
         if is_repeated and (is_repetition or name == "BRANCH"):
             return True
-        is_inside = is_repeated or (is_repetition and value[1] > 1)
+        is_inside = is_repeated or (name in ("MAX_REPEAT", "MIN_REPEAT") and value[1] > 1)
         inner = value[1] if name == "BRANCH" else value if isinstance(value, tuple) else (value,)
         if any(_has_choices(each, is_inside) for each in inner):
             return True

@@ -710,7 +710,7 @@ def _patterns() -> dict[str, Any]:
         def search(pattern: Any, *rest: Any, **named: Any) -> Any:
             text = pattern.pattern if isinstance(pattern, re.Pattern) else pattern
             may_go_back = _NESTED.search(text) or repeats_choices(text)
-            flags = [each for each in (*rest, *named.values()) if isinstance(each, re.RegexFlag)]
+            flags = [each for each in (*rest, *named.values()) if isinstance(each, int) and each]  # or a count
             has_flags = flags or (isinstance(pattern, re.Pattern) and pattern.flags != re.UNICODE)
             if len(text) > _MAX_PATTERN or (may_go_back and (has_flags or not is_deterministic(text))):
                 raise UnsupportedPython("this pattern may take too long to match", "use a simpler pattern")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import hashlib
 from collections.abc import Callable
+from contextlib import suppress
 from typing import TypeAlias
 
 from scenelang.interpreter.transpile.analysis.inference import (
@@ -516,11 +518,25 @@ def write_shuffle(head: str) -> CallWriter:
     return write
 
 
+def _seed_number(seed: str | bytes | float | bool) -> int:
+    """Return the number by which ``random.seed`` starts its stream for another value, as CPython does (version 2)."""
+    if isinstance(seed, (str, bytes)):
+        data = seed.encode() if isinstance(seed, str) else seed
+        return int.from_bytes(data + hashlib.sha512(data).digest(), "big")
+    return int(seed) if isinstance(seed, bool) else hash(seed) % (1 << 64)
+
+
 def write_seed(head: str) -> CallWriter:
     def write(w: Writer, node: ast.Call) -> Code:
-        if not node.args or is_none(node.args[0]):
+        given = [*node.args, *(keyword.value for keyword in node.keywords if keyword.arg in ("a", "seed"))]
+        if not given or is_none(given[0]):
             raise w.unsupported("seeding from the clock", node, "pass a number as the seed")
-        return form(head, w.expr(node.args[0]))
+        seed = None
+        with suppress(ValueError, TypeError):  # what is no literal must be an Integer
+            seed = ast.literal_eval(given[0])
+        if head == "py-set-seed!" and isinstance(seed, (str, bytes, float, bool)):
+            return form(head, LiteralCode(_seed_number(seed)))
+        return form(head, w.expr(given[0]))
 
     return write
 

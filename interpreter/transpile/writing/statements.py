@@ -140,17 +140,35 @@ def write_statement(w: Writer, node: ast.stmt, block: Block) -> None:
         take_trailing_comments(w, note, node)
 
 
+SEEDS = ("numpy.random.seed", "random.seed")
+
+
 def _draws_before_scene(w: Writer, seed: ast.Expr) -> bool:
-    """Return whether statements of the module after a seed draw random numbers, before the scene is evaluated."""
-    body = w.exits.function.body
-    rest = body[body.index(seed) + 1 :]
-    return w.effect(*(each for each in rest if not isinstance(each, (ast.FunctionDef, ast.ClassDef)))).draws
+    """Return whether the module draws random numbers after a seed, before the scene is evaluated."""
+    rest = [each for each in w.exits.function.body if (each.end_lineno or 0) >= seed.lineno and each is not seed]
+    return any(w.effect(*_run_at_import(each)).draws for each in rest if not _is_seed(w, each))
+
+
+def _is_seed(w: Writer, node: ast.stmt) -> bool:
+    """Return whether a statement is a seed alone."""
+    call = node.value if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call) else None
+    return call is not None and w.paths.of(call.func) in SEEDS
+
+
+def _run_at_import(node: ast.stmt) -> list[ast.AST]:
+    """Return what a statement of a module, or of a class in it, evaluates at once: of functions only their defaults."""
+    if isinstance(node, ast.FunctionDef):
+        given = [each for each in (*node.args.defaults, *node.args.kw_defaults) if each is not None]
+        return [*given, *node.decorator_list]
+    if isinstance(node, ast.ClassDef):
+        return [*node.decorator_list, *(part for each in node.body for part in _run_at_import(each))]
+    return [node]
 
 
 def _expression(w: Writer, node: ast.Expr, block: Block, note: Code) -> None:
     if w.exits.function is w.names.module:
         path = w.paths.of(node.value.func) if isinstance(node.value, ast.Call) else None
-        if path in ("numpy.random.seed", "random.seed"):
+        if path in SEEDS:
             if _draws_before_scene(w, node):
                 block.add_effect(w.expr(node.value), Effect(draws=True), note)
                 return
