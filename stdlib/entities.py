@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 poses = Registry("poses")
 _ORIGIN = (0.0, 0.0, 0.0)
-_EXACT = 1 << 53  # smaller integers are exact as floats
 
 
 def _point(name: str, role: str, value: Vector) -> Vector:
@@ -81,7 +80,7 @@ def scale(rt: Runtime, factors: Any, origin: Any = _ORIGIN) -> Matrix:
     if origin is not _ORIGIN:
         _point("scale", "`origin`", origin)
     if type(factors) in (int, float):  # one factor for all axes
-        if origin is _ORIGIN and -_EXACT < factors < _EXACT:
+        if origin is _ORIGIN and -pose.EXACT < factors < pose.EXACT:
             factor = float(factors)
             return Matrix((factor, 0.0, 0.0, 0.0, 0.0, factor, 0.0, 0.0, 0.0, 0.0, factor, 0.0))
         return _finite("scale", pose.scaling, factors, factors, factors, origin)

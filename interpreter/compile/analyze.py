@@ -190,8 +190,9 @@ class _Analyzer:
     def visit(self, node: Any, region: Region) -> None:
         """Visit an expression whose variables live in ``region``."""
         kind = type(node)
-        for consumed in _consumed_parts(node):
-            self._mark_parts(consumed, node.function if kind is ast.Bind else None)
+        if kind in _CONSUMED:
+            for consumed in _CONSUMED[kind](node):
+                self._mark_parts(consumed, node.function if kind is ast.Bind else None)
         if kind is ast.Reference:
             self._use(node.target, region)
         elif kind is ast.Assignment:
@@ -300,18 +301,19 @@ class _Analyzer:
             self.visit(item.value if type(item) is ast.Define else item, region)
 
 
-def _consumed_parts(node: Any) -> tuple[Any, ...]:
-    """Return the expressions whose values a form converts to parts, and which nothing else sees."""
-    kind = type(node)
-    if kind is ast.Union:
-        return tuple(node.members)
-    if kind is ast.Transform:
-        return (node.part,)
-    if kind is ast.For:
-        return (node.body,) if node.kind == "union" else ()
-    if kind in (ast.UnionLoop, ast.Bind) and type(node.function) is ast.Lambda:
-        return (node.function.body,)
-    return ()
+def _body_of(node: Any) -> Sequence[Any]:
+    """Return the body of the function of a form, if it is written there, so that nothing else calls it."""
+    return (node.function.body,) if type(node.function) is ast.Lambda else ()
+
+
+# The expressions whose values a form converts to parts, and which nothing else sees.
+_CONSUMED: dict[type, Callable[[Any], Sequence[Any]]] = {
+    ast.Union: lambda n: n.members,
+    ast.Transform: lambda n: (n.part,),
+    ast.For: lambda n: (n.body,) if n.kind == "union" else (),
+    ast.UnionLoop: _body_of,
+    ast.Bind: _body_of,
+}
 
 
 def _mark_safe(node: ast.Body) -> None:

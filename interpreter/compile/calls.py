@@ -21,6 +21,7 @@ from scenelang.interpreter.runtime.parts import (
     copy_table,
     listed,
     parts_of,
+    plain_parts,
     transformed,
 )
 from scenelang.interpreter.runtime.procedures import (
@@ -38,7 +39,7 @@ from scenelang.interpreter.runtime.procedures import (
     type_error,
 )
 from scenelang.interpreter.runtime.show import array_literal, described
-from scenelang.interpreter.runtime.types import Builtin, BuiltinParameter, Mismatch
+from scenelang.interpreter.runtime.types import Builtin, Mismatch
 from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.part_columns import MIN_COLUMNS
 from scenelang.interpreter.values.values import (
@@ -669,7 +670,7 @@ def builtin_call(rt: Runtime, builtin: Builtin, arguments: Sequence[Node], span:
     checks = tuple(
         [
             parameter.type.checker(rt) if parameter.type.is_checked and not builtin.checks_arguments else None
-            for parameter in parameters_of(builtin, count)
+            for parameter in builtin.signature.taking(count)
         ]
     )
     if keywords or count > 3 or calls_others(builtin, count):
@@ -710,7 +711,7 @@ def keyword_call(
     is_checked = not builtin.checks_arguments
     checks = [
         (index, p.type.checker(rt))
-        for index, p in zip(positions, parameters_of(builtin, len(positions)))
+        for index, p in zip(positions, builtin.signature.taking(len(positions)))
         if is_checked and p.type.is_checked
     ]
     checks += [(index, keywords[name].type.checker(rt)) for index, name in named.items()]
@@ -740,14 +741,7 @@ def keyword_call(
 
 def calls_others(builtin: Builtin, count: int) -> bool:
     """Return whether a builtin calls functions that it is given; the call chain of an error in them shows its call."""
-    return any(parameter.type.name == "Function" for parameter in parameters_of(builtin, count))
-
-
-def parameters_of(builtin: Builtin, count: int) -> Sequence[BuiltinParameter]:
-    """Return the parameters that take ``count`` positional arguments of a builtin."""
-    signature = builtin.signature
-    named = signature.positional[:count]
-    return named if signature.rest is None else (*named, *[signature.rest] * (count - len(named)))
+    return any(parameter.type.name == "Function" for parameter in builtin.signature.taking(count))
 
 
 def _raiser(arguments: Sequence[Node], name: str, message: str, hint: str | None, span: Span) -> Node:
@@ -888,7 +882,7 @@ def mismatch(builtin: Builtin, checks: Sequence[Any], values: Sequence[Any], spa
         Location of the call.
     """
     error: SceneError | None = None
-    for parameter, check, value in zip(parameters_of(builtin, len(values)), checks, values):
+    for parameter, check, value in zip(builtin.signature.taking(len(values)), checks, values):
         try:
             if check is not None:
                 check(value)
@@ -1149,18 +1143,9 @@ def union_node(rt: Runtime, nodes: Sequence[Node], node: ast.Union, result: Call
 
     def union(frame: Frame) -> Any:
         values = [member(frame) for member in nodes]
-        out: list[Pair] = []
-        for value in values:
-            # the fast paths of `add_parts`, written out because this is hot
-            if type(value) is Entity:
-                out.append(Pair(value, IDENTITY))
-            elif type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
-                out.append(value)
-            else:
-                break
-        else:
-            if len(out) < MIN_COLUMNS:
-                return make_list(out)
+        pairs = plain_parts(values)
+        if pairs is not None and len(pairs) < MIN_COLUMNS:
+            return make_list(pairs)
         collector = PartCollector()
         for value, span in zip(values, spans):
             add_parts(rt, collector, value, span)
@@ -1205,10 +1190,9 @@ def union_loop_node(rt: Runtime, count: Node, function: Node, span: Span, result
                             tick()
                             value = rt.next_body(rt.next_frame)
                         add(value)
+                    is_plain = is_plain and out.take_plain(values)
                     if is_plain:
-                        is_plain = out.take_plain(values)
-                        if is_plain:
-                            values.clear()
+                        values.clear()
             else:
                 for i in range(times):
                     add(rt.apply(body, (i,)))

@@ -1114,8 +1114,8 @@ class FunctionWriter(Text):
         if any(type(operand) is Local for operand in operands):
             return None
         try:
-            parameters = calls.parameters_of(builtin, len(operands))
-            arguments = [p.type.checker(self.rt)(operand) for p, operand in zip(parameters, operands)]
+            parameters = builtin.signature.taking(len(operands))
+            arguments = [p.type.converted(self.rt, operand) for p, operand in zip(parameters, operands)]
             pose = builtin.function(self.rt, *arguments)
         except (SceneError, Mismatch, ArithmeticError):
             return None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Slow = Callable[[Any, Any], Any]
 _NUMBERS = frozenset((int, float))
-_INT64, _LEAST = 1 << 63, -(1 << 63)  # bounds of Integers in arrays
+_INT64 = 1 << 63  # bound of Integers in arrays
 _LIMIT = 1 << 4000  # of Integers on fast paths; the builtin checks larger results, so that they cannot grow forever
 
 
@@ -419,6 +419,11 @@ PREDICATES = frozenset({"lt", "gt", "le", "ge", "eq", "not", "null?", "pair?"}) 
 # ``slow`` is the builtin: it computes all others, and reports errors and results that exceed the limit.
 
 
+def _are_of_arrays(a: int, b: int, c: int) -> bool:
+    """Return whether an array may have these Integers."""
+    return -_INT64 <= a < _INT64 and -_INT64 <= b < _INT64 and -_INT64 <= c < _INT64
+
+
 def adder(slow: Slow) -> Slow:
     """Return a function that adds two values; the builtin ``slow`` adds what has no fast path."""
 
@@ -430,7 +435,7 @@ def adder(slow: Slow) -> Slow:
                 a, b, c = x0 + y0, x1 + y1, x2 + y2
             except (ValueError, OverflowError):  # other lengths; a long Integer and a Float
                 return slow(x, y)
-            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+            if type(a) is float or _are_of_arrays(a, b, c):
                 return Vector((a, b, c))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             try:
@@ -455,7 +460,7 @@ def subtracter(slow: Slow) -> Slow:
                 a, b, c = x0 - y0, x1 - y1, x2 - y2
             except (ValueError, OverflowError):  # other lengths; a long Integer and a Float
                 return slow(x, y)
-            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+            if type(a) is float or _are_of_arrays(a, b, c):
                 return Vector((a, b, c))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             try:
@@ -480,7 +485,7 @@ def multiplier(slow: Slow) -> Slow:
                 a, b, c = x0 * y, x1 * y, x2 * y
             except (ValueError, OverflowError):  # another length; a long Integer and a Float
                 return slow(x, y)
-            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+            if type(a) is float or _are_of_arrays(a, b, c):
                 return Vector((a, b, c))
         elif kind_y is Vector and kind_x in _NUMBERS:
             return multiply(y, x)  # which is the same for numbers
@@ -490,7 +495,7 @@ def multiplier(slow: Slow) -> Slow:
                 a, b, c = x0 * y0, x1 * y1, x2 * y2
             except (ValueError, OverflowError):  # other lengths; a long Integer and a Float
                 return slow(x, y)
-            if type(a) is float or (_LEAST <= a < _INT64 and _LEAST <= b < _INT64 and _LEAST <= c < _INT64):
+            if type(a) is float or _are_of_arrays(a, b, c):
                 return Vector((a, b, c))
         elif kind_x in _NUMBERS and kind_y in _NUMBERS:
             # Unlike a sum, a product of long Integers takes long itself, so the operands are tested before.

@@ -44,6 +44,19 @@ _CHECK_INTERVAL = 256  # parts between two checks of the limits
 _MAX_FREE_ATTRIBUTES = 32  # of an embedding: more cost steps
 
 
+def plain_parts(values: Sequence[Any]) -> list[Pair] | None:
+    """Return the parts of values that are entities or posed entities, or None if another one is among them."""
+    pairs: list[Pair] = []
+    for value in values:
+        if type(value) is Entity:
+            pairs.append(Pair(value, IDENTITY))
+        elif type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
+            pairs.append(value)
+        else:
+            return None
+    return pairs
+
+
 class PartCollector(list[Pair]):
     """Parts of a form in the order of its turns: pairs, of which many are put into columns.
 
@@ -69,15 +82,10 @@ class PartCollector(list[Pair]):
             self.settle()
 
     def take_plain(self, values: Sequence[Any]) -> bool:
-        """Add values if all are entities or posed entities, whose conversion cannot fail; else return False."""
-        pairs: list[Any] = []
-        for value in values:
-            if type(value) is Pair and type(value.cdr) is Matrix and type(value.car) is Entity:
-                pairs.append(value)
-            elif type(value) is Entity:
-                pairs.append(Pair(value, IDENTITY))
-            else:
-                return False
+        """Add values if none needs a conversion that could fail, else return False."""
+        pairs = plain_parts(values)
+        if pairs is None:
+            return False
         self.extend(pairs)
         self.settle()
         return True

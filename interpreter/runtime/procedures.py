@@ -408,7 +408,7 @@ def convert(runtime: Runtime, builtin: Builtin, parameter: BuiltinParameter, val
     Raises SceneError("type") if it does not fit.
     """
     try:
-        return parameter.type.checker(runtime)(value)
+        return parameter.type.converted(runtime, value)
     except Mismatch:
         raise type_error(builtin, parameter, value) from None
 
@@ -437,14 +437,7 @@ def _convert_positionals(runtime: Runtime, builtin: Builtin, positional: list[An
     if checked is None:
         raise builtin_arity_error(builtin, len(positional))
     for index, parameter in checked:
-        expected = parameter.type
-        try:
-            if expected.walk is None:
-                positional[index] = expected.convert(positional[index])
-            else:
-                positional[index] = expected.walk(runtime, positional[index])
-        except Mismatch:
-            raise type_error(builtin, parameter, positional[index]) from None
+        positional[index] = convert(runtime, builtin, parameter, positional[index])
 
 
 def _keywords(runtime: Runtime, builtin: Builtin, named: dict[str, Any]) -> dict[str, Any]:

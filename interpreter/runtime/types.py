@@ -72,6 +72,10 @@ class Type:
         """Whether the checker does anything; of the other types, builtins check the values themselves."""
         return self.convert is not _identity or self.walk is not None
 
+    def converted(self, reader: TypeReader, value: Any) -> Any:
+        """Return a value converted to this type; raise ``Mismatch`` if it does not fit."""
+        return self.convert(value) if self.walk is None else self.walk(reader, value)
+
     def checker(self, reader: TypeReader) -> Callable[[Any], Any]:
         """Return the function that converts a value to this type or raises ``Mismatch``."""
         return self.convert if self.walk is None else partial(self.walk, reader)
@@ -471,6 +475,11 @@ class Signature:
         """All parameters but the one for the remaining arguments."""
         return (*self.positional, *self.keywords)
 
+    def taking(self, count: int) -> Sequence[BuiltinParameter]:
+        """Return the parameters that take ``count`` positional arguments."""
+        named = self.positional[:count]
+        return named if self.rest is None else (*named, *[self.rest] * (count - len(named)))
+
     def takes(self, count: int) -> bool:
         """Return whether a call may have ``count`` positional arguments."""
         return len(self.required) <= count and (count <= len(self.positional) or self.rest is not None)
@@ -559,9 +568,8 @@ class Builtin(Procedure):
             signature = self.signature
             if not signature.takes(count):
                 return None
-            named = signature.positional[:count]
-            parameters = named if signature.rest is None else (*named, *[signature.rest] * (count - len(named)))
-            pairs = [(i, p) for i, p in enumerate(parameters) if p.type.is_checked and not self.checks_arguments]
+            checked = () if self.checks_arguments else enumerate(signature.taking(count))
+            pairs = [(i, parameter) for i, parameter in checked if parameter.type.is_checked]
             if count > _MAX_KEPT:
                 return pairs
             self._checked[count] = tuple(pairs)

@@ -62,7 +62,7 @@ def rotation(angle: float, axis: Sequence[float], point: Sequence[float]) -> Mat
     )  # fmt: skip
 
 
-_EXACT = 1 << 53  # smaller integers are exact as floats
+EXACT = 1 << 53  # smaller integers are exact as floats
 
 
 def exact_translation(x: Any, y: Any, z: Any) -> Matrix | None:
@@ -70,11 +70,11 @@ def exact_translation(x: Any, y: Any, z: Any) -> Matrix | None:
 
     Most poses of programs are translations, so this is written out for speed.
     """
-    if type(x) is int and -_EXACT < x < _EXACT:
+    if type(x) is int and -EXACT < x < EXACT:
         x = float(x)
-    if type(y) is int and -_EXACT < y < _EXACT:
+    if type(y) is int and -EXACT < y < EXACT:
         y = float(y)
-    if type(z) is int and -_EXACT < z < _EXACT:
+    if type(z) is int and -EXACT < z < EXACT:
         z = float(z)
     if type(x) is float and type(y) is float and type(z) is float and math.isfinite(x + y + z):
         return Matrix((1.0, 0.0, 0.0, x, 0.0, 1.0, 0.0, y, 0.0, 0.0, 1.0, z))
