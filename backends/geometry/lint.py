@@ -302,7 +302,8 @@ class CheckedFrame:
         subject, other = self._smaller(i, j)
         sign = 1.0 if subject == j else -1.0
         x, y, z = (sign * depth * along).tolist()
-        note = "" if self.solids.opaque[[i, j]].all() else "in something that light passes"
+        media = ~self.solids.opaque[[i, j]] & ~self.solids.hollow[[i, j]]  # water and air, but no glass vessel
+        note = "in something that light passes" if media.any() else ""
         if self.facts.is_adrift:
             note = note or "around the origin"
         if self.solids.glowing[[i, j]].all():
@@ -528,8 +529,10 @@ class CheckedFrame:
                 drop, support = lowest - float(high[highest, 1]), highest
         if len(others):
             gap, nearest = self._nearest(rows, others, least, most)
-            # Beside or below what it should touch, or much nearer to it: a knob at its door.
-            if drop <= self.solids.touch or DETOUR * gap < drop:
+            # Beside or below what it should touch, or much nearer to it: a knob at its door; or nearer to another part
+            # of its object, as a cart to the wheels beside its axles.
+            paths = [set(self._path_of(k)) for k in (largest, int(facts.bodies.body[nearest]))]
+            if drop <= self.solids.touch or DETOUR * gap < drop or (gap < drop and paths[0] & paths[1]):
                 drop, support = gap, nearest
         return Finding("floating", int(rows[np.argmin(low[rows, 1])]), support, drop, note=verdict.note)
 
