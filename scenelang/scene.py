@@ -234,11 +234,11 @@ class Scene(LoadedScene):
         SceneError
             If several of these are given, or a scene cannot be drawn.
         """
-        from scenelang.backends.pictures.declared import settled
         from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.film import picture_backend
         from scenelang.backends.pictures.images import picture_options
         from scenelang.backends.pictures.sheets import SheetOptions, cells_of, cells_of_scenes, check_wanted, sheet_of
+        from scenelang.backends.pictures.surroundings import settled
 
         names = None if vary is None else ", ".join(vary)
         wanted = SheetOptions(None if views is None else tuple(views), frames, names, seeds, columns)
@@ -277,11 +277,11 @@ class Scene(LoadedScene):
 
         ``tolerance`` is that of ``diff``; the other arguments are those of ``render``.
         """
-        from scenelang.backends.pictures.declared import settled
         from scenelang.backends.pictures.figures import Figure
         from scenelang.backends.pictures.film import picture_backend
         from scenelang.backends.pictures.images import picture_options
         from scenelang.backends.pictures.sheets import compared
+        from scenelang.backends.pictures.surroundings import settled
 
         options = picture_options(
             camera, size, frame=frame, environment=environment, ground=ground, background=background,

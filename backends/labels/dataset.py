@@ -32,9 +32,10 @@ from scenelang.backends.labels.ground_truth import (
 )
 from scenelang.backends.labels.views import LabeledView, SceneFacts, labeled_view
 from scenelang.backends.pictures.camera import Camera, Viewpoint, camera_to_json
-from scenelang.backends.pictures.declared import View, settled
+from scenelang.backends.pictures.declared import View
 from scenelang.backends.pictures.film import STILL_ENDINGS, PictureBackend, PictureOptions, save_picture, write_exr
 from scenelang.backends.pictures.stage import box_of
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.backends.surfaces.appearance import word_color
 from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import is_object

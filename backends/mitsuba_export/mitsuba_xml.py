@@ -34,7 +34,6 @@ from scenelang.backends.exports.plan import (
     solid_of,
     unit_surface,
 )
-from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.draft import toned
 from scenelang.backends.pictures.film import FINAL_EXTRA, PictureOptions
 from scenelang.backends.pictures.mitsuba import MITSUBA, use
@@ -48,6 +47,7 @@ from scenelang.backends.pictures.mitsuba_scene import (
     unit_parts,
 )
 from scenelang.backends.pictures.stage import Staging, box_of, staging_of, still, unit_size
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.solids import solids_of
 from scenelang.grammar.datum import dataclass, field, replace

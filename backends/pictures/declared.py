@@ -1,4 +1,4 @@
-"""What a program declares of its pictures: cameras, lights, environment and settings, as data of renderers.
+"""What a program declares of its images: cameras, lights, environment and settings, as data of renderers.
 
 The program stores names and checked numbers (``interpreter.scene.setup``). Here cameras are placed, what they look at
 is looked up in the scene, and lights become frozen data that both qualities draw.
@@ -23,16 +23,14 @@ from scenelang.backends.pictures.camera import (
     named_changes,
     parse_viewpoint,
 )
-from scenelang.backends.pictures.mitsuba_materials import rgb
 from scenelang.backends.surfaces.dome import direction_at
-from scenelang.backends.surfaces.environments import SKY, USUAL, Studio, environment_of, times
+from scenelang.backends.surfaces.environments import Studio, times
 from scenelang.backends.surfaces.lights import (
     Light,
     LightTrack,
     Point,
     center_in,
     level_axes,
-    light_track,
     lights_at,
     target_at,
     value_at,
@@ -41,9 +39,7 @@ from scenelang.grammar.diagnostics import SceneError, UsageError, suggest, usage
 from scenelang.interpreter.scene.entity import Scene
 from scenelang.interpreter.scene.setup import (
     CAMERA,
-    ENVIRONMENT,
     EXCLUSIVE,
-    LIGHT,
     SETTINGS,
     Declared,
     declared_setup,
@@ -52,14 +48,11 @@ from scenelang.interpreter.scene.setup import (
 )
 
 if TYPE_CHECKING:
-    from scenelang.backends.pictures.film import PictureOptions
+    pass
 
 FloatArray = npt.NDArray[np.float64]
 
 _FRAME_HEIGHT = 24.0  # mm of the frame of 36 x 24 mm that `:lens` is about
-# Share of the environment's light in a program with lights and no environment: the shadows of its lights stay readable,
-# and what they do not reach is not black.
-_AMBIENT_BESIDE_LIGHTS = 0.1
 
 
 # --- cameras ---------------------------------------------------------------------------------------------------------
@@ -253,58 +246,6 @@ def rolled(camera: Camera, degrees: float) -> Camera:
     return replace(camera, world_to_camera=pose)
 
 
-# --- lights in final images ----------------------------------------------------------------------------------------
-
-
-_SUN_DISTANCE = 1e6  # of the disk that a sun is, in units of the scene's half diagonal
-_MIN_BLEND = 1e-3  # Mitsuba divides by the width over which a spot fades
-
-
-def emitters(mi: Any, lights: tuple[Light, ...]) -> dict[str, Any]:
-    """Return the lights of a stage as Mitsuba's emitters by name; ``mi`` is its module."""
-    return {f"light{number}": _emitter(mi, light) for number, light in enumerate(lights)}
-
-
-def _emitter(mi: Any, light: Light) -> dict[str, Any]:
-    """Return the emitter of a light: shapes for those with an extent, which cameras and mirrors see."""
-    position, flux = list(light.position), light.flux
-    if light.kind == "sun":
-        angle = math.radians(light.radius)
-        if angle == 0.0:
-            frame = _facing(mi, [0.0, 0.0, 0.0], light.direction)
-            return {"type": "directional", "to_world": frame, "irradiance": rgb(flux)}
-        away = [-_SUN_DISTANCE * x for x in light.direction]
-        frame = _facing(mi, away, light.direction).scale(_SUN_DISTANCE * math.tan(angle))
-        return _shining("disk", frame, flux / (math.pi * math.sin(angle) ** 2))
-    if light.kind == "spot":
-        half, blend = light.angle / 2.0, max(light.blend, _MIN_BLEND)
-        return {
-            "type": "spot", "to_world": _facing(mi, position, light.direction), "cutoff_angle": half,
-            "beam_width": half * (1.0 - blend), "intensity": rgb(flux / (4.0 * math.pi)),
-        }  # fmt: skip
-    if light.kind == "area":
-        width, height = light.size
-        frame = _facing(mi, position, light.direction).scale([width / 2.0, height / 2.0, 1.0])
-        return _shining("rectangle", frame, light.radiance)
-    if light.radius == 0.0:
-        return {"type": "point", "position": position, "intensity": rgb(flux / (4.0 * math.pi))}
-    return _shining("sphere", mi.ScalarTransform4f().translate(position).scale(light.radius), light.radiance)
-
-
-def _facing(mi: Any, position: list[float], direction: Point) -> Any:
-    """Return the transform that moves the origin to a position and turns +z to a direction."""
-    up = [0.0, 1.0, 0.0] if abs(direction[1]) < 0.999 else [0.0, 0.0, 1.0]
-    target = [a + b * max(1.0, *map(abs, position)) for a, b in zip(position, direction, strict=True)]
-    return mi.ScalarTransform4f().look_at(origin=position, target=target, up=up)
-
-
-def _shining(shape: str, to_world: Any, radiance: FloatArray) -> dict[str, Any]:
-    """Return a black shape that emits ``radiance`` (3,)."""
-    emitter = {"type": "area", "radiance": rgb(radiance)}
-    bsdf = {"type": "diffuse", "reflectance": rgb(np.zeros(3))}
-    return {"type": shape, "to_world": to_world, "emitter": emitter, "bsdf": bsdf}
-
-
 # --- environment and settings ----------------------------------------------------------------------------------------
 
 
@@ -370,54 +311,3 @@ class Lighting:
 def setting_of(scene: Scene, key: str) -> Any:
     """Return a value of ``render-settings``, None without one."""
     return next((item.values.get(key) for item in named(scene.setup, SETTINGS)), None)
-
-
-def _environment(item: Declared) -> str:
-    """Return the environment that a program declares, as options name it; raises SceneError."""
-    given = [f"{key}={item.values[key]:.17g}" for key in ("hour", "haze") if key in item.values]
-    if given and item.name != SKY:
-        raise SceneError(
-            "value", f'the environment "{item.name}" has no hour and no haze', 'they are those of "sky"', item.span
-        )
-    text = ",".join([item.name, *given])
-    try:
-        environment_of(text)
-    except SceneError as error:
-        raise SceneError(error.name, error.message, error.hint, item.span) from None
-    return text
-
-
-def settled(scene: Scene, options: PictureOptions) -> PictureOptions:
-    """Return options of a picture with what the program declares in place of those that the user did not state.
-
-    Where neither names an environment, the scene chooses it. Raises SceneError for a light that looks at nothing.
-    """
-    if options.stated is None:
-        return options
-    changes: dict[str, Any] = {"stated": None}
-    is_free = "environment" not in options.stated and options.environment == USUAL
-    if is_free and not named(scene.setup, ENVIRONMENT) and not named(scene.setup, LIGHT):
-        from scenelang.backends.pictures.surroundings import environment_for
-
-        changes["environment"] = environment_for(scene)
-    if not scene.setup:
-        return replace(options, **changes)
-    size, ground, samples = (setting_of(scene, key) for key in ("size", "ground", "samples"))
-    if size is not None and "size" not in options.stated:
-        changes |= {"width": size[0], "height": size[1]}
-    if ground is not None and "ground" not in options.stated:
-        changes["ground"] = ground
-    if samples is not None and "samples" not in options.settings:
-        changes["settings"] = {**options.settings, "samples": samples}
-    environment = next(iter(named(scene.setup, ENVIRONMENT)), None) if "environment" not in options.stated else None
-    if environment is not None:
-        changes["environment"] = _environment(environment)
-    track = light_track(scene)
-    (_, lights), *later = track
-    is_lit_alone = bool(lights) and environment is None and "environment" not in options.stated
-    values = environment.values if environment is not None else {}
-    changes["lighting"] = Lighting(
-        lights, values.get("strength", _AMBIENT_BESIDE_LIGHTS if is_lit_alone else 1.0), values.get("turn"),
-        setting_of(scene, "exposure") or 0.0, not is_lit_alone, track=track if later else (),
-    )  # fmt: skip
-    return replace(options, **changes)

@@ -31,7 +31,7 @@ from scenelang.backends.base import (
 )
 from scenelang.backends.files import atomic_write, reason_of
 from scenelang.backends.pictures.camera import LARGEST
-from scenelang.backends.pictures.declared import Lighting, ProgramView, View, settled
+from scenelang.backends.pictures.declared import Lighting, ProgramView, View
 from scenelang.backends.pictures.figures import PLAIN, Figure, check_drawable, check_figure, figured
 from scenelang.backends.pictures.painted import Image as Image
 from scenelang.backends.pictures.painted import Painter as Painter
@@ -40,6 +40,7 @@ from scenelang.backends.pictures.painted import flattened as flattened
 from scenelang.backends.pictures.painted import font_for as font_for
 from scenelang.backends.pictures.stage import CLEAR_GROUNDS, MOST_ORBIT, Shot, Staging, staging_of, stills
 from scenelang.backends.pictures.stage import film as shots_of
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.backends.surfaces.environments import GROUNDS, TONES, environment_of
 from scenelang.backends.surfaces.image_files import encode
 from scenelang.backends.surfaces.solids import Solids

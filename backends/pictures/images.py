@@ -14,11 +14,12 @@ from scenelang.backends.base import Progress
 from scenelang.backends.pictures import film as drawing
 from scenelang.backends.pictures.camera import Camera as PlacedCamera
 from scenelang.backends.pictures.camera import Viewpoint, camera_at
-from scenelang.backends.pictures.declared import ProgramView, settled, view_of
+from scenelang.backends.pictures.declared import ProgramView, view_of
 from scenelang.backends.pictures.figures import check_drawable, figured
 from scenelang.backends.pictures.film import Painter, PictureBackend, PictureOptions, picture_backend
 from scenelang.backends.pictures.stage import Shot
 from scenelang.backends.pictures.stage import film as film_shots
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.grammar.diagnostics import SceneError
 from scenelang.grammar.settings import fits, typed
 from scenelang.interpreter.scene.entity import Scene

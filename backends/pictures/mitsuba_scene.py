@@ -11,12 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import Camera
-from scenelang.backends.pictures.declared import emitters
 from scenelang.backends.pictures.mitsuba_materials import bitmap_paint, is_glass, kind_of, relief, rgb, surface
 from scenelang.backends.pictures.stage import Stage, Staging
 from scenelang.backends.surfaces.appearance import Look, look_of
 from scenelang.backends.surfaces.dome import Dome
 from scenelang.backends.surfaces.environments import CHECKER, CHECKER_EDGE, GROUND_EDGE, Studio
+from scenelang.backends.surfaces.lights import Light, Point
 from scenelang.backends.surfaces.solids import Solids, composed, normalized, own_mesh, solids_of, thinness
 from scenelang.backends.surfaces.tiles import corner_coordinates
 from scenelang.backends.surfaces.unwrapping import divided
@@ -33,6 +33,8 @@ from scenelang.interpreter.scene.primitives.textures import Texture
 
 FloatArray = npt.NDArray[np.float64]
 
+_SUN_DISTANCE = 1e6  # of the disk that a sun is, in units of the scene's half diagonal
+_MIN_BLEND = 1e-3  # Mitsuba divides by the width over which a spot fades
 FEW = 20_000  # solids that can all be instances of exact unit shapes; larger scenes are cut into prototypes
 
 
@@ -211,7 +213,52 @@ def surroundings(mi: Any, stage: Stage, depth: int) -> dict[str, Any]:
         scene["key"] = _key_light(mi, stage.studio)
     if stage.ground is not None and stage.studio.ground is not None:
         scene |= _ground(mi, stage.ground, stage.studio.ground)
-    return scene | emitters(mi, stage.lights)
+    return scene | _emitters(mi, stage.lights)
+
+
+def _emitters(mi: Any, lights: tuple[Light, ...]) -> dict[str, Any]:
+    """Return the lights of a stage as Mitsuba's emitters by name; ``mi`` is its module."""
+    return {f"light{number}": _emitter(mi, light) for number, light in enumerate(lights)}
+
+
+def _emitter(mi: Any, light: Light) -> dict[str, Any]:
+    """Return the emitter of a light: shapes for those with an extent, which cameras and mirrors see."""
+    position, flux = list(light.position), light.flux
+    if light.kind == "sun":
+        angle = math.radians(light.radius)
+        if angle == 0.0:
+            frame = _facing(mi, [0.0, 0.0, 0.0], light.direction)
+            return {"type": "directional", "to_world": frame, "irradiance": rgb(flux)}
+        away = [-_SUN_DISTANCE * x for x in light.direction]
+        frame = _facing(mi, away, light.direction).scale(_SUN_DISTANCE * math.tan(angle))
+        return _shining("disk", frame, flux / (math.pi * math.sin(angle) ** 2))
+    if light.kind == "spot":
+        half, blend = light.angle / 2.0, max(light.blend, _MIN_BLEND)
+        return {
+            "type": "spot", "to_world": _facing(mi, position, light.direction), "cutoff_angle": half,
+            "beam_width": half * (1.0 - blend), "intensity": rgb(flux / (4.0 * math.pi)),
+        }  # fmt: skip
+    if light.kind == "area":
+        width, height = light.size
+        frame = _facing(mi, position, light.direction).scale([width / 2.0, height / 2.0, 1.0])
+        return _shining("rectangle", frame, light.radiance)
+    if light.radius == 0.0:
+        return {"type": "point", "position": position, "intensity": rgb(flux / (4.0 * math.pi))}
+    return _shining("sphere", mi.ScalarTransform4f().translate(position).scale(light.radius), light.radiance)
+
+
+def _facing(mi: Any, position: list[float], direction: Point) -> Any:
+    """Return the transform that moves the origin to a position and turns +z to a direction."""
+    up = [0.0, 1.0, 0.0] if abs(direction[1]) < 0.999 else [0.0, 0.0, 1.0]
+    target = [a + b * max(1.0, *map(abs, position)) for a, b in zip(position, direction, strict=True)]
+    return mi.ScalarTransform4f().look_at(origin=position, target=target, up=up)
+
+
+def _shining(shape: str, to_world: Any, radiance: FloatArray) -> dict[str, Any]:
+    """Return a black shape that emits ``radiance`` (3,)."""
+    emitter = {"type": "area", "radiance": rgb(radiance)}
+    bsdf = {"type": "diffuse", "reflectance": rgb(np.zeros(3))}
+    return {"type": shape, "to_world": to_world, "emitter": emitter, "bsdf": bsdf}
 
 
 def sensor(mi: Any, camera: Camera) -> dict[str, Any]:

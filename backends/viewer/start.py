@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from scenelang.backends.pictures.camera import BoxExtent, Camera, Viewpoint, framed
-from scenelang.backends.pictures.declared import Lighting, ProgramCamera, settled, share_of
+from scenelang.backends.pictures.declared import Lighting, ProgramCamera, share_of
 from scenelang.backends.pictures.film import PictureOptions
 from scenelang.backends.pictures.stage import box_of, has_free_tone, staging_of, still, unit_size
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.backends.surfaces import microfacets
 from scenelang.backends.surfaces.appearance import Color
 from scenelang.backends.surfaces.dome import Panorama, smaller

@@ -18,8 +18,9 @@ from scenelang.backends import base
 from scenelang.backends.files import output_path
 from scenelang.backends.pictures import film
 from scenelang.backends.pictures.camera import Camera, Viewpoint, parse_viewpoint
-from scenelang.backends.pictures.declared import settled, view_of
+from scenelang.backends.pictures.declared import view_of
 from scenelang.backends.pictures.figures import Figure
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.cli.options import (
     UsageError,
     add_backend_options,

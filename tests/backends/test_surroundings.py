@@ -10,11 +10,10 @@ from silhouettes import EXAMPLES, loaded
 
 import scenelang as sl
 from scenelang.backends.pictures.camera import Viewpoint
-from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.draft import draw as draft_of
 from scenelang.backends.pictures.film import PictureOptions, draw, picture_backend
 from scenelang.backends.pictures.stage import staging_of, still
-from scenelang.backends.pictures.surroundings import environment_for
+from scenelang.backends.pictures.surroundings import environment_for, settled
 from scenelang.interpreter.scene.entity import Scene
 
 

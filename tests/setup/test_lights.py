@@ -10,9 +10,9 @@ import pytest
 
 import scenelang as sl
 from scenelang.backends.pictures.camera import Viewpoint
-from scenelang.backends.pictures.declared import settled
 from scenelang.backends.pictures.film import PictureOptions
 from scenelang.backends.pictures.stage import film, staging_of
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.backends.surfaces.lights import Light, lights_of
 from scenelang.grammar.diagnostics import SceneError
 

@@ -14,9 +14,10 @@ from PIL import Image
 import scenelang as sl
 from scenelang.backends.pictures import film as film_of_pictures
 from scenelang.backends.pictures.camera import PRESETS, Camera, Viewpoint, parse_viewpoint
-from scenelang.backends.pictures.declared import ProgramView, settled, view_of
+from scenelang.backends.pictures.declared import ProgramView, view_of
 from scenelang.backends.pictures.film import PictureOptions, render
 from scenelang.backends.pictures.stage import film, staging_of, still
+from scenelang.backends.pictures.surroundings import settled
 from scenelang.backends.surfaces.environments import ENVIRONMENTS, GROUNDS, IMAGES, SKY
 from scenelang.cli.main import main
 from scenelang.grammar.diagnostics import SceneError, UsageError
