@@ -30,9 +30,7 @@ if TYPE_CHECKING:
     from scenelang.backends.pictures.film import PictureOptions
 
 POLISHED = "softboxes"
-_LEAST_SHARE = (
-    1.0 / 3.0
-)  # of what is seen of the objects: beside as much matte, metal is one material of several
+_LEAST_SHARE = 1.0 / 3.0  # of what is seen of the objects; with less, metal is one material of several
 _MAX_GLOSS = 0.4  # roughness up to which a surface reflects shapes; metal without one has .35
 _SIZE = 96, 72  # pixels of the view: a share is then precise to some percent
 _MAX_PRIMITIVES = 50_000  # primitives of a scene that is examined: more would take as long as a small image
