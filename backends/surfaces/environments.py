@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from scenelang.backends.surfaces.daylight import CLEAREST, HAZIEST, SUNRISE, SUNSET, daylight
 from scenelang.backends.surfaces.dome import UNIFORM, Dome, Panorama, Sky, Softbox, direction_at, panorama_of
-from scenelang.backends.surfaces.image_files import from_srgb
 from scenelang.backends.surfaces.panoramas import LUMINANCE, panorama_from, without_sun
 from scenelang.grammar.diagnostics import SceneError, suggest
 from scenelang.interpreter.scene.setup import PANORAMAS
@@ -275,33 +274,11 @@ def clipped(linear: AnyFloats) -> AnyFloats:
     return np.clip(linear, 0.0, 1.0)
 
 
-# AgX (T. Sobotka), near to Blender's: between two changes of primaries (B. Wrensch's inset and outset), light goes
-# through an S-shaped curve of its logarithm. The published polynomial of the curve differs from Blender 5.0.1's by up
-# to 13 levels of 255 on grays, this table of Blender's grays by 1.2. Of 300 colors half differ by less than 1 to 5
-# levels, the most saturated ones, whose hues Blender mixes, by up to 16.
-_REC2020 = np.array([[0.6274, 0.3293, 0.0433], [0.0691, 0.9195, 0.0113], [0.0164, 0.0880, 0.8956]])
-_INSET = np.array([
-    [0.856627153315983, 0.0951212405381588, 0.0482516061458583],
-    [0.137318972929847, 0.761241990602591, 0.101439036467562],
-    [0.11189821299995, 0.0767994186031903, 0.811302368396859],
-])  # fmt: skip
-_OUTSET = np.array([
-    [1.1271005818144368, -0.11060664309660323, -0.016493938717834573],
-    [-0.1413297634984383, 1.157823702216272, -0.016493938717834257],
-    [-0.14132976349843826, -0.11060664309660294, 1.2519364065950405],
-])  # fmt: skip
-_STOPS = np.arange(-12.0, 7.0)
-_GRAYS = np.array([
-    0.0, 0.2, 0.8, 2.5, 6.5, 14.7, 26.6, 43.1, 66.2, 97.8,
-    135.7, 169.6, 196.6, 217.2, 233.0, 245.2, 254.5, 255.0, 255.0,
-]) / 255.0  # fmt: skip
-
-
 def agx(linear: AnyFloats) -> AnyFloats:
     """Map linear radiance (..., 3) to linear sRGB in [0, 1]: bright colors fade to white, as on photographic film."""
-    inset = np.maximum(np.asarray(linear) @ (_INSET @ _REC2020).T, 1e-10)
-    curve = from_srgb(np.interp(np.log2(inset), _STOPS, _GRAYS))
-    return np.asarray(np.clip(curve @ (np.linalg.inv(_REC2020) @ _OUTSET).T, 0.0, 1.0), np.float64)
+    from scenelang.backends.surfaces import agx  # few images have it
+
+    return agx.agx(linear)
 
 
 CURVES: Mapping[str, Callable[[AnyFloats], AnyFloats]] = MappingProxyType({"soft": tone, "agx": agx, "clip": clipped})
