@@ -285,6 +285,23 @@ def test_words_that_are_bound_by_other_code(text: str, old: str, new: str) -> No
         assert observed(editing.evaluate(source)) == observed(session.evaluate(source))
 
 
+def test_an_edit_of_a_comment_runs_nothing_again() -> None:
+    text = '(define (f x) (print "f") x)\n(define unused 2)\n(bind "a" (lambda () (call "cube" :scale (f 2))))\n'
+    editing, session = Editing(Session(Options())), Session(Options())
+    first = editing.evaluate(Source("a.scene", text))
+    for head in ("; more\n\n", "\n", "; unused\n", "; lint: allow-file unused\n"):
+        source = Source("a.scene", head + text)
+        ours, theirs = editing.evaluate(source), session.evaluate(source)
+        assert ours.scene is first.scene
+        assert list(map(render_text, ours.diagnostics)) == list(map(render_text, theirs.diagnostics))
+        assert (ours.log, ours.steps) == (theirs.log, theirs.steps)
+        places = [
+            [[span.start for span in entity.call_sites] for entity in descendants(result.require().root)]
+            for result in (ours, theirs)
+        ]
+        assert places[0] == places[1]
+
+
 def test_places_are_in_the_text() -> None:
     text = (
         '(define (f x) (guard (e (else (error-place e))) (car x)))\n(print (f 1))\n(bind "a" (lambda () (call "cube")))'

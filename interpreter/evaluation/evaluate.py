@@ -338,6 +338,7 @@ class IncrementalRun:
         self.rt = new_runtime()
         self._place = self.rt.place
         self.evaluated = 0  # top-level forms that the last run evaluated
+        self.reads_places = False  # whether a value of the program is a place in its text, which any edit may move
         self.most_steps: int | None = None  # of the next versions, if fewer than the runtime's limit
 
     def run(self, program: Program, word: str, seed: int, place: Callable[[Span], Span], spent: float = 0.0) -> Scene:
@@ -361,7 +362,7 @@ class IncrementalRun:
         SceneError
             The same as in a run from scratch.
         """
-        self._place = self.rt.place = place
+        self._place = self.rt.place = lambda span: self._read_place(place, span)
         reaches = [reach_of(form, self._reaches) for form in program.forms]
         previous, self._reaches = self._reaches, {id(reach.form): reach for reach in reaches}
         run, self._run = self._run, None  # so that the next version starts from scratch if this one fails
@@ -371,6 +372,11 @@ class IncrementalRun:
             return self._continue(run, program, reaches, previous, word, seed, spent)
         except _Restart:
             return self._from_scratch(program, reaches, word, seed, spent)
+
+    def _read_place(self, place: Callable[[Span], Span], span: Span) -> Span:
+        """Return the place of a span in the whole text, and note that the program has it as a value."""
+        self.reads_places = True
+        return place(span)
 
     def _from_scratch(
         self, program: Program, reaches: Sequence[FormReach], word: str, seed: int, spent: float

@@ -13,7 +13,7 @@ from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -95,6 +95,8 @@ class Version:
         File with its bindings.
     offsets
         The same offsets, by the id of a piece's source.
+    is_moved
+        Whether it has the pieces of the version before it, and so the same forms, at other places or none.
     """
 
     source: Source
@@ -102,6 +104,7 @@ class Version:
     program: Program
     file: SourceFile
     offsets: Mapping[int, int]
+    is_moved: bool = False
 
     def place(self, span: Span) -> Span:
         """Convert a span of a piece to the whole text; spans of other files are unchanged."""
@@ -127,6 +130,7 @@ class Versions:
         self._text = ""
         self._chunks: tuple[Chunk, ...] = ()
         self._pieces: tuple[tuple[int, Piece], ...] = ()
+        self._program: Program | None = None
         self._state: ProgramState | None = None
         self._file: SourceFile | None = None
         self._fact_cache = FactCache()
@@ -156,11 +160,51 @@ class Versions:
         """
         values = overrides or {}
         texts = {name: datum.span.text for name, datum in values.items()}
-        if texts != self._overrides:
+        has_same_values = texts == self._overrides
+        if not has_same_values:
             self._pieces = tuple((start, piece) for start, piece in self._pieces if not piece.form.params)
         self._overrides = texts
+        before = self._pieces
+        self._chunks = chunks = split_again(source.text, self._text, self._chunks)
+        self._text = source.text
+        self._pieces = pieces = self._next_pieces(source, chunks)
+        offsets = {id(piece.source): start for start, piece in pieces}
+        if has_same_values and self._is_same(source, before):
+            assert self._program is not None
+            assert self._file is not None
+            self._file.source = source
+            self._program = replace(self._program, main=source, sources=(source,))
+            return Version(source, pieces, self._program, self._file, offsets, is_moved=True)
+        self._file = file = self._next_file(source, load, values, run_macro)
+        file.forms = [piece.form for _, piece in pieces]
+        self._program = finish_program(file)
+        return Version(source, pieces, self._program, file, offsets)
+
+    def _is_same(self, source: Source, before: Sequence[tuple[int, Piece]]) -> bool:
+        """Return whether the file has the pieces of its version before, and imports none, which may have changed.
+
+        After an edit of a comment or of a blank line all forms are where they were, or moved. A finding about the file
+        itself has a place in its text.
+        """
+        program = self._program
+        if program is None or program.main.name != source.name or len(program.sources) != 1:
+            return False
+        if len(before) != len(self._pieces) or any(
+            old is not new or old.form.imports for (_, old), (_, new) in zip(before, self._pieces)
+        ):
+            return False
+        return all(d.span is None or d.span.source is not program.main for d in program.diagnostics)
+
+    def _next_file(
+        self,
+        source: Source,
+        load: Callable[[str, Source, Span], Source],
+        values: Mapping[str, Datum],
+        run_macro: RunMacro,
+    ) -> SourceFile:
+        """Return the file for its next version, with the scans and expansions of the one before."""
         previous = self._state.files if self._state is not None else {}
-        state = ProgramState(
+        self._state = state = ProgramState(
             self._prelude,
             load,
             values,
@@ -172,15 +216,9 @@ class Versions:
         )
         file = self._file
         if file is None or file.source.name != source.name:
-            file = SourceFile(source, self._prelude.scope, state, is_main=True)
+            return SourceFile(source, self._prelude.scope, state, is_main=True)
         file.source, file.state, file.expander.run_macro = source, state, run_macro
-        self._chunks = chunks = split_again(source.text, self._text, self._chunks)
-        self._text = source.text
-        self._pieces = pieces = self._next_pieces(source, chunks)
-        file.forms = [piece.form for _, piece in pieces]
-        self._state, self._file = state, file
-        offsets = {id(piece.source): start for start, piece in pieces}
-        return Version(source, pieces, finish_program(file), file, offsets)
+        return file
 
     def _next_pieces(self, source: Source, chunks: Sequence[Chunk]) -> tuple[tuple[int, Piece], ...]:
         """Return the pieces of a text, reusing those with the same text and column in the previous version."""

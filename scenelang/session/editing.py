@@ -33,6 +33,7 @@ from scenelang.session.session import (
 if TYPE_CHECKING:
     from scenelang.interpreter.evaluation.evaluate import IncrementalRun
     from scenelang.interpreter.evaluation.interactive import Version, Versions
+    from scenelang.interpreter.scene.entity import Entity, Scene
 
 _MACRO_LIMITS = replace(MACRO_LIMITS, memory=1_000_000_000)
 _TRIAL_LIMITS = replace(_MACRO_LIMITS, seconds=_MACRO_LIMITS.seconds + 2.0)  # two seconds for the rest of the check
@@ -46,6 +47,25 @@ class VersionAnalysis:
     source: Source
     version: Version | None
     diagnostics: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _LastRun:
+    """Result of the last evaluation, which a version with the same forms has as well.
+
+    Attributes
+    ----------
+    scene
+        Its scene, None if it failed.
+    most_steps
+        Limit that it had.
+    call_sites
+        Primitives with the places of their calls in the pieces of the text, which each version moves.
+    """
+
+    scene: Scene | None
+    most_steps: int | None
+    call_sites: Sequence[tuple[Entity, tuple[Span, ...]]]
 
 
 class Editing:
@@ -67,6 +87,8 @@ class Editing:
         self._imported: tuple[str, ...] | None = None  # texts of imported files, None if unknown
         self._run: IncrementalRun | None = None
         self._name = ""
+        self._kind_errors: Sequence[Diagnostic] = ()  # of the last version
+        self._evaluated: _LastRun | None = None
 
     def check(self, source: Source) -> VersionAnalysis:
         """Analyze the next version; errors are never raised.
@@ -110,24 +132,29 @@ class Editing:
         session, program, source = self.session, version.program, version.source
         if self._run is None or self._name != source.name:
             self._run, self._name = IncrementalRun(session.library, lambda: session.runtime_of(source)), source.name
-        run, scene, problem = self._run, None, None
-        run.most_steps = self.most_steps
-        try:
-            with rare_collection():
-                scene = run_with_room(
-                    lambda: run.run(program, word, session.options.seed, version.place, spent_seconds()),
-                    session.options.limits.depth,
-                    lambda: run.rt.meter.cancel(),  # of the runtime that runs then: a run may create another
-                    session.folders(source),
-                )
-        except (SceneError, RecursionError, MemoryError) as error:
-            problem = session.problem_of(error)
-        for entity in run.rt.live_primitives:
-            entity.call_sites = tuple(map(version.place, entity.call_sites))
+        run, problem = self._run, None
+        last = self._evaluated
+        if last is None or last.most_steps != self.most_steps:
+            run.most_steps = self.most_steps
+            scene = None
+            try:
+                with rare_collection():
+                    scene = run_with_room(
+                        lambda: run.run(program, word, session.options.seed, version.place, spent_seconds()),
+                        session.options.limits.depth,
+                        lambda: run.rt.meter.cancel(),  # of the runtime that runs then: a run may create another
+                        session.folders(source),
+                    )
+            except (SceneError, RecursionError, MemoryError) as error:
+                problem = session.problem_of(error)
+            last = _LastRun(scene, self.most_steps, [(entity, entity.call_sites) for entity in run.rt.live_primitives])
+            self._evaluated = last if scene is not None and not run.reads_places else None
+        for entity, sites in last.call_sites:
+            entity.call_sites = tuple(map(version.place, sites))
         rt, sources = run.rt, (source, *program.sources[1:])
         warnings = without_suppressed(map(version.diagnostic, rt.warnings.values()), sources)
         diagnostics = confirmed(checked, problem and version.diagnostic(problem), warnings)
-        return Evaluated(_placed_program(version), scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
+        return Evaluated(_placed_program(version), last.scene, tuple(diagnostics), tuple(rt.log), rt.meter.total)
 
     def _no_versions(self) -> Versions:
         """Return an empty history of versions."""
@@ -154,7 +181,10 @@ class Editing:
         overrides = {name: value_datum(name, text) for name, text in self.session.options.defines.items()}
         version = self._versions.analyze(source, self.session.importer(source, self.texts), runner, overrides)
         program = version.program
-        diagnostics = [*program.diagnostics, *self.session.warnings(program)]
+        if not version.is_moved:
+            self._kind_errors = self.session.kind_errors(program)
+            self._evaluated = None
+        diagnostics = [*program.diagnostics, *self.session.warnings(program, kind_errors=self._kind_errors)]
         sources = (source, *program.sources[1:])
         self._imported = tuple(imported.text for imported in program.sources[1:])
         return VersionAnalysis(source, version, settled((version.diagnostic(d) for d in diagnostics), sources))

@@ -620,7 +620,9 @@ class Session:
         runner = macro_runner(self.library, self._macro_limits)
         return load_program(source, self.library, self.importer(source), runner, overrides or {}, forms)
 
-    def warnings(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
+    def warnings(
+        self, program: Program, is_written: bool = True, kind_errors: Sequence[Diagnostic] | None = None
+    ) -> list[Diagnostic]:
         """Return errors of value kinds, and the lint warnings of a program without errors.
 
         Parameters
@@ -628,16 +630,14 @@ class Session:
         is_written : bool
             False for programs translated from Python: errors are in terms of Python, and neither unused definitions nor
             the layout of the text are reported.
+        kind_errors : sequence of Diagnostic, optional
+            The errors of value kinds, where those of the same forms are known.
         """
-        try:
-            word, root = self.root_of(program)
-        except SceneError as error:
-            word, root = None, [] if error.name == "no-root" else [error.diagnostic]
+        word, root = self._root_or_problem(program)
+        if kind_errors is None:
+            kind_errors = self.kind_errors(program, is_written)
         if not is_written:
-            in_python = python_front_end().in_python
-            kind_errors = [in_python(d) for d in findings(program, word, is_written=False)] + setup_problems(program)
-            return [*kind_errors, *word_warnings(program), *root] if program.ok else kind_errors
-        kind_errors = [*findings(program, word, is_written=True), *setup_problems(program)]
+            return [*kind_errors, *word_warnings(program), *root] if program.ok else [*kind_errors]
         if not program.ok:
             return [*kind_errors, *lint_forms(program)]
 
@@ -649,6 +649,21 @@ class Session:
         if self.options.root is not None:  # other words are other variants of the program
             warnings = [warning for warning in warnings if warning.name != "unreachable-word"]
         return [*kind_errors, *warnings, *root]
+
+    def kind_errors(self, program: Program, is_written: bool = True) -> list[Diagnostic]:
+        """Return errors of value kinds and of cameras, lights and settings; ``is_written`` as for ``warnings``."""
+        word, _ = self._root_or_problem(program)
+        if is_written:
+            return [*findings(program, word, is_written=True), *setup_problems(program)]
+        in_python = python_front_end().in_python
+        return [in_python(d) for d in findings(program, word, is_written=False)] + setup_problems(program)
+
+    def _root_or_problem(self, program: Program) -> tuple[str | None, list[Diagnostic]]:
+        """Return the root's word with warnings about its choice; None with the error if there is none to choose."""
+        try:
+            return self.root_of(program)
+        except SceneError as error:
+            return None, [] if error.name == "no-root" else [error.diagnostic]
 
     def _is_imported(self, source: Source) -> bool:
         """Return whether a program in the same or the parent folder imports this one."""
