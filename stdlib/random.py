@@ -104,14 +104,24 @@ def set_seed(rt: Runtime, seed: int) -> None:
     rt.streams.seed_numpy(_check_seed("set-seed!", seed))
 
 
-@registry.define("py-set-seed!", "seed::Integer", "Any",
-                 "Reseed the stream of `py-random` and related functions.",
+@registry.define("py-set-seed!", "seed::Any", "Any",
+                 "Reseed the stream of `py-random` and related functions, by an Integer, another number or a String.",
                  ("(begin (py-set-seed! 7) (let ((a (py-random))) (py-set-seed! 7) (= a (py-random))))",
                   "#t"))  # fmt: skip
-def py_set_seed(rt: Runtime, seed: int) -> None:
+def py_set_seed(rt: Runtime, seed: Any) -> None:
     rt.draw()
-    charge_digits(rt, seed)
-    rt.streams.seed_python(seed)
+    rt.streams.seed_python(_python_seed(rt, "py-set-seed!", seed))
+
+
+def _python_seed(rt: Runtime, name: str, seed: Any) -> int | float | str:
+    """Return a seed that Python's ``random`` accepts and that gives the same numbers in every run."""
+    if not isinstance(seed, (int, float, str)):
+        raise wrong_type(name, "a number or a String as the seed", seed)
+    if isinstance(seed, str):
+        rt.charge(len(seed))
+    elif isinstance(seed, int):
+        charge_digits(rt, seed)
+    return seed
 
 
 @registry.define("random-stream", "[seed::Integer]", "Stream",
@@ -134,16 +144,15 @@ def default_rng(rt: Runtime, seed: int = 0) -> Stream:
     return Stream("default-rng", np.random.default_rng(seed), rt.clock)
 
 
-@registry.define("py-random-stream", "[seed::Integer]", "Stream",
-                 "Create a separate stream for the `:stream` of `py-random`, as Python's `random.Random(seed)`; "
-                 "the default seed is 0.",
+@registry.define("py-random-stream", "[seed::Any]", "Stream",
+                 "Create a separate stream for the `:stream` of `py-random`, as Python's `random.Random(seed)`, by an "
+                 "Integer, another number or a String; the default seed is 0.",
                  ("(py-randint 5 5 :stream (py-random-stream 3))", "5"))  # fmt: skip
-def py_random_stream(rt: Runtime, seed: int = 0) -> Stream:
+def py_random_stream(rt: Runtime, seed: Any = 0) -> Stream:
     import random
 
     rt.charge(4)
-    charge_digits(rt, seed)
-    return Stream("py-random-stream", random.Random(seed), rt.clock)
+    return Stream("py-random-stream", random.Random(_python_seed(rt, "py-random-stream", seed)), rt.clock)
 
 
 # --- numpy's draws ---------------------------------------------------------------------------------------------

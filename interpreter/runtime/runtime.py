@@ -73,7 +73,7 @@ class Streams:
 
     def __init__(self, seed: int) -> None:
         self.was_used = False
-        self._seeds: list[int] = [seed, seed]
+        self._seeds: list[Any] = [seed, seed]  # a number for numpy; for Python a text too
         self._numpy: Any = None
         self._python: random.Random | None = None
 
@@ -99,7 +99,7 @@ class Streams:
         """Seed numpy's stream, at its next use."""
         self._seeds[0], self._numpy = seed, None
 
-    def seed_python(self, seed: int) -> None:
+    def seed_python(self, seed: float | str) -> None:
         """Seed Python's stream, at its next use."""
         self._seeds[1], self._python = seed, None
 

@@ -1251,6 +1251,12 @@ a = random.random(), random.randint(0, 9)
 b = np.random.rand(), np.random.randint(0, 9)
 random.seed(7)
 return a[0], a[1], b[0], b[1], random.random()
+## a seed of another kind in a variable
+name, weight = 'gar' + 'den', 2.5
+random.seed(name)
+first = random.random(), random.randint(0, 9)
+random.seed(weight)
+return first[0], first[1], random.random(), random.Random(name).random(), random.Random(weight).random()
 ## numpy draws
 return np.random.rand(), np.random.uniform(-1, 1), np.random.randint(0, 10), np.random.normal(0, 2), np.random.choice([1, 2, 5]), float(np.random.rand(3).sum()), np.random.randn(), np.random.random(), float(np.random.uniform(0, 1, (2, 2))[1, 0]), np.random.exponential(2), int(np.random.permutation(5)[0]), np.random.poisson(3)
 ## numpy generators

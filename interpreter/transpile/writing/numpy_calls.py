@@ -518,12 +518,9 @@ def write_shuffle(head: str) -> CallWriter:
     return write
 
 
-def _seed_number(seed: str | bytes | float | bool) -> int:
+def _seed_number(seed: bytes | bool) -> int:
     """Return the number by which ``random.seed`` starts its stream for another value, as CPython does (version 2)."""
-    if isinstance(seed, (str, bytes)):
-        data = seed.encode() if isinstance(seed, str) else seed
-        return int.from_bytes(data + hashlib.sha512(data).digest(), "big")
-    return int(seed) if isinstance(seed, bool) else hash(seed) % (1 << 64)
+    return int(seed) if isinstance(seed, bool) else int.from_bytes(seed + hashlib.sha512(seed).digest(), "big")
 
 
 def write_seed(head: str) -> CallWriter:
@@ -532,9 +529,9 @@ def write_seed(head: str) -> CallWriter:
         if not given or is_none(given[0]):
             raise w.unsupported("seeding from the clock", node, "pass a number as the seed")
         seed = None
-        with suppress(ValueError, TypeError):  # what is no literal must be an Integer
+        with suppress(ValueError, TypeError):
             seed = ast.literal_eval(given[0])
-        if head == "py-set-seed!" and isinstance(seed, (str, bytes, float, bool)):
+        if head == "py-set-seed!" and isinstance(seed, (bytes, bool)):  # kinds of values that the language lacks
             return form(head, LiteralCode(_seed_number(seed)))
         return form(head, w.expr(given[0]))
 
