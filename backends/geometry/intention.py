@@ -1275,8 +1275,9 @@ def _missed(chart: _Chart, series: _Series, member: int, count: int) -> _Departu
     if chart.radius:
         offsets[:, 0] -= chart.period * np.round(offsets[:, 0] / chart.period)
     best = int(np.argmin(np.linalg.norm(offsets, axis=1)))
-    along, length = abs(float(offsets[best, 0])), float(np.linalg.norm(offsets[best]))
-    sole = int((np.abs(offsets[best]) > EXACT * spacing).sum()) == 1
+    offset = offsets[best] if chart.radius else _axes_along(series.step) @ offsets[best]
+    along, length = abs(float(offset[0])), float(np.linalg.norm(offset))
+    sole = int((np.abs(offset) > EXACT * spacing).sum()) == 1
     place = series.base + numbers[best] * series.step
     is_slip = False
     if chart.radius and sole and member:  # angles are counted from the first sibling
@@ -1285,14 +1286,27 @@ def _missed(chart: _Chart, series: _Series, member: int, count: int) -> _Departu
     on_ring = series.is_closed and sole and along > EXACT * spacing
     if length < ASTRAY * spacing or (length > NEARBY * spacing and not on_ring):
         return None
+    is_beside = sole and along <= EXACT * spacing  # at its place along the row, but beside, above or below it
     if series.empty:
-        confidence = SURE if sole else DOUBTFUL
-        enough = count >= 4 or is_slip
+        confidence = (SURE if count >= 4 else LIKELY) if sole else DOUBTFUL
+        enough = count >= (3 if is_beside and not chart.radius else 4) or is_slip
     else:
         confidence = LIKELY if along <= EXACT * spacing else DOUBTFUL
-        enough = count >= ((4 if chart.radius else 3) if sole and along <= EXACT * spacing else 5)
+        enough = count >= ((4 if chart.radius else 3) if is_beside else 5)
     departure = _Departure(member, chart.point(place), spacing, length, confidence, chart.rule, count, is_slip)
     return departure if enough else None
+
+
+def _axes_along(step: FloatArray) -> FloatArray:
+    """Return axes (3, 3), one a row: along a step, and two across it, of which one is a coordinate axis if possible.
+
+    The axes of a home may be turned to those of most of its siblings, so that a row lies slanted in them.
+    """
+    along = step / np.linalg.norm(step)
+    across = np.eye(3)[int(np.argmin(np.abs(along)))]
+    across = across - (across @ along) * along
+    across /= np.linalg.norm(across)
+    return np.stack([along, across, np.cross(along, across)])
 
 
 def _suspects(coordinates: FloatArray) -> IntArray:

@@ -532,7 +532,8 @@ class CheckedFrame:
             # Beside or below what it should touch, or much nearer to it: a knob at its door; or nearer to another part
             # of its object, as a cart to the wheels beside its axles.
             paths = [set(self._path_of(k)) for k in (largest, int(facts.bodies.body[nearest]))]
-            if drop <= self.solids.touch or DETOUR * gap < drop or (gap < drop and paths[0] & paths[1]):
+            nearer = gap < drop - self.solids.touch and bool(paths[0] & paths[1])
+            if drop <= self.solids.touch or DETOUR * gap < drop or nearer:
                 drop, support = gap, nearest
         return Finding("floating", int(rows[np.argmin(low[rows, 1])]), support, drop, note=verdict.note)
 

@@ -301,3 +301,16 @@ def test_what_has_its_back_to_its_companion() -> None:
 @pytest.mark.parametrize("turns", [(0.0,) * 4, (0.1, 2.0, 3.0, -1.0), (0.0, math.pi, 0.0, math.pi)])
 def test_turns_beside_companions_that_are_no_slip(turns: tuple[float, ...]) -> None:
     assert kinds(pairs(*turns)) == []
+
+
+@pytest.mark.parametrize("member", [0, 1, 2, 3])
+@pytest.mark.parametrize("offset", [(0.0, 0.4, 0.0), (0.0, 0.0, -0.4)])
+def test_one_of_four_beside_its_row(member: int, offset: tuple[float, float, float]) -> None:
+    """Three in a row tell the place of the fourth between them as they do at their end."""
+    x, y, z = (start + step for start, step in zip((member, 1.0, 0.0), offset, strict=True))
+    assert kinds(
+        row(4, **{f"n{i}": placed(i, 1.0, 0.0) for i in range(4) if i != member} | {f"n{member}": placed(x, y, z)})
+    ) in (
+        ["height"],
+        ["spacing"],
+    )
