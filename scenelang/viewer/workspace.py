@@ -8,6 +8,7 @@ import re
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -563,8 +564,15 @@ class Workspace:
         """Return what a tool of ``TOOLS`` makes of a program; raises SceneError where it cannot."""
         if self._tools is None:
             raise SceneError("unsupported", "programs cannot be edited here")
-        if tool not in SUPERSEDED:
-            return self._tools(tool, self.files[file], text, data)
+        use = partial(self._tools, tool, self.files[file], text, data)
+        try:
+            return use() if tool not in SUPERSEDED else self._newest_result(tool, use)
+        except SceneError as error:
+            error.message = _without_folder(error.message, self.files[file].rpartition("/")[0])
+            raise
+
+    def _newest_result(self, tool: str, use: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Return what a tool makes unless a newer request takes the place of this one, which raises SceneError."""
         lock = self._tool_locks[tool]
         mine = self._newest[tool] = self._newest.get(tool, 0) + 1
         self.interrupt(tool)
@@ -573,7 +581,7 @@ class Workspace:
         try:
             if self._newest[tool] != mine:
                 raise SceneError("unsupported", "a newer request took its place")
-            return self._tools(tool, self.files[file], text, data)
+            return use()
         finally:
             lock.release()
 
@@ -727,7 +735,7 @@ def diagnostic_data(diagnostic: Diagnostic, path: str = "") -> dict[str, Any]:
     the first fix are added if all are in this program.
     """
     _, _, rest = render_text(diagnostic).partition(diagnostic.message)
-    message, text = (_without_folder(each, path[: path.rfind("/")]) for each in (diagnostic.message, rest))
+    message, text = (_without_folder(each, path.rpartition("/")[0]) for each in (diagnostic.message, rest))
     data: dict[str, Any] = {
         "severity": diagnostic.severity, "code": diagnostic.code, "message": message, "text": text.strip("\n"),
     }  # fmt: skip

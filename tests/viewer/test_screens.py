@@ -153,6 +153,59 @@ def test_only_the_names_of_files_are_shown(studio: Any, program: Any, show: Any,
     assert shown.text("#file-name") == "a.scene"
     assert "there is no file missing.scene" in shown.text("#diagnostics")
     assert str(tmp_path) not in shown.text("body")
+    _write(shown, '(bind "a" (lambda () (call "cube")))\n')
+    shown.page.evaluate("scenelangPage.select([0])")
+    shown.page.evaluate("scenelangPage.editor.replace('')")
+    shown.page.evaluate("scenelangPage.changeSelection({ remove: true })")
+    assert shown.text("#status").startswith("a.scene is empty")
+    assert all("409" in complaint for complaint in shown.complaints)  # the refusal, which the console notes
+    shown.complaints.clear()
+
+
+@pytest.mark.parametrize("width", [390, 768, 1100, 1440])
+def test_what_comes_and_goes_leaves_the_picture_as_it_is(studio: Any, program: Any, show: Any, width: int) -> None:
+    """An evaluation that takes long does not change the height of the picture."""
+    shown = _open(show, studio(program(DEEP)), (width, 700))
+    page = shown.page
+    before = page.locator("#viewport").bounding_box()
+    page.evaluate("() => { for (const id of ['busy', 'stop']) document.getElementById(id).hidden = false; }")
+    assert page.is_visible("#stop")
+    assert page.locator("#viewport").bounding_box() == before
+
+
+def test_a_canvas_of_another_size_is_drawn_at_once(studio: Any, program: Any, show: Any) -> None:
+    shown = _open(show, studio(program(DEEP)), (900, 600))
+    drawn = shown.page.evaluate(
+        """() => {
+          const canvas = document.getElementById('canvas');
+          const before = canvas.toDataURL();
+          scenelangPage.viewport.style.flex = '0 0 300px';
+          scenelangPage.resize();
+          const { width, height } = canvas;
+          const copy = Object.assign(document.createElement('canvas'), { width, height });
+          copy.getContext('2d').drawImage(canvas, 0, 0);
+          const { data } = copy.getContext('2d').getImageData(0, 0, width, height);
+          return data.filter((value, i) => i % 4 === 3 && value === 255).length / (width * height);
+        }"""
+    )
+    assert drawn == 1.0
+
+
+def test_long_words_and_deep_paths_fit(studio: Any, program: Any, show: Any) -> None:
+    levels = "".join(
+        f'(bind "level {i}" (lambda () (union (call "level {i - 1}") (transform (call "cube") (translate [{i} 0 0])))))\n'
+        for i in range(1, 20)
+    )
+    long = "w" * 300
+    text = f'(bind "level 0" (lambda () (call "cube")))\n{levels}(bind "{long}" (lambda () (union (call "level 19") (call "cube"))))\n'
+    shown = _open(show, studio(program(text)), (390, 844))
+    page = shown.page
+    page.evaluate("scenelangPage.select(Array(21).fill(0))")
+    spots = np.array(page.evaluate(SPOTS))
+    assert spots[:, 2].max() <= 390
+    assert page.locator("#breadcrumb").bounding_box()["height"] <= 66
+    last, bar = (page.locator(each).bounding_box() for each in ("#breadcrumb button[aria-current]", "#breadcrumb"))
+    assert last["y"] + last["height"] <= bar["y"] + bar["height"] + 1
 
 
 # --- the selection
@@ -243,9 +296,14 @@ def test_objects_are_changed_by_keys_alone(studio: Any, program: Any, show: Any)
     moved = PAIR.replace("(ball 2 .5)", f"(ball {2 + step:g} .5)")
     _until(shown, f"scenelangPage.editor.text === {json.dumps(moved)}")
     _until(shown, "!scenelangPage.isChanging && !scenelangPage.isEvaluating")
+    for _ in range(4):  # faster than they are made
+        page.keyboard.press("Shift+ArrowLeft")
+    moved = PAIR.replace("(ball 2 .5)", f"(ball {2 + step / 5:g} .5)")
+    _until(shown, f"scenelangPage.editor.text === {json.dumps(moved)}")
+    _until(shown, "!scenelangPage.isChanging && !scenelangPage.isEvaluating")
     page.focus("[data-mode=scale]")
     page.keyboard.press("ArrowUp")
-    _until(shown, f"scenelangPage.editor.text.includes('(ball {2 + step:g} .55)')")
+    _until(shown, f"scenelangPage.editor.text.includes('(ball {2 + step / 5:g} .55)')")
 
 
 def test_fingers_turn_select_zoom_and_drag(studio: Any, program: Any, show: Any) -> None:

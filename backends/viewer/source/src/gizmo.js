@@ -22,6 +22,15 @@ export function changeByKey(mode, key, isFine, scale) {
   return { scale: [factor, factor, factor].map((each) => Number(each.toFixed(3))) };
 }
 
+// Two changes by keys as one: of another kind, the later one alone.
+export function bothChanges(first, second) {
+  const rounded = (value) => Number(value.toPrecision(6));
+  if (first?.move && second.move) return { move: first.move.map((part, i) => rounded(part + second.move[i])) };
+  if (first?.scale && second.scale) return { scale: first.scale.map((factor, i) => rounded(factor * second.scale[i])) };
+  if (first?.rotate?.[0] === second.rotate?.[0] && second.rotate) return { rotate: [second.rotate[0], first.rotate[1] + second.rotate[1]] };
+  return second;
+}
+
 export class Gizmo {
   // `actions`: redraw(), preview(offset) while an object is moved, change(edit) at the end.
   constructor(camera, canvas, actions) {

@@ -256,14 +256,18 @@ export class Page {
     document.body.dataset.refined = "no";
     requestAnimationFrame(() => {
       this.pending = false;
-      this.viewpoint.apply();
-      this.stage.draw(this.viewpoint, this.isMoving);
-      this.gizmo?.draw(this.stage.renderer, this.viewpoint.camera);
-      this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
-      this.overlay?.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
-      document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
-      this.refineLater();
+      this.drawNow();
     });
+  }
+
+  drawNow() {
+    this.viewpoint.apply();
+    this.stage.draw(this.viewpoint, this.isMoving);
+    this.gizmo?.draw(this.stage.renderer, this.viewpoint.camera);
+    this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
+    this.overlay?.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
+    document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
+    this.refineLater();
   }
 
   // While nothing moves, makes the picture better sample by sample.
@@ -283,7 +287,8 @@ export class Page {
     if (!width || !height) return;
     this.stage.resize(width, height, Math.min(window.devicePixelRatio, 2));
     this.viewpoint.aspect = width / height;
-    this.draw();
+    document.body.dataset.refined = "no";
+    this.drawNow(); // a canvas of another size is empty until then
     this.frameLater();
   }
 

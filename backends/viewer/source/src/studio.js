@@ -6,7 +6,7 @@ import { showDiagnostics } from "./diagnostics.js";
 import { byId, debounced, el, fill } from "./dom.js";
 import { Editor } from "./editor.js";
 import { Findings } from "./findings.js";
-import { changeByKey, Gizmo, gridStep } from "./gizmo.js";
+import { bothChanges, changeByKey, Gizmo, gridStep } from "./gizmo.js";
 import { Measure } from "./measure.js";
 import { Overlay } from "./overlay.js";
 import { Page } from "./page.js";
@@ -419,14 +419,19 @@ export class Studio extends Page {
     byId("diagnostics").hidden = true;
   }
 
-  // Changes the selected object by a key that is pressed at the button of a mode; while one change is made, others wait.
+  // Changes the selected object by a key that is pressed at the button of a mode; keys add up while a change is made.
   async changeByKey(mode, event) {
     const change = this.packet?.box && changeByKey(mode, event.key, event.shiftKey, this.packet.box.scale);
     if (!change) return;
     event.preventDefault();
-    if (this.isChanging || this.isEvaluating) return;
+    this.nextChange = bothChanges(this.nextChange, change);
+    if (this.isChanging) return;
     this.isChanging = true;
-    await this.changeSelection(change);
+    while (this.nextChange) {
+      const next = this.nextChange;
+      this.nextChange = null;
+      await this.changeSelection(next);
+    }
     this.isChanging = false;
   }
 
@@ -536,6 +541,7 @@ export class Studio extends Page {
     if (!nodes) return;
     const { selection } = this;
     fill(bar, ...nodes.map((node, i) => el("button", { "aria-current": i === selection.length ? "true" : null, onclick: () => this.select(selection.slice(0, i)) }, this.graph.word(node))));
+    bar.scrollTop = bar.scrollHeight; // the selected object is at the end
   }
 
   cursorMoved(line, column) {
