@@ -12,14 +12,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, walk
+from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, walk
 from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, escaped, outermost, primitive_ranges
@@ -60,6 +60,7 @@ _POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than t
 # The same for the asked motion. It is written with 9 decimals and passes through the poses around the form.
 _MOTION_TOLERANCE = 1e-7
 _LINEAR_PRECISION = 1e-3  # of sizes and turns, which a precision in large units would spoil
+_MAX_COLORS = 8  # that are tried alone, those near the forms of the instances first
 _DECIMALS = 9  # of numbers that are written
 _MAX_SHOWN_LENGTH = 60  # characters of a form in a message
 
@@ -253,7 +254,7 @@ class _Search:
         around = calls or [chain for word in layout.words_above for chain in forms_of(source, word)[0]]
         if edit.move is not None and not layout.is_root:
             yield from _shifted(calls, layout.local(edit.move))
-            numbers = placing_numbers(source, around)
+            numbers = placing_numbers(source, self._spans(around))
             yield from number_edits(source, numbers, edit.move, self._shift, shared=edit.shared)
             computed = [*calls, bodies] if edit.shared else calls
             yield from _shifted(computed, layout.local(edit.move), computes=True)
@@ -270,14 +271,20 @@ class _Search:
         """Yield edits of the literals that give the instances their size, their turn or their color."""
         source, edit, layout = self.source, self.edit, self.before
         if edit.recolor is not None:
-            value = edit.recolor
-            yield from map(_of_recoloring, color_literals(source, spans_behind(source, around), value))
+            colors = color_literals(source, self._spans(around), edit.recolor)
+            yield from map(_of_recoloring, islice(colors, _MAX_COLORS))
         elif layout.motion is not None:
-            numbers = placing_numbers(source, around)
+            numbers = placing_numbers(source, self._spans(around))
             if edit.rotate is not None:
                 yield from angle_edits(source, numbers, edit.rotate[1], self._shift)
             for change in layout.changes():
                 yield from number_edits(source, numbers, change, self._shift, shared=False)
+
+    def _spans(self, around: Sequence[Sequence[ListDatum]]) -> list[Span]:
+        """Return where the literals behind the instances may be: first in the uses of macros that made them."""
+        located = [each for instances in self.before.located for each in instances]
+        sites = [site for each in located for site in each.entity.call_sites if site.source.name == self.source.name]
+        return [*sites, *spans_behind(self.source, around)]
 
     def _shift(self, text: str) -> Shift | None:
         """Return how a text moves or changes the instances while there is budget for numbers; None if it does not."""

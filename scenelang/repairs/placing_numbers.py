@@ -33,6 +33,7 @@ from scenelang.repairs.program_forms import (
 _STEP = 0.0625  # added to a number; a power of two, so that sums with short fractions stay exact
 _MAX_REFERENCES = 3  # definitions that are followed one after another
 _MAX_NUMBERS = 32  # that are tried, those near the forms of the instances first
+_MAX_OWN_NUMBERS = 16  # the same if nothing else may depend on them
 _MAX_TOGETHER = 4  # numbers of one edit: three sizes, and the height at which the object stands on its ground
 _MAX_EFFECTIVE = 8  # numbers that are combined
 _MAX_CORRECTIONS = 3  # of numbers on which the motion does not depend linearly
@@ -84,7 +85,7 @@ def number_edits(
     """
     target = np.array(move, np.float64)
     effective = list[_Number]()
-    for atom in numbers[:_MAX_NUMBERS]:
+    for atom in numbers[: _MAX_NUMBERS if shared else _MAX_OWN_NUMBERS]:
         effect = shift(edited(source.text, [Edit(atom.span, _text(atom, _STEP))]))
         if effect is None or np.abs(effect.motion).max() < _LEAST_MOTION or (effect.others.any() and not shared):
             continue
@@ -103,7 +104,7 @@ def angle_edits(
     source: Source, numbers: Sequence[Atom], degrees: float, shift: Callable[[str], Shift | None]
 ) -> Iterator[FormCandidate]:
     """Yield edits of numbers that are angles, by which the instances turn: in degrees or radians, either way round."""
-    for atom in numbers[:_MAX_NUMBERS]:
+    for atom in numbers[:_MAX_OWN_NUMBERS]:
         effect = shift(edited(source.text, [Edit(atom.span, _text(atom, _STEP))]))
         if effect is None or np.abs(effect.motion).max() < _LEAST_MOTION or effect.others.any():
             continue
@@ -111,12 +112,8 @@ def angle_edits(
             yield from (FormCandidate(atom.span, _text(atom, sign * angle), False) for sign in (1.0, -1.0))
 
 
-def placing_numbers(source: Source, calls: Sequence[Sequence[ListDatum]]) -> list[Atom]:
-    """Return the numbers of a program that could place what some calls make, or give its size, the nearest first.
-
-    They are where ``spans_behind`` says.
-    """
-    spans = spans_behind(source, calls)
+def placing_numbers(source: Source, spans: Sequence[Span]) -> list[Atom]:
+    """Return the numbers in some spans of a program that could place something or size it, in the spans' order."""
     atoms = _number_atoms(read(source).forms)
     order = {atom.span.start: next((k for k, span in enumerate(spans) if _is_in(atom, [span])), None) for atom in atoms}
     return sorted((a for a in atoms if order[a.span.start] is not None), key=lambda a: order[a.span.start] or 0)
