@@ -89,7 +89,8 @@ def _parameter_hints(node: ast.Application, kinds: dict[Any, Kind]) -> Iterator[
         else:
             positional.append(argument)
     for name, argument in zip(names, positional):
-        if type(argument) in (ast.Constant, ast.ArrayLiteral) and argument.span.expansion is None:
+        is_written = argument.span.expansion is None and argument.span.start > node.span.start  # not by a derived form
+        if is_written and type(argument) in (ast.Constant, ast.ArrayLiteral):
             yield argument.span, f"{name}:"
 
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
-
-import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
 from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, subdatums
 from scenelang.grammar.diagnostics import Edit
 from scenelang.grammar.reader import read
 from scenelang.repairs.program_forms import head_of
+
+_DECIMAL_NUMBER = re.compile(r"(?<![^\s()\[\]])[-+]?\d*\.\d+(?![^\s()\[\]])")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +31,12 @@ class FormCandidate:
         """The replacement as an edit of the text, and the others."""
         return (Edit(self.span, self.new), *self.others)
 
+    def rounded(self, decimals: int) -> FormCandidate:
+        """Return the candidate with at most so many decimals of the numbers that were not in the text before."""
+        new = _rounded(self.new, self.span.text, decimals)
+        others = tuple(Edit(edit.span, _rounded(edit.text, edit.span.text, decimals)) for edit in self.others)
+        return replace(self, new=new, others=others)
+
     def translated(self, offset: FloatArray, *, in_place: bool = False) -> FormCandidate:
         """Return the candidate with a translation of its own; with ``in_place`` it is added to that of the form."""
         (form,) = read(Source(self.span.source.name, self.span.text)).forms
@@ -38,6 +45,27 @@ class FormCandidate:
                 return FormCandidate(self.span, text, False)
         before, after = self.around or (f"(transform {self.span.text} (translate ", "))")
         return FormCandidate(self.span, f"{before}{vector_text(offset)}{after}", False, around=self.around)
+
+
+def _rounded(text: str, old: str, decimals: int) -> str:
+    """Return a text with at most so many decimals of the numbers that ``old`` does not have."""
+    known = set(_DECIMAL_NUMBER.findall(old))
+
+    def shorter(match: re.Match[str]) -> str:
+        """Return a number with fewer decimals."""
+        number = match[0]
+        if number in known or len(number.partition(".")[2]) <= max(decimals, 1):
+            return number
+        shortened = written_as(number, round(float(number), decimals))
+        return shortened if "." in shortened else f"{shortened}.0"  # it stays what it is: no integer
+
+    return _DECIMAL_NUMBER.sub(shorter, text)
+
+
+def written_as(old: str, value: float) -> str:
+    """Write a number as those of a text are written: without a zero before the point, such as `.5`, or with it."""
+    text = number_text(value)
+    return re.sub(r"^(-?)0\.", r"\1.", text) if re.search(r"(?<!\d)\.\d", old) else text
 
 
 def space_before(span: Span) -> str:
@@ -66,24 +94,25 @@ def _added(place: Datum, offset: FloatArray, computes: bool) -> str | None:
     """Return a vector with an offset added; None if it has expressions and ``computes`` is false."""
     is_vector = head_of(place) == "vector"
     parts = list(subdatums(place))[is_vector:]
-    numbers = [part.value for part in parts if isinstance(part, Atom) and type(part.value) in (int, float)]
+    numbers = [part for part in parts if isinstance(part, Atom) and type(part.value) in (int, float)]
     is_written = len(parts) == 3 and (is_vector or place.span.text.startswith("["))
-    if is_written and not is_vector and len(numbers) == 3:
-        return vector_text(np.array(numbers, np.float64) + offset)
-    if not computes:
+    is_literal = is_written and not is_vector and len(numbers) == 3
+    if not is_literal and not computes:
         return None
     if not is_written:
         return f"(+ {place.span.text} {vector_text(offset)})"
-    sums = " ".join(map(_sum, parts, offset))
+    sums = " ".join(_sum(part, added, place.span.text) for part, added in zip(parts, offset))
     return f"(vector {sums})" if is_vector else f"[{sums}]"
 
 
-def _sum(part: Datum, offset: float) -> str:
-    """Return the text of a component with a number added."""
-    if isinstance(part, Atom) and type(part.value) in (int, float):
-        return number_text(part.value + offset)
+def _sum(part: Datum, offset: float, vector: str) -> str:
+    """Return the text of a component of a vector with a number added."""
     added = number_text(offset)
-    return part.span.text if added == "0" else f"(+ {part.span.text} {added})"
+    if added == "0":
+        return part.span.text
+    if isinstance(part, Atom) and type(part.value) in (int, float):
+        return written_as(vector, part.value + offset)
+    return f"(+ {part.span.text} {added})"
 
 
 def vector_text(offset: Any) -> str:

@@ -12,14 +12,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, walk
+from scenelang.grammar.datum import Atom, Keyword, ListDatum, Source, Span, walk
 from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.inspection.instance_paths import Located, Locator, escaped, outermost, primitive_ranges
@@ -32,12 +32,13 @@ from scenelang.interpreter.values.values import IDENTITY
 from scenelang.repairs import edit_trials as trials
 from scenelang.repairs.edit_trials import Trials
 from scenelang.repairs.form_candidates import FormCandidate, shifted, space_before, vector_text, with_attribute
-from scenelang.repairs.placing_numbers import Shift, number_edits, placing_numbers
+from scenelang.repairs.placing_numbers import Shift, angle_edits, number_edits, placing_numbers, spans_behind
 from scenelang.repairs.program_forms import binds, forms_of, head_of, uses_around
 from scenelang.repairs.single_instances import PartChange, exceptions
 from scenelang.repairs.whole_objects import (
     Recoloring,
     box_pivots,
+    color_literals,
     color_of_text,
     colorless,
     literal_recoloring,
@@ -58,12 +59,15 @@ _MAX_PRIMITIVES = 200_000
 _POSE_TOLERANCE = 1e-9  # relative to the scene's size: primitives closer than this have not moved
 # The same for the asked motion. It is written with 9 decimals and passes through the poses around the form.
 _MOTION_TOLERANCE = 1e-7
+_LINEAR_PRECISION = 1e-3  # of sizes and turns, which a precision in large units would spoil
+_MAX_COLORS = 8  # that are tried alone, those near the forms of the instances first
+_DECIMALS = 9  # of numbers that are written
 _MAX_SHOWN_LENGTH = 60  # characters of a form in a message
 
 
 @dataclass(frozen=True, slots=True)
 class InstanceEdit:
-    """An edit of the instances of a path; exactly one field besides ``path`` and ``shared`` is set.
+    """An edit of the instances of a path; exactly one field besides ``path``, ``precision`` and ``shared`` is set.
 
     Attributes
     ----------
@@ -80,8 +84,8 @@ class InstanceEdit:
     recolor
         Text of a color that all primitives below the instances get, which names nothing of the program.
     scale
-        Factors along the axes of the scene, about the middle of the underside of the first instance's box. Others
-        are scaled alike in their own axes.
+        Factors along the axes of the scene, about the middle of the underside of the first instance's box; about its
+        center where numbers that give its size do so. Others are scaled alike in their own axes.
     rotate
         Axis of the scene, "x", "y" or "z", and an angle in degrees, about the center of the first instance's box.
         Others are rotated alike in their own axes.
@@ -91,6 +95,9 @@ class InstanceEdit:
         Word that is called in place of the instance's.
     rename
         New name of the instance's word, everywhere in the program.
+    precision
+        How far the instances may be from what the edit asks for, in the units of the scene: new numbers are written
+        with as few decimals as keep to it. With 0 they have nine.
     shared
         Whether the edit is one that others share: a moved instance takes those with it that the same numbers or forms
         place; other edits change all instances that the same form makes.
@@ -112,6 +119,7 @@ class InstanceEdit:
     duplicate: tuple[float, float, float] | None = None
     word: str | None = None
     rename: str | None = None
+    precision: float = 0.0
     shared: bool = False
 
     def __post_init__(self) -> None:
@@ -141,6 +149,8 @@ class InstanceEdit:
                 raise SceneError("value", f"`{field}`: expected three finite numbers")
         if self.scale is not None and not (np.isfinite(self.scale).all() and (np.abs(self.scale) > 1e-9).all()):
             raise SceneError("value", "`scale`: expected three finite numbers other than 0")
+        if type(self.precision) not in (int, float) or not 0 <= self.precision < np.inf:
+            raise SceneError("value", "`precision`: expected a finite number that is not negative")
         if self.rotate is not None and not (self.rotate[0] in ("x", "y", "z") and np.isfinite(self.rotate[1])):
             raise SceneError("value", "`rotate`: expected the axis x, y or z, and a finite number of degrees")
 
@@ -229,6 +239,7 @@ class _Search:
         self.before = _Layout(evaluate(source).require(), edit)
         if edit.recolor is not None:
             self.before.color = color_of_text(session, edit.recolor)
+        self._shifts = dict[str, Shift | None]()  # by the texts that were tried
         self._moved: FloatArray | None = None  # motion of the instances by the last candidate, if it moved only them
         self._nearest: tuple[int, FormCandidate] | None = None  # fewest others that a form changes, and the form
         self._problem: str | None = None  # why the form that makes only the instances does not fit
@@ -238,28 +249,49 @@ class _Search:
     def candidates(self) -> Iterator[FormCandidate]:
         """Yield the edits to try: at the forms and numbers that make the instances, then exceptions for them."""
         source, edit, layout = self.source, self.edit, self.before
+        calls, bodies = forms_of(source, layout.word)
+        # the calls of an imported word's part are in another file
+        around = calls or [chain for word in layout.words_above for chain in forms_of(source, word)[0]]
         if edit.move is not None and not layout.is_root:
-            calls, bodies = forms_of(source, layout.word)
             yield from _shifted(calls, layout.local(edit.move))
-            # the calls of an imported word's part are in another file
-            around = calls or [chain for word in layout.words_above for chain in forms_of(source, word)[0]]
-            numbers = placing_numbers(source, around)
+            numbers = placing_numbers(source, self._spans(around))
             yield from number_edits(source, numbers, edit.move, self._shift, shared=edit.shared)
             computed = [*calls, bodies] if edit.shared else calls
             yield from _shifted(computed, layout.local(edit.move), computes=True)
         if edit.shared and edit.move is not None:
             yield from _own_moves(source, layout, edit.move)
             return
+        if not edit.shared and not layout.is_root:
+            yield from self._literals(around)
         yield from _candidates(source, edit, layout)
         for change in _part_changes(source, edit, layout):
             yield from exceptions(source, layout.located, change, lambda text: self.trials.evaluate(text).scene)
 
+    def _literals(self, around: Sequence[Sequence[ListDatum]]) -> Iterator[FormCandidate]:
+        """Yield edits of the literals that give the instances their size, their turn or their color."""
+        source, edit, layout = self.source, self.edit, self.before
+        if edit.recolor is not None:
+            colors = color_literals(source, self._spans(around), edit.recolor)
+            yield from map(_of_recoloring, islice(colors, _MAX_COLORS))
+        elif layout.motion is not None:
+            numbers = placing_numbers(source, self._spans(around))
+            if edit.rotate is not None:
+                yield from angle_edits(source, numbers, edit.rotate[1], self._shift)
+            for change in layout.changes():
+                yield from number_edits(source, numbers, change, self._shift, shared=False)
+
+    def _spans(self, around: Sequence[Sequence[ListDatum]]) -> list[Span]:
+        """Return where the literals behind the instances may be: first in the uses of macros that made them."""
+        located = [each for instances in self.before.located for each in instances]
+        sites = [site for each in located for site in each.entity.call_sites if site.source.name == self.source.name]
+        return [*sites, *spans_behind(self.source, around)]
+
     def _shift(self, text: str) -> Shift | None:
-        """Return how far a text moves the instances while there is budget for numbers; None if it does not."""
-        if not self._number_trials.can_go_on:
-            return None
-        scene = self._number_trials.evaluate(text).scene
-        return None if scene is None else self.before.shift(scene)
+        """Return how a text moves or changes the instances while there is budget for numbers; None if it does not."""
+        if text not in self._shifts:
+            scene = self._number_trials.evaluate(text).scene if self._number_trials.can_go_on else None
+            self._shifts[text] = None if scene is None else self.before.shift(scene)
+        return self._shifts[text]
 
     def result(self, candidate: FormCandidate) -> EditedText | None:
         """Return the program after a candidate that does what the edit asks and nothing else; else None.
@@ -267,12 +299,25 @@ class _Search:
         If a translation moves only the instances, but in other axes than those of the scene, it is corrected once.
         """
         if self._succeeds(candidate):
-            return self._text_of(candidate)
+            return self._text_of(self._shortened(candidate))
         if self._moved is None:
             return None
         measured = self._measured(candidate)
         self._moved = None
-        return self._text_of(measured) if measured is not None and self._succeeds(measured) else None
+        return self._text_of(self._shortened(measured)) if measured is not None and self._succeeds(measured) else None
+
+    def _shortened(self, candidate: FormCandidate) -> FormCandidate:
+        """Return a candidate that succeeds with its new numbers as short as the precision of the edit allows."""
+        if not self.edit.precision:
+            return candidate
+        for decimals in range(1, _DECIMALS):
+            shorter = candidate.rounded(decimals)
+            if shorter == candidate:
+                break
+            if self._succeeds(shorter):
+                return shorter
+        self._succeeds(candidate)  # which counts what it changes
+        return candidate
 
     def _succeeds(self, candidate: FormCandidate) -> bool:
         """Return whether a candidate does what the edit asks; record why if not."""
@@ -351,12 +396,14 @@ class _Layout:
     def __init__(self, scene: Scene, edit: InstanceEdit) -> None:
         """Select the instances of a path in every frame; a path must select some in one of them."""
         self.edit, path = edit, edit.path
-        self.frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+        self.frames = self._frames_of(scene)
         self.ranges: list[list[tuple[int, int]]] = []
         self.located: list[list[Located]] = []  # instances in each frame
         self.added = 0  # primitives of instances that the path does not select, but the form of the chosen ones makes
         self.poses: list[list[FloatArray]] = []  # of the instances, (4, 4) each
-        self.motion: FloatArray | None = None  # (4, 4) in the axes of an instance, that the edit asks for
+        # (4, 4) in the axes of an instance: what the edit asks for, and what numbers may do instead
+        self.motion: FloatArray | None = None
+        self._motions: list[FloatArray] = []
         self.word, self.count = path, 0
         self._parent: FloatArray = np.eye(3)  # axes of the parent of the first instance
         problem: SceneError | None = None
@@ -395,8 +442,30 @@ class _Layout:
         self._parent = np.array(above, np.float64).reshape(3, 4)[:, :3]
         if self.edit.scale is not None or self.edit.rotate is not None:
             base, middle = box_pivots(instances[0].entity, instances[0].pose)
-            pivot = base if self.edit.scale is not None else middle
-            self.motion = motion_about(_square(instances[0].pose), pivot, self.edit.scale, self.edit.rotate)
+            pivots = (base, middle) if self.edit.scale is not None else (middle,)
+            pose = _square(instances[0].pose)
+            self._motions = [motion_about(pose, pivot, self.edit.scale, self.edit.rotate) for pivot in pivots]
+            self.motion = self._motions[0]
+
+    def _frames_of(self, scene: Scene) -> list[_Rows]:
+        """Return the primitives of the frames; those of edits that scale or rotate are without their sizes."""
+        is_sized = self.edit.scale is None and self.edit.rotate is None
+        return [_Rows(frame, is_sized=is_sized) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+
+    def changes(self) -> Iterator[FloatArray]:
+        """Yield the changes (K,) of the poses of the instances that the edit could ask for, as ``Shift`` has them."""
+        for number in range(len(self._motions)):
+            parts = list[FloatArray]()
+            for rows, ranges, motions in zip(self.frames, self.ranges, self._in_scene(), strict=True):
+                if ranges:
+                    expected = _expected(rows, ranges, motions[number])
+                    parts.append((expected - rows.poses[_rows_in(ranges)]).ravel())
+            yield np.concatenate(parts)
+
+    def _in_scene(self) -> Iterator[list[list[FloatArray]]]:
+        """Yield the motions of each frame, as motions (4, 4) of each instance in the axes of the scene."""
+        for poses in self.poses:
+            yield [[pose @ motion @ np.linalg.pinv(pose) for pose in poses] for motion in self._motions]
 
     def local(self, move: Sequence[float]) -> FloatArray:
         """Return a translation in the scene's axes in those of the first instance's parent."""
@@ -405,14 +474,13 @@ class _Layout:
     def outcome(self, scene: Scene) -> _Outcome | None:
         """Return what a program with an edit changes; None if its primitives cannot be matched with those before."""
         try:
-            frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+            frames = self._frames_of(scene)
         except SceneError:
             return None
         if len(frames) != len(self.frames):
             return None
         others, done, motion = 0, True, None
-        for old, new, ranges, poses in zip(self.frames, frames, self.ranges, self.poses, strict=True):
-            motions = [] if self.motion is None else [pose @ self.motion @ np.linalg.pinv(pose) for pose in poses]
+        for old, new, ranges, motions in zip(self.frames, frames, self.ranges, self._in_scene(), strict=True):
             change = _changed(old, new, ranges, _Wanted(self.edit, motions, self.color))
             if change is None:
                 return None
@@ -423,12 +491,13 @@ class _Layout:
     def shift(self, scene: Scene) -> Shift | None:
         """Return how far a program with an edit moves the instances; None if it does anything else to them."""
         try:
-            frames = [_Rows(frame) for frame in flatten(scene, _MAX_PRIMITIVES).frames]
+            frames = self._frames_of(scene)
         except SceneError:
             return None
         if len(frames) != len(self.frames):
             return None
         motion: FloatArray | None = None
+        changes = list[FloatArray]()
         others: list[Any] = []
         for old, new, ranges in zip(self.frames, frames, self.ranges, strict=True):
             if len(old.keys) != len(new.keys):
@@ -439,12 +508,19 @@ class _Layout:
             others.append(~old.same(~inside, new, ~inside))
             if not ranges:
                 continue
-            outcome = _moved_rows(old, new, inside, inside, (0.0, 0.0, 0.0))
+            if self.motion is not None:
+                if (old.keys[inside] != new.keys[inside]).any():
+                    return None
+                changes.append((new.poses[inside] - old.poses[inside]).ravel())
+                continue
+            outcome = _moved_rows(old, new, inside, inside, self.edit)
             if outcome is None or outcome.motion is None:
                 return None
             if motion is not None and np.abs(motion - outcome.motion).max() > _MOTION_TOLERANCE * old.size:
                 return None
             motion = outcome.motion
+        if changes:
+            motion = np.concatenate(changes)
         return None if motion is None else Shift(motion, np.concatenate(others))
 
 
@@ -468,10 +544,10 @@ def _square(pose: Sequence[float]) -> FloatArray:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wanted:
-    """What an edit asks for in a frame: a motion (4, 4) of each instance in the world, or a color, if any."""
+    """What an edit asks for in a frame: one of some motions (4, 4) of each instance in the scene, or a color."""
 
     edit: InstanceEdit
-    motions: Sequence[FloatArray] = ()
+    motions: Sequence[Sequence[FloatArray]] = ()
     color: tuple[float, ...] | None = None
 
 
@@ -487,10 +563,20 @@ class _Outcome:
 class _Rows:
     """Primitives of a frame: poses (N, 3, 4), and a hash (N,) of everything else that is drawn or counted."""
 
-    def __init__(self, frame: FlatFrame, names: Mapping[str, str] = MappingProxyType({})) -> None:
-        """Read a frame, with the words ``names`` in place of its own."""
+    def __init__(
+        self, frame: FlatFrame, names: Mapping[str, str] = MappingProxyType({}), *, is_sized: bool = True
+    ) -> None:
+        """Read a frame, with the words ``names`` in place of its own.
+
+        Unless ``is_sized``, the poses are those of canonical forms, so that sizes are in them.
+        """
         self.poses = np.asarray(frame.matrices, np.float64).reshape(-1, 3, 4)
         keys = [(names.get(entity.word, entity.word), _key(entity)) for entity in frame.primitives]
+        if not is_sized:
+            forms = [_placed(entity) for entity in frame.primitives]
+            keys = [key if form is None else (key[0], form[0]) for key, form in zip(keys, forms, strict=True)]
+            own = [np.eye(4) if form is None else form[1] for form in forms]
+            self.poses = self.poses @ np.stack(own)[frame.index] if own else self.poses
         paths = [hash(tuple(names.get(word, word) for word in path)) for path in frame.paths]
         self.keys = np.array(
             [hash((keys[i], paths[p])) for i, p in zip(frame.index.tolist(), frame.path_index.tolist())], np.int64
@@ -540,6 +626,22 @@ def _key(entity: Entity, without: str = "") -> str:
     return repr((embedding.handle, embedding.text, attributes, box))
 
 
+def _placed(entity: Entity) -> tuple[str, FloatArray] | None:
+    """Return the identity of a primitive apart from its word, pose and size, and the pose (4, 4) of its canonical form.
+
+    None if it has no canonical form.
+    """
+    placed = None if entity.shape is None else entity.shape.placed()
+    if entity.shape is None or placed is None:
+        return None
+    sizes = entity.shape.defining_attributes().keys() - {"color"}
+    attributes = sorted((name, value) for name, value in primitive_attributes(entity).items() if name not in sizes)
+    ratios = tuple(round(ratio, 9) for ratio in placed.ratios)
+    embedding = entity.embedding
+    key = repr((embedding.handle, embedding.text, attributes, type(placed.form).__name__, ratios))
+    return key, _square(placed.rows)
+
+
 def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: _Wanted) -> _Outcome | None:
     """Return what changes in a frame; None if its primitives cannot be matched."""
     edit = wanted.edit
@@ -553,7 +655,7 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: 
         others = int((~old.same(slice(None), new, slice(None))).sum())
         return _Outcome(others, not others)
     if edit.duplicate is not None:
-        return _duplicated(old, new, ranges, edit.duplicate)
+        return _duplicated(old, new, ranges, edit)
     lengths = _lengths(ranges, left)
     if lengths is None or (edit.keeps_primitives and left != chosen) or (edit.remove and left):
         missing = len(old.keys) - len(new.keys) - chosen
@@ -564,17 +666,18 @@ def _changed(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], wanted: 
     if left != chosen or (others and edit.move is None):
         return _Outcome(others, not others)
     if wanted.motions:
-        return _Outcome(0, _is_transformed(old, new, ranges, inside_new, wanted.motions))
+        done = [_is_transformed(old, new, ranges, inside_new, motions, edit) for motions in wanted.motions]
+        return _Outcome(0, any(done))
     if wanted.color is not None:
         return _Outcome(0, _is_recolored(old, new, inside_old, inside_new, wanted.color))
     if edit.move is None:
         return _Outcome(0, not bool(old.same(inside_old, new, inside_new).all()))
-    moved = _moved_rows(old, new, inside_old, inside_new, edit.move)
+    moved = _moved_rows(old, new, inside_old, inside_new, edit)
     return replace(moved or _Outcome(0, False), others=others) if others else moved
 
 
-def _duplicated(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], offset: Sequence[float]) -> _Outcome | None:
-    """Return whether each instance is followed by its copy, moved by an offset, and nothing else has changed."""
+def _duplicated(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], edit: InstanceEdit) -> _Outcome | None:
+    """Return whether each instance is followed by its copy, moved as asked, and nothing else has changed."""
     added = len(new.keys) - len(old.keys)
     missing = sum(last - first for first, last in ranges)
     if added != missing:
@@ -590,20 +693,31 @@ def _duplicated(old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], offse
     first, copies = inside_new[~is_copy], inside_new[is_copy]
     if not bool(old.same(before[~is_copy], new, first).all()):
         return _Outcome(0, False)
-    return _moved_rows(old, new, before[is_copy], copies, offset)
+    return _moved_rows(old, new, before[is_copy], copies, edit)
+
+
+def _expected(rows: _Rows, ranges: Sequence[tuple[int, int]], motions: Sequence[FloatArray]) -> FloatArray:
+    """Return the poses of the primitives of each instance under the instance's motion."""
+    each = np.concatenate([np.repeat(m[None], last - first, axis=0) for m, (first, last) in zip(motions, ranges)])
+    expected = each[:, :3, :3] @ rows.poses[_rows_in(ranges)]
+    expected[:, :, 3] += each[:, :3, 3]
+    return np.asarray(expected, np.float64)
 
 
 def _is_transformed(
-    old: _Rows, new: _Rows, ranges: Sequence[tuple[int, int]], after: Any, motions: Sequence[FloatArray]
+    old: _Rows,
+    new: _Rows,
+    ranges: Sequence[tuple[int, int]],
+    after: Any,
+    motions: Sequence[FloatArray],
+    edit: InstanceEdit,
 ) -> bool:
     """Return whether the primitives of each instance are those before under the instance's motion."""
-    before = _rows_in(ranges)
-    each = np.concatenate([np.repeat(m[None], last - first, axis=0) for m, (first, last) in zip(motions, ranges)])
-    expected = each[:, :3, :3] @ old.poses[before]
-    expected[:, :, 3] += each[:, :3, 3]
-    size = max(old.size, new.size)
-    is_close = np.abs(expected - new.poses[after]).max(initial=0.0) <= _MOTION_TOLERANCE * size
-    return bool(is_close and (old.keys[before] == new.keys[after]).all())
+    tolerance = _MOTION_TOLERANCE * max(old.size, new.size)
+    distance = np.abs(_expected(old, ranges, motions) - new.poses[after])
+    is_close = distance[:, :, :3].max(initial=0.0) <= max(tolerance, min(edit.precision, _LINEAR_PRECISION))
+    is_there = distance[:, :, 3].max(initial=0.0) <= max(tolerance, edit.precision)
+    return bool(is_close and is_there and (old.keys[_rows_in(ranges)] == new.keys[after]).all())
 
 
 def _is_recolored(old: _Rows, new: _Rows, before: Any, after: Any, color: Sequence[float]) -> bool:
@@ -614,7 +728,7 @@ def _is_recolored(old: _Rows, new: _Rows, before: Any, after: Any, color: Sequen
     return all(each is not None and each == tuple(color) for each in new.colors(after))
 
 
-def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, move: Sequence[float]) -> _Outcome | None:
+def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, edit: InstanceEdit) -> _Outcome | None:
     """Return whether rows ``after`` are rows ``before`` moved as asked, and their motion if it is the same for all."""
     if not bool((old.keys[before] == new.keys[after]).all()):
         return None
@@ -623,7 +737,8 @@ def _moved_rows(old: _Rows, new: _Rows, before: Any, after: Any, move: Sequence[
     motion = change[0, :, 3]
     if np.abs(change[:, :, :3]).max(initial=0.0) > tolerance or np.abs(change[:, :, 3] - motion).max() > tolerance:
         return _Outcome(0, False)
-    return _Outcome(0, bool(np.abs(motion - np.array(move)).max() <= tolerance), motion)
+    distance = np.abs(motion - np.array(edit.offset)).max()
+    return _Outcome(0, bool(distance <= max(tolerance, edit.precision)), motion)
 
 
 def _lengths(ranges: Sequence[tuple[int, int]], left: int) -> list[int] | None:

@@ -1,11 +1,13 @@
-"""Numbers of a program that place chosen instances: components of vectors, params, arguments of macros and functions.
+"""Numbers of a program that place chosen instances, or give their sizes: components of vectors, params, arguments of
+macros and functions.
 
-Each number of the text is changed a little and the program is evaluated, which measures how far the chosen instances
-move, and which other primitives change. The fewest numbers that together make the motion are solved for.
+Each number of the text is changed a little and the program is evaluated, which measures how the poses of the chosen
+instances change, and which other primitives do. The fewest numbers that together make the change are solved for.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
@@ -18,7 +20,7 @@ from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Spa
 from scenelang.grammar.diagnostics import Edit
 from scenelang.grammar.reader import read
 from scenelang.repairs.edit_trials import edited
-from scenelang.repairs.form_candidates import FormCandidate, number_text
+from scenelang.repairs.form_candidates import FormCandidate, written_as
 from scenelang.repairs.program_forms import (
     bound_name,
     enclosing_forms,
@@ -32,7 +34,7 @@ _STEP = 0.0625  # added to a number; a power of two, so that sums with short fra
 _MAX_REFERENCES = 3  # definitions that are followed one after another
 _MAX_NUMBERS = 32  # that are tried, those near the forms of the instances first
 _MAX_OWN_NUMBERS = 16  # the same if nothing else may depend on them
-_MAX_TOGETHER = 3  # numbers of one edit
+_MAX_TOGETHER = 4  # numbers of one edit: three sizes, and the height at which the object stands on its ground
 _MAX_EFFECTIVE = 8  # numbers that are combined
 _MAX_CORRECTIONS = 3  # of numbers on which the motion does not depend linearly
 _LEAST_MOTION = 1e-6  # for one step; smaller ones are rounding
@@ -43,7 +45,7 @@ _UNPLACING_KEYS = frozenset({"color", "opacity", "roughness", "metallic", "emiss
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shift:
-    """Motion (3,) of the chosen instances, and which of the other primitives (N,) change with it."""
+    """Motion (3,) of the chosen instances, or change (K,) of their poses, and which of the others (N,) change, too."""
 
     motion: FloatArray
     others: Any
@@ -61,12 +63,12 @@ class _Number:
 def number_edits(
     source: Source,
     numbers: Sequence[Atom],
-    move: Sequence[float],
+    move: Sequence[float] | FloatArray,
     shift: Callable[[str], Shift | None],
     *,
     shared: bool,
 ) -> Iterator[FormCandidate]:
-    """Yield edits of numbers that move the chosen instances.
+    """Yield edits of numbers that move the chosen instances, or give them other sizes.
 
     Parameters
     ----------
@@ -75,9 +77,9 @@ def number_edits(
     numbers
         Numbers that could place the instances, those to try first at the beginning.
     move
-        Translation (3,) in the axes of the scene.
+        Translation (3,) in the axes of the scene, or change (K,) of the poses.
     shift
-        Effect of a text; None if it is wrong, or does more to the instances than to move them.
+        Effect of a text, as ``move`` is given; None if it is wrong, or does anything else to the instances.
     shared
         Whether other primitives have to change, too; otherwise none may.
     """
@@ -98,8 +100,27 @@ def number_edits(
                 yield candidate
 
 
-def placing_numbers(source: Source, calls: Sequence[Sequence[ListDatum]]) -> list[Atom]:
-    """Return the numbers of a program that could place what some calls make, the nearest first.
+def angle_edits(
+    source: Source, numbers: Sequence[Atom], degrees: float, shift: Callable[[str], Shift | None]
+) -> Iterator[FormCandidate]:
+    """Yield edits of numbers that are angles, by which the instances turn: in degrees or radians, either way round."""
+    for atom in numbers[:_MAX_OWN_NUMBERS]:
+        effect = shift(edited(source.text, [Edit(atom.span, _text(atom, _STEP))]))
+        if effect is None or np.abs(effect.motion).max() < _LEAST_MOTION or effect.others.any():
+            continue
+        for angle in (degrees, float(np.radians(degrees))):
+            yield from (FormCandidate(atom.span, _text(atom, sign * angle), False) for sign in (1.0, -1.0))
+
+
+def placing_numbers(source: Source, spans: Sequence[Span]) -> list[Atom]:
+    """Return the numbers in some spans of a program that could place something or size it, in the spans' order."""
+    atoms = _number_atoms(read(source).forms)
+    order = {atom.span.start: next((k for k, span in enumerate(spans) if _is_in(atom, [span])), None) for atom in atoms}
+    return sorted((a for a in atoms if order[a.span.start] is not None), key=lambda a: order[a.span.start] or 0)
+
+
+def spans_behind(source: Source, calls: Sequence[Sequence[ListDatum]]) -> list[Span]:
+    """Return where the literals are that what some calls make could depend on, the nearest first.
 
     They are in the forms around the calls, in the calls of the functions and macros that these define, and in the
     definitions of the names that all of these use. Each call comes with the forms that enclose it.
@@ -122,20 +143,19 @@ def placing_numbers(source: Source, calls: Sequence[Sequence[ListDatum]]) -> lis
         new = [form.span for form in lists if _named(form) in names]
         known |= names
         spans += new
-    atoms = _number_atoms(forms)
-    order = {atom.span.start: next((k for k, span in enumerate(spans) if _is_in(atom, [span])), None) for atom in atoms}
-    return sorted((a for a in atoms if order[a.span.start] is not None), key=lambda a: order[a.span.start] or 0)
+    return spans
 
 
 def _spans_of_uses(source: Source, span: Span) -> list[Span]:
-    """Return the forms around the uses of the functions and macros that a span helps to define, the nearest first."""
-    spans: list[Span] = []
+    """Return the uses of the functions and macros that a span helps to define, and the forms around them."""
+    spans, around = list[Span](), list[Span]()
     level = [span]
     for _ in range(_MAX_REFERENCES):
         uses = {use.span.start: use for inner in level for use in uses_around(source, inner)}
         level = [use.span for use in uses.values()]
-        spans += [outermost_around(source, use) for use in uses.values()]
-    return spans
+        spans += level
+        around += [outermost_around(source, use) for use in uses.values()]
+    return [*spans, *around]
 
 
 def _is_in(datum: Datum, spans: Sequence[Span]) -> bool:
@@ -192,7 +212,7 @@ def _combinations(numbers: Sequence[_Number], target: FloatArray, *, shared: boo
 def _solved(
     source: Source, chosen: Sequence[_Number], target: FloatArray, shift: Callable[[str], Shift | None]
 ) -> FormCandidate | None:
-    """Return the edit that gives numbers the values at which the instances move as asked."""
+    """Return the edit that gives numbers the values at which the instances change as asked."""
     columns = np.stack([each.motion for each in chosen], axis=1)
     amounts = np.zeros(len(chosen))
     rest = target
@@ -210,7 +230,9 @@ def _solved(
 
 
 def _text(atom: Atom, added: float) -> str:
-    """Return the text of a number after an addition, with nine decimals, written as the number is."""
-    text = number_text(float(atom.value) + added)
-    is_short = atom.span.text.lstrip("-+").startswith(".")
-    return text.replace("0.", ".", 1) if is_short and text.lstrip("-").startswith("0.") else text
+    """Return the text of a number after an addition, with nine decimals, written as the number is.
+
+    One that is no integer stays so: the control of a param depends on it.
+    """
+    text = written_as(atom.span.text, float(atom.value) + added)
+    return f"{text}.0" if type(atom.value) is float and re.fullmatch(r"-?\d+", text) else text

@@ -6,6 +6,7 @@ by a function that makes it anew in another color, which is added to the program
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scenelang.backends.surfaces.solids import FloatArray
-from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums
+from scenelang.grammar.datum import Atom, Datum, Keyword, ListDatum, Source, Span, Symbol, subdatums, walk
 from scenelang.grammar.diagnostics import Edit, SceneError
 from scenelang.grammar.reader import read
 from scenelang.interpreter.runtime.show import primitive_attributes
@@ -23,6 +24,7 @@ from scenelang.interpreter.scene.entity import Entity
 from scenelang.interpreter.scene.modelling.operations import Expression
 from scenelang.interpreter.values.values import Embedding, Matrix, Pair
 from scenelang.repairs.program_forms import forms_of, head_of
+from scenelang.stdlib.colors import named_colors
 
 if TYPE_CHECKING:
     from scenelang.session.session import Session
@@ -136,6 +138,42 @@ def colorless(expression: Expression) -> Expression:
     """Return a solid with all its faces white, so that solids of equal form have equal digests."""
     operands = tuple(replace(each, expression=colorless(each.expression), color=None) for each in expression.operands)
     return replace(expression, operands=operands, color=(1.0, 1.0, 1.0))
+
+
+def color_literals(source: Source, spans: Sequence[Span], value: str) -> Iterator[Recoloring]:
+    """Yield the edits of single colors in some spans: `(color "red")`, vectors, and texts that name a color."""
+    name = re.fullmatch(r'\(color ("[^"]*")\)', value.strip())
+    tried = list[Span]()
+    for span in spans:
+        for datum in walk(*read(source).forms):
+            if not _is_within(datum.span, [span]) or _is_within(datum.span, tried):
+                continue
+            if head_of(datum) == "color" or _is_color_vector(datum):
+                yield Recoloring((Edit(datum.span, value),))
+            elif name is not None and _is_color_name(datum):
+                yield Recoloring((Edit(datum.span, name[1]),))
+            else:
+                continue
+            tried.append(datum.span)
+
+
+def _is_within(span: Span, others: Sequence[Span]) -> bool:
+    """Return whether a span is in one of some others."""
+    return any(other.start <= span.start and span.end <= other.end for other in others)
+
+
+def _is_color_name(datum: Datum) -> bool:
+    """Return whether a datum is a text that names a color."""
+    if not isinstance(datum, Atom) or type(datum.value) is not str:
+        return False
+    return re.fullmatch("#[0-9a-fA-F]{3,8}", datum.value) is not None or datum.value in named_colors()
+
+
+def _is_color_vector(datum: Datum) -> bool:
+    """Return whether a datum is a literal vector of three numbers from 0 to 1."""
+    numbers = [item.value for item in subdatums(datum) if isinstance(item, Atom) and type(item.value) in (int, float)]
+    is_vector = datum.span.text.startswith("[") and len(list(subdatums(datum))) == len(numbers) == 3
+    return is_vector and all(0 <= number <= 1 for number in numbers)
 
 
 def literal_recoloring(source: Source, word: str, value: str) -> Recoloring | None:

@@ -8,6 +8,7 @@ import re
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -563,8 +564,15 @@ class Workspace:
         """Return what a tool of ``TOOLS`` makes of a program; raises SceneError where it cannot."""
         if self._tools is None:
             raise SceneError("unsupported", "programs cannot be edited here")
-        if tool not in SUPERSEDED:
-            return self._tools(tool, self.files[file], text, data)
+        use = partial(self._tools, tool, self.files[file], text, data)
+        try:
+            return use() if tool not in SUPERSEDED else self._newest_result(tool, use)
+        except SceneError as error:
+            error.message = _without_folder(error.message, self.files[file].rpartition("/")[0])
+            raise
+
+    def _newest_result(self, tool: str, use: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Return what a tool makes unless a newer request takes the place of this one, which raises SceneError."""
         lock = self._tool_locks[tool]
         mine = self._newest[tool] = self._newest.get(tool, 0) + 1
         self.interrupt(tool)
@@ -573,7 +581,7 @@ class Workspace:
         try:
             if self._newest[tool] != mine:
                 raise SceneError("unsupported", "a newer request took its place")
-            return self._tools(tool, self.files[file], text, data)
+            return use()
         finally:
             lock.release()
 
@@ -723,12 +731,11 @@ def state_data(name: str, state: State, is_live: bool = True, path: str = "") ->
 def diagnostic_data(diagnostic: Diagnostic, path: str = "") -> dict[str, Any]:
     """Split a rendered diagnostic into the parts of its first line, and the rest.
 
-    Files in the folder of the program at ``path`` are named without it. The edits of the first fix are added if all are
-    in this program.
+    Files in the folder of the program at ``path`` are named without it, and the folder by its last part. The edits of
+    the first fix are added if all are in this program.
     """
     _, _, rest = render_text(diagnostic).partition(diagnostic.message)
-    folder = path[: path.rfind("/") + 1]
-    message, text = (each.replace(folder, "") if len(folder) > 1 else each for each in (diagnostic.message, rest))
+    message, text = (_without_folder(each, path.rpartition("/")[0]) for each in (diagnostic.message, rest))
     data: dict[str, Any] = {
         "severity": diagnostic.severity, "code": diagnostic.code, "message": message, "text": text.strip("\n"),
     }  # fmt: skip
@@ -736,6 +743,15 @@ def diagnostic_data(diagnostic: Diagnostic, path: str = "") -> dict[str, Any]:
     if edits and all(edit.span.source.name == path and edit.span.expansion is None for edit in edits):
         data["edits"] = [{"start": edit.span.start, "end": edit.span.end, "text": edit.text} for edit in edits]
     return data
+
+
+def _without_folder(text: str, folder: str) -> str:
+    """Return a text of a diagnostic without the path of a folder, which may be absolute or relative."""
+    if not folder:
+        return text
+    spellings = "|".join(re.escape(each) for each in (folder, os.path.relpath(folder)) if each not in (".", ".."))
+    start = rf"(?<![\w./-])(?:{spellings})"
+    return re.sub(rf"{start}(?![\w./-])", os.path.basename(folder), re.sub(rf"{start}/", "", text))
 
 
 def _param_data(control: ParamControl, values: Mapping[str, Any], *, is_live: bool) -> dict[str, Any]:

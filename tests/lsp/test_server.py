@@ -500,6 +500,13 @@ async def test_inlay_hints_name_the_parameters_of_literals(client: LanguageClien
     assert [hint.label for hint in found] == ["x:", "z:"]
 
 
+def test_what_a_form_is_derived_to_has_no_inlay_hints(tmp_path: Path) -> None:
+    """`case` becomes calls whose arguments stand nowhere in the text."""
+    text = '(define (f x) (case x ((1) "a") ((2 3) "b") (else "c")))\n(bind "a" (lambda () (call (f 1))))\n'
+    document = Documents().open(tmp_path / "a.scene", text)
+    assert [hint.label for hint in visible_inlays(document, 0, 0)] == []
+
+
 def test_inlay_hints_of_kinds_are_requested(tmp_path: Path) -> None:
     documents = Documents()
     document = documents.open(tmp_path / "a.scene", DECORATED)

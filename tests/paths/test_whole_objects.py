@@ -239,3 +239,69 @@ def test_a_solid_is_moved_by_its_own_form() -> None:
 def test_a_copy_or_another_word_is_refused(path: str, change: dict[str, Any], part: str) -> None:
     with pytest.raises(sl.SceneError, match=part):
         edit(ROOM, path, **change)
+
+
+BALLS = """(define-syntax ball (syntax-rules () ((_ x r c) (transform (call "sphere" :radius r :color c) (translate [x 0 0])))))
+(define-syntax box (syntax-rules () ((_ x size turn) (transform (transform (call "cube" :scale size) (rotate (deg turn) [0 1 0])) (translate [x .5 0])))))
+(define (post x height) (transform (call "cylinder" :radius .1 :p1 [0 height 0] :color (color "tan")) (translate [x 0 0])))
+(bind "a" (lambda () (union
+  (ball 2 .5 (color "red")) (ball 4 .5 (color "red")) (box 6 [1 1 2] 30) (box 9 [1 1 2] 30) (post 12 1) (post 14 1))))
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "change", "old", "new"),
+    [
+        ("sphere[0]", {"scale": (1.5, 1.5, 1.5)}, "(ball 2 .5 ", "(ball 2 .75 "),
+        ("sphere[1]", {"recolor": '(color "blue")'}, '(ball 4 .5 (color "red"))', '(ball 4 .5 (color "blue"))'),
+        ("cube[0]", {"scale": (1.0, 1.5, 1.0)}, "(box 6 [1 1 2] 30)", "(box 6 [1 1.5 2] 30)"),
+        ("cube[1]", {"rotate": ("y", 15.0)}, "(box 9 [1 1 2] 30)", "(box 9 [1 1 2] 45)"),
+        ("cube[1]", {"move": (0.0, 0.0, 0.0625)}, "(box 9 [1 1 2] 30)", "(transform (box 9 [1 1 2] 30) (translate [0 0 0.0625]))"),
+        ("cylinder[1]", {"scale": (1.0, 2.0, 1.0)}, "(post 14 1)", "(post 14 2)"),
+    ],
+)  # fmt: skip
+def test_an_argument_of_a_macro_or_function_is_edited_in_place(
+    path: str, change: dict[str, Any], old: str, new: str
+) -> None:
+    assert edit(BALLS, path, **change).text == BALLS.replace(old, new)
+
+
+def test_sizes_and_the_height_above_the_ground_are_edited_together() -> None:
+    text = '(bind "a" (lambda () (union (call "sphere") (transform (call "cube" :scale [1 2 3]) (translate [4 1 0])))))'
+    scaled = edit(text, "cube", scale=(2.0, 2.0, 2.0)).text
+    assert scaled == text.replace("[1 2 3]", "[2 4 6]").replace("[4 1 0]", "[4 2 0]")
+
+
+def test_a_size_that_others_share_is_not_edited() -> None:
+    text = '(define r .5)\n(bind "a" (lambda () (union (call "sphere" :radius r) (transform (call "sphere" :radius r) (translate [3 0 0])))))'
+    scaled = edit(text, "sphere[1]", scale=(2.0, 2.0, 2.0)).text
+    assert "(define r .5)" in scaled
+    assert [np.round(part.box, 6).tolist() for part in sl.evaluate(scaled).instances("sphere")] == [
+        [[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]],
+        [[2.0, -0.5, -1.0], [4.0, 1.5, 1.0]],
+    ]
+
+
+@pytest.mark.parametrize(
+    ("program", "change", "new"),
+    [
+        # a number that has a small effect gets long before it is exact
+        ('(define (at u) (translate [(* .003 u) 0 0]))\n(bind "a" (lambda () (union (call "cube") (transform (call "sphere") (at 700)))))', {"move": (0.37, 0.0, 0.0)}, "(at 823.3)"),
+        # parts of a move along the axes of a turned form
+        ('(bind "a" (lambda () (union (call "cube") (transform (transform (call "sphere") (translate [2 0 0])) (rotate (deg 30) [0 1 0])))))', {"move": (0.5, 0.0, 0.0)}, "[2.433 0 0.25]"),
+        ('(bind "a" (lambda () (union (call "cube") (transform (call "sphere") (translate [.1234567 0 0])))))', {"move": (0.5, 0.0, 0.0)}, "[.623 0 0]"),
+        ('(bind "a" (lambda () (union (call "cube") (transform (call "sphere") (translate [.1234567 0 0])))))', {"move": (0.0, 0.5, 0.0)}, "[.1234567 .5 0]"),
+    ],
+)  # fmt: skip
+def test_numbers_are_as_short_as_the_precision_allows(program: str, change: dict[str, Any], new: str) -> None:
+    exact = edit(program, "sphere", **change).text
+    short = edit(program, "sphere", precision=0.001, **change).text
+    assert new in short
+    moved = [sl.evaluate(text).instances("sphere")[0].pose[:3, 3] for text in (exact, short)]
+    assert moved[1] == pytest.approx(moved[0], abs=1.5e-3)
+
+
+@pytest.mark.parametrize("precision", [-1.0, math.inf, math.nan, "1"])
+def test_a_wrong_precision_is_refused(precision: Any) -> None:
+    with pytest.raises(sl.SceneError, match="`precision`"):
+        edit(ROOM, "ball", move=(1.0, 0.0, 0.0), precision=precision)

@@ -530,3 +530,12 @@ def test_missing_function() -> None:
     with pytest.raises(MissingError, match=r"numpy\.fft"):
         _ = pn.fft
     assert not hasattr(pn, "fft")
+
+
+def test_the_largest_unsigned_integers() -> None:
+    """They are no negative ones: the casting of rays marks misses by them."""
+    nothing = pn.uint64(0xFFFFFFFFFFFFFFFF)
+    keys = pn.minimum(pn.full((3,), nothing), pn.array([5, 0xFFFFFFFFFFFFFFFF, 7], pn.uint64))
+    assert keys.dtype == pn.uint64
+    assert (keys == nothing).tolist() == [False, True, False]
+    assert pn.where(keys == nothing, -1, (keys & pn.uint64(0xFFFFFFFF)).astype(pn.int64)).tolist() == [5, -1, 7]

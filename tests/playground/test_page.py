@@ -240,3 +240,11 @@ def test_one_of_a_loop_becomes_an_exception(page: Shown) -> None:
     )
     assert "(if (= i 1) [0 1 0] [0 0 0])" in changed[0]["text"]
     assert "(vector (* 2 i) 1 0)" in changed[1]["text"]
+
+
+def test_files_are_named_without_their_folder(page: Shown) -> None:
+    page.page.evaluate("scenelangPage.select([0])")
+    text = '(import "missing.scene")\n(import "/etc/passwd")\n(bind "a" (lambda () (call "cube")))\n'
+    page.page.evaluate("(text) => scenelangPage.editor.replace(text)", text)
+    _until(page, "document.getElementById('diagnostics').innerText.includes('there is no file missing.scene')")
+    assert "/scenes" not in page.page.evaluate("document.documentElement.outerHTML")

@@ -51,7 +51,7 @@ def test_the_page_shows_meshes_and_loads_only_from_its_server(program: Show, ser
     picture = page.picture()
     assert red(picture).sum() > 2000
     assert blue(picture).sum() > 1000
-    assert np.ptp(picture[5:20, 5:20].reshape(-1, 3), axis=0).max() == 0, "the corner is backdrop"
+    assert np.ptp(picture[5:20, 5:20].reshape(-1, 3), axis=0).max() < 8, "the corner is backdrop"
     assert all(url.startswith(server.address) for url in page.requests if not url.startswith("data:"))
     assert "2 primitives" in page.page.locator("#summary").text_content()
 
@@ -139,8 +139,8 @@ def test_picking_shows_path_attributes_and_the_line(program: Show, serve: Show, 
     assert "pair/box/cube" in told
     assert "<z5>" in told
     assert "[0.1 0.2 0.8]" in told
-    assert "a.scene:5:35" in told
-    assert '(bind "box"' in told
+    assert "a.scene, line 5" in told
+    assert '(call "cube" :color [.1 .2 .8])' in told
     selected = page.page.locator('#tree [aria-selected="true"] .name')
     assert selected.inner_text() == "cube"
     page.page.keyboard.press("Escape")

@@ -177,7 +177,11 @@ class int8(int64):
 
 
 class uint64(int64):
-    """64-bit unsigned integer."""
+    """64-bit unsigned integer, of which the largest are no others."""
+
+    @property
+    def dtype(self) -> dtype:
+        return _U8
 
 
 class uint32(int64):
@@ -340,6 +344,8 @@ def _kind_of(values: Iterable[Any]) -> dtype:
     types = set(map(type, values))
     if types <= {bool}:
         return _B1 if types else _F8
+    if all_in(types, (uint64,)):
+        return _U8
     if all_in(types, (bool, int)):
         return _I8
     if all_in(types, (float32,)):

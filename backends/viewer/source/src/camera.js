@@ -109,6 +109,16 @@ export class Viewpoint {
     for (const axis of [right, up]) this.target.addScaledVector(axis, this.middle(farthest, axis, forward, center));
   }
 
+  // Whether a solid is in the picture: whether its farthest points are on the inner sides of the planes around the view.
+  holds(farthest) {
+    const { right, up, forward } = this.axes;
+    const eye = this.orthographic ? this.target : this.camera.position;
+    return [[right, this.tangent * this.aspect], [up, this.tangent]].every(([axis, slope]) => [1, -1].every((sign) => {
+      const outward = axis.clone().multiplyScalar(sign).addScaledVector(forward, this.orthographic ? 0 : -slope);
+      return farthest(outward).sub(eye).dot(outward) <= (this.orthographic ? slope * this.distance : 0);
+    }));
+  }
+
   // How far from `center` along an axis the picture's middle is, if the solid projects as far to one side as to the
   // other. Of two points it projects to both sides by t = (x1 - x2) / (z1 + z2), and those for which this is largest are
   // found by the points that are farthest along the axis tilted by the last t (Dinkelbach, 1967).
@@ -169,8 +179,8 @@ function wrapped(degrees) {
   return MathUtils.euclideanModulo(degrees + 180, 360) - 180;
 }
 
-// Lets pointer, wheel and arrow keys over `element` move `viewpoint`; calls `moved` after each step. While `isHeld()`, the
-// pointer holds something else.
+// Lets pointer, wheel and arrow keys over `element` move `viewpoint`; calls `moved(isTurn)` after each step, which may only
+// turn. While `isHeld()`, the pointer holds something else.
 export function control(element, viewpoint, moved, isHeld = () => false) {
   const pointers = new Map();
   const turn = (dx, dy) => {
@@ -195,33 +205,36 @@ export function control(element, viewpoint, moved, isHeld = () => false) {
     pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
   });
   element.addEventListener("pointermove", (event) => {
+    if (isHeld()) pointers.clear(); // a finger takes hold of something only after it went down
     const last = pointers.get(event.pointerId);
     if (last === undefined) return;
     const [dx, dy] = [event.clientX - last.x, event.clientY - last.y];
     const before = pointers.size === 2 ? spread() : 0;
     pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
-    if (pointers.size === 2) {
+    const isTurn = pointers.size === 1 && !(event.buttons & 6) && !event.shiftKey;
+    if (isTurn) turn(dx, dy);
+    else if (pointers.size === 2) {
       pan(dx / 2, dy / 2);
       zoom(before / Math.max(spread(), 1));
-    } else if (event.buttons & 6 || event.shiftKey) pan(dx, dy);
-    else turn(dx, dy);
-    moved();
+    } else pan(dx, dy);
+    moved(isTurn);
   });
   for (const name of ["pointerup", "pointercancel"]) element.addEventListener(name, (event) => pointers.delete(event.pointerId));
   element.addEventListener("contextmenu", (event) => event.preventDefault());
   element.addEventListener("wheel", (event) => {
     event.preventDefault();
     zoom(Math.exp(MathUtils.clamp(event.deltaY, -200, 200) * 0.0012));
-    moved();
+    moved(false);
   }, { passive: false });
   element.addEventListener("keydown", (event) => {
     const step = { ArrowLeft: [20, 0], ArrowRight: [-20, 0], ArrowUp: [0, 20], ArrowDown: [0, -20] }[event.key];
-    if (step && event.shiftKey) pan(...step);
-    else if (step) turn(step[0], step[1]);
+    const isTurn = step !== undefined && !event.shiftKey;
+    if (isTurn) turn(...step);
+    else if (step) pan(...step);
     else if (event.key === "+" || event.key === "=") zoom(0.9);
     else if (event.key === "-") zoom(1 / 0.9);
     else return;
     event.preventDefault();
-    moved();
+    moved(isTurn);
   });
 }

@@ -3,14 +3,15 @@ import { control } from "./camera.js";
 import { byId } from "./dom.js";
 
 const NARROW = 560; // pixels: a narrower window begins with the scene alone
+const CRAMPED = 1000; // beside the editor, the details have no room at first
 
 // Connects the elements of the document to `page`.
 export function listen(page) {
-  control(byId("canvas"), page.viewpoint, () => page.moved(), () => Boolean(page.gizmo?.isHeld));
+  control(byId("canvas"), page.viewpoint, (isTurn) => (isTurn ? page.turned() : page.moved()), () => Boolean(page.gizmo?.isHeld));
   let pressed = null;
   byId("canvas").addEventListener("pointerdown", (event) => { pressed = page.gizmo?.isHeld ? null : [event.offsetX, event.offsetY]; });
   byId("canvas").addEventListener("pointerup", (event) => {
-    if (pressed && event.button === 0 && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4) page.pick(event.offsetX, event.offsetY, event.ctrlKey || event.metaKey);
+    if (pressed && event.button === 0 && !page.gizmo?.isHeld && Math.hypot(event.offsetX - pressed[0], event.offsetY - pressed[1]) < 4) page.pick(event.offsetX, event.offsetY, event.ctrlKey || event.metaKey);
     pressed = null;
   });
   const on = (id, action) => byId(id).addEventListener("click", action);
@@ -19,7 +20,8 @@ export function listen(page) {
   on("toggle-ground", (event) => { page.stage.hasGround = press(event.target); page.draw(); });
   on("toggle-left", (event) => document.body.classList.toggle("no-left", !press(event.target)));
   on("toggle-right", (event) => document.body.classList.toggle("no-right", !press(event.target)));
-  if (innerWidth < NARROW) for (const id of ["toggle-left", "toggle-right"]) document.getElementById(id).click();
+  const [hidesTree, hidesDetails] = [innerWidth < NARROW, innerWidth < NARROW || (page.editor && innerWidth <= CRAMPED)];
+  for (const [id, hides] of [["toggle-left", hidesTree], ["toggle-right", hidesDetails]]) if (hides && byId(id).getAttribute("aria-pressed") === "true") byId(id).click();
   on("copy-camera", () => page.copyCamera((box) => page.viewpoint.text(box), "camera for render --camera"));
   on("copy-json", () => page.copyCamera((box, width, height) => JSON.stringify(page.viewpoint.json(box, width, height)), "camera as JSON"));
   byId("view").addEventListener("change", (event) => page.setView(event.target.value));
@@ -45,8 +47,8 @@ export function isTyping(event) {
 function onKey(page, event) {
   if (event.target.closest("dialog")) return;
   if (event.key === "Escape") {
-    page.escape();
-    if (isTyping(event)) event.target.blur();
+    if (isTyping(event)) event.target.blur(); // with the selection kept: Tab leads to what changes it
+    else page.escape();
     return;
   }
   if (isTyping(event) || event.ctrlKey || event.metaKey || event.altKey) return;

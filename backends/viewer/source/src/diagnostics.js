@@ -28,7 +28,7 @@ function item(diagnostic, index, actions) {
   const article = el(
     "article",
     { className: diagnostic.severity },
-    el("h3", {}, ...(show ? [show] : head)),
+    el("h2", {}, ...(show ? [show] : head)),
     diagnostic.text ? textOf(diagnostic.text, show !== null) : null,
     diagnostic.edits && actions ? el("button", { onclick: () => actions.apply(diagnostic.edits) }, "Apply this fix") : null,
   );

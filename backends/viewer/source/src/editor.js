@@ -110,11 +110,13 @@ export function numberAt(state, position) {
   return null;
 }
 
-// The text of a number that is moved by `steps` of its last decimal.
+// The text of a number that is moved by `steps` of its last decimal, written as the number is: `.5`, or `0.5`.
 export function stepped(text, steps) {
-  const decimals = /^[-+]?\d*\.(\d+)$/.exec(text)?.[1].length ?? 0;
-  const value = Number(text) + steps * 10 ** -decimals;
-  return value.toFixed(decimals);
+  const [, decimals = "", exponent = "0"] = /^[-+]?\d*\.?(\d*)(?:[eE]([-+]?\d+))?$/.exec(text);
+  const last = Number(exponent) - decimals.length; // the power of ten of the last decimal
+  const next = (Number(text) + steps * 10 ** last).toFixed(Math.min(Math.max(-last, 0), 100));
+  const unsigned = Number(next) === 0 ? next.replace("-", "") : next;
+  return /^[-+]?\./.test(text) ? unsigned.replace(/^(-?)0\./, "$1.") : unsigned;
 }
 
 function dragNumber(view, { start, text }, from) {

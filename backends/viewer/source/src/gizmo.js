@@ -6,6 +6,31 @@ import { TransformControls } from "three/addons/controls/TransformControls.js";
 const MODES = { move: "translate", turn: "rotate", scale: "scale" };
 const SHARE = 1 / 200; // of the scene's extent: the grid to which moves are rounded
 
+// The step of that grid in world units; `scale` is what world units become on the stage.
+export function gridStep(scale) {
+  return 10 ** Math.floor(Math.log10((2 * SHARE) / scale));
+}
+
+// What a key does in a mode, where the handles cannot be dragged: arrows along x and y, the page keys along z; with `isFine`
+// a small step. Null for other keys.
+export function changeByKey(mode, key, isFine, scale) {
+  const direction = { ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], PageUp: [0, 0, -1], PageDown: [0, 0, 1] }[key];
+  if (!direction) return null;
+  if (mode === "move") return { move: direction.map((part) => Number((part * (isFine ? 1 : 5) * gridStep(scale)).toPrecision(6))) };
+  if (mode === "turn") return { rotate: [{ ArrowLeft: "y", ArrowRight: "y", ArrowUp: "x", ArrowDown: "x" }[key] ?? "z", (direction[0] - direction[1] + direction[2]) * (isFine ? 1 : 15)] };
+  const factor = (isFine ? 1.01 : 1.1) ** (direction[0] + direction[1] - direction[2]);
+  return { scale: [factor, factor, factor].map((each) => Number(each.toFixed(3))) };
+}
+
+// Two changes by keys as one: of another kind, the later one alone.
+export function bothChanges(first, second) {
+  const rounded = (value) => Number(value.toPrecision(6));
+  if (first?.move && second.move) return { move: first.move.map((part, i) => rounded(part + second.move[i])) };
+  if (first?.scale && second.scale) return { scale: first.scale.map((factor, i) => rounded(factor * second.scale[i])) };
+  if (first?.rotate?.[0] === second.rotate?.[0] && second.rotate) return { rotate: [second.rotate[0], first.rotate[1] + second.rotate[1]] };
+  return second;
+}
+
 export class Gizmo {
   // `actions`: redraw(), preview(offset) while an object is moved, change(edit) at the end.
   constructor(camera, canvas, actions) {
@@ -49,7 +74,7 @@ export class Gizmo {
 
   // The move in world units, rounded to a grid that fits the scene.
   offset() {
-    const step = 10 ** Math.floor(Math.log10((2 * SHARE) / this.scale));
+    const step = gridStep(this.scale);
     const decimals = Math.max(0, -Math.log10(step));
     return ["x", "y", "z"].map((axis, i) => Number((Math.round((this.anchor.position[axis] - this.center[i]) / this.scale / step) * step).toFixed(decimals)));
   }

@@ -27,7 +27,7 @@ export function inspect(element, graph, frame, path, size) {
 
 function placed(place) {
   const name = place.file.split("/").pop();
-  return el("span", { className: "place" }, el("span", { title: place.file }, `${name}, line ${place.line}`), el("code", {}, place.text));
+  return el("span", { className: "place" }, `${name}, line ${place.line}`, el("code", {}, place.text));
 }
 
 // A value as text, its numbers with at most four digits: those of a named color have seventeen.

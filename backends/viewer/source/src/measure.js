@@ -123,7 +123,10 @@ export class Measure {
     if (this.points.length < 2) return [el("p", {}, this.points.length ? "Choose the second point." : "Choose two points: click surfaces, or turn the picture and press Enter for the point in its middle.")];
     const [a, b] = this.points;
     const offset = b.map((value, i) => (value - a[i]) / this.page.packet.box.scale);
-    return [el("p", { className: "length" }, `distance ${lengthText(Math.hypot(...offset))}`), el("p", {}, AXES.map((axis, i) => `d${axis} ${lengthText(offset[i])}`).join("  "))];
+    const distance = Math.hypot(...offset);
+    const decimals = Math.min(Math.max(2 - Math.floor(Math.log10(distance || 1)), 0), 20); // three digits of the distance: what is less is rounding
+    const parts = offset.map((part) => String(Number(part.toFixed(decimals)) + 0));
+    return [el("p", { className: "length" }, `distance ${lengthText(distance)}`), el("p", {}, AXES.map((axis, i) => `d${axis} ${parts[i]}`).join("  "))];
   }
 
   gapText() {

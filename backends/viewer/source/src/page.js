@@ -16,10 +16,12 @@ import { Timeline } from "./timeline.js";
 import { Tree } from "./tree.js";
 import { Words } from "./words.js";
 
-// The view of the whole scene is made again when its distance would be so many times as long or short, or its middle
-// moved by such a share of it: a step of a slider keeps the picture still. Any view is left at a scene of another size.
-const [GROWN, SHRUNK, SHIFTED, FAR] = [1.12, 1.5, 0.12, 4];
+// The view of the whole scene is made again when the scene leaves it, when its distance would be so many times as short,
+// or its middle moved by such a share of it: a step of a slider keeps the picture still. Any view is left at a scene of
+// another size.
+const [SHRUNK, SHIFTED, FAR] = [1.5, 0.12, 4];
 const ALL = "all"; // the view that frames the whole scene
+const TURNED = "turned"; // the same, from an angle that a person chose
 const VIEWS = { default: [30, 25, false], front: [0, 0, false], right: [90, 0, false], top: [0, 90, false], isometric: [45, 35.2644, true] };
 
 export class Page {
@@ -32,7 +34,7 @@ export class Page {
     this.packet = null;
     this.selection = null;
     this.isFramed = false;
-    this.shown = null; // camera of the program, or ALL, while nobody has moved the view
+    this.shown = null; // camera of the program, ALL or TURNED, while nobody has moved the view
     this.busy = null;
     this.labels = new Labels(byId("labels"));
     this.overlay = null;
@@ -43,6 +45,7 @@ export class Page {
     this.wanted = new Map();
     this.refineLater = debounced(() => this.refine(), 250);
     this.arrangeLater = debounced(() => this.arrange(), 80);
+    this.frameLater = debounced(() => this.frameAgain(), 80);
   }
 
   async start() {
@@ -72,7 +75,8 @@ export class Page {
     fill(chooser, ...names.map((name, i) => el("option", { value: String(i), title: name }, isClear ? short[i] : name)));
     chooser.value = String(this.file);
     chooser.hidden = names.length < 2;
-    byId("file-name").textContent = names.length < 2 ? names[0] : "";
+    byId("file-name").textContent = names.length < 2 ? short[0] : "";
+    byId("file-name").title = names.length < 2 ? names[0] : "";
   }
 
   // --- scenes
@@ -156,7 +160,7 @@ export class Page {
     this.listCameras();
     if (!packet.box) this.isFramed = false;
     else if (!this.isFramed) this.lookFrom(packet.cameras[0] ?? null);
-    else if (this.shown && this.shown !== ALL) this.lookFrom(this.shown);
+    else if (this.shown?.poses) this.lookFrom(this.shown);
     else if (before) this.keepView(before);
     this.showSelection();
   }
@@ -213,13 +217,29 @@ export class Page {
     viewpoint.distance *= scale / before.scale;
     const now = viewpoint.saved();
     this.frameAll();
+    const framed = viewpoint.saved();
     const growth = viewpoint.distance / now.distance;
     const shift = viewpoint.target.distanceTo(new Vector3(...now.target)) / viewpoint.distance;
-    const isOther = growth > FAR || growth < 1 / FAR;
-    if (isOther || (shown === ALL && (growth > GROWN || growth < 1 / SHRUNK || shift > SHIFTED))) return;
     viewpoint.take(now);
+    const isOther = growth > FAR || growth < 1 / FAR;
+    const isAway = (shown === ALL || shown === TURNED) && !this.holdsAll();
+    const isFramed = isOther || isAway || (shown === ALL && (growth < 1 / SHRUNK || shift > SHIFTED));
+    if (isFramed) viewpoint.take(framed);
     this.moved();
-    this.shown = shown;
+    this.shown = isFramed ? ALL : shown;
+  }
+
+  // Whether all of the scene is in the view.
+  holdsAll() {
+    this.viewpoint.apply();
+    return this.viewpoint.holds(this.farthest());
+  }
+
+  // The view of the whole scene is turned: the scene stays in it when it changes.
+  turned() {
+    const isAll = this.shown === ALL || this.shown === TURNED;
+    this.moved();
+    if (isAll) this.shown = TURNED;
   }
 
   moved() {
@@ -236,14 +256,18 @@ export class Page {
     document.body.dataset.refined = "no";
     requestAnimationFrame(() => {
       this.pending = false;
-      this.viewpoint.apply();
-      this.stage.draw(this.viewpoint, this.isMoving);
-      this.gizmo?.draw(this.stage.renderer, this.viewpoint.camera);
-      this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
-      this.overlay?.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
-      document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
-      this.refineLater();
+      this.drawNow();
     });
+  }
+
+  drawNow() {
+    this.viewpoint.apply();
+    this.stage.draw(this.viewpoint, this.isMoving);
+    this.gizmo?.draw(this.stage.renderer, this.viewpoint.camera);
+    this.labels.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
+    this.overlay?.place(this.viewpoint.camera, this.viewport.clientWidth, this.viewport.clientHeight);
+    document.body.dataset.drawn = String(Number(document.body.dataset.drawn ?? 0) + 1);
+    this.refineLater();
   }
 
   // While nothing moves, makes the picture better sample by sample.
@@ -263,7 +287,17 @@ export class Page {
     if (!width || !height) return;
     this.stage.resize(width, height, Math.min(window.devicePixelRatio, 2));
     this.viewpoint.aspect = width / height;
-    this.draw();
+    document.body.dataset.refined = "no";
+    this.drawNow(); // a canvas of another size is empty until then
+    this.frameLater();
+  }
+
+  // Frames the whole scene again in a picture of another shape, if nobody has moved the view.
+  frameAgain() {
+    const { shown } = this;
+    if (!this.packet?.box) return;
+    if (shown?.isFramed) this.lookFrom(shown);
+    else if (shown === ALL || (shown === TURNED && !this.holdsAll())) this.frameAll();
   }
 
   // Frames what `farthest` gives the farthest points of.
@@ -277,13 +311,16 @@ export class Page {
     this.frameSolid(cornerOf(new Vector3(...low), new Vector3(...high)));
   }
 
-  // Frames what is seen of all frames; of very many instances, their box.
+  // The farthest points of what is seen in all frames; of very many instances, those of their box.
+  farthest() {
+    const { low, high } = this.packet.box;
+    return this.instances.farthest() ?? cornerOf(...[low, high].map((corner) => new Vector3(...this.staged(corner))));
+  }
+
+  // Frames what is seen of all frames.
   frameAll() {
-    const box = this.packet?.box;
-    if (!box) return;
-    const farthest = this.instances.farthest();
-    if (farthest) this.frameSolid(farthest);
-    else this.frameBox(this.staged(box.low), this.staged(box.high));
+    if (!this.packet?.box) return;
+    this.frameSolid(this.farthest());
     this.shown = ALL;
   }
 

@@ -475,15 +475,19 @@ const SECTION = /* glsl */ `
   bool isCut(vec3 point) { return dot(section.xyz, point) > section.w; }
 `;
 
+const SELECTED = /* glsl */ `
+  uniform vec2 selected; // instances from .x up to .y
+  bool isSelected(float instance) { return instance >= selected.x && instance < selected.y; }
+`;
+
 export const SOLID_FRAGMENT = /* glsl */ `
   varying vec3 vPoint;
   varying vec3 vNormal;
   varying vec3 vTint;
   flat varying vec2 vInstance;
   flat varying float vMirrored;
-  uniform vec2 selected; // instances from .x up to .y are marked
+  ${SELECTED}
   uniform vec3 ground[2]; // reflectance of its squares
-  uniform vec3 accent;
   uniform int mode; // 0: natural, 1: instances, 2: normals, 3: depth, 4: x-ray
   uniform vec2 depths; // distances from the camera of the nearest and the farthest point
   ${LOOK}
@@ -503,8 +507,7 @@ export const SOLID_FRAGMENT = /* glsl */ `
   }
   void main() {
     if (isCut(vPoint)) discard;
-    bool isSelected = vInstance.y >= selected.x && vInstance.y < selected.y;
-    if (mode == 4 && !isSelected && noise(gl_FragCoord.xy + vInstance.y) > 0.25) discard;
+    if (mode == 4 && !isSelected(vInstance.y) && noise(gl_FragCoord.xy + vInstance.y) > 0.25) discard;
     vec3 v = isOrthographic ? vec3(viewMatrix[0][2], viewMatrix[1][2], viewMatrix[2][2]) : normalize(cameraPosition - vPoint);
     vec3 n = normalize(vNormal);
     n = gl_FrontFacing ? n : -n;
@@ -536,10 +539,6 @@ export const SOLID_FRAGMENT = /* glsl */ `
     else if (mode == 2) color = pow(0.5 + 0.5 * n, vec3(2.2));
     else if (mode == 3) color = vec3(pow(1.0 - clamp((length(cameraPosition - vPoint) - depths.x) / (depths.y - depths.x), 0.0, 1.0), 2.2));
     else if (section.w < 1e8 && gl_FrontFacing == (vMirrored > 0.5)) color = 0.5 * albedo; // the inside, as if it were full
-    if (isSelected && mode < 4) {
-      float edge = pow(1.0 - abs(dot(n, v)), 2.0);
-      color = mix(color, accent, 0.35 + 0.5 * edge);
-    }
     #ifdef CLOSED
       float opacity = 1.0 - (1.0 - surface.a) * (1.0 - surface.a);
     #else
@@ -635,6 +634,29 @@ export const PICK_FRAGMENT = /* glsl */ `
   }
 `;
 
+// White where the selected instances are, whatever is before them; others are left out before they cover pixels.
+export const SELECTED_VERTEX = /* glsl */ `
+  ${INSTANCE}
+  ${SELECTED}
+  void main() {
+    vec4 point = placed();
+    gl_Position = isSelected(vInstance.y) ? projectionMatrix * viewMatrix * point : vec4(2.0, 2.0, 2.0, 1.0);
+  }
+`;
+
+export const SELECTED_FRAGMENT = /* glsl */ `
+  varying vec3 vPoint;
+  varying vec3 vNormal;
+  varying vec3 vTint;
+  flat varying vec2 vInstance;
+  flat varying float vMirrored;
+  ${SECTION}
+  void main() {
+    if (isCut(vPoint)) discard;
+    gl_FragColor = vec4(1.0);
+  }
+`;
+
 // The depth of the surface in base 256, the largest digit first.
 export const PLACE_FRAGMENT = /* glsl */ `
   varying vec3 vPoint;
@@ -655,15 +677,30 @@ export const FILM_VERTEX = /* glsl */ `
   void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }
 `;
 
-// Linear radiance after the tone curve to sRGB.
+// Linear radiance after the tone curve to sRGB. Around what is selected there is a line, which leaves its colors as they
+// are; the light rim sets it off from surroundings of the same color.
 export const FILM_FRAGMENT = /* glsl */ `
   varying vec2 vUv;
   uniform sampler2D picture;
   uniform bool isRaw; // the tone curve is still to come
+  uniform sampler2D selection;
+  uniform bool hasSelection;
+  uniform vec2 line; // its width in the picture's coordinates
+  uniform vec3 accent;
   ${TONE}
+  // Whether the selection is within so many widths of the line.
+  float selectedWithin(float widths) {
+    float most = 0.0;
+    for (int i = 0; i < 16; i += 1) {
+      float angle = float(i) * 0.39269908;
+      most = max(most, texture2D(selection, vUv + widths * line * vec2(cos(angle), sin(angle))).r);
+    }
+    return most;
+  }
   void main() {
     vec3 c = texture2D(picture, vUv).rgb;
     c = clamp(isRaw ? tone(c) : c, 0.0, 1.0);
+    if (hasSelection && texture2D(selection, vUv).r < 0.5) c = mix(mix(c, vec3(1.0), 0.8 * selectedWithin(1.5)), accent, selectedWithin(1.0));
     gl_FragColor = vec4(mix(1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, 12.92 * c, step(c, vec3(0.0031308))), 1.0);
   }
 `;

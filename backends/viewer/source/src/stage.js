@@ -5,6 +5,7 @@ import { aim, DISTANCE, farView, HALF, Lamps } from "./lamps.js";
 import * as shaders from "./shaders.js";
 
 const BELOW = 1e-4; // the ground lies this far under the lowest point, so that flat floors hide it
+const LINE = 2; // width of the line around the selection, in CSS pixels
 const ACCENT = new Vector3(0.03, 0.24, 0.85);
 const SKY_SIZE = 512;
 const SAMPLES = 32; // of a still picture: sky directions, places in the pixel, turns of the shadows' taps
@@ -38,6 +39,7 @@ export class Stage {
     this.samples = SAMPLES;
     this.film = new WebGLRenderTarget(1, 1, { type: HalfFloatType, samples: 4 });
     this.pickTarget = new WebGLRenderTarget(1, 1);
+    this.selection = new WebGLRenderTarget(1, 1); // where the selected instances are
     this.uniforms = sharedUniforms(this.shadow, this.sky);
     this.ground = this.makeGround();
     this.backdrop = fullScreen(shaders.BACKDROP_FRAGMENT, this.uniforms, { vertexShader: shaders.BACKDROP_VERTEX, defines: DEFINES });
@@ -48,7 +50,9 @@ export class Stage {
     this.depthMaterial = this.material(shaders.SOLID_VERTEX, shaders.DEPTH_FRAGMENT, { side: DoubleSide });
     this.pickMaterial = this.material(shaders.SOLID_VERTEX, shaders.PICK_FRAGMENT, { side: DoubleSide, blending: NoBlending });
     this.placeMaterial = this.material(shaders.SOLID_VERTEX, shaders.PLACE_FRAGMENT, { side: DoubleSide, blending: NoBlending });
-    this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, shoulder: this.uniforms.shoulder, exposure: this.uniforms.exposure }, {});
+    this.selectedMaterial = this.material(shaders.SELECTED_VERTEX, shaders.SELECTED_FRAGMENT, { side: DoubleSide, blending: NoBlending });
+    const selection = { selection: { value: this.selection.texture }, hasSelection: { value: false }, line: { value: new Vector2() }, accent: { value: ACCENT } };
+    this.screen = fullScreen(shaders.FILM_FRAGMENT, { picture: { value: null }, isRaw: { value: false }, ...selection, shoulder: this.uniforms.shoulder, exposure: this.uniforms.exposure }, {});
     this.adder = fullScreen(shaders.ADD_FRAGMENT, { picture: { value: this.plain.texture }, share: { value: 1 } }, { transparent: true });
   }
 
@@ -108,7 +112,7 @@ export class Stage {
     uniforms.keySpread.value = Math.tan(studio.keyRadius);
     uniforms.facetAlbedo.value = studio.albedo;
     uniforms.facetGrazing.value = studio.grazing;
-    this.renderer.setClearColor(new Color().setRGB(...uniforms.backdrop.value.toArray()), 1);
+    this.restoreClearColor();
     if (!isNew) return;
     for (const [name, texture] of Object.entries(domeOf(studio, panorama))) {
       uniforms[name].value?.dispose();
@@ -175,6 +179,8 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.film.setSize(Math.round(width * ratio), Math.round(height * ratio));
     this.plain.setSize(this.film.width, this.film.height);
+    this.selection.setSize(this.film.width, this.film.height);
+    this.screen.material.uniforms.line.value.set(LINE / width, LINE / height);
     this.sum.setSize(this.film.width, this.film.height);
     this.splats?.resize(this.film.width, this.film.height);
   }
@@ -238,6 +244,7 @@ export class Stage {
     this.uniforms.hasGround.value = this.ground.visible = this.hasGround && this.studio.ground !== null && viewpoint.camera.position.y > this.ground.position.y;
     this.uniforms.pixel.value = 2 / (viewpoint.camera.projectionMatrix.elements[5] * this.film.height);
     this.expose(viewpoint.camera, this.film);
+    this.drawSelection(viewpoint.camera);
     this.show(this.film.texture, viewpoint.camera, false);
     this.samples = 0;
   }
@@ -300,6 +307,24 @@ export class Stage {
     this.instances.group.visible = !this.splats;
     this.renderer.render(this.scene, camera);
     this.instances.group.visible = true;
+  }
+
+  // Draws where the selected instances are, around which `show` puts a line; Gaussians are marked by their box alone.
+  drawSelection(camera) {
+    const { x, y } = this.uniforms.selected.value;
+    const hasSelection = y > x && !this.splats;
+    this.screen.material.uniforms.hasSelection.value = hasSelection;
+    if (!hasSelection) return;
+    this.renderer.setRenderTarget(this.selection);
+    this.renderer.setClearColor(0, 0);
+    this.renderer.clear();
+    this.drawWith(this.selectedMaterial, camera);
+    this.renderer.setRenderTarget(null);
+    this.restoreClearColor();
+  }
+
+  restoreClearColor() {
+    this.renderer.setClearColor(new Color().setRGB(...this.uniforms.backdrop.value.toArray()), 1);
   }
 
   show(texture, camera, isRaw) {
@@ -367,7 +392,7 @@ export class Stage {
     const pixel = new Uint8Array(4);
     renderer.readRenderTargetPixels(this.pickTarget, 0, 0, 1, 1, pixel);
     renderer.setRenderTarget(null);
-    renderer.setClearColor(new Color().setRGB(...this.uniforms.backdrop.value.toArray()), 1);
+    this.restoreClearColor();
     camera.clearViewOffset();
     camera.updateProjectionMatrix();
     return pixel;
@@ -412,6 +437,6 @@ function sharedUniforms(shadow, sky) {
     dome: { value: null }, domeTables: { value: null }, domeTurn: { value: 0 }, hasGround: { value: true }, facetAlbedo: { value: [] }, facetGrazing: { value: [] },
     placements: { value: null }, tiles: { value: null }, pixel: { value: 0 },
     mode: { value: 0 }, section: { value: new Vector4(0, 0, 0, NOTHING) }, depths: { value: new Vector2(1, 2) },
-    groundHeight: { value: -1 }, looks: { value: null }, looksWidth: { value: 1 }, selected: { value: new Vector2() }, accent: { value: ACCENT },
+    groundHeight: { value: -1 }, looks: { value: null }, looksWidth: { value: 1 }, selected: { value: new Vector2() },
   };
 }

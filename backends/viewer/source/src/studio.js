@@ -6,7 +6,7 @@ import { showDiagnostics } from "./diagnostics.js";
 import { byId, debounced, el, fill } from "./dom.js";
 import { Editor } from "./editor.js";
 import { Findings } from "./findings.js";
-import { Gizmo } from "./gizmo.js";
+import { bothChanges, changeByKey, Gizmo, gridStep } from "./gizmo.js";
 import { Measure } from "./measure.js";
 import { Overlay } from "./overlay.js";
 import { Page } from "./page.js";
@@ -297,7 +297,8 @@ export class Studio extends Page {
 
   // Changes the selected object by an edit of the program, which the interpreter proves to change nothing else.
   async changeSelection(change) {
-    const request = { path: this.graph.spelled(this.frame, this.selection), ...change };
+    const precision = this.packet.box ? gridStep(this.packet.box.scale) / 10 : 0; // of numbers that the edit writes
+    const request = { path: this.graph.spelled(this.frame, this.selection), precision, ...change };
     const { text } = this.editor;
     this.offer(null);
     byId("busy").hidden = false;
@@ -418,6 +419,22 @@ export class Studio extends Page {
     byId("diagnostics").hidden = true;
   }
 
+  // Changes the selected object by a key that is pressed at the button of a mode; keys add up while a change is made.
+  async changeByKey(mode, event) {
+    const change = this.packet?.box && changeByKey(mode, event.key, event.shiftKey, this.packet.box.scale);
+    if (!change) return;
+    event.preventDefault();
+    this.nextChange = bothChanges(this.nextChange, change);
+    if (this.isChanging) return;
+    this.isChanging = true;
+    while (this.nextChange) {
+      const next = this.nextChange;
+      this.nextChange = null;
+      await this.changeSelection(next);
+    }
+    this.isChanging = false;
+  }
+
   preview(offset) {
     const box = offset && this.selectionBox();
     if (!box) return;
@@ -524,6 +541,7 @@ export class Studio extends Page {
     if (!nodes) return;
     const { selection } = this;
     fill(bar, ...nodes.map((node, i) => el("button", { "aria-current": i === selection.length ? "true" : null, onclick: () => this.select(selection.slice(0, i)) }, this.graph.word(node))));
+    bar.scrollTop = bar.scrollHeight; // the selected object is at the end
   }
 
   cursorMoved(line, column) {
@@ -661,7 +679,11 @@ function listen(page) {
   on("shared-one", () => page.offer(null));
   on("remove", () => page.changeSelection({ remove: true }));
   byId("recolor").addEventListener("change", (event) => page.changeSelection({ recolor: `(color "${event.target.value}")` }));
-  for (const button of document.querySelectorAll("#tools [data-mode]")) button.addEventListener("click", () => page.setMode(page.gizmoMode === button.dataset.mode ? null : button.dataset.mode));
+  for (const button of document.querySelectorAll("#tools [data-mode]")) {
+    const { mode } = button.dataset;
+    button.addEventListener("click", () => page.setMode(page.gizmoMode === mode ? null : mode));
+    button.addEventListener("keydown", (event) => page.changeByKey(mode, event));
+  }
   showSheet(SMALL.matches ? "code" : "");
 }
 

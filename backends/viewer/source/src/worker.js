@@ -9,7 +9,8 @@ let queue = start();
 async function start() {
   const archives = ["scenelang", "packages"].map((name) => fetch(at(`${name}.tar.xz`)).then((answer) => answer.arrayBuffer()));
   const solids = Module({ locateFile: () => at("manifold.wasm") }).then((module) => { module.setup(); return module; });
-  const python = await loadPyodide({ indexURL: at("./"), env: { HOME: "/home" }, jsglobals: bridge() });
+  const env = { HOME: "/home", XDG_CACHE_HOME: "/dev/null" }; // no folder, so that nothing is cached: memory is all there is
+  const python = await loadPyodide({ indexURL: at("./"), env, jsglobals: bridge() });
   self.postMessage({ progress: "interpreter" });
   python.registerJsModule("manifold_js", { module: await solids });
   python.registerJsModule("page_js", { send: (message) => self.postMessage({ lsp: message }) });
