@@ -10,6 +10,7 @@ a scene have the same light, whatever camera they have.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,7 @@ POLISHED = "softboxes"
 _LEAST_SHARE = 1.0 / 3.0  # of what is seen of the objects; with less, metal is one material of several
 _MAX_GLOSS = 0.4  # roughness up to which a surface reflects shapes; metal without one has .35
 _SIZE = 96, 72  # pixels of the view: a share is then precise to some percent
+_SIZE_IN_BROWSER = 24, 18  # where arrays are Python's lists: the larger view took 1 to 3 s at each evaluation
 _MAX_PRIMITIVES = 50_000  # primitives of a scene that is examined: more would take as long as a small image
 # Share of the environment's light in a program with lights and no environment: the shadows of its lights stay readable,
 # and what they do not reach is not black.
@@ -65,7 +67,7 @@ def _may_be_polished(scene: Scene) -> bool:
 
 def _polished_share(scene: Scene) -> float:
     """Return the share of polished metal and glass in what is seen of the objects; raises SceneError and LimitError."""
-    shot = still(scene, ProgramView(), 0, *_SIZE)
+    shot = still(scene, ProgramView(), 0, *(_SIZE_IN_BROWSER if sys.platform == "emscripten" else _SIZE))
     stage = staging_of(scene, [0], _MAX_PRIMITIVES, ground="none").stage(shot)
     solids = stage.solids
     seen = ids_of(caster_for(solids, camera_rays(stage.camera, 1)).cast(solids.opacity > 0.0))
